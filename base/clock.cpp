@@ -31,23 +31,28 @@ double start_after_boot() {
     return static_cast<double>(ticks) / static_cast<double>(sysconf(_SC_CLK_TCK));
 }
 
+double seconds_of(clockid_t clock) {
+    timespec now{};
+    clock_gettime(clock, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 }  // namespace
 
 double process_age_seconds() {
     static const double start = start_after_boot();
-    timespec now{};
-    clock_gettime(CLOCK_BOOTTIME, &now);
-    const double seconds =
-        static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    const double seconds = seconds_of(CLOCK_BOOTTIME);
     // Without /proc: since the first call.
     static const double fallback = seconds;
     return seconds - (start >= 0 ? start : fallback);
 }
 
 double processor_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+}
+
+double thread_processor_seconds() {
+    return seconds_of(CLOCK_THREAD_CPUTIME_ID);
 }
 
 int64_t resident_bytes() {

@@ -18,8 +18,10 @@ inline double seconds_now() {
 /// Returns the seconds since the process started, to the kernel's 10 ms.
 double process_age_seconds();
 
-/// Returns the seconds of processor time that all threads of the process took so far.
+/// Return the seconds of processor time that all threads of the process, or the calling one, took so
+/// far.
 double processor_seconds();
+double thread_processor_seconds();
 
 /// Return the resident memory of the process now, and its peak since the program was loaded.
 int64_t resident_bytes();

@@ -46,13 +46,14 @@ StageTimer::StageTimer(Stage stage, double* sum)
     if (thread_ == nullptr) return;
     outer_ = thread_->current;
     thread_->current = this;
+    processor_start_ = thread_processor_seconds();
 }
 
 StageTimer::~StageTimer() {
     const double end = seconds_now();
-    const double seconds = end - start_;
-    if (sum_ != nullptr) *sum_ += seconds;
+    if (sum_ != nullptr) *sum_ += end - start_;
     if (thread_ == nullptr) return;
+    const double seconds = thread_processor_seconds() - processor_start_;
     thread_->seconds[static_cast<size_t>(stage_)] += seconds - inner_;
     thread_->current = outer_;
     if (outer_ != nullptr) {

@@ -39,7 +39,9 @@ class Trace {
   public:
     /// What one thread did.
     struct Thread {
-        std::array<double, kStages> seconds{};  ///< without the stages that were timed inside
+        /// Of the processor, which a busy machine gives to others, too; without the stages that
+        /// were timed inside.
+        std::array<double, kStages> seconds{};
         /// Begin and end of the times it worked at any stage, in order (seconds_now).
         std::vector<std::pair<double, double>> busy;
 
@@ -79,8 +81,8 @@ class StageTimer {
     double* sum_;
     Trace::Thread* thread_;
     StageTimer* outer_ = nullptr;
-    double inner_ = 0;  ///< seconds of timers inside
     double start_;
+    double processor_start_ = 0, inner_ = 0;  ///< inner_: of the timers inside
 };
 
 /// Returns for how many seconds between `begin` and `end` so many threads worked at once: [0] none,

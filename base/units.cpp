@@ -60,6 +60,12 @@ Result<int64_t> parse_bytes(std::string_view text) {
     return static_cast<int64_t>(std::llround(*bytes));
 }
 
+Result<double> parse_duration(std::string_view text) {
+    static constexpr std::array<Unit, 5> kUnits{
+        {{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"m", 60.0}, {"h", 3600.0}}};
+    return parse_quantity(text, kUnits, "a time", "10s");
+}
+
 std::string format_bytes(int64_t bytes) {
     const double size = static_cast<double>(bytes);
     if (size >= 1e9) return fmt::format("{:.2f} GB", size * 1e-9);

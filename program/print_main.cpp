@@ -36,26 +36,6 @@ bool quiet(const Options& options) {
     return options.progress == program::ProgressMode::kNone;
 }
 
-pipeline::PrintOptions pipeline_options(const Options& options, const std::string& format,
-                                        size_t materials, const std::atomic<bool>& interrupt) {
-    pipeline::PrintOptions result;
-    result.interrupt = &interrupt;
-    result.reserved_bytes = preview_bytes(options) + queue_bytes(options);
-    result.memory_bytes = options.memory_bytes - result.reserved_bytes;
-    result.threads = options.threads;
-    // A mesh of dithered voxels would consist of specks, which printers of meshes cannot print.
-    if (is_mesh_format(format)) result.dither = "majority";
-    if (!options.dither.empty()) result.dither = options.dither;
-    result.seed = options.seed;
-    result.z_range_mm = options.z_range_mm;
-    result.slices = options.slices;
-    result.culling = options.culling;
-    result.slabs_in_flight = options.slabs_in_flight;
-    result.isa = abi::best_isa(options.isa);
-    result.sink_bytes_per_column = output_bytes_per_column(format, materials);
-    return result;
-}
-
 bool has_code(const openfab_kernel& kernel, openfab_isa isa) {
     const bool compiled = std::any_of(std::begin(kernel.fn), std::end(kernel.fn),
                                       [](openfab_kernel_fn fn) { return fn != nullptr; });
@@ -160,6 +140,26 @@ Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& 
 }
 
 }  // namespace
+
+pipeline::PrintOptions pipeline_options(const Options& options, const std::string& format,
+                                        size_t materials, const std::atomic<bool>& interrupt) {
+    pipeline::PrintOptions result;
+    result.interrupt = &interrupt;
+    result.reserved_bytes = preview_bytes(options) + queue_bytes(options);
+    result.memory_bytes = options.memory_bytes - result.reserved_bytes;
+    result.threads = options.threads;
+    // A mesh of dithered voxels would consist of specks, which printers of meshes cannot print.
+    if (is_mesh_format(format)) result.dither = "majority";
+    if (!options.dither.empty()) result.dither = options.dither;
+    result.seed = options.seed;
+    result.z_range_mm = options.z_range_mm;
+    result.slices = options.slices;
+    result.culling = options.culling;
+    result.slabs_in_flight = options.slabs_in_flight;
+    result.isa = abi::best_isa(options.isa);
+    result.sink_bytes_per_column = output_bytes_per_column(format, materials);
+    return result;
+}
 
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,

@@ -35,6 +35,7 @@ class Compilation {
     /// Prints why a compilation of the fablets failed. Returns an exit code.
     int report(const lower::Fault& fault) const { return report_fault(fault, sources_, common_); }
     const source::SourceManager& sources() const { return sources_; }
+    const Schedules& schedules() const { return schedules_; }
     /// Prints the time that a step took, if --time was given.
     void report_time(const std::string& step, double seconds) const;
     /// Likewise for kernels.

@@ -170,6 +170,12 @@ const Schedules::Loaded* Schedules::choose(const std::string& pipeline,
     return out;
 }
 
+const schedule::File& Schedules::file(const std::string& pipeline, openfab_isa isa) const {
+    const Loaded* chosen = choose(pipeline, lower::isa_name(isa));
+    return chosen != nullptr ? chosen->file
+                             : *schedule::default_file(pipeline, lower::isa_name(isa));
+}
+
 int Schedules::bind(const std::string& pipeline, openfab_isa isa) {
     const std::string target = lower::isa_name(isa);
     const auto knows_any = [&](const schedule::File& file) {

@@ -25,6 +25,10 @@ class Schedules {
 
     /// Those in place of the built-in ones.
     const lower::ScheduleSet& bound() const { return bound_; }
+    /// Returns the file of a pipeline for an instruction set: one that was loaded, else the built-in
+    /// one, which every pipeline has; and the values of parameters in place of its own.
+    const schedule::File& file(const std::string& pipeline, openfab_isa isa) const;
+    const std::map<std::string, int64_t>& params() const { return params_; }
 
   private:
     /// A file for one pipeline.

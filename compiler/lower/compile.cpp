@@ -223,8 +223,8 @@ const std::vector<std::string>& pipeline_names() {
 std::string code_source(const KernelRequest& request) {
     return fmt::format("{} {}{}\n{}\n{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
-                       request.profiled ? " profiled" : "",
-                       schedule::text_of(schedule_of(request)), ir::dump(*request.stage),
+                       request.profiled ? " profiled" : "", schedule::text_of(schedule_of(request)),
+                       ir::dump(*request.stage),
                        request.demand != nullptr ? ir::dump(*request.demand) : "");
 }
 

@@ -61,6 +61,7 @@ class PrintJobImpl final : public PrintJob {
     Result<void> run(pipeline::SliceSink& sink,
                      const std::function<void(const ProgressEvent&)>& progress,
                      const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
+    int32_t threads() const override { return threads_; }
     Vec2<int32_t> slabs() const override { return {range_.x / 8, (range_.y + 7) / 8}; }
     Result<SlabsRun> run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
                                const std::atomic<bool>& interrupt,
@@ -360,9 +361,9 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, const std::atomic<b
     tbb::task_arena arena(threads_);
     setup_.interrupt = &deadline.passed();  // checked from one batch of blocks to the next
     Result<TimeSample> sample = arena.execute([&] {
-        return pipeline::sample_time(
-            slabs(), deadline.passed(),
-            [&](int32_t slab) { return try_slab(slab, seconds, &deadline); });
+        return pipeline::sample_time(slabs(), deadline.passed(), [&](int32_t slab) {
+            return try_slab(slab, seconds, &deadline);
+        });
     });
     setup_.interrupt = options_.interrupt;
     if (interrupt.load()) return Error{ErrorCode::kInterrupted, "interrupted"};
@@ -452,7 +453,8 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     run.end = seconds_now();
     run.processor_seconds = processor_seconds() - processor;
     run.hash = committer.totals().hash;
-    const bool complete = !committer.failed() && committer.slices() == info.slice_end - info.slice_begin;
+    const bool complete =
+        !committer.failed() && committer.slices() == info.slice_end - info.slice_begin;
     pipeline::PrintTotals totals = totals_of(committer);
     totals.complete = complete;
     const Result<void> finished = sink.finish(totals);

@@ -149,6 +149,8 @@ class PrintJob {
     virtual Result<void> run(pipeline::SliceSink& sink,
                              const std::function<void(const ProgressEvent&)>& progress,
                              const std::atomic<bool>& interrupt, PrintStatistics* statistics) = 0;
+    /// Returns the number of threads that it uses.
+    virtual int32_t threads() const = 0;
     /// Returns the slabs of the print: [x, y).
     virtual Vec2<int32_t> slabs() const = 0;
     /// Prints some of them, rising, as `run` prints a slab that is not the first. The sink takes

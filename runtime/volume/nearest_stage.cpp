@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/stage_timer.h"
 #include "base/infinity.h"
+#include "base/stage_timer.h"
 
 namespace openfab::volume {
 

@@ -31,6 +31,8 @@ constexpr const char* kFooter = R"(Examples:
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
   openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
   openfab view card.ofr                        slices, cuts and a volume in a browser
+  openfab profile card.fab.json                where the time of a print goes
+  openfab tune card.fab.json -o card.sched     a schedule that is faster on this machine
   openfab receive --listen tcp://127.0.0.1:7000 -o card.ofr
 )";
 
@@ -215,6 +217,9 @@ int tool_main(int argc, char** argv) {
     clean_up_on_signals();
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
+    for (const char* const command : {"profile", "tune"}) {
+        if (argc > 1 && std::string_view(argv[1]) == command) return tuner_command(argv);
+    }
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
     app.require_subcommand(1);
     Action action;
@@ -229,6 +234,8 @@ int tool_main(int argc, char** argv) {
     add_merge(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
+    app.add_subcommand("profile", "say where the time of a print goes, and what bounds each stage");
+    app.add_subcommand("tune", "search the schedule that prints a world fastest on this machine");
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");
     app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -26,6 +25,7 @@
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
+#include "world/fablet_sources.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -94,19 +94,9 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
     Result<world::World> world = world::load_world(
         input, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
     if (!world) return world.error();
-    std::vector<std::filesystem::path>& files = sources.files;
-    for (const auto& [name, ref] : world->fablets) {
-        std::error_code ignored;
-        if (!std::filesystem::exists(ref.source, ignored)) {
-            return error_at(ref.source_location,
-                            fmt::format("the source `{}` of fablet `{}` does not exist",
-                                        ref.source.string(), name),
-                            "paths count from the world's folder");
-        }
-        if (std::find(files.begin(), files.end(), ref.source) == files.end())
-            files.push_back(ref.source);
-    }
-    if (files.empty()) return user_error(fmt::format("{}: the world has no fablets", input));
+    Result<std::vector<std::filesystem::path>> files = world::fablet_sources(*world, input);
+    if (!files) return files.error();
+    sources.files = std::move(*files);
     return sources;
 }
 
@@ -174,18 +164,28 @@ Result<void> print_world(std::vector<std::string> arguments) {
     return exec_print_binary(*program, arguments);
 }
 
-}  // namespace
-
-int texture_command(char** argv) {
+/// Replaces this process by a program beside it; returns an exit code where that fails.
+int start_helper(const char* name, char** argv) {
     Result<std::filesystem::path> folder = program_folder();
     Error failed = folder ? Error{} : folder.error();
     if (folder) {
-        const std::filesystem::path helper = *folder / "openfab-texture";
-        ::execv(helper.c_str(), argv + 1);
+        const std::filesystem::path helper = *folder / name;
+        ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
+        ::execv(helper.c_str(), argv);
         failed = outside_error(
             fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
     }
     return say_error(failed);
+}
+
+}  // namespace
+
+int texture_command(char** argv) {
+    return start_helper("openfab-texture", argv + 1);
+}
+
+int tuner_command(char** argv) {
+    return start_helper("openfab-tuner", argv);
 }
 
 int print_command(int argc, char** argv) {

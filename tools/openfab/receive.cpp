@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -16,6 +15,7 @@
 #include "backends/stream/address.h"
 #include "base/input_file.h"
 #include "base/say.h"
+#include "base/units.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
@@ -29,11 +29,8 @@ namespace {
 /// Parses "10s" or "250ms"; empty is 0.
 Result<double> parse_seconds(const std::string& text) {
     if (text.empty()) return 0.0;
-    double value = 0;
-    const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const std::string unit(rest, text.data() + text.size());
-    if (status == std::errc() && (unit == "s" || unit == "ms") && value > 0 && value <= 86400)
-        return unit == "s" ? value : value / 1000;
+    const Result<double> seconds = parse_duration(text);
+    if (seconds && *seconds > 0 && *seconds <= 86400) return seconds;
     return usage_error(
         fmt::format("`--layer-time`: `{}` is no time; write `10s` or `250ms`", text));
 }

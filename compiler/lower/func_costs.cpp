@@ -1,0 +1,90 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/func_costs.h"
+
+#include <Halide.h>
+
+#include <set>
+#include <utility>
+
+#include "compiler/lower/kernel.h"
+
+namespace openfab::lower {
+
+namespace {
+
+namespace internal = Halide::Internal;
+
+/// Counts each expression once, however often it is used.
+class Counter : public internal::IRGraphVisitor {
+  public:
+    int64_t operations = 0;
+    int64_t bytes_read = 0;
+
+  private:
+    using internal::IRGraphVisitor::visit;
+
+    template <typename Op>
+    void count(const Op* op) {
+        ++operations;
+        IRGraphVisitor::visit(op);
+    }
+    void visit(const internal::Add* op) override { count(op); }
+    void visit(const internal::Sub* op) override { count(op); }
+    void visit(const internal::Mul* op) override { count(op); }
+    void visit(const internal::Div* op) override { count(op); }
+    void visit(const internal::Mod* op) override { count(op); }
+    void visit(const internal::Min* op) override { count(op); }
+    void visit(const internal::Max* op) override { count(op); }
+    void visit(const internal::EQ* op) override { count(op); }
+    void visit(const internal::NE* op) override { count(op); }
+    void visit(const internal::LT* op) override { count(op); }
+    void visit(const internal::LE* op) override { count(op); }
+    void visit(const internal::GT* op) override { count(op); }
+    void visit(const internal::GE* op) override { count(op); }
+    void visit(const internal::And* op) override { count(op); }
+    void visit(const internal::Or* op) override { count(op); }
+    void visit(const internal::Not* op) override { count(op); }
+    void visit(const internal::Select* op) override { count(op); }
+    void visit(const internal::Cast* op) override { count(op); }
+    void visit(const internal::Call* op) override {
+        const bool loads =
+            op->call_type == internal::Call::Halide || op->call_type == internal::Call::Image;
+        if (!loads) {
+            ++operations;
+        } else if (read_.emplace(op->name, op->value_index).second) {
+            bytes_read += op->type.bytes();
+        }
+        IRGraphVisitor::visit(op);
+    }
+
+    std::set<std::pair<std::string, int>> read_;
+};
+
+}  // namespace
+
+std::vector<FuncCost> func_costs(const KernelRequest& request) {
+    const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
+    std::vector<FuncCost> out;
+    for (const NamedFunc& named : kernel.funcs) {
+        const internal::Function function = named.func.function();
+        if (function.has_extern_definition()) continue;
+        Counter counter;
+        const auto add = [&](const std::vector<Halide::Expr>& values) {
+            for (const Halide::Expr& value : values)
+                value.accept(&counter);
+        };
+        add(function.values());
+        for (const internal::Definition& update : function.updates())
+            add(update.values());
+        FuncCost& cost = out.emplace_back();
+        cost.func = named.name;
+        cost.operations = counter.operations;
+        cost.bytes_read = counter.bytes_read;
+        for (const Halide::Type& type : function.output_types())
+            cost.bytes_written += type.bytes();
+    }
+    return out;
+}
+
+}  // namespace openfab::lower

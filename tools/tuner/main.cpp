@@ -1,0 +1,144 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab-tuner`: profiles prints and tunes their schedules. `openfab` starts it; it is a program of
+// its own because it holds the compiler and the whole runtime.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/clean_exit.h"
+#include "base/command_line.h"
+#include "base/run_main.h"
+#include "base/say.h"
+#include "base/units.h"
+#include "program/options.h"
+#include "tools/tuner/profile.h"
+#include "tools/tuner/tune.h"
+
+namespace openfab::tuner {
+
+namespace {
+
+using Action = std::function<Result<void>()>;
+
+/// Adds the print's own options to the help of a command, and lets it take them.
+void take_print_options(CLI::App* command, const std::string& program) {
+    command->allow_extras()->fallthrough(false);
+    const char* const ask[] = {"print", "--help"};
+    const Result<program::Options> help = program::parse_options(2, ask, program);
+    if (help) command->footer("Options of the print, which keeps no slices:\n\n" + help->text);
+}
+
+void add_schedule_options(CLI::App* command, driver::ScheduleOptions* options) {
+    command
+        ->add_option("--schedule", options->paths,
+                     "a schedule in place of a built-in one, or a folder of them (repeatable)")
+        ->type_size(1)
+        ->allow_extra_args(false);
+    command
+        ->add_option("--param", options->params,
+                     "NAME=NUMBER, a value for a parameter of the schedules (repeatable)")
+        ->type_size(1)
+        ->allow_extra_args(false);
+}
+
+/// Parses the value of an option, between limits.
+Result<double> seconds_of(const char* option, const std::string& text, double least, double most) {
+    Result<double> seconds = parse_duration(text);
+    if (!seconds) return usage_error(fmt::format("`{}`: {}", option, seconds.error().text()));
+    if (*seconds >= least && *seconds <= most) return seconds;
+    return usage_error(fmt::format("`{} {}`: write a time from {} to {}", option, text,
+                                   format_seconds(least), format_seconds(most)));
+}
+
+void add_profile(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand("profile", "say where the time of a print goes");
+    auto options = std::make_shared<ProfileOptions>();
+    auto time = std::make_shared<std::string>("10s");
+    command
+        ->add_option("--time", *time,
+                     "about how long to print: as many slabs of it as that is enough for "
+                     "(default: 10s)")
+        ->type_name("TIME");
+    command->add_flag("--whole", options->whole, "the whole print, however long it takes");
+    command->add_option("--json", options->json_file, "write the figures to this file, too")
+        ->type_name("FILE");
+    add_schedule_options(command, &options->schedules);
+    take_print_options(command, "openfab profile");
+    command->callback([options, time, command, action] {
+        *action = [options, time, words = command->remaining()]() -> Result<void> {
+            const Result<double> seconds = seconds_of("--time", *time, 0.1, 86400);
+            if (!seconds) return seconds.error();
+            options->seconds = *seconds;
+            options->print = words;
+            return run_profile(*options);
+        };
+    });
+}
+
+void add_tune(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("tune", "search the schedule that prints a world fastest");
+    auto options = std::make_shared<TuneOptions>();
+    auto budget = std::make_shared<std::string>("5m");
+    command->add_option("-o,--output", options->output, "the schedule to write, FILE.sched")
+        ->required()
+        ->type_name("FILE");
+    command
+        ->add_option("--budget", *budget,
+                     "how long to search and verify (default: 5m); setting the print up comes "
+                     "on top")
+        ->type_name("TIME");
+    command
+        ->add_option("--journal", options->journal,
+                     "what was tried, to continue from (default: FILE.sched.journal)")
+        ->type_name("FILE");
+    add_schedule_options(command, &options->schedules);
+    take_print_options(command, "openfab tune");
+    command->callback([options, budget, command, action] {
+        *action = [options, budget, words = command->remaining()]() -> Result<void> {
+            const Result<double> seconds = seconds_of("--budget", *budget, 1, 86400);
+            if (!seconds) return seconds.error();
+            options->budget_seconds = *seconds;
+            options->print = words;
+            return run_tune(*options);
+        };
+    });
+}
+
+int tuner_main(int argc, char** argv) {
+    prepare_streams();
+    clean_up_on_signals();
+    CLI::App app("Profiles prints and tunes their schedules.", "openfab");
+    app.require_subcommand(1);
+    Action action;
+    add_profile(app, &action);
+    add_tune(app, &action);
+    Result<void> done;
+    try {
+        app.parse(argc, argv);
+        done = action();
+    } catch (const CLI::CallForHelp&) {
+        show(app.help());
+    } catch (const CLI::ParseError& error) {
+        done = command_line_error(app, error, "openfab");
+    }
+    if (done) done = written_out();
+    if (done) return 0;
+    // What the compiler found has been said.
+    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
+}
+
+}  // namespace
+
+}  // namespace openfab::tuner
+
+int main(int argc, char** argv) {
+    return openfab::run_main(openfab::tuner::tuner_main, argc, argv);
+}

@@ -1,0 +1,193 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A profile as a table for people, and as JSON.
+
+#include <fmt/format.h>
+#include <rapidjson/prettywriter.h>
+#include <rapidjson/stringbuffer.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/text.h"
+#include "base/units.h"
+#include "tools/tuner/profile.h"
+
+namespace openfab::tuner {
+
+namespace {
+
+using Writer = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
+
+double percent(double part, double whole) {
+    return whole > 0 ? 100 * part / whole : 0;
+}
+
+std::string size_or_dash(int64_t bytes) {
+    return bytes > 0 ? format_bytes(bytes) : "-";
+}
+
+/// Bytes as a share of what memory gives one thread while all work, for what it took.
+std::string memory_share(const StageCost& stage, const Machine& machine) {
+    const auto bytes = static_cast<double>(stage.bytes_read + stage.bytes_written);
+    if (bytes == 0 || stage.seconds <= 0) return "-";
+    return fmt::format("{:.1f} %", percent(bytes / stage.seconds, machine.bandwidth_each()));
+}
+
+std::string peak_share(const StageCost& stage, const Machine& machine) {
+    if (stage.operations == 0 || stage.seconds <= 0) return "-";
+    return fmt::format("{:.1f} %",
+                       percent(stage.operations / stage.seconds, machine.operations_each()));
+}
+
+std::string rate(const StageCost& stage) {
+    if (stage.voxels == 0 || stage.seconds <= 0) return "-";
+    return fmt::format("{:.1f}", static_cast<double>(stage.voxels) / stage.seconds * 1e-6);
+}
+
+std::string row(const StageCost& stage, const Profile& profile, double whole) {
+    std::string out = fmt::format(
+        "{:<16} {:>8.3f} s {:>6.1f} % {:>9.1f} {:>9} {:>9} {:>9} {:>8} {:>8}  {}", stage.name,
+        stage.seconds, percent(stage.seconds, whole), static_cast<double>(stage.voxels) * 1e-6,
+        rate(stage), size_or_dash(stage.bytes_read), size_or_dash(stage.bytes_written),
+        memory_share(stage, profile.machine), peak_share(stage, profile.machine), stage.bound);
+    return out + '\n';
+}
+
+constexpr const char* kHead =
+    "                    seconds  share    M voxel M voxel/s      read   written   memory     peak "
+    " "
+    "bound by\n";
+
+void number(Writer& w, const char* key, double value) {
+    w.Key(key);
+    w.Double(value);
+}
+void number(Writer& w, const char* key, int64_t value) {
+    w.Key(key);
+    w.Int64(value);
+}
+void text(Writer& w, const char* key, const std::string& value) {
+    w.Key(key);
+    w.String(valid_utf8(value).c_str());
+}
+
+void write_stage(Writer& w, const StageCost& stage, double whole) {
+    w.StartObject();
+    text(w, "name", stage.name);
+    number(w, "seconds", stage.seconds);
+    number(w, "share", whole > 0 ? stage.seconds / whole : 0);
+    if (!stage.by_thread.empty()) {
+        w.Key("seconds_by_thread");
+        w.StartArray();
+        for (const double seconds : stage.by_thread)
+            w.Double(seconds);
+        w.EndArray();
+    }
+    number(w, "voxels", stage.voxels);
+    number(w, "bytes_read", stage.bytes_read);
+    number(w, "bytes_written", stage.bytes_written);
+    if (stage.operations > 0) number(w, "operations", stage.operations);
+    text(w, "bound", stage.bound);
+    w.EndObject();
+}
+
+double sum(const std::vector<StageCost>& stages) {
+    return std::accumulate(stages.begin(), stages.end(), 0.0,
+                           [](double s, const StageCost& stage) { return s + stage.seconds; });
+}
+
+}  // namespace
+
+std::string profile_table(const Profile& p) {
+    const Machine& m = p.machine;
+    std::string out = fmt::format(
+        "{}: {} of {} slabs, {:.1f} M voxels in {:.2f} s with {} thread{}: {:.1f} M voxel/s\n",
+        printable(p.title), p.slabs, p.slabs_total, static_cast<double>(p.voxels) * 1e-6, p.seconds,
+        m.threads, m.threads == 1 ? "" : "s",
+        p.seconds > 0 ? static_cast<double>(p.voxels) / p.seconds * 1e-6 : 0);
+    out += fmt::format("set-up {:.2f} s; processor {:.2f} s of {:.2f} thread-seconds\n",
+                       p.set_up_seconds, p.processor_seconds, p.thread_seconds());
+    out += fmt::format(
+        "memory {:.1f} GB/s (one thread {:.1f}), peak {:.0f} G operations/s (one thread "
+        "{:.0f})\n\n",
+        m.bandwidth_all * 1e-9, m.bandwidth_one * 1e-9, m.operations_all * 1e-9,
+        m.operations_one * 1e-9);
+    out += kHead;
+    for (const StageCost& stage : p.stages) {
+        if (stage.seconds > 0) out += row(stage, p, p.thread_seconds());
+    }
+    out += fmt::format("{:<16} {:>8.3f} s {:>6.1f} %  threads x time\n\n", "sum", sum(p.stages),
+                       percent(sum(p.stages), p.thread_seconds()));
+    if (!p.funcs.empty()) {
+        out += fmt::format("the slab kernel by Funcs, from {} samples; shares are of the kernel\n",
+                           p.samples);
+        out += kHead;
+        const double slab = sum(p.funcs);
+        for (const StageCost& func : p.funcs)
+            out += row(func, p, slab);
+        out += '\n';
+    }
+    if (m.threads > 1) {
+        out += fmt::format("threads     ");
+        for (int32_t t = 0; t < m.threads; ++t)
+            out += fmt::format(" {:>8}", t + 1);
+        out += '\n';
+        for (const StageCost& stage : p.stages) {
+            if (stage.seconds <= 0) continue;
+            out += fmt::format("{:<12}", stage.name);
+            for (const double seconds : stage.by_thread)
+                out += fmt::format(" {:>6.2f} s", seconds);
+            out += '\n';
+        }
+        out +=
+            fmt::format("\none thread alone: {:.2f} s of {:.2f} s, {:.1f} % of the print{}\n",
+                        p.alone_seconds, p.print_seconds, percent(p.alone_seconds, p.print_seconds),
+                        p.whole ? "" : ", scaled from these slabs");
+    }
+    return out;
+}
+
+std::string profile_json(const Profile& p) {
+    rapidjson::StringBuffer buffer;
+    Writer w(buffer);
+    w.SetIndent(' ', 2);
+    w.SetMaxDecimalPlaces(6);
+    w.StartObject();
+    text(w, "title", p.title);
+    w.Key("whole");
+    w.Bool(p.whole);
+    number(w, "slabs", int64_t{p.slabs});
+    number(w, "slabs_total", int64_t{p.slabs_total});
+    number(w, "voxels", p.voxels);
+    number(w, "threads", int64_t{p.machine.threads});
+    number(w, "set_up_seconds", p.set_up_seconds);
+    number(w, "seconds", p.seconds);
+    number(w, "processor_seconds", p.processor_seconds);
+    number(w, "thread_seconds", p.thread_seconds());
+    w.Key("machine");
+    w.StartObject();
+    number(w, "bytes_per_second", p.machine.bandwidth_all);
+    number(w, "bytes_per_second_one_thread", p.machine.bandwidth_one);
+    number(w, "operations_per_second", p.machine.operations_all);
+    number(w, "operations_per_second_one_thread", p.machine.operations_one);
+    w.EndObject();
+    w.Key("stages");
+    w.StartArray();
+    for (const StageCost& stage : p.stages)
+        write_stage(w, stage, p.thread_seconds());
+    w.EndArray();
+    w.Key("slab_funcs");
+    w.StartArray();
+    for (const StageCost& func : p.funcs)
+        write_stage(w, func, sum(p.funcs));
+    w.EndArray();
+    number(w, "samples", p.samples);
+    number(w, "alone_seconds", p.alone_seconds);
+    number(w, "print_seconds", p.print_seconds);
+    w.EndObject();
+    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+}
+
+}  // namespace openfab::tuner

@@ -1,0 +1,488 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/tuner/tune.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <random>
+#include <set>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "backends/common/output_file.h"
+#include "base/clock.h"
+#include "base/deadline.h"
+#include "base/hash.h"
+#include "base/say.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "program/interrupt.h"
+#include "tools/tuner/journal.h"
+#include "tools/tuner/machine.h"
+#include "tools/tuner/space.h"
+#include "tools/tuner/stand.h"
+
+namespace openfab::tuner {
+
+namespace {
+
+/// Neighbours that are printed together.
+constexpr int32_t kRun = 2;
+/// Rounds that a schedule stays in at most, of which each leaves the better half.
+constexpr size_t kRounds = 4;
+/// Schedules of one generation after the first.
+constexpr size_t kGeneration = 8;
+/// Of the budget, for the comparison at the end.
+constexpr double kVerifyShare = 0.2;
+/// A gain below this is not told from none.
+constexpr double kLeastGain = 0.01;
+
+/// A schedule that is tried.
+struct Candidate {
+    Setting setting;
+    std::string text;
+    Trial trial;
+    Contender contender;
+
+    bool usable() const { return trial.refused.empty(); }
+    double ratio() const { return trial.ratios.empty() ? 1.0 : median(trial.ratios); }
+};
+
+/// How the winner did on slabs that the search has not seen.
+struct Verdict {
+    std::vector<double> ratios;
+    int32_t slabs = 0;
+    bool unseen = true;
+    bool faster = false;
+};
+
+class Tuner {
+  public:
+    Tuner(const TuneOptions& options, const std::atomic<bool>& interrupt)
+        : options_(options), interrupt_(interrupt) {}
+
+    Result<void> run() {
+        if (const Result<void> begun = begin(); !begun) return begun;
+        const Result<void> searched = search();
+        // An end that was asked for is no failure yet: there may be a schedule to write.
+        if (!searched && !interrupt_.load()) return searched;
+        return conclude();
+    }
+
+  private:
+    double elapsed() const { return seconds_now() - start_; }
+    bool over() const { return deadline_.passed().load(); }
+
+    Result<void> begin() {
+        const Result<program::Options> print = parse_print(options_.print, "openfab tune");
+        if (!print) return print.error();
+        auto workload = Workload::create(*print, options_.schedules);
+        if (!workload) return workload.error();
+        workload_ = std::move(*workload);
+        if (const Result<void> made = make_space(); !made) return made;
+        auto stand = Stand::create(workload_.get(), interrupt_);
+        if (!stand) return stand.error();
+        stand_ = std::move(*stand);
+        if (const Result<void> chosen = choose_slabs(); !chosen) return chosen;
+        const std::string file =
+            options_.journal.empty() ? options_.output + ".journal" : options_.journal;
+        Result<Journal> journal = Journal::open(file, key());
+        if (!journal) return journal.error();
+        journal_ = std::make_unique<Journal>(std::move(*journal));
+        if (journal_->size() > 0)
+            say(fmt::format("{} schedules are known from {}\n", journal_->size(), file));
+        // From here on: a world may take long to set up, which is no one's choice.
+        start_ = seconds_now();
+        deadline_.start(options_.budget_seconds * (1 - kVerifyShare));
+        return {};
+    }
+
+    /// Finds the schedule to begin with, and the largest kernel that it is for.
+    Result<void> make_space() {
+        const driver::Schedules& schedules = workload_->compilation().schedules();
+        const lower::ProgramOptions program = workload_->program_options();
+        std::vector<lower::KernelUnit> units =
+            lower::list_kernels(workload_->compilation().fablets(), program);
+        std::erase_if(units, [](const lower::KernelUnit& unit) {
+            return unit.request.stage->kind != ir::StageKind::kVolume;
+        });
+        if (units.empty()) {
+            return user_error(
+                "no fablet of this world has a slab kernel: their volume stages are cut into "
+                "segments",
+                "`openfab profile` shows what the print spends its time on");
+        }
+        auto sites = lower::list_sites(units.front().request);
+        if (const auto* fault = std::get_if<lower::Fault>(&sites)) return workload_->report(*fault);
+        const std::string target = lower::isa_name(workload_->isa());
+        const schedule::Schedule& bound = units.front().request.schedule != nullptr
+                                              ? *units.front().request.schedule
+                                              : schedule::default_schedule("slab", target);
+        space_ = std::make_unique<Space>(schedules.file("slab", workload_->isa()), target,
+                                         schedules.params(), bound,
+                                         std::get<std::vector<lower::FuncSites>>(sites));
+        first_text_ = schedule::text_of(bound);
+        return {};
+    }
+
+    Result<void> choose_slabs() {
+        const double seconds = std::clamp(options_.budget_seconds / 400, 0.02, 1.0);
+        const Result<int32_t> count = stand_->slabs_in(seconds, interrupt_);
+        if (!count) return count.error();
+        const Vec2<int32_t> all = stand_->slabs();
+        seen_ = spread_slabs(all, *count, kRun, 0.25);
+        unseen_ = spread_slabs(all, *count, kRun, 0.75);
+        std::erase_if(unseen_, [&](int32_t slab) {
+            return std::binary_search(seen_.begin(), seen_.end(), slab);
+        });
+        // Fills caches, and tells what voxels there are.
+        for (const std::vector<int32_t>* slabs : {&seen_, &unseen_}) {
+            if (slabs->empty()) continue;
+            if (const Result<double> run = stand_->run(nullptr, *slabs, interrupt_); !run)
+                return run.error();
+        }
+        return {};
+    }
+
+    /// Describes all that a ratio depends on.
+    std::string key() const {
+        Hasher hash;
+        hash.add_text(first_text_);
+        hash.add_text(lower::isa_name(workload_->isa()));
+        hash.add_text(processor_name());
+        for (const lower::FabletUnit& fablet : workload_->compilation().fablets())
+            hash.add(fablet.hash);
+        const pipeline::PrintInfo& info = stand_->info();
+        for (const int32_t size : {info.size.x, info.size.y, info.slice_begin, info.slice_end})
+            hash.add(int64_t{size});
+        for (const auto& [name, value] : info.provenance) {
+            hash.add_text(name);
+            hash.add_text(value);
+        }
+        return fmt::format("{} {:016x}", info.title, hash.value());
+    }
+
+    /// Returns a new candidate, or null where it was tried or its text is not a schedule.
+    Candidate* propose(Setting setting) {
+        const auto text = space_->text(setting);
+        if (std::holds_alternative<schedule::Fault>(text)) return nullptr;
+        const std::string& lines = std::get<std::string>(text);
+        if (lines == first_text_ || !tried_.insert(lines).second) return nullptr;
+        Candidate& candidate = candidates_.emplace_back();
+        candidate.trial.changes = space_->changes(setting);
+        candidate.setting = std::move(setting);
+        candidate.text = lines;
+        if (const Trial* known = journal_->find(candidate.text)) candidate.trial = *known;
+        return &candidate;
+    }
+
+    /// Compiles those that are to be measured.
+    Result<void> prepare(const std::vector<Candidate*>& candidates) {
+        std::vector<Candidate*> missing;
+        std::vector<std::string> texts;
+        for (Candidate* candidate : candidates) {
+            if (!candidate->usable() || candidate->contender.program != nullptr) continue;
+            missing.push_back(candidate);
+            texts.push_back(candidate->text);
+        }
+        std::vector<Contender> made = stand_->compile(texts);
+        for (size_t k = 0; k < missing.size(); ++k) {
+            missing[k]->contender = std::move(made[k]);
+            missing[k]->trial.refused = missing[k]->contender.refused;
+            if (missing[k]->usable()) continue;
+            if (const Result<void> noted = note_trial(*missing[k]); !noted) return noted;
+        }
+        return {};
+    }
+
+    Result<void> note_trial(const Candidate& candidate) {
+        const Trial& trial = candidate.trial;
+        const std::string changes = fmt::format("{}", fmt::join(trial.changes, "; "));
+        if (trial.refused.empty()) {
+            say(fmt::format("{:>7} {:.3f} of the first's time: {}\n", format_seconds(elapsed()),
+                            candidate.ratio(), printable(changes)));
+        } else {
+            say(fmt::format("{:>7} refused: {}: {}\n", format_seconds(elapsed()),
+                            printable(changes), printable(trial.refused)));
+        }
+        return journal_->add(candidate.text, trial);
+    }
+
+    /// Measures each once, between two runs of the first schedule.
+    Result<void> measure(const std::vector<Candidate*>& candidates) {
+        Result<double> before = stand_->run(nullptr, seen_, deadline_.passed());
+        for (Candidate* candidate : candidates) {
+            if (!candidate->usable()) continue;
+            if (!before) return before.error();
+            const Result<double> run =
+                stand_->run(&candidate->contender, seen_, deadline_.passed());
+            if (over()) return {};
+            if (!run) {
+                candidate->trial.refused = run.error().message;
+                warn(fmt::format("a schedule fails, which is a bug of OpenFab: {}",
+                                 run.error().text()));
+                if (const Result<void> noted = note_trial(*candidate); !noted) return noted;
+                continue;
+            }
+            const Result<double> after = stand_->run(nullptr, seen_, deadline_.passed());
+            if (over()) return {};
+            if (!after) return after.error();
+            candidate->trial.ratios.push_back(2 * *run / (*before + *after));
+            before = after;
+            if (const Result<void> noted = note_trial(*candidate); !noted) return noted;
+        }
+        return {};
+    }
+
+    static void sort(std::vector<Candidate*>* candidates) {
+        std::erase_if(*candidates, [](const Candidate* candidate) {
+            return !candidate->usable() || candidate->trial.ratios.empty();
+        });
+        std::stable_sort(
+            candidates->begin(), candidates->end(),
+            [](const Candidate* a, const Candidate* b) { return a->ratio() < b->ratio(); });
+    }
+
+    /// Measures all once, the better half once more, and so on.
+    Result<void> halve(std::vector<Candidate*> left) {
+        for (size_t round = 0; round < kRounds && !left.empty() && !over(); ++round) {
+            // What the journal knows of a round is not measured again.
+            std::vector<Candidate*> missing;
+            for (Candidate* candidate : left) {
+                if (candidate->usable() && candidate->trial.ratios.size() <= round)
+                    missing.push_back(candidate);
+            }
+            const size_t at_once = 2 * std::max<size_t>(1, std::thread::hardware_concurrency());
+            for (size_t first = 0; first < missing.size() && !over(); first += at_once) {
+                const std::vector<Candidate*> some(
+                    missing.begin() + static_cast<ptrdiff_t>(first),
+                    missing.begin() +
+                        static_cast<ptrdiff_t>(std::min(first + at_once, missing.size())));
+                if (const Result<void> ready = prepare(some); !ready) return ready;
+                if (over()) break;
+                if (const Result<void> measured = measure(some); !measured) return measured;
+            }
+            sort(&left);
+            left.resize((left.size() + 1) / 2);
+            if (left.size() == 1 && round + 1 >= kRounds) break;
+        }
+        // Code of those that are out is not needed any more.
+        const Candidate* best = this->best();
+        for (Candidate& candidate : candidates_) {
+            if (&candidate != best) candidate.contender.program.reset();
+        }
+        return {};
+    }
+
+    /// Returns the candidate of the least ratio among those that stayed in for a few rounds.
+    Candidate* best() {
+        Candidate* out = nullptr;
+        for (Candidate& candidate : candidates_) {
+            if (!candidate.usable() || candidate.trial.ratios.size() + 1 < kRounds) continue;
+            if (out == nullptr || candidate.ratio() < out->ratio()) out = &candidate;
+        }
+        return out;
+    }
+
+    Result<void> search() {
+        // Each change alone.
+        std::vector<Candidate*> generation;
+        for (size_t k = 0; k < space_->knobs().size(); ++k) {
+            for (size_t c = 0; c < space_->knobs()[k].changes.size(); ++c) {
+                if (Candidate* candidate = propose({{k, c}})) generation.push_back(candidate);
+            }
+        }
+        say(fmt::format("{} slabs of {}, {} changes to try\n", seen_.size(),
+                        stand_->slabs().y - stand_->slabs().x, generation.size()));
+        while (!generation.empty() && !over()) {
+            if (const Result<void> halved = halve(generation); !halved) return halved;
+            generation = next_generation();
+        }
+        return {};
+    }
+
+    /// Returns settings near the best one: good changes added to it, and knobs of it set otherwise.
+    std::vector<Candidate*> next_generation() {
+        std::vector<Candidate*> out;
+        const Candidate* best = this->best();
+        const Setting from = best != nullptr && best->ratio() < 1 ? best->setting : Setting();
+        std::vector<Candidate*> good;
+        for (Candidate& candidate : candidates_)
+            good.push_back(&candidate);
+        sort(&good);
+        for (const Candidate* candidate : good) {
+            if (out.size() >= kGeneration / 2 || candidate->ratio() >= 1) break;
+            Setting joined = candidate->setting;
+            joined.insert(from.begin(), from.end());
+            if (Candidate* made = propose(joined)) out.push_back(made);
+        }
+        constexpr int kAttempts = 200;
+        for (int attempt = 0; attempt < kAttempts && out.size() < kGeneration; ++attempt) {
+            Setting changed = from;
+            const size_t flips = 1 + random_() % 2;
+            for (size_t k = 0; k < flips; ++k) {
+                const size_t knob = random_() % space_->knobs().size();
+                const size_t changes = space_->knobs()[knob].changes.size();
+                const size_t choice = random_() % (changes + 1);
+                changed.erase(knob);
+                if (choice < changes) changed[knob] = choice;
+            }
+            if (Candidate* made = propose(changed)) out.push_back(made);
+        }
+        return out;
+    }
+
+    /// Compares on slabs that the search has not seen, if there are any.
+    Result<Verdict> verify(Candidate* winner) {
+        static const std::atomic<bool> never{false};
+        Verdict verdict;
+        verdict.unseen = !unseen_.empty();
+        const std::vector<int32_t>& slabs = verdict.unseen ? unseen_ : seen_;
+        verdict.slabs = static_cast<int32_t>(slabs.size());
+        const bool hurry = interrupt_.load();
+        const size_t least = hurry ? 3 : 7, most = hurry ? 3 : 25;
+        const double until = options_.budget_seconds;
+        Result<double> before = stand_->run(nullptr, slabs, never);
+        while (verdict.ratios.size() < least ||
+               (verdict.ratios.size() < most && elapsed() < until)) {
+            if (!before) return before.error();
+            const Result<double> run = stand_->run(&winner->contender, slabs, never);
+            if (!run) return run.error();
+            const Result<double> after = stand_->run(nullptr, slabs, never);
+            if (!after) return after.error();
+            verdict.ratios.push_back(2 * *run / (*before + *after));
+            before = after;
+        }
+        const auto faster = std::count_if(verdict.ratios.begin(), verdict.ratios.end(),
+                                          [](double ratio) { return ratio < 1; });
+        verdict.faster = median(verdict.ratios) <= 1 - kLeastGain &&
+                         5 * static_cast<size_t>(faster) >= 4 * verdict.ratios.size();
+        return verdict;
+    }
+
+    /// Writes the winner, or the first schedule where none is faster.
+    Result<void> conclude() {
+        std::vector<Candidate*> ranked;
+        for (Candidate& candidate : candidates_) {
+            if (candidate.trial.ratios.size() + 1 >= kRounds) ranked.push_back(&candidate);
+        }
+        sort(&ranked);
+        constexpr size_t kTries = 3;
+        std::string lost;
+        for (size_t k = 0; k < std::min(kTries, ranked.size()); ++k) {
+            Candidate* winner = ranked[k];
+            if (winner->ratio() > 1 - kLeastGain) break;
+            if (const Result<void> ready = prepare({winner}); !ready) return ready;
+            if (!winner->usable()) continue;
+            if (const Result<void> fits = stand_->fits(winner->contender); !fits) {
+                winner->trial.refused = fits.error().message;
+                if (const Result<void> noted = note_trial(*winner); !noted) return noted;
+                continue;
+            }
+            const Result<Verdict> verdict = verify(winner);
+            if (!verdict) return verdict.error();
+            const double ratio = median(verdict->ratios);
+            if (verdict->faster) {
+                say(fmt::format("{} takes {:.3f} (+- {:.3f}) of the first's time on {} slabs{}\n",
+                                options_.output, ratio, spread(verdict->ratios), verdict->slabs,
+                                verdict->unseen ? " that the search has not seen" : ""));
+                return write(winner, *verdict);
+            }
+            lost +=
+                fmt::format("#   {}: {:.3f} +- {:.3f}\n", fmt::join(winner->trial.changes, "; "),
+                            ratio, spread(verdict->ratios));
+            if (interrupt_.load()) break;
+        }
+        say("no schedule is faster than the first one beyond noise\n");
+        return write(nullptr, {}, lost);
+    }
+
+    Result<void> write(const Candidate* winner, const Verdict& verdict,
+                       const std::string& lost = {}) {
+        size_t refused = 0, measured = 0;
+        std::vector<Candidate*> ranked;
+        for (Candidate& candidate : candidates_) {
+            refused += candidate.usable() ? 0 : 1;
+            measured += candidate.usable() && !candidate.trial.ratios.empty() ? 1 : 0;
+            ranked.push_back(&candidate);
+        }
+        sort(&ranked);
+        std::string out = fmt::format(
+            "# Made by `openfab tune` for {} on {}, for {}.\n"
+            "# Tried: {} schedules, and {} that were refused, on {} slabs of {}; ratios are of "
+            "processor time to\n# that of {}.\n",
+            printable(stand_->info().title), processor_name(), lower::isa_name(workload_->isa()),
+            measured, refused, seen_.size(), stand_->slabs().y - stand_->slabs().x, base_name());
+        if (winner != nullptr) {
+            out += fmt::format(
+                "# Won, with {:.3f} +- {:.3f} in {} runs on {} slabs{}:\n", median(verdict.ratios),
+                spread(verdict.ratios), verdict.ratios.size(), verdict.slabs,
+                verdict.unseen ? " that the search had not seen" : " (the print has no others)");
+            for (const std::string& change : winner->trial.changes)
+                out += fmt::format("#   {}\n", change);
+        } else {
+            out += "# None was faster beyond noise: these are the lines it began with.\n";
+            if (!lost.empty()) out += "# Faster in the search, not on other slabs:\n" + lost;
+        }
+        constexpr size_t kShown = 10;
+        out += "# The best in the search:\n";
+        for (size_t k = 0; k < std::min(kShown, ranked.size()); ++k)
+            out += fmt::format("#   {:.3f}  {}\n", ranked[k]->ratio(),
+                               fmt::join(ranked[k]->trial.changes, "; "));
+        out += "pipeline slab\n" + (winner != nullptr ? winner->text : first_text_);
+        if (const Result<void> written = backends::write_whole_file(options_.output, out); !written)
+            return written;
+        if (!interrupt_.load()) return {};
+        return Error{ErrorCode::kInterrupted,
+                     fmt::format("interrupted; the best so far is in {}", options_.output),
+                     "the same command continues from the journal",
+                     {}};
+    }
+
+    std::string base_name() const {
+        return workload_->compilation().schedules().file("slab", workload_->isa()).path;
+    }
+
+    const TuneOptions& options_;
+    const std::atomic<bool>& interrupt_;
+    Deadline deadline_{interrupt_};
+    double start_ = 0;
+    std::unique_ptr<Workload> workload_;
+    std::unique_ptr<Stand> stand_;
+    std::unique_ptr<Space> space_;
+    std::unique_ptr<Journal> journal_;
+    std::string first_text_;
+    std::vector<int32_t> seen_, unseen_;
+    std::deque<Candidate> candidates_;
+    std::set<std::string> tried_;
+    std::mt19937 random_{1};
+};
+
+Result<void> check_output(const TuneOptions& options) {
+    if (!options.output.ends_with(".sched"))
+        return usage_error(fmt::format("`-o {}`: name a file that ends in .sched", options.output));
+    for (const std::string& schedule : options.schedules.paths) {
+        std::error_code none;
+        if (std::filesystem::equivalent(schedule, options.output, none))
+            return usage_error(
+                fmt::format("`-o {}` would overwrite the schedule to begin with", options.output));
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<void> run_tune(const TuneOptions& options) {
+    if (const Result<void> checked = check_output(options); !checked) return checked;
+    const std::atomic<bool>& interrupt = program::install_interrupt(
+        exit_code(ErrorCode::kInterrupted), "error: interrupted before the search began\n");
+    const program::DeferredInterrupt deferred;
+    return Tuner(options, interrupt).run();
+}
+
+}  // namespace openfab::tuner

@@ -1,0 +1,136 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/tuner/workload.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "abi/kernel_call.h"
+#include "base/say.h"
+#include "program/outputs.h"
+#include "program/print_main.h"
+#include "world/fablet_sources.h"
+#include "world/world.h"
+
+namespace openfab::tuner {
+
+Result<program::Options> parse_print(const std::vector<std::string>& words,
+                                     const std::string& program) {
+    std::vector<const char*> argv{program.c_str()};
+    for (const std::string& word : words)
+        argv.push_back(word.c_str());
+    // Else it would ask for an output.
+    const bool dry_run = std::find(words.begin(), words.end(), "--dry-run") != words.end();
+    argv.push_back("--dry-run");
+    Result<program::Options> options =
+        program::parse_options(static_cast<int>(argv.size()), argv.data(), program);
+    if (!options || options->help) return options;
+    const std::pair<const char*, bool> kOutputs[] = {
+        {"-o", !options->output.empty()},
+        {"--preview", !options->previews.empty()},
+        {"--stats", !options->stats_file.empty()},
+        {"--fractions", !options->fractions_file.empty()},
+        {"--resume", options->resume},
+        {"--estimate", options->estimate},
+        {"--dry-run", dry_run},
+    };
+    for (const auto& [option, given] : kOutputs) {
+        if (given) {
+            return usage_error(fmt::format(
+                "`{}` keeps no slices and takes no `{}`; `openfab print` does", program, option));
+        }
+    }
+    if (!options->input.ends_with(".json")) {
+        return usage_error(
+            fmt::format("`{}` is not a world (.fab.json); make one of a mesh with `openfab import`",
+                        options->input));
+    }
+    options->dry_run = false;
+    if (options->format.empty()) options->format = "ofr";
+    return options;
+}
+
+Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print,
+                                                   const driver::ScheduleOptions& schedules) {
+    std::unique_ptr<Workload> out(new Workload);
+    out->print_ = print;
+    out->print_.isa = abi::best_isa(print.isa);
+    // Without a folder that can be trusted kernels are kept in memory alone.
+    const Result<std::filesystem::path> kept = lower::KernelCache::own_folder();
+    out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
+    const Result<world::World> world = world::load_world(
+        print.input, {{print.allow.begin(), print.allow.end()}, print.memory_bytes});
+    if (!world) return world.error();
+    const auto sources = world::fablet_sources(*world, print.input);
+    if (!sources) return sources.error();
+    for (const std::filesystem::path& source : *sources)
+        out->options_.files.push_back(source.string());
+    out->options_.target = lower::isa_name(out->print_.isa);
+    out->options_.back_end.schedules = schedules;
+    out->compilation_ = std::make_unique<driver::Compilation>(out->options_, out->common_);
+    const int code = out->compilation_->prepare();
+    if (code == driver::kExitDone) return out;
+    Error said{ErrorCode::kInternal, "", "", {}};
+    for (const ErrorCode known : {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside}) {
+        if (exit_code(known) == code) said.code = known;
+    }
+    return said;
+}
+
+Error Workload::report(const lower::Fault& fault) const {
+    const int code = compilation_->report(fault);
+    return Error{
+        code == driver::kExitUserInput ? ErrorCode::kUserInput : ErrorCode::kInternal, "", "", {}};
+}
+
+Result<std::unique_ptr<pipeline::PrintJob>> Workload::set_up(const openfab_fablet_list& fablets,
+                                                             const std::atomic<bool>& interrupt) {
+    Result<program::Job> job = program::load_job(print_, fablets);
+    if (!job) return job.error();
+    printer_ = job->printer;
+    const pipeline::PrintOptions options =
+        program::pipeline_options(print_, print_.format, job->input.materials.size(), interrupt);
+    return pipeline::PrintJob::create(std::move(job->input), options);
+}
+
+Result<std::unique_ptr<pipeline::SliceSink>> Workload::open_sink(
+    const std::filesystem::path& folder) const {
+    program::Options options = print_;
+    const bool is_folder = program::is_folder_format(print_.format);
+    options.output = (folder / (is_folder ? "slices" : "print." + print_.format)).string();
+    return program::open_output(options, printer_);
+}
+
+void use_slab_kernels(const openfab_fablet_list& from, const openfab_fablet_list& to,
+                      openfab_isa isa) {
+    for (int32_t k = 0; k < to.count; ++k) {
+        // The tables of a loaded program are its own memory; only the view of them is constant.
+        auto& kernel = const_cast<openfab_kernel&>(to.fablets[k]->slab);
+        kernel.fn[isa] = from.fablets[k]->slab.fn[isa];
+    }
+}
+
+std::vector<int32_t> spread_slabs(const Vec2<int32_t>& range, int32_t count, int32_t run,
+                                  double shift) {
+    const int32_t all = range.y - range.x;
+    std::set<int32_t> chosen;
+    if (count >= all) {
+        for (int32_t slab = range.x; slab < range.y; ++slab)
+            chosen.insert(slab);
+    } else {
+        const int32_t runs = std::max(1, count / run);
+        for (int32_t k = 0; k < runs; ++k) {
+            const double distance = static_cast<double>(all) / runs;
+            const auto first = static_cast<int32_t>(std::floor((k + shift) * distance));
+            for (int32_t n = 0; n < std::min(run, count); ++n)
+                chosen.insert(range.x + std::min(first + n, all - 1));
+        }
+    }
+    return {chosen.begin(), chosen.end()};
+}
+
+}  // namespace openfab::tuner

@@ -1,0 +1,78 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A print whose fablets are compiled into this process, to be run in parts, again and again, with
+// other kernels.
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "compiler/driver/compilation.h"
+#include "compiler/lower/jit.h"
+#include "compiler/lower/kernel_cache.h"
+#include "program/job.h"
+#include "program/options.h"
+#include "runtime/pipeline/print_job.h"
+
+namespace openfab::tuner {
+
+/// The options of a print that change what it computes, or how fast. Fails where one asks for
+/// outputs: nothing is kept of these prints.
+Result<program::Options> parse_print(const std::vector<std::string>& words,
+                                     const std::string& program);
+
+class Workload {
+  public:
+    /// Reads the world's fablets and the schedules, and runs all passes. Where that fails it has
+    /// been said, and the error has no message.
+    static Result<std::unique_ptr<Workload>> create(const program::Options& print,
+                                                    const driver::ScheduleOptions& schedules);
+
+    const program::Options& print() const { return print_; }
+    const driver::Compilation& compilation() const { return *compilation_; }
+    openfab_isa isa() const { return print_.isa; }
+
+    /// Returns the options of a program with the schedules of the command line.
+    lower::ProgramOptions program_options() { return compilation_->program_options(cache_.get()); }
+    /// Compiles all kernels.
+    std::variant<std::unique_ptr<lower::LoadedProgram>, lower::Fault> compile(
+        const lower::ProgramOptions& options) const {
+        return lower::load_program(compilation_->fablets(), options);
+    }
+    /// Says what is wrong, and returns the error of it.
+    Error report(const lower::Fault& fault) const;
+
+    /// Binds the world to compiled fablets, which must outlive the job, and sets the print up.
+    Result<std::unique_ptr<pipeline::PrintJob>> set_up(const openfab_fablet_list& fablets,
+                                                       const std::atomic<bool>& interrupt);
+    /// Opens an output of the print's format in a folder.
+    Result<std::unique_ptr<pipeline::SliceSink>> open_sink(
+        const std::filesystem::path& folder) const;
+
+  private:
+    Workload() = default;
+
+    program::Options print_;
+    driver::CompilationOptions options_;
+    driver::CommonOptions common_;
+    std::unique_ptr<driver::Compilation> compilation_;
+    std::unique_ptr<lower::KernelCache> cache_;
+    world::Printer printer_;
+};
+
+/// Puts the slab kernels of one program into another of the same fablets, whose prints run them from
+/// now on.
+void use_slab_kernels(const openfab_fablet_list& from, const openfab_fablet_list& to,
+                      openfab_isa isa);
+
+/// Returns `count` slabs of [range.x, range.y), rising: runs of `run` neighbours at equal distances, which
+/// begin `shift` (0 to 1) of their distance above the lowest; all if there are no more.
+std::vector<int32_t> spread_slabs(const Vec2<int32_t>& range, int32_t count, int32_t run,
+                                  double shift);
+
+}  // namespace openfab::tuner
