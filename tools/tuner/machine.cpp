@@ -6,6 +6,7 @@
 #include <atomic>
 #include <fstream>
 #include <functional>
+#include <numeric>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -21,18 +22,24 @@ namespace {
 constexpr size_t kFloats = size_t{8} << 20;
 constexpr int kRounds = 3;
 
-/// Runs `work(thread)` in so many threads at once and returns the seconds of the fastest round.
-double fastest(int32_t threads, const std::function<void(int32_t)>& work) {
-    double best = 1e30;
+/// Runs `work(thread)`, which returns how much it did, in so many threads at once. Returns the sum of
+/// what they do in a second of the processor, in the best round.
+double best_rate(int32_t threads, const std::function<double(int32_t)>& work) {
+    double best = 0;
     for (int round = 0; round < kRounds; ++round) {
-        const double start = seconds_now();
+        std::vector<double> rates(static_cast<size_t>(threads));
+        const auto run = [&](int32_t t) {
+            const double start = thread_processor_seconds();
+            const double done = work(t);
+            rates[static_cast<size_t>(t)] = done / (thread_processor_seconds() - start);
+        };
         std::vector<std::thread> others;
         for (int32_t t = 1; t < threads; ++t)
-            others.emplace_back(work, t);
-        work(0);
+            others.emplace_back(run, t);
+        run(0);
         for (std::thread& other : others)
             other.join();
-        best = std::min(best, seconds_now() - start);
+        best = std::max(best, std::accumulate(rates.begin(), rates.end(), 0.0));
     }
     return best;
 }
@@ -92,22 +99,20 @@ Machine measure_machine(int32_t threads, openfab_isa isa) {
     machine.threads = threads;
     std::vector<float> a(kFloats), b(kFloats, 1.0f), c(kFloats, 2.0f);
     const auto copy = [&](int32_t workers) {
-        const double seconds = fastest(workers, [&](int32_t t) {
+        return best_rate(workers, [&](int32_t t) {
             const auto part = [&](int32_t k) {
                 return kFloats * static_cast<size_t>(k) / static_cast<size_t>(workers);
             };
             triad(b.data(), c.data(), a.data(), part(t), part(t + 1));
+            return 3.0 * sizeof(float) * static_cast<double>(part(t + 1) - part(t));
         });
-        return 3.0 * sizeof(float) * static_cast<double>(kFloats) / seconds;
     };
     machine.bandwidth_one = copy(1);
     machine.bandwidth_all = threads > 1 ? copy(threads) : machine.bandwidth_one;
     std::atomic<float> used{0};
     const auto operate = isa == OPENFAB_ISA_AVX2 ? operate_avx2 : operate_sse41;
     const auto compute = [&](int32_t workers) {
-        std::atomic<int64_t> done{0};
-        const double seconds = fastest(workers, [&](int32_t) { done += operate(&used); });
-        return static_cast<double>(done.load()) / kRounds / seconds;
+        return best_rate(workers, [&](int32_t) { return static_cast<double>(operate(&used)); });
     };
     machine.operations_one = compute(1);
     machine.operations_all = threads > 1 ? compute(threads) : machine.operations_one;

@@ -13,7 +13,6 @@
 #include "backends/common/output_file.h"
 #include "backends/common/tee_sink.h"
 #include "base/clock.h"
-#include "base/deadline.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/stage_timer.h"
@@ -330,6 +329,8 @@ std::string bound_of(const StageCost& stage, const Machine& machine) {
     // Half of what memory gives a thread is about what real loops reach.
     constexpr double kNearLimit = 0.5;
     const double bytes = static_cast<double>(stage.bytes_read + stage.bytes_written);
+    // Funcs of a kernel pass on what they compute in caches, or in registers.
+    if (stage.by_thread.empty()) return "arithmetic";
     const double memory = stage.seconds > 0 ? bytes / stage.seconds / machine.bandwidth_each() : 0;
     return memory >= kNearLimit ? "memory" : "arithmetic";
 }

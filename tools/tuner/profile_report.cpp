@@ -31,7 +31,8 @@ std::string size_or_dash(int64_t bytes) {
 /// Bytes as a share of what memory gives one thread while all work, for what it took.
 std::string memory_share(const StageCost& stage, const Machine& machine) {
     const auto bytes = static_cast<double>(stage.bytes_read + stage.bytes_written);
-    if (bytes == 0 || stage.seconds <= 0) return "-";
+    // What Funcs store stays in caches, or in registers.
+    if (bytes == 0 || stage.seconds <= 0 || stage.by_thread.empty()) return "-";
     return fmt::format("{:.1f} %", percent(bytes / stage.seconds, machine.bandwidth_each()));
 }
 
@@ -135,7 +136,7 @@ std::string profile_table(const Profile& p) {
             out += fmt::format(" {:>8}", t + 1);
         out += '\n';
         for (const StageCost& stage : p.stages) {
-            if (stage.seconds <= 0) continue;
+            if (stage.seconds <= 0 || stage.by_thread.empty()) continue;
             out += fmt::format("{:<12}", stage.name);
             for (const double seconds : stage.by_thread)
                 out += fmt::format(" {:>6.2f} s", seconds);

@@ -70,8 +70,8 @@ Space::Space(const schedule::File& file, std::string target, std::map<std::strin
              const schedule::Schedule& bound, const std::vector<lower::FuncSites>& sites)
     : file_(file), target_(std::move(target)), params_(std::move(params)) {
     add_params(bound);
-    add_placements(sites);
     add_loops(sites);
+    add_placements(sites);
 }
 
 void Space::add_params(const schedule::Schedule& bound) {
@@ -88,7 +88,10 @@ void Space::add_params(const schedule::Schedule& bound) {
 
 void Space::add_placements(const std::vector<lower::FuncSites>& sites) {
     std::vector<Knob> storing;
-    for (const Group& group : groups_of(sites)) {
+    // What computes the fablet's values comes last among the Funcs, and takes most of the time.
+    std::vector<Group> groups = groups_of(sites);
+    std::reverse(groups.begin(), groups.end());
+    for (const Group& group : groups) {
         Knob knob{"place " + group.pattern, {}};
         const lower::FuncSites& func = *group.first;
         for (size_t k = 0; k < func.sites.size(); ++k) {

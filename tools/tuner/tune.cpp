@@ -16,7 +16,6 @@
 
 #include "backends/common/output_file.h"
 #include "base/clock.h"
-#include "base/deadline.h"
 #include "base/hash.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -76,7 +75,10 @@ class Tuner {
 
   private:
     double elapsed() const { return seconds_now() - start_; }
-    bool over() const { return deadline_.passed().load(); }
+    /// Returns whether the search has to end: for the time that is left, schedules are verified.
+    bool over() const {
+        return interrupt_.load() || elapsed() > options_.budget_seconds * (1 - kVerifyShare);
+    }
 
     Result<void> begin() {
         const Result<program::Options> print = parse_print(options_.print, "openfab tune");
@@ -98,7 +100,6 @@ class Tuner {
             say(fmt::format("{} schedules are known from {}\n", journal_->size(), file));
         // From here on: a world may take long to set up, which is no one's choice.
         start_ = seconds_now();
-        deadline_.start(options_.budget_seconds * (1 - kVerifyShare));
         return {};
     }
 
@@ -215,12 +216,11 @@ class Tuner {
 
     /// Measures each once, between two runs of the first schedule.
     Result<void> measure(const std::vector<Candidate*>& candidates) {
-        Result<double> before = stand_->run(nullptr, seen_, deadline_.passed());
+        Result<double> before = stand_->run(nullptr, seen_, interrupt_);
         for (Candidate* candidate : candidates) {
             if (!candidate->usable()) continue;
             if (!before) return before.error();
-            const Result<double> run =
-                stand_->run(&candidate->contender, seen_, deadline_.passed());
+            const Result<double> run = stand_->run(&candidate->contender, seen_, interrupt_);
             if (over()) return {};
             if (!run) {
                 candidate->trial.refused = run.error().message;
@@ -229,7 +229,7 @@ class Tuner {
                 if (const Result<void> noted = note_trial(*candidate); !noted) return noted;
                 continue;
             }
-            const Result<double> after = stand_->run(nullptr, seen_, deadline_.passed());
+            const Result<double> after = stand_->run(nullptr, seen_, interrupt_);
             if (over()) return {};
             if (!after) return after.error();
             candidate->trial.ratios.push_back(2 * *run / (*before + *after));
@@ -450,7 +450,6 @@ class Tuner {
 
     const TuneOptions& options_;
     const std::atomic<bool>& interrupt_;
-    Deadline deadline_{interrupt_};
     double start_ = 0;
     std::unique_ptr<Workload> workload_;
     std::unique_ptr<Stand> stand_;
