@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "backends/boundary/mesh_sink.h"
-#include "backends/boundary/part_file.h"
+#include "backends/common/part_file.h"
 #include "base/text.h"
 
 namespace openfab::boundary {
@@ -107,12 +107,13 @@ class StlWriter final : public MeshWriter {
 
   private:
     struct File {
-        std::unique_ptr<PartFile> part;
+        std::unique_ptr<backends::PartFile> part;
         int64_t triangles = 0;
     };
 
     Result<void> open(size_t material) {
-        Result<std::unique_ptr<PartFile>> part = PartFile::create(stl_path(path_, info_, material));
+        Result<std::unique_ptr<backends::PartFile>> part =
+            backends::PartFile::create(stl_path(path_, info_, material));
         if (!part) return part.error();
         std::string title =
             fmt::format("binary STL in millimetres, material {}", info_.materials[material].name);

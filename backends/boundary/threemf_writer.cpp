@@ -6,10 +6,10 @@
 #include <iterator>
 #include <utility>
 
-#include "backends/boundary/deflate_spool.h"
 #include "backends/boundary/mesh_sink.h"
-#include "backends/boundary/package.h"
-#include "backends/boundary/part_file.h"
+#include "backends/common/deflate_spool.h"
+#include "backends/common/package.h"
+#include "backends/common/part_file.h"
 
 namespace openfab::boundary {
 
@@ -68,7 +68,7 @@ class ThreemfWriter final : public MeshWriter {
         coordinates_ = Coordinates(info);
         meshes_.resize(info.materials.size());
         // Reports an unwritable output now, not after the last slice.
-        Result<std::unique_ptr<PartFile>> file = PartFile::create(path_);
+        Result<std::unique_ptr<backends::PartFile>> file = backends::PartFile::create(path_);
         if (!file) return file.error();
         file_ = std::move(*file);
         return {};
@@ -111,7 +111,7 @@ class ThreemfWriter final : public MeshWriter {
         int64_t bytes = kGlueBytes;
         bool any = false;
         for (const Mesh& mesh : meshes_) {
-            for (DeflateSpool* spool : {mesh.vertices.get(), mesh.triangles.get()}) {
+            for (backends::DeflateSpool* spool : {mesh.vertices.get(), mesh.triangles.get()}) {
                 if (spool == nullptr) continue;
                 any = true;
                 if (Result<void> ended = spool->end(); !ended) return ended;
@@ -123,7 +123,7 @@ class ThreemfWriter final : public MeshWriter {
                 "nothing was printed: the print holds no material, so there is no mesh to write");
         Result<backends::OutputFile*> file = file_->flushed();
         if (!file) return file.error();
-        Result<std::unique_ptr<Package>> package = Package::create(*file);
+        Result<std::unique_ptr<backends::Package>> package = backends::Package::create(*file);
         if (!package) return package.error();
         package_ = std::move(*package);
         Result<void> done = package_->add("[Content_Types].xml", kContentTypes);
@@ -137,7 +137,7 @@ class ThreemfWriter final : public MeshWriter {
 
   private:
     struct Mesh {
-        std::unique_ptr<DeflateSpool> vertices, triangles;
+        std::unique_ptr<backends::DeflateSpool> vertices, triangles;
         int64_t vertex_count = 0, triangle_count = 0;
     };
 
@@ -150,22 +150,22 @@ class ThreemfWriter final : public MeshWriter {
                         info_.materials[code - 1u].name));
     }
 
-    Result<void> make_spool(std::unique_ptr<DeflateSpool>* spool) {
+    Result<void> make_spool(std::unique_ptr<backends::DeflateSpool>* spool) {
         const std::filesystem::path folder = path_.parent_path();
-        Result<std::unique_ptr<DeflateSpool>> made =
-            DeflateSpool::create(folder.empty() ? "." : folder);
+        Result<std::unique_ptr<backends::DeflateSpool>> made =
+            backends::DeflateSpool::create(folder.empty() ? "." : folder);
         if (!made) return made.error();
         *spool = std::move(*made);
         return {};
     }
 
     Result<void> put(const std::string& text, bool last = false) {
-        const std::vector<uint8_t> packed = deflate_text(text, last, &sum_);
+        const std::vector<uint8_t> packed = backends::deflate_text(text, last, &sum_);
         if (packed.empty()) return outside_error("out of memory");
         return package_->write_packed(packed);
     }
 
-    Result<void> put(const DeflateSpool& spool) {
+    Result<void> put(const backends::DeflateSpool& spool) {
         sum_.add(spool.sum());
         return spool.read(
             [this](std::span<const uint8_t> bytes) { return package_->write_packed(bytes); });
@@ -221,9 +221,9 @@ class ThreemfWriter final : public MeshWriter {
     pipeline::PrintInfo info_;
     Coordinates coordinates_;
     std::vector<Mesh> meshes_;  ///< by material
-    std::unique_ptr<PartFile> file_;
-    std::unique_ptr<Package> package_;  ///< declared after file_, so destroyed before it
-    TextSum sum_;
+    std::unique_ptr<backends::PartFile> file_;
+    std::unique_ptr<backends::Package> package_;  ///< declared after file_, so destroyed before it
+    backends::TextSum sum_;
     fmt::memory_buffer text_;
 };
 

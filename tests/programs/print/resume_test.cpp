@@ -14,7 +14,7 @@
 #include <random>
 #include <thread>
 
-#include "backends/boundary/part_file.h"
+#include "backends/common/part_file.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
@@ -403,8 +403,8 @@ TEST_F(Resume, TwoWritersAreRefused) {
             raster::FolderSink::create(path("a"), {});
         ASSERT_TRUE(folder);
         refused("a", "png");
-        const Result<std::unique_ptr<boundary::PartFile>> mesh =
-            boundary::PartFile::create(path("a.3mf"));
+        const Result<std::unique_ptr<backends::PartFile>> mesh =
+            backends::PartFile::create(path("a.3mf"));
         ASSERT_TRUE(mesh);
         refused("a.3mf", "3mf");
     }

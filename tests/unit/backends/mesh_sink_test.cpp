@@ -20,7 +20,7 @@
 #include <map>
 #include <set>
 
-#include "backends/boundary/package.h"
+#include "backends/common/package.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/read/stl.h"
 #include "mesh/read/threemf.h"
@@ -378,12 +378,12 @@ TEST_F(MeshFiles, LargePackages) {
         Result<backends::OutputFile> file =
             backends::OutputFile::create((scratch_ / "large.zip").string());
         ASSERT_TRUE(file);
-        auto package = boundary::Package::create(&*file);
+        auto package = backends::Package::create(&*file);
         ASSERT_TRUE(package);
         ASSERT_TRUE((*package)->begin_packed("model", int64_t{5} << 30));
-        boundary::TextSum sum;
+        backends::TextSum sum;
         for (bool last : {false, true}) {
-            const auto packed = boundary::deflate_text(text, last, &sum);
+            const auto packed = backends::deflate_text(text, last, &sum);
             ASSERT_TRUE((*package)->write_packed(packed));
         }
         ASSERT_TRUE((*package)->end_packed(sum));

@@ -1,13 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "backends/boundary/part_file.h"
+#include "backends/common/part_file.h"
 
 #include <fmt/format.h>
 
 #include <system_error>
 #include <utility>
 
-namespace openfab::boundary {
+namespace openfab::backends {
 
 namespace {
 
@@ -19,7 +19,7 @@ std::filesystem::path part_name(const std::filesystem::path& path) {
 
 }  // namespace
 
-PartFile::PartFile(backends::OutputFile file, std::filesystem::path path)
+PartFile::PartFile(OutputFile file, std::filesystem::path path)
     : file_(std::move(file)), path_(std::move(path)) {
     waiting_.reserve(kBuffer);
 }
@@ -34,21 +34,21 @@ Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& 
     if (std::filesystem::is_directory(path, ignored)) {
         return user_error(fmt::format("`{}` is a folder; the output is a file", path.string()));
     }
-    Result<backends::OutputFile> file = backends::OutputFile::create(part_name(path));
+    Result<OutputFile> file = OutputFile::create(part_name(path));
     if (!file) return file.error();
     return std::unique_ptr<PartFile>(new PartFile(std::move(*file), path));
 }
 
 Result<void> PartFile::write(std::span<const uint8_t> bytes) {
     if (waiting_.size() + bytes.size() > kBuffer) {
-        if (Result<backends::OutputFile*> file = flushed(); !file) return file.error();
+        if (Result<OutputFile*> file = flushed(); !file) return file.error();
         if (bytes.size() > kBuffer) return file_.write(bytes);
     }
     waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
     return {};
 }
 
-Result<backends::OutputFile*> PartFile::flushed() {
+Result<OutputFile*> PartFile::flushed() {
     Result<void> written = file_.write(waiting_);
     waiting_.clear();
     if (!written) return written.error();
@@ -56,7 +56,7 @@ Result<backends::OutputFile*> PartFile::flushed() {
 }
 
 Result<void> PartFile::keep() {
-    if (Result<backends::OutputFile*> file = flushed(); !file) return file.error();
+    if (Result<OutputFile*> file = flushed(); !file) return file.error();
     if (Result<void> synced = file_.sync(); !synced) return synced;
     // Renamed before the lock is released, so that no other process truncates it in between.
     std::error_code code;
@@ -67,4 +67,4 @@ Result<void> PartFile::keep() {
     return file_.close(false);
 }
 
-}  // namespace openfab::boundary
+}  // namespace openfab::backends

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "backends/boundary/deflate_spool.h"
+#include "backends/common/deflate_spool.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace openfab::boundary {
+namespace openfab::backends {
 
 namespace {
 
@@ -128,4 +128,4 @@ Result<void> DeflateSpool::read(
     return {};
 }
 
-}  // namespace openfab::boundary
+}  // namespace openfab::backends

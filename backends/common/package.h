@@ -11,17 +11,17 @@
 #include <string>
 #include <string_view>
 
-#include "backends/boundary/deflate_spool.h"
+#include "backends/common/deflate_spool.h"
 #include "backends/common/output_file.h"
 
-namespace openfab::boundary {
+namespace openfab::backends {
 
 /// A package in a file. Entries are written one after another; they have no timestamps, so the same
 /// entries give the same bytes.
 class Package {
   public:
     /// `file` must be empty, allow writes at any offset, and outlive this.
-    static Result<std::unique_ptr<Package>> create(backends::OutputFile* file);
+    static Result<std::unique_ptr<Package>> create(OutputFile* file);
     ~Package();
     Package(const Package&) = delete;
 
@@ -36,7 +36,7 @@ class Package {
   private:
     /// The stream that minizip writes to.
     struct Stream {
-        backends::OutputFile* file = nullptr;
+        OutputFile* file = nullptr;
         int64_t at = 0;
         std::optional<Error> error;
     };
@@ -50,4 +50,4 @@ class Package {
     void* zip_ = nullptr;
 };
 
-}  // namespace openfab::boundary
+}  // namespace openfab::backends

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "backends/boundary/package.h"
+#include "backends/common/package.h"
 
 #include <fmt/format.h>
 #include <minizip/zip.h>
@@ -9,7 +9,7 @@
 
 #include "base/check.h"
 
-namespace openfab::boundary {
+namespace openfab::backends {
 
 namespace {
 
@@ -57,7 +57,7 @@ struct Package::Callbacks {
     static int error(voidpf opaque, voidpf) { return static_cast<Stream*>(opaque)->error ? 1 : 0; }
 };
 
-Result<std::unique_ptr<Package>> Package::create(backends::OutputFile* file) {
+Result<std::unique_ptr<Package>> Package::create(OutputFile* file) {
     std::unique_ptr<Package> package(new Package());
     package->stream_->file = file;
     zlib_filefunc64_def functions{&Callbacks::open,  &Callbacks::read,      &Callbacks::write,
@@ -117,4 +117,4 @@ Result<void> Package::close() {
     return checked(zipClose(std::exchange(zip_, nullptr), nullptr), "closing");
 }
 
-}  // namespace openfab::boundary
+}  // namespace openfab::backends

@@ -19,7 +19,7 @@
 
 #include "base/result.h"
 
-namespace openfab::boundary {
+namespace openfab::backends {
 
 /// Size and checksum of uncompressed text.
 struct TextSum {
@@ -59,4 +59,4 @@ class DeflateSpool {
     int64_t packed_ = 0;
 };
 
-}  // namespace openfab::boundary
+}  // namespace openfab::backends

@@ -12,7 +12,7 @@
 
 #include "backends/common/output_file.h"
 
-namespace openfab::boundary {
+namespace openfab::backends {
 
 /// Writes to `path.part`, which is removed by the destructor unless `keep` was called.
 class PartFile {
@@ -24,18 +24,18 @@ class PartFile {
     /// Appends bytes, buffered.
     Result<void> write(std::span<const uint8_t> bytes);
     /// Flushes the buffer and returns the file.
-    Result<backends::OutputFile*> flushed();
+    Result<OutputFile*> flushed();
     /// Syncs the file and renames it to `path`, replacing an earlier one.
     Result<void> keep();
     const std::filesystem::path& path() const { return path_; }
 
   private:
-    PartFile(backends::OutputFile file, std::filesystem::path path);
+    PartFile(OutputFile file, std::filesystem::path path);
 
-    backends::OutputFile file_;
+    OutputFile file_;
     std::filesystem::path path_;
     std::vector<uint8_t> waiting_;
     bool kept_ = false;
 };
 
-}  // namespace openfab::boundary
+}  // namespace openfab::backends
