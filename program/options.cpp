@@ -115,7 +115,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->required();
     app.add_option(
            "-o,--output", o.output,
-           "a folder (png, bmp), a file (.ofr, .npy, .3mf, .stl), - for standard output (ofr), "
+           "a folder (png, bmp), a file (.ofr, .gcvf, .npy, .3mf, .stl), - for standard output "
+           "(ofr), "
            "or a receiver: tcp://HOST:PORT, tls://HOST:PORT or unix:PATH")
         ->type_name("OUT");
     app.add_option("--format", o.format,
@@ -171,7 +172,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->allow_extra_args(false)
         ->type_name("PICTURE");
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
-    app.add_flag("--flip-x", o.flip_x, "mirror PNG slices, for front ends that mirror them back");
+    app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
     app.add_option("--memory", raw.memory, "memory budget of the whole process (default: 1.5GB)")
         ->type_name("SIZE");
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")

@@ -12,6 +12,7 @@
 
 #include "backends/boundary/mesh_sink.h"
 #include "backends/common/tee_sink.h"
+#include "backends/gcvf/gcvf_sink.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/preview/preview.h"
 #include "backends/raster/folder_sink.h"
@@ -39,9 +40,11 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
             is_mesh_format(format)
                 ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
                   "short; print an .ofr file, and make meshes of it with `openfab export`"
+            : format == "gcvf"
+                ? "a package is closed after its last slice, so nothing is left of one that was "
+                  "cut short; print an .ofr file, and make a gcvf of it with `openfab export`"
             : format == "npy" ? "an array does not keep what it was made of; print an .ofr file, "
-                                "and make an array "
-                                "of it with `openfab export`"
+                                "and make an array of it with `openfab export`"
                               : "it is not a file that keeps what was written"));
     }
     if (stream::is_address(options.output)) {
@@ -66,6 +69,10 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<boundary::MeshSink>(
             format == "stl" ? boundary::make_stl_writer(options.output)
                             : boundary::make_threemf_writer(options.output)));
+    }
+    if (format == "gcvf") {
+        return std::unique_ptr<pipeline::SliceSink>(
+            std::make_unique<gcvf::GcvfSink>(options.output, options.flip_x));
     }
     if (format == "npy") return raster::NpySink::create(options.output);
     raster::FolderOptions folder;
@@ -93,7 +100,7 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
     if (options.output == "-" || stream::is_address(options.output)) return std::string("ofr");
     const std::filesystem::path path(options.output);
     const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
-    for (const char* known : {".ofr", ".npy", ".stl", ".3mf"}) {
+    for (const char* known : {".ofr", ".gcvf", ".npy", ".stl", ".3mf"}) {
         if (extension == known) return std::string(known + 1);
     }
     if (extension == ".png") {
@@ -111,9 +118,9 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
     std::error_code ignored;
     if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
         return usage_error(fmt::format(
-            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .npy, .3mf, .stl, or a "
-            "folder "
-            "of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
+            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .gcvf, .npy, .3mf, .stl, "
+            "or "
+            "a folder of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
             options.output, extension.substr(1), (path.parent_path() / path.stem()).string()));
     }
     return printer.native_format;
@@ -148,6 +155,7 @@ bool can_be_resumed(const Options& options, const std::string& format) {
 
 int64_t output_bytes_per_column(const std::string& format, size_t materials) {
     if (is_mesh_format(format)) return boundary::kMesherBytesPerColumn;
+    if (format == "gcvf") return gcvf::kBytesPerColumn;
     // What slices that wait for their turn take beyond their packed rows: a bit for each material, or
     // a byte, in the slabs of eight slices that two threads have in flight.
     constexpr int64_t kSlabs = 4;

@@ -14,7 +14,7 @@ set(sanitized_tests
     unit/source_test unit/diag_test unit/syntax_test unit/check_language_test unit/translate_test
     unit/interp_test lang/lang_test
     unit/print_options_test unit/print_output_check_test
-    unit/ofr_test unit/folder_sink_test unit/preview_test unit/mesh_sink_test
+    unit/ofr_test unit/folder_sink_test unit/preview_test unit/mesh_sink_test unit/gcvf_test
     programs/print_resume_test programs/print_refusals_test programs/print_pipes_and_disks_test
     property/foreign_meshes_test
     # Addresses: trees and their kernels, dicing, coverage, dither, packing, slabs, segments, culling, support, output.

@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <bit>
+#include <array>
 #include <cctype>
-#include <cstring>
 #include <system_error>
 #include <utility>
 
 #include "backends/boundary/mesh_sink.h"
+#include "backends/boundary/stl_facet.h"
 #include "backends/common/part_file.h"
 #include "base/text.h"
 
@@ -17,12 +16,7 @@ namespace openfab::boundary {
 
 namespace {
 
-constexpr size_t kTitle = 80;           // any text that does not begin with "solid"
-constexpr size_t kHeader = kTitle + 4;  // and the number of triangles
-constexpr size_t kFacet = 50;           // normal, three corners, two bytes
 constexpr int64_t kMostTriangles = UINT32_MAX;
-
-static_assert(std::endian::native == std::endian::little, "STL is written as it lies in memory");
 
 /// Letters, digits, `-` and `.` are safe in every file system and on every command line.
 std::string file_name_of(const std::string& name) {
@@ -67,11 +61,12 @@ class StlWriter final : public MeshWriter {
                             "coarser `--mesh-pitch`",
                             file.part->path().string(), kMostTriangles));
         }
-        facets_.resize(triangles.size() * kFacet);
+        facets_.resize(triangles.size() * kStlFacetBytes);
         uint8_t* at = facets_.data();
         for (const MeshTriangle& t : triangles) {
-            write_facet(t, at);
-            at += kFacet;
+            put_stl_facet({coordinates_.at(t[0]), coordinates_.at(t[1]), coordinates_.at(t[2])},
+                          at);
+            at += kStlFacetBytes;
         }
         return file.part->write(facets_);
     }
@@ -81,10 +76,11 @@ class StlWriter final : public MeshWriter {
             if (file.part == nullptr) continue;
             Result<backends::OutputFile*> out = file.part->flushed();
             if (!out) return out.error();
-            const auto count = static_cast<uint32_t>(file.triangles);
-            uint8_t bytes[4];
-            std::memcpy(bytes, &count, sizeof bytes);
-            if (Result<void> put = (*out)->overwrite(kTitle, bytes); !put) return put;
+            const std::array header = stl_header("", static_cast<uint32_t>(file.triangles));
+            if (Result<void> put =
+                    (*out)->overwrite(kStlTitleBytes, std::span(header).subspan(kStlTitleBytes));
+                !put)
+                return put;
         }
         bool any = false;
         for (size_t m = 0; m < files_.size(); ++m) {
@@ -115,27 +111,10 @@ class StlWriter final : public MeshWriter {
         Result<std::unique_ptr<backends::PartFile>> part =
             backends::PartFile::create(stl_path(path_, info_, material));
         if (!part) return part.error();
-        std::string title =
-            fmt::format("binary STL in millimetres, material {}", info_.materials[material].name);
-        title.resize(kHeader, '\0');
-        std::fill(title.begin() + kTitle, title.end(), '\0');
         files_[material].part = std::move(*part);
-        return files_[material].part->write(
-            {reinterpret_cast<const uint8_t*>(title.data()), title.size()});
-    }
-
-    void write_facet(const MeshTriangle& t, uint8_t* at) const {
-        Vec3f values[4];
-        for (size_t i = 0; i < 3; ++i)
-            values[i + 1] = coordinates_.at(t[i]);
-        const auto corner = [&](size_t i) { return vec_cast<double>(values[i + 1]); };
-        const Vec3d area = cross(corner(1) - corner(0), corner(2) - corner(0));
-        const double size = length(area);
-        for (int axis = 0; axis < 3 && size > 0; ++axis)
-            values[0][axis] = static_cast<float>(area[axis] / size + 0.0);  // no -0
-        static_assert(sizeof values == 48);
-        std::memcpy(at, values, sizeof values);
-        std::memset(at + sizeof values, 0, kFacet - sizeof values);
+        return files_[material].part->write(stl_header(
+            fmt::format("binary STL in millimetres, material {}", info_.materials[material].name),
+            0));
     }
 
     std::filesystem::path path_;

@@ -10,6 +10,7 @@
 #include "backends/common/deflate_spool.h"
 #include "backends/common/package.h"
 #include "backends/common/part_file.h"
+#include "backends/common/xml_text.h"
 
 namespace openfab::boundary {
 
@@ -34,30 +35,6 @@ constexpr std::string_view kRelationships =
   <Relationship Target="/3D/3dmodel.model" Id="model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
 </Relationships>
 )";
-
-/// Escapes text of an attribute or element. Characters that XML does not allow are replaced.
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-        }
-    }
-    return out;
-}
 
 class ThreemfWriter final : public MeshWriter {
   public:
@@ -179,11 +156,11 @@ class ThreemfWriter final : public MeshWriter {
             "<metadata name=\"Title\">{}</metadata>\n"
             "<metadata name=\"Application\">OpenFab</metadata>\n"
             "<resources>\n<basematerials id=\"{}\">\n",
-            escaped(info_.title), kMaterialsId);
+            backends::escape_xml(info_.title), kMaterialsId);
         for (const pipeline::SliceMaterial& m : info_.materials) {
             text += fmt::format("<base name=\"{}\" displaycolor=\"#{:02X}{:02X}{:02X}{:02X}\"/>\n",
-                                escaped(m.name), m.preview[0], m.preview[1], m.preview[2],
-                                m.preview[3]);
+                                backends::escape_xml(m.name), m.preview[0], m.preview[1],
+                                m.preview[2], m.preview[3]);
         }
         return text + "</basematerials>\n";
     }
@@ -198,10 +175,10 @@ class ThreemfWriter final : public MeshWriter {
             ++id;
             components += fmt::format("<component objectid=\"{}\"/>\n", id);
             if (done) {
-                done =
-                    put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" "
-                                    "pindex=\"{}\">\n<mesh>\n<vertices>\n",
-                                    id, escaped(info_.materials[m].name), kMaterialsId, m));
+                done = put(fmt::format(
+                    "<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" "
+                    "pindex=\"{}\">\n<mesh>\n<vertices>\n",
+                    id, backends::escape_xml(info_.materials[m].name), kMaterialsId, m));
             }
             if (done) done = put(*mesh.vertices);
             if (done) done = put("</vertices>\n<triangles>\n");
@@ -213,7 +190,7 @@ class ThreemfWriter final : public MeshWriter {
         return put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\">\n<components>\n{}"
                                "</components>\n</object>\n</resources>\n"
                                "<build>\n<item objectid=\"{}\"/>\n</build>\n</model>\n",
-                               id, escaped(info_.title), components, id),
+                               id, backends::escape_xml(info_.title), components, id),
                    true);
     }
 

@@ -141,8 +141,9 @@ void add_export(CLI::App& app, Action* action) {
         "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
     auto options = std::make_shared<ExportOptions>();
     command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
-    command->add_option("-o,--output", options->print.output,
-                        "a folder, or an .ofr, .npy, .3mf or .stl file; with --slice a .png file");
+    command->add_option(
+        "-o,--output", options->print.output,
+        "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file; with --slice a .png file");
     command->add_option("--slice", options->slice, "write only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
     add_copy_options(command, options.get());
@@ -155,7 +156,7 @@ void add_merge(CLI::App& app, Action* action) {
     auto options = std::make_shared<MergeOptions>();
     command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
     command->add_option("-o,--output", options->output.print.output,
-                        "a folder, or an .ofr, .npy, .3mf or .stl file");
+                        "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file");
     add_copy_options(command, &options->output);
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }

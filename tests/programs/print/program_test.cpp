@@ -175,6 +175,7 @@ TEST_F(PrintProgram, MistakesHaveTheirExitCodes) {
     EXPECT_EQ(print({}).exit_code, 2);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--nonsense"}).exit_code, 2);
     EXPECT_EQ(print({"-o", path("a.3mf"), "--resume"}).exit_code, 2);
+    EXPECT_EQ(print({"-o", path("a.gcvf"), "--resume"}).exit_code, 2);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--printer", "no-such"}).exit_code, 1);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--set", "thing.c=1"}).exit_code, 1);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--slices", "500:600"}).exit_code, 1);
@@ -321,6 +322,22 @@ TEST_F(PrintProgram, InterruptedKeepsWholeSlices) {
     EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
     EXPECT_EQ(openfab({"verify", path("a.ofr")}).exit_code, 1);
     EXPECT_THAT(read_file(path("s.json")), HasSubstr("\"complete\": false"));
+}
+
+TEST_F(PrintProgram, AGcvfIsTheSamePrintedOrExportedAndNeverInPart) {
+    EXPECT_EQ(print({"-o", path("a.ofr")}).exit_code, 0);
+    EXPECT_EQ(print({"-o", path("a.gcvf")}).exit_code, 0);
+    EXPECT_EQ(openfab({"export", path("a.ofr"), "-o", path("b"), "--format", "gcvf"}).exit_code, 0);
+    EXPECT_TRUE(read_file(path("a.gcvf")) == read_file(path("b")));
+    write_world("large.fab.json", "Skin", "[60, 60, 60]");
+    RunOptions options;
+    options.interrupt_when = [](int elapsed_ms, const Outcome&) { return elapsed_ms >= 700; };
+    const Outcome outcome = print({"-o", path("c.gcvf"), "--voxel", "0.05mm", "--threads", "1"},
+                                  options, "large.fab.json");
+    EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("none was written"));
+    for (const fs::directory_entry& entry : fs::directory_iterator(scratch_.path()))
+        EXPECT_FALSE(entry.path().filename().string().starts_with("c.gcvf")) << entry.path();
 }
 
 TEST_F(PrintProgram, AMeshAloneIsPrintedAsItIs) {

@@ -1,0 +1,33 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/boundary/stl_facet.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+namespace openfab::boundary {
+
+static_assert(std::endian::native == std::endian::little, "STL is written as it lies in memory");
+
+std::array<uint8_t, kStlHeaderBytes> stl_header(const std::string& title, uint32_t triangles) {
+    std::array<uint8_t, kStlHeaderBytes> out{};
+    std::memcpy(out.data(), title.data(), std::min(title.size(), kStlTitleBytes));
+    std::memcpy(out.data() + kStlTitleBytes, &triangles, sizeof triangles);
+    return out;
+}
+
+void put_stl_facet(const std::array<Vec3f, 3>& corners, uint8_t* out) {
+    const auto corner = [&](size_t i) { return vec_cast<double>(corners[i]); };
+    const Vec3d area = cross(corner(1) - corner(0), corner(2) - corner(0));
+    const double size = length(area);
+    Vec3f normal;
+    for (int axis = 0; axis < 3 && size > 0; ++axis)
+        normal[axis] = static_cast<float>(area[axis] / size + 0.0);  // no -0
+    static_assert(sizeof normal + sizeof corners + 2 == kStlFacetBytes);
+    std::memcpy(out, &normal, sizeof normal);
+    std::memcpy(out + sizeof normal, corners.data(), sizeof corners);
+    std::memset(out + sizeof normal + sizeof corners, 0, 2);
+}
+
+}  // namespace openfab::boundary
