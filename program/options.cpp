@@ -274,6 +274,13 @@ Result<void> validate_options(const Raw& raw, Options* o) {
         return usage_error(fmt::format("there is no output format `{}`; choose from {}", o->format,
                                        format_names()));
     }
+    if (o->fractions_file.ends_with(".vdb")) {
+        const std::string npy = o->fractions_file.substr(0, o->fractions_file.size() - 3) + "npy";
+        return usage_error(fmt::format(
+            "`--fractions {0}`: OpenVDB is written by `openfab export`; write `--fractions {1}`, "
+            "and then `openfab export {1} -o {0}`",
+            o->fractions_file, npy));
+    }
     if (o->output == "-" && !o->format.empty() && o->format != "ofr") {
         return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
                                        o->format == "png" || o->format == "bmp"

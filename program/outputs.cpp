@@ -115,6 +115,12 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
             fmt::format("`-o {}`: bmp slices fill a folder; write `-o {} --format bmp`",
                         options.output, path.stem().string()));
     }
+    if (extension == ".vdb") {
+        return usage_error(fmt::format(
+            "`-o {0}`: OpenVDB is written by `openfab export`; write `-o {1}.ofr`, and then "
+            "`openfab export {1}.ofr -o {0}`",
+            options.output, (path.parent_path() / path.stem()).string()));
+    }
     std::error_code ignored;
     if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
         return usage_error(fmt::format(

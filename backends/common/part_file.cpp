@@ -13,10 +13,6 @@ namespace {
 
 constexpr size_t kBuffer = 1 << 18;
 
-std::filesystem::path part_name(const std::filesystem::path& path) {
-    return path.string() + ".part";
-}
-
 }  // namespace
 
 PartFile::PartFile(OutputFile file, std::filesystem::path path)
@@ -26,7 +22,7 @@ PartFile::PartFile(OutputFile file, std::filesystem::path path)
 
 PartFile::~PartFile() {
     std::error_code ignored;
-    if (!kept_) std::filesystem::remove(part_name(path_), ignored);
+    if (!kept_) std::filesystem::remove(temporary_path(), ignored);
 }
 
 Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& path) {
@@ -34,7 +30,7 @@ Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& 
     if (std::filesystem::is_directory(path, ignored)) {
         return user_error(fmt::format("`{}` is a folder; the output is a file", path.string()));
     }
-    Result<OutputFile> file = OutputFile::create(part_name(path));
+    Result<OutputFile> file = OutputFile::create(path.string() + ".part");
     if (!file) return file.error();
     return std::unique_ptr<PartFile>(new PartFile(std::move(*file), path));
 }
@@ -60,7 +56,7 @@ Result<void> PartFile::keep() {
     if (Result<void> synced = file_.sync(); !synced) return synced;
     // Renamed before the lock is released, so that no other process truncates it in between.
     std::error_code code;
-    std::filesystem::rename(part_name(path_), path_, code);
+    std::filesystem::rename(temporary_path(), path_, code);
     if (code)
         return outside_error(fmt::format("cannot create `{}`: {}", path_.string(), code.message()));
     kept_ = true;

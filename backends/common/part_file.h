@@ -28,6 +28,8 @@ class PartFile {
     /// Syncs the file and renames it to `path`, replacing an earlier one.
     Result<void> keep();
     const std::filesystem::path& path() const { return path_; }
+    /// Returns where the bytes lie until `keep`, for libraries that write to a file by its name.
+    std::filesystem::path temporary_path() const { return path_.string() + ".part"; }
 
   private:
     PartFile(OutputFile file, std::filesystem::path path);

@@ -2,19 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `openfab export FILE.ofr -o OUT`: another format of the same slices, meshes or pictures of them,
-// or one slice as a picture.
+// or one slice as a picture; and OpenVDB of fractions.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "backends/common/output_file.h"
 #include "backends/ofr/ofr_reader.h"
+#include "backends/raster/npy_sink.h"
 #include "backends/raster/slice_files.h"
+#include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
+#include "tools/openfab/programs.h"
 #include "tools/openfab/slice_copy.h"
 
 namespace openfab::tools {
@@ -59,11 +66,55 @@ Result<void> export_all(const ExportOptions& options, ofr::OfrReader* reader) {
     return done ? finished : done;
 }
 
+bool writes_vdb(const ExportOptions& options) {
+    return options.print.format == "vdb" ||
+           (options.print.format.empty() && options.print.output.ends_with(".vdb"));
+}
+
+/// Replaces the process by the program that links OpenVDB; returns only where that fails.
+Error exec_vdb(const ExportOptions& options, int64_t memory_bytes) {
+    Result<std::filesystem::path> folder = program_folder();
+    if (!folder) return folder.error();
+    const std::filesystem::path helper = *folder / "openfab-vdb";
+    if (!std::filesystem::exists(helper)) {
+        Error error = outside_error("this `openfab` was built without OpenVDB");
+        error.help =
+            "install it (`scripts/setup --vdb`, or the package libopenvdb-dev) and build again";
+        return error;
+    }
+    const std::string memory = fmt::format("--memory={}B", memory_bytes);
+    const std::string output = "--output=" + options.print.output;
+    const char* const argv[] = {helper.c_str(), output.c_str(),       memory.c_str(),
+                                "--",           options.file.c_str(), nullptr};
+    ::execv(helper.c_str(), const_cast<char* const*>(argv));
+    return outside_error(
+        fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
+}
+
+Result<void> export_vdb(const ExportOptions& options, int64_t memory_bytes) {
+    if (options.slice >= 0 || !options.previews.empty())
+        return usage_error("`--slice` and `--preview` make pictures; export them by themselves");
+    if (options.print.output.empty() || options.print.output == "-")
+        return usage_error("a vdb is a file of its own; write `-o FILE.vdb`");
+    std::vector<std::filesystem::path> inputs{options.file == "-" ? "/dev/stdin" : options.file};
+    if (options.file.ends_with(".npy")) inputs.emplace_back(raster::array_json_path(options.file));
+    const std::filesystem::path output = options.print.output;
+    if (Result<void> apart =
+            program::check_outputs({{"-o", output}, {"-o", output.string() + ".part"}}, inputs);
+        !apart)
+        return apart;
+    return exec_vdb(options, memory_bytes);
+}
+
 }  // namespace
 
 Result<void> run_export(ExportOptions options) {
     const Result<int64_t> memory = prepare_copy(&options);
     if (!memory) return memory.error();
+    if (writes_vdb(options)) return export_vdb(options, *memory);
+    if (options.file.ends_with(".npy")) {
+        return usage_error("fractions are exported as OpenVDB: write `-o FILE.vdb`");
+    }
     if (options.slice >= 0 && (options.print.output.empty() || !options.previews.empty()))
         return usage_error("`--slice` writes one picture; write `--slice N -o FILE.png`");
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file, *memory);

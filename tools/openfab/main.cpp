@@ -3,7 +3,11 @@
 
 // `openfab`: the user's command-line tool.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <functional>
 #include <memory>
 #include <string>
@@ -117,13 +121,16 @@ void add_verify(CLI::App& app, Action* action) {
         [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
 }
 
-/// Declares what `export` and `merge` write.
-void add_copy_options(CLI::App* command, ExportOptions* options) {
+/// Declares what `export` and `merge` write; `more`: formats besides those of a print.
+void add_copy_options(CLI::App* command, ExportOptions* options,
+                      const std::vector<std::string>& more = {}) {
+    std::vector<std::string> formats(program::kFormats.begin(), program::kFormats.end());
+    formats.insert(formats.end(), more.begin(), more.end());
     command
         ->add_option("--format", options->print.format,
-                     program::format_names() + " (default: by the output's extension, else png)")
-        ->check(CLI::IsMember(
-            std::vector<std::string>(program::kFormats.begin(), program::kFormats.end())));
+                     fmt::format("{} (default: by the output's extension, else png)",
+                                 fmt::join(formats, ", ")))
+        ->check(CLI::IsMember(formats));
     command->add_option("--png", options->png, "rgba or indexed")
         ->check(CLI::IsMember({"rgba", "indexed"}));
     command->add_flag("--flip-x", options->print.flip_x,
@@ -146,7 +153,7 @@ void add_export(CLI::App& app, Action* action) {
         "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file; with --slice a .png file");
     command->add_option("--slice", options->slice, "write only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
-    add_copy_options(command, options.get());
+    add_copy_options(command, options.get(), {"vdb"});
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
 
@@ -216,6 +223,7 @@ void add_receive(CLI::App& app, Action* action) {
 int tool_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
+    std::signal(SIGXFSZ, SIG_IGN);  // a file above the limit is an error with a message
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     for (const char* const command : {"profile", "tune"}) {

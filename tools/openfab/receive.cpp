@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <memory>
@@ -97,7 +98,6 @@ Result<void> run_receive(const ReceiveArguments& a) {
         print.resume = resumed;
         return program::open_output(print, printer_of(info));
     };
-    std::signal(SIGXFSZ, SIG_IGN);  // a file above the limit is an error with a message
     Result<stream::Socket> listening = stream::listen_at(*address);
     if (!listening) return listening.error();
     say(fmt::format("listening at {}\n", stream::listening_text(*listening, *address)));

@@ -176,6 +176,9 @@ TEST_F(PrintProgram, MistakesHaveTheirExitCodes) {
     EXPECT_EQ(print({"-o", path("a.ofr"), "--nonsense"}).exit_code, 2);
     EXPECT_EQ(print({"-o", path("a.3mf"), "--resume"}).exit_code, 2);
     EXPECT_EQ(print({"-o", path("a.gcvf"), "--resume"}).exit_code, 2);
+    EXPECT_THAT(print({"-o", path("a.vdb")}).err, HasSubstr("openfab export"));
+    EXPECT_THAT(print({"-o", path("a.ofr"), "--fractions", path("a.vdb")}).err,
+                HasSubstr("openfab export"));
     EXPECT_EQ(print({"-o", path("a.ofr"), "--printer", "no-such"}).exit_code, 1);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--set", "thing.c=1"}).exit_code, 1);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--slices", "500:600"}).exit_code, 1);
