@@ -24,7 +24,7 @@ constexpr int kExitOutside = exit_code(ErrorCode::kOutside);
 constexpr int kExitBug = exit_code(ErrorCode::kInternal);
 
 /// Returns the exit code for a source that cannot be read: a folder or a too large file is the
-/// user's mistake, anything else a failure of the outside world. (check.cpp)
+/// user's mistake, anything else a failure of the outside world.
 int unread_exit_code(const std::filesystem::path& file);
 
 /// `check`: reports what is wrong with files.

@@ -31,11 +31,32 @@ std::string time_line(const std::string& step, double seconds) {
 
 }  // namespace
 
+namespace {
+
+/// Returns what is said of a fablet that is too long.
+void refuse(const ir::Fablet& fablet, size_t operations, diag::Sink* sink) {
+    sink->report(fablet.span, diag::kTooComplex,
+                 fmt::format("a stage of `{}` has {} operations; the limit is {}", fablet.name,
+                             operations, passes::kMaxStageOperations))
+        .help(
+            "filtering a texture differentiates its coordinates, which repeats the computation of "
+            "them: pass a width to the lookup, or simplify its coordinates");
+}
+
+}  // namespace
+
+Compilation::Outcome Compilation::run() {
+    Outcome out;
+    run_front_end(&out);
+    if (out.code == kExitDone) out.code = schedules_.load(options_.back_end.schedules, isas());
+    if (out.code == kExitDone) run_all_passes(&out);
+    return out;
+}
+
 int Compilation::prepare() {
-    if (const int code = run_front_end(); code != kExitDone) return code;
-    const int code = schedules_.load(options_.back_end.schedules, isas());
-    if (code != kExitDone) return code;
-    return run_all_passes();
+    const Outcome out = run();
+    print_diagnostics(out.sink, sources_, common_);
+    return out.fault.empty() ? out.code : fail(out.fault, out.code);
 }
 
 void Compilation::report_time(const std::string& step, double seconds) const {
@@ -58,22 +79,19 @@ std::string kernel_report(const std::vector<lower::KernelTime>& kernels) {
                               kernels.size() - compiled);
 }
 
-int Compilation::run_front_end() {
+void Compilation::run_front_end(Outcome* out) {
     const Clock::time_point begin = Clock::now();
-    diag::Sink sink;
-    bool complete = true;
     for (const std::string& path : options_.files) {
-        std::string fault;
-        std::optional<ir::Module> module =
-            compile_to_ir(sources_, path, sink, &fault, {.enable_printf = options_.enable_printf});
-        if (!fault.empty()) return fail(fault, unread_exit_code(path));
-        complete = complete && module.has_value();
+        std::optional<ir::Module> module = compile_to_ir(sources_, path, out->sink, &out->fault,
+                                                         {.enable_printf = options_.enable_printf});
+        if (!out->fault.empty()) {
+            out->code = unread_exit_code(path);
+            return;
+        }
+        if (!module) out->code = kExitUserInput;
         if (module) units_.push_back({std::move(*module), {}});
     }
-    print_diagnostics(sink, sources_, common_);
-    if (!complete) return kExitUserInput;
-    report_time("front end", seconds_since(begin));
-    return kExitDone;
+    if (out->code == kExitDone) report_time("front end", seconds_since(begin));
 }
 
 namespace {
@@ -87,7 +105,7 @@ uint64_t hash_of(const ir::Fablet& fablet) {
 
 }  // namespace
 
-int Compilation::run_all_passes() {
+void Compilation::run_all_passes(Outcome* out) {
     const Clock::time_point begin = Clock::now();
     for (size_t k = 0; k < units_.size(); ++k) {
         SourceUnit& unit = units_[k];
@@ -96,28 +114,27 @@ int Compilation::run_all_passes() {
         for (const ir::Fablet& fablet : unit.module.fablets) {
             unit.results.push_back(run_passes(fablet, options_.back_end));
             const passes::PipelineResult& result = unit.results.back();
-            if (!result.fault.empty()) return fail(result.fault, kExitBug);
-            if (result.longest > passes::kMaxStageOperations) return refuse(fablet, result.longest);
+            if (!result.fault.empty()) {
+                out->code = kExitBug;
+                out->fault = result.fault;
+                return;
+            }
+            if (result.longest > passes::kMaxStageOperations) {
+                out->code = kExitUserInput;
+                refuse(fablet, result.longest, &out->sink);
+                return;
+            }
             fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
         }
     }
-    if (fablets_.empty()) return fail("the files contain no fablet", kExitUserInput);
+    if (fablets_.empty()) {
+        out->code = kExitUserInput;
+        out->fault = "the files contain no fablet";
+        return;
+    }
     for (lower::FabletUnit& fablet : fablets_)
         fablet.hash = hash_of(*fablet.fablet);
     report_time("passes", seconds_since(begin));
-    return kExitDone;
-}
-
-int Compilation::refuse(const ir::Fablet& fablet, size_t operations) const {
-    diag::Sink sink;
-    sink.report(fablet.span, diag::kTooComplex,
-                fmt::format("a stage of `{}` has {} operations; the limit is {}", fablet.name,
-                            operations, passes::kMaxStageOperations))
-        .help(
-            "filtering a texture differentiates its coordinates, which repeats the computation of "
-            "them: pass a width to the lookup, or simplify its coordinates");
-    print_diagnostics(sink, sources_, common_);
-    return kExitUserInput;
 }
 
 std::vector<openfab_isa> Compilation::isas() const {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/diag/sink.h"
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/schedules.h"
@@ -25,7 +26,16 @@ class Compilation {
     Compilation(const CompilationOptions& options, const CommonOptions& common)
         : options_(options), common_(common) {}
 
-    /// Runs the front end and the passes. Returns an exit code; errors have been printed.
+    /// What the front end and the passes have to say.
+    struct Outcome {
+        int code = 0;       ///< the exit code
+        diag::Sink sink;    ///< errors and warnings with a place
+        std::string fault;  ///< an error without one; empty where there is none
+    };
+    /// Runs the front end and the passes, and prints nothing but what options ask for, and errors
+    /// of schedules.
+    Outcome run();
+    /// Does the same and prints what there is to say. Returns the exit code.
     int prepare();
 
     /// The fablets of all files, after prepare.
@@ -48,11 +58,9 @@ class Compilation {
         std::vector<passes::PipelineResult> results;
     };
 
-    int run_front_end();
-    int run_all_passes();
+    void run_front_end(Outcome* out);
+    void run_all_passes(Outcome* out);
     std::vector<openfab_isa> isas() const;
-    /// Reports that a fablet is too long. Returns an exit code.
-    int refuse(const ir::Fablet& fablet, size_t operations) const;
 
     const CompilationOptions& options_;
     const CommonOptions& common_;
