@@ -61,11 +61,37 @@ std::string_view build_id(const dl_phdr_info& object) {
     return {};
 }
 
+struct BuildHash {
+    Hasher hash;
+    bool is_library = false;  ///< this code is in a library of another program, such as Python
+};
+
+bool contains(const dl_phdr_info& object, uintptr_t address) {
+    for (const ElfW(Phdr)* header = object.dlpi_phdr;
+         header != object.dlpi_phdr + object.dlpi_phnum; ++header) {
+        const uintptr_t begin = object.dlpi_addr + header->p_vaddr;
+        if (header->p_type == PT_LOAD && address >= begin && address - begin < header->p_memsz)
+            return true;
+    }
+    return false;
+}
+
+/// Returns whether a library decides what kernels look like, where the program's others do not.
+bool makes_kernels(std::string_view path) {
+    const std::string_view file = path.substr(path.rfind('/') + 1);
+    return file.starts_with("libHalide") || file.starts_with("libLLVM") ||
+           file.starts_with("libm.");
+}
+
 /// Adds what tells this program or one of its libraries from every other build of it.
-int add_build(dl_phdr_info* object, size_t /*bytes*/, void* hasher) {
-    auto& hash = *static_cast<Hasher*>(hasher);
+int add_build(dl_phdr_info* object, size_t /*bytes*/, void* build_hash) {
+    auto& [hash, is_library] = *static_cast<BuildHash*>(build_hash);
     const std::string_view name = object->dlpi_name;
     const bool is_program = name.empty();
+    const bool is_ours = contains(*object, reinterpret_cast<uintptr_t>(&add_build));
+    if (is_program) is_library = !is_ours;
+    // What else a host has loaded differs from one run to the next.
+    if (is_library && !is_ours && !makes_kernels(name)) return 0;
     // Without a path it is the system's own, which computes nothing for us.
     if (!is_program && name.find('/') == std::string_view::npos) return 0;
     if (const std::string_view id = build_id(*object); !id.empty()) {
@@ -85,8 +111,9 @@ int add_build(dl_phdr_info* object, size_t /*bytes*/, void* hasher) {
 /// Hashes OpenFab, Halide, LLVM and the libraries that they compute constants with.
 uint64_t compiler_build() {
     static const uint64_t build = [] {
-        Hasher hash;
-        ::dl_iterate_phdr(add_build, &hash);
+        BuildHash build_hash;
+        ::dl_iterate_phdr(add_build, &build_hash);
+        Hasher& hash = build_hash.hash;
         // Halide reads these.
         for (const char* name : {"HL_LLVM_ARGS", "HL_PERMIT_FAILED_UNROLL"}) {
             const char* value = std::getenv(name);
