@@ -61,7 +61,7 @@ std::vector<uint8_t> MeshSink::encode(const pipeline::SliceView& slice) const {
     return {slice.data, slice.data + slice.row_bytes * static_cast<size_t>(slice.height)};
 }
 
-Result<void> MeshSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+Result<void> MeshSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     OPENFAB_CHECK(mesher_ != nullptr);  // begun, and not finished
     const pipeline::SliceView slice{z, bytes.data(),
                                     backends::packed_row_bytes(info_.size.x, info_.bits),

@@ -3,6 +3,7 @@
 #include "backends/common/tee_sink.h"
 
 #include <cstring>
+#include <utility>
 
 #include "base/check.h"
 
@@ -36,13 +37,12 @@ std::vector<uint8_t> TeeSink::encode(const pipeline::SliceView& slice) const {
     return both;
 }
 
-Result<void> TeeSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+Result<void> TeeSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     const size_t raw = row_bytes_ * static_cast<size_t>(height_);
     OPENFAB_CHECK_GE(bytes.size(), raw);
-    const std::vector<uint8_t> encoded(bytes.begin() + static_cast<std::ptrdiff_t>(raw),
-                                       bytes.end());
+    std::vector<uint8_t> encoded(bytes.begin() + static_cast<std::ptrdiff_t>(raw), bytes.end());
     // The sink first, so that a picture shows no slice that could not be written.
-    if (Result<void> done = sink_->commit(z, encoded); !done) return done;
+    if (Result<void> done = sink_->commit(z, std::move(encoded)); !done) return done;
     const pipeline::SliceView slice{z, bytes.data(), row_bytes_, width_, height_};
     for (const std::unique_ptr<SliceObserver>& observer : observers_)
         observer->observe(slice);

@@ -34,7 +34,7 @@ class TeeSink : public pipeline::SliceSink {
     Result<void> begin(const pipeline::PrintInfo& info) override;
     Result<int32_t> resume(const std::function<bool(const pipeline::SliceView&)>& show) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
-    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
@@ -50,7 +50,7 @@ class NullSink : public pipeline::SliceSink {
   public:
     Result<void> begin(const pipeline::PrintInfo&) override { return {}; }
     std::vector<uint8_t> encode(const pipeline::SliceView&) const override { return {}; }
-    Result<void> commit(int32_t, const std::vector<uint8_t>&) override { return {}; }
+    Result<void> commit(int32_t, std::vector<uint8_t>) override { return {}; }
     Result<void> finish(const pipeline::PrintTotals&) override { return {}; }
 };
 

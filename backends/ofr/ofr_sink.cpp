@@ -93,7 +93,7 @@ std::vector<uint8_t> OfrSink::encode(const pipeline::SliceView& slice) const {
     return encode_slice(slice);
 }
 
-Result<void> OfrSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+Result<void> OfrSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
     OPENFAB_CHECK(entries_.empty() || entries_.back().z + 1 == z);
     const int64_t offset = file_.bytes_written();

@@ -197,7 +197,7 @@ Error FolderSink::with_resume_state(const Error& error, size_t slice_bytes) cons
                     format_bytes(static_cast<int64_t>(left * static_cast<double>(slice_bytes))))};
 }
 
-Result<void> FolderSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
     OPENFAB_CHECK(z >= 0 && z < info_.size.z);
     const size_t files = files_a_slice(info_, options_);

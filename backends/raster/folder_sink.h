@@ -50,7 +50,7 @@ class FolderSink : public pipeline::SliceSink {
     Result<void> begin(const pipeline::PrintInfo& info) override;
     Result<int32_t> resume(const std::function<bool(const pipeline::SliceView&)>& show) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
-    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:

@@ -42,7 +42,7 @@ std::vector<uint8_t> NpySink::encode(const pipeline::SliceView& slice) const {
     return codes;
 }
 
-Result<void> NpySink::commit(int32_t, const std::vector<uint8_t>& bytes) {
+Result<void> NpySink::commit(int32_t, std::vector<uint8_t> bytes) {
     const int64_t end = file_.bytes_written();
     Result<void> done = file_.write(bytes);
     if (done) {

@@ -28,7 +28,7 @@ class NpySink : public pipeline::SliceSink {
 
     Result<void> begin(const pipeline::PrintInfo& info) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
-    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     /// Gives the array the shape of what was written, so that the slices of an interrupted print can
     /// be read.
     Result<void> finish(const pipeline::PrintTotals& totals) override;

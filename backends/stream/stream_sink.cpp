@@ -177,7 +177,7 @@ std::vector<uint8_t> StreamSink::encode(const pipeline::SliceView& slice) const 
     return ofr::encode_slice(slice);
 }
 
-Result<void> StreamSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+Result<void> StreamSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
     entries_.push_back({z, offset_});
     offset_ += bytes.size();

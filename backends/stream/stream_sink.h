@@ -36,7 +36,7 @@ class StreamSink : public pipeline::SliceSink {
     Result<int32_t> resume(const std::function<bool(const pipeline::SliceView&)>& show) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
     /// Waits while the queue is full.
-    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     /// Waits until the receiver has kept everything; after a print that ended early only for a
     /// moment.
     Result<void> finish(const pipeline::PrintTotals& totals) override;

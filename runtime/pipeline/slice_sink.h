@@ -84,7 +84,8 @@ class SliceSink {
     }
     /// Compresses or draws one slice. Must not fail for valid input.
     virtual std::vector<uint8_t> encode(const SliceView& slice) const = 0;
-    virtual Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) = 0;
+    /// Takes the bytes over, so that a sink may hand them on without a copy.
+    virtual Result<void> commit(int32_t z, std::vector<uint8_t> bytes) = 0;
     /// Called once after the last commit, even if the print ended early; then `totals.complete` is
     /// false.
     virtual Result<void> finish(const PrintTotals& totals) = 0;

@@ -19,7 +19,7 @@ class NullSink final : public openfab::pipeline::SliceSink {
   public:
     openfab::Result<void> begin(const openfab::pipeline::PrintInfo&) override { return {}; }
     std::vector<uint8_t> encode(const openfab::pipeline::SliceView&) const override { return {}; }
-    openfab::Result<void> commit(int32_t, const std::vector<uint8_t>&) override { return {}; }
+    openfab::Result<void> commit(int32_t, std::vector<uint8_t>) override { return {}; }
     openfab::Result<void> finish(const openfab::pipeline::PrintTotals&) override { return {}; }
 };
 

@@ -35,7 +35,7 @@ class CountingSink : public pipeline::SliceSink {
         changed_.notify_all();
         return {1};
     }
-    Result<void> commit(int32_t z, const std::vector<uint8_t>&) override {
+    Result<void> commit(int32_t z, std::vector<uint8_t>) override {
         std::unique_lock lock(mutex_);
         if (z == slow_z_) {
             // A slow sink: waits until the pipeline has run as far ahead as it may, and longer.

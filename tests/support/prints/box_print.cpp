@@ -21,7 +21,7 @@ std::vector<uint8_t> MemorySink::encode(const pipeline::SliceView& slice) const 
     return {slice.data, slice.data + slice.row_bytes * static_cast<size_t>(slice.height)};
 }
 
-Result<void> MemorySink::commit(int32_t slice_z, const std::vector<uint8_t>& bytes) {
+Result<void> MemorySink::commit(int32_t slice_z, std::vector<uint8_t> bytes) {
     if (slice_z == fail_at) return outside_error("the disk is full");
     z.push_back(slice_z);
     slices.push_back(bytes);

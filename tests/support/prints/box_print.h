@@ -27,7 +27,7 @@ class MemorySink : public pipeline::SliceSink {
   public:
     Result<void> begin(const pipeline::PrintInfo& info) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
-    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
     /// Returns the codes of the committed slices: x fastest, then y, then z.
