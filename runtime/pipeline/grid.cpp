@@ -73,11 +73,12 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
                              const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
                              const Vec3d& pitch_mm, int32_t bits,
-                             const std::optional<Box3d>& crop_mm) {
-    Box3d box = crop_mm.value_or(Box3d{});
-    bool any = false;
+                             const std::optional<Box3d>& crop_mm,
+                             const std::optional<Box3d>& window_mm) {
+    Box3d box = window_mm.value_or(crop_mm.value_or(Box3d{}));
+    bool any = window_mm.has_value();
     std::map<const surface::Surface*, Box3f> bounds;
-    for (size_t i = 0; i < parts.size(); ++i) {
+    for (size_t i = 0; i < parts.size() && !window_mm; ++i) {
         const auto [known, fresh] = bounds.try_emplace(surfaces[i].get());
         if (fresh) {
             for (const surface::Patch& patch : surfaces[i]->patches()) {
@@ -98,11 +99,11 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
         const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a]));
         const double size = std::max(hi - lo, 1.0);
         if (!(size <= kLargestSide) || !(std::fabs(lo) <= 1e9)) {
-            return user_error(
-                fmt::format("the parts span {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
-                            "{:.0f} are possible; {}",
-                            box.hi[a] - box.lo[a], "xyz"[a], size, pitch_mm[a], kLargestSide,
-                            largest_part(parts, surfaces)));
+            return user_error(fmt::format(
+                "the {} {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
+                "{:.0f} are possible; {}",
+                window_mm ? "window spans" : "parts span", box.hi[a] - box.lo[a], "xyz"[a], size,
+                pitch_mm[a], kLargestSide, largest_part(parts, surfaces)));
         }
         grid.origin_mm[a] = lo * pitch_mm[a];
         grid.size[a] = static_cast<int32_t>(size);

@@ -190,7 +190,8 @@ Result<void> PrintJobImpl::set_up_surfaces(const MemoryPlanner& planner,
 Result<void> PrintJobImpl::set_up_grid() {
     Result<part::Grid> grid =
         make_grid(input_.parts, surfaces_, input_.pitch_mm,
-                  abi::voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm);
+                  abi::voxel_bits(static_cast<int32_t>(input_.materials.size())), input_.crop_mm,
+                  input_.window_mm);
     if (options_.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
     if (const Result<void> diced = surface_status(); !diced) return diced;
@@ -374,7 +375,8 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, const std::atomic<b
 Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
                                const std::function<void(const ProgressEvent&)>& progress,
                                const std::atomic<bool>& interrupt, PrintStatistics* statistics) {
-    SliceCommitter committer(sink, progress, interrupt, info_, options_.print_line);
+    SliceCommitter committer(sink, progress, interrupt, info_, options_.print_line,
+                             options_.began_seconds);
     if (const Result<void> begun = resume(sink, &committer); !begun) {
         committer.fail(begun.error());
     } else {
@@ -438,7 +440,8 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     }
     const std::function<void(const ProgressEvent&)> no_progress;
     const std::function<void(const std::string&)> no_lines;
-    SliceCommitter committer(sink, no_progress, interrupt, info, no_lines);
+    SliceCommitter committer(sink, no_progress, interrupt, info, no_lines,
+                             options_.began_seconds);
     SlabsRun run;
     if (const Result<void> begun = sink.begin(info); !begun) return begun.error();
     const double processor = processor_seconds();
@@ -685,7 +688,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
     }
     s->peak_rss_bytes = peak_resident_bytes();
     s->seconds_first_slice = committer.first_slice();
-    s->seconds_total = process_age_seconds();
+    s->seconds_total = process_age_seconds() - options_.began_seconds;
 }
 
 }  // namespace

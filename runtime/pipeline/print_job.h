@@ -47,6 +47,9 @@ struct PrintOptions {
     bool interrupted() const {
         return interrupt != nullptr && interrupt->load(std::memory_order_relaxed);
     }
+    /// The age of the process when this print began, if it is not the process's only one: times in
+    /// events and statistics count from it.
+    double began_seconds = 0;
     FractionSink* fractions =
         nullptr;  ///< takes what the dither takes, too; must outlive the print
     int64_t sink_bytes_per_column = 0;  ///< memory of the sink for each voxel of a slice
@@ -62,6 +65,9 @@ struct PrintInput {
     int32_t support_code = 0;
     Vec3d pitch_mm;
     std::optional<Box3d> crop_mm;  ///< a box that the grid covers, too
+    /// In place of the parts' own box: the grid is this one, rounded out to whole voxels, and what
+    /// reaches beyond is cut off.
+    std::optional<Box3d> window_mm;
     std::string printer;
     std::string title;
     std::vector<std::string> warnings;  ///< copied to the statistics
@@ -83,8 +89,8 @@ struct PrintStatistics {
     std::vector<int64_t> voxels_by_code;
     Box3i tight;
     int32_t slices = 0;
-    double seconds_total = 0;        ///< from the start of the process
-    double seconds_first_slice = 0;  ///< likewise
+    double seconds_total = 0;  ///< from the start of the process, or PrintOptions::began_seconds
+    double seconds_first_slice = 0;                                ///< likewise
     std::vector<std::pair<std::string, double>> seconds_by_stage;  ///< summed over threads
     int64_t peak_rss_bytes = 0;
     int32_t threads = 0;

@@ -30,23 +30,24 @@ void SliceCommitter::commit(FinishedSlices slab) {
     }
     if (!show_log(slab.log)) return;
     if (!slab.outcome) return fail(slab.outcome.error());
-    for (const FinishedSlices::Slice& slice : slab.slices) {
+    for (FinishedSlices::Slice& slice : slab.slices) {
         if (slice.z < info_.slice_begin + resumed_) {
             if (!matches_resumed_slice(slice)) return;
             continue;
         }
         OPENFAB_CHECK_EQ(slice.z, info_.slice_begin + slices_);  // the sink requires it
+        const auto bytes = static_cast<int64_t>(slice.bytes.size());
         Result<void> written;
         {
             const StageTimer timer(Stage::kCommit, &seconds_commit_);
-            written = sink_.commit(slice.z, slice.bytes);
+            written = sink_.commit(slice.z, std::move(slice.bytes));
         }
         if (!written) {
             fail(written.error());
             return;
         }
-        bytes_ += static_cast<int64_t>(slice.bytes.size());
-        if (slices_ == resumed_) first_slice_ = process_age_seconds();
+        bytes_ += bytes;
+        if (slices_ == resumed_) first_slice_ = process_age_seconds() - began_;
         ++slices_;
         totals_.add(slice.totals);
         report();
@@ -117,7 +118,7 @@ void SliceCommitter::report() {
     event.slices_total = info_.slice_end - info_.slice_begin;
     event.voxels_done = slices_ * slice_voxels;
     event.voxels_total = event.slices_total * slice_voxels;
-    event.seconds = process_age_seconds();
+    event.seconds = process_age_seconds() - began_;
     progress_(event);
 }
 

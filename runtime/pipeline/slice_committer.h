@@ -42,14 +42,15 @@ int64_t solid_of(const SliceTotals& totals);
 /// Takes finished slabs in order, from one thread at a time, and commits their slices to the sink.
 class SliceCommitter {
   public:
-    /// All arguments must outlive the committer.
+    /// The references must outlive the committer. `began_seconds`: see PrintOptions.
     SliceCommitter(SliceSink& sink, const std::function<void(const ProgressEvent&)>& progress,
                    const std::atomic<bool>& interrupt, const PrintInfo& info,
-                   const std::function<void(const std::string&)>& print_line)
+                   const std::function<void(const std::string&)>& print_line, double began_seconds)
         : sink_(sink),
           progress_(progress),
           info_(info),
           print_line_(print_line),
+          began_(began_seconds),
           stop_{interrupt} {}
 
     /// Returns whether to stop printing: interrupted, or something failed.
@@ -69,7 +70,7 @@ class SliceCommitter {
     const Error& error() const { return error_; }
     int32_t slices() const { return slices_; }
     const SliceTotals& totals() const { return totals_; }
-    /// Return the time of the first slice since the process started, the seconds in the sink's
+    /// Return the time of the first slice since the print began, the seconds in the sink's
     /// commit, and the bytes that it took.
     double first_slice() const { return first_slice_; }
     double seconds_commit() const { return seconds_commit_; }
@@ -87,6 +88,7 @@ class SliceCommitter {
     const std::function<void(const ProgressEvent&)>& progress_;
     const PrintInfo& info_;
     const std::function<void(const std::string&)>& print_line_;
+    const double began_;
     volume::PrintfLog log_;
     StopFlags stop_;
     bool failed_ = false, ended_ = false;
