@@ -130,8 +130,31 @@ Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cel
     return picture;
 }
 
+namespace {
+
+constexpr size_t kChannels = 4;
+
+void encode_row(const Picture& picture, int32_t y, uint8_t* out) {
+    for (int32_t x = 0; x < picture.width; ++x, out += kChannels) {
+        const Pixel& pixel = picture.at(x, y);
+        for (int c = 0; c < 3; ++c)
+            out[c] = linear_to_srgb8(pixel.color[c]);
+        out[3] =
+            static_cast<uint8_t>(std::floor(std::clamp(pixel.coverage, 0.0F, 1.0F) * 255 + 0.5F));
+    }
+}
+
+}  // namespace
+
+std::vector<uint8_t> to_rgba8(const Picture& picture) {
+    const size_t row_bytes = static_cast<size_t>(picture.width) * kChannels;
+    std::vector<uint8_t> out(row_bytes * static_cast<size_t>(picture.height));
+    for (int32_t y = 0; y < picture.height; ++y)
+        encode_row(picture, y, out.data() + static_cast<size_t>(y) * row_bytes);
+    return out;
+}
+
 std::vector<uint8_t> to_png(const Picture& picture) {
-    constexpr size_t kChannels = 4;
     constexpr uint8_t kPaethFilter = 4;
     constexpr int kLevel = 6;
     const size_t row_bytes = static_cast<size_t>(picture.width) * kChannels;
@@ -140,14 +163,7 @@ std::vector<uint8_t> to_png(const Picture& picture) {
     std::vector<uint8_t> above(row_bytes);
     std::vector<uint8_t> row(row_bytes);
     for (int32_t y = 0; y < picture.height; ++y) {
-        for (int32_t x = 0; x < picture.width; ++x) {
-            const Pixel& pixel = picture.at(x, y);
-            uint8_t* out = row.data() + static_cast<size_t>(x) * kChannels;
-            for (int c = 0; c < 3; ++c)
-                out[c] = linear_to_srgb8(pixel.color[c]);
-            out[3] = static_cast<uint8_t>(
-                std::floor(std::clamp(pixel.coverage, 0.0F, 1.0F) * 255 + 0.5F));
-        }
+        encode_row(picture, y, row.data());
         filtered.push_back(kPaethFilter);
         for (size_t i = 0; i < row_bytes; ++i) {
             const int left = i >= kChannels ? row[i - kChannels] : 0;

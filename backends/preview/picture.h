@@ -44,6 +44,9 @@ struct Picture {
 Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
                  const std::function<Pixel(int32_t x, int32_t y)>& cell);
 
+/// Returns RGBA of 8 bits each, sRGB; alpha is the coverage.
+std::vector<uint8_t> to_rgba8(const Picture& picture);
+
 /// Encodes RGBA, sRGB; alpha is the coverage. Returns an empty file where memory ran out.
 std::vector<uint8_t> to_png(const Picture& picture);
 

@@ -98,7 +98,7 @@ void shade(Picture* picture, double flat, double relief) {
 /// Common base of the views: the grid, the colours, writing the file.
 class Preview : public backends::SliceObserver {
   public:
-    explicit Preview(PreviewSpec spec) : spec_(std::move(spec)) {}
+    Preview(PreviewSpec spec, TakePicture take) : spec_(std::move(spec)), take_(std::move(take)) {}
 
     Result<void> begin(const PrintInfo& info) override {
         info_ = info;
@@ -110,6 +110,10 @@ class Preview : public backends::SliceObserver {
     }
 
     Result<void> finish(const pipeline::PrintTotals&) override {
+        if (take_) {
+            take_(draw());
+            return {};
+        }
         const std::vector<uint8_t> png = to_png(draw());
         if (png.empty()) return outside_error("no memory for the preview " + spec_.file);
         return backends::write_whole_file(spec_.file, png);
@@ -144,6 +148,7 @@ class Preview : public backends::SliceObserver {
     int32_t row(int32_t y) const { return grid_.height - 1 - y; }
 
     PreviewSpec spec_;
+    TakePicture take_;
     PrintInfo info_;
     ColumnGrid grid_;
     std::vector<std::array<double, 3>> colors_;
@@ -322,20 +327,20 @@ int64_t gathered_bytes(const PreviewSpec& spec) {
     return spec.view == View::kModel ? kModelBytes : kColumnBytes;
 }
 
-std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec) {
-    if (spec.transmitted) return std::make_unique<TransmittedPreview>(spec);
+std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec, TakePicture take) {
+    if (spec.transmitted) return std::make_unique<TransmittedPreview>(spec, std::move(take));
     switch (spec.view) {
         case View::kSection:
-            return std::make_unique<SectionPreview>(spec);
+            return std::make_unique<SectionPreview>(spec, std::move(take));
         case View::kModel:
-            return std::make_unique<ModelPreview>(spec);
+            return std::make_unique<ModelPreview>(spec, std::move(take));
         case View::kSlice:
-            return std::make_unique<SlicePreview>(spec);
+            return std::make_unique<SlicePreview>(spec, std::move(take));
         case View::kFront:
         case View::kBack:
             break;
     }
-    return std::make_unique<LitPreview>(spec);
+    return std::make_unique<LitPreview>(spec, std::move(take));
 }
 
 }  // namespace openfab::preview

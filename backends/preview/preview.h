@@ -18,9 +18,11 @@
 //
 // Means are taken in linear light, and the PNG is sRGB with the print's coverage as alpha.
 
+#include <functional>
 #include <memory>
 
 #include "backends/common/tee_sink.h"
+#include "backends/preview/picture.h"
 #include "backends/preview/preview_spec.h"
 
 namespace openfab::preview {
@@ -34,8 +36,12 @@ int64_t gathered_bytes(const PreviewSpec& spec);
 constexpr int64_t kColumnBytes = 28'000'000;
 constexpr int64_t kDrawBytes = 64'000'000;
 
-/// Makes a preview, which writes its file when the print ends, even early. begin() fails for a
-/// slice that the print does not have.
-std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec);
+/// Takes a picture that is finished.
+using TakePicture = std::function<void(const Picture& picture)>;
+
+/// Makes a preview, which writes its file when the print ends, even early; or passes its picture
+/// to `take`, if given. begin() fails for a slice that the print does not have.
+std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec,
+                                                      TakePicture take = {});
 
 }  // namespace openfab::preview
