@@ -111,19 +111,34 @@ Error helper_error(int exit_status, std::string message) {
             {}};
 }
 
+/// Set before threads read it.
+fs::path& own_converter() {
+    static fs::path program;
+    return program;
+}
+
+/// Returns the program that converts, with the words that make it do so; nothing if there is none.
+std::vector<std::string> converter() {
+    if (!own_converter().empty()) return {own_converter().string()};
+    const fs::path helper = find_helper();
+    if (helper.empty()) return {};
+    return {helper.string(), "texture"};
+}
+
 Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
                               const fs::path& out, const ReadLimits& limits,
                               const std::vector<std::string>& more) {
-    const fs::path helper = find_helper();
-    if (helper.empty()) {
+    std::vector<std::string> arguments = converter();
+    if (arguments.empty()) {
         return outside_error(
             fmt::format("{} must be converted, and the program that does it, `openfab`, was not "
                         "found beside this one or on the "
                         "PATH; put it there, or set OPENFAB_HELPER to it",
                         image.string()));
     }
-    std::vector<std::string> arguments = {helper.string(), "texture", as_argument(image), "-o",
-                                          out.string(),    "--space", options.space};
+    const std::string helper = arguments.front();
+    arguments.insert(arguments.end(),
+                     {as_argument(image), "-o", out.string(), "--space", options.space});
     if (options.luminance) arguments.emplace_back("--luminance");
     arguments.push_back(fmt::format("--memory={}B", limits.memory_bytes));
     for (const fs::path& root : limits.roots)
@@ -139,7 +154,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     const int signal = WIFSIGNALED(result->status) ? WTERMSIG(result->status) : 0;
     if (signal == SIGINT) return Error{ErrorCode::kInterrupted, "interrupted"};
     return outside_error(fmt::format(
-        "cannot convert {}: {} {}", image.string(), helper.string(),
+        "cannot convert {}: {} {}", image.string(), helper,
         signal != 0 ? fmt::format("was ended by signal {}", signal)
                     : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
 }
@@ -224,6 +239,10 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
 
 std::string cache_name(uint64_t key) {
     return fmt::format("{:016x}.oftx", key);
+}
+
+void set_converter(fs::path program) {
+    own_converter() = std::move(program);
 }
 
 fs::path find_helper() {

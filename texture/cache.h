@@ -43,6 +43,10 @@ Result<uint64_t> content_key(const std::filesystem::path& image, const ImageOpti
 /// Returns the file name in the cache of the pyramid with this key: 16 hex digits and .oftx.
 std::string cache_name(uint64_t key);
 
+/// Names the program that converts, `openfab-texture`, for a process that is none of ours and has it
+/// elsewhere; it comes before what find_helper finds. Before the first picture is read.
+void set_converter(std::filesystem::path program);
+
 /// Finds the helper: `openfab` beside the running program, else $OPENFAB_HELPER, else `openfab` in
 /// an absolute folder of the PATH. Empty if none.
 std::filesystem::path find_helper();
