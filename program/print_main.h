@@ -6,18 +6,12 @@
 
 #include <atomic>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "abi/fablet_table.h"
 #include "program/options.h"
-#include "runtime/pipeline/print_job.h"
 
 namespace openfab::program {
-
-/// Returns the pipeline's part of the options, for an output of a format and so many materials.
-pipeline::PrintOptions pipeline_options(const Options& options, const std::string& format,
-                                        size_t materials, const std::atomic<bool>& interrupt);
 
 /// Runs one print; `interrupt` ends it early after the slices in flight. `files`, if given,
 /// receives the files of the world, also when the print fails later.

@@ -12,7 +12,7 @@
 #include "abi/kernel_call.h"
 #include "base/say.h"
 #include "program/outputs.h"
-#include "program/print_main.h"
+#include "program/prepare.h"
 #include "world/fablet_sources.h"
 #include "world/world.h"
 
@@ -89,12 +89,11 @@ Error Workload::report(const lower::Fault& fault) const {
 
 Result<std::unique_ptr<pipeline::PrintJob>> Workload::set_up(const openfab_fablet_list& fablets,
                                                              const std::atomic<bool>& interrupt) {
-    Result<program::Job> job = program::load_job(print_, fablets);
-    if (!job) return job.error();
-    printer_ = job->printer;
-    const pipeline::PrintOptions options =
-        program::pipeline_options(print_, print_.format, job->input.materials.size(), interrupt);
-    return pipeline::PrintJob::create(std::move(job->input), options);
+    Result<program::PreparedPrint> ready =
+        program::prepare_print(print_, fablets, {.interrupt = interrupt});
+    if (!ready) return ready.error();
+    printer_ = ready->job.printer;
+    return std::move(ready->print);
 }
 
 Result<std::unique_ptr<pipeline::SliceSink>> Workload::open_sink(
