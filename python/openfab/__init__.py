@@ -1,0 +1,75 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""OpenFab: programmable, voxel-level multi-material 3D printing.
+
+A fablet says what each voxel is made of (Fablet, compile), a world which parts there are and where (World, load);
+print_world gives the slices, sample the mixtures in any box at any pitch, preview pictures.
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import version as _version
+from pathlib import Path as _Path
+
+from . import _core
+from .errors import (
+    CompileError,
+    CompilerWarning,
+    Diagnostic,
+    Edit,
+    Error,
+    InputError,
+    InternalError,
+    Note,
+    OutsideError,
+    Place,
+    PrintWarning,
+)
+from .fablet import Fablet, Uniform, Varying, compile
+from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
+from .shapes import FileMesh, Mesh, Primitive, Texture, box, cylinder, plane, sphere
+from .world import VOID, FileWorld, Material, Object, World, load
+
+__version__ = _version("openfab")
+
+_core.set_converter(_Path(_core.__file__).parent / "bin" / "openfab-texture")
+
+__all__ = [
+    "VOID",
+    "CompileError",
+    "CompilerWarning",
+    "Diagnostic",
+    "Edit",
+    "Error",
+    "Fablet",
+    "FileMesh",
+    "FileWorld",
+    "InputError",
+    "InternalError",
+    "Material",
+    "Mesh",
+    "Note",
+    "Object",
+    "OutsideError",
+    "Place",
+    "Primitive",
+    "Print",
+    "PrintInfo",
+    "PrintMaterial",
+    "PrintWarning",
+    "Samples",
+    "Slice",
+    "Texture",
+    "Uniform",
+    "Varying",
+    "World",
+    "box",
+    "compile",
+    "cylinder",
+    "load",
+    "plane",
+    "preview",
+    "print_world",
+    "sample",
+    "sphere",
+]

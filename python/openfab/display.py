@@ -1,0 +1,77 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a notebook shows of worlds and prints. All of it is in the page: nothing is fetched."""
+
+from __future__ import annotations
+
+import base64
+import html
+import uuid
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core, _files
+
+if TYPE_CHECKING:
+    from .printing import Print, PrintInfo
+    from .world import AnyWorld
+
+# Voxels of the print that a picture is made of.
+_PICTURE_VOXELS = 1.5e6
+
+
+def world_png(world: AnyWorld) -> bytes:
+    """Draws a world from a coarse print of it."""
+    from .printing import Print, preview
+
+    with Print(world, [], _core.Target.NOTHING) as setup:
+        info = setup.info
+    voxels = float(np.prod([float(n) for n in info.size]))
+    volume = voxels * float(np.prod(info.pitch_mm))
+    pitch = max((volume / _PICTURE_VOXELS) ** (1 / 3), min(info.pitch_mm))
+    (picture,) = preview(world, voxel=pitch)
+    return _files.png(picture)
+
+
+def slice_png(codes: NDArray[np.uint8], info: PrintInfo) -> bytes:
+    """Draws one slice, +y up, in the colours of its materials; void is transparent."""
+    palette = np.array([(0, 0, 0, 0), *((*m.preview[:3], 255) for m in info.materials)], np.uint8)
+    return _files.png(codes[::-1], palette)
+
+
+def print_html(print_: Print) -> str:
+    """Shows the slices that a print kept, with a slider; or, before it has any, what is known of it."""
+    info = print_.info
+    (x, y, z), (px, py, pz) = info.size, info.pitch_mm
+    head = (
+        f"<b>{html.escape(info.title)}</b> on {html.escape(info.printer)}: {x} × {y} × {z} voxels of "
+        f"{px:.4g} × {py:.4g} × {pz:.4g} mm"
+    )
+    legend = " ".join(
+        f"<span style='display:inline-block;width:1em;height:1em;border:1px solid #888;vertical-align:middle;"
+        f"background:rgb{material.preview[:3]}'></span> {html.escape(material.name)}"
+        for material in info.materials
+    )
+    if not print_.thumbnails:
+        return f"<div>{head}<br>{legend}</div>"
+    sources = [
+        f'"data:image/png;base64,{base64.b64encode(slice_png(codes, info)).decode()}"' for _, codes in print_.thumbnails
+    ]
+    heights = [f'"slice {z} of {info.size[2]}, {(z + 0.5) * pz:.3f} mm"' for z, _ in print_.thumbnails]
+    middle = len(sources) // 2
+    ident = "openfab" + uuid.uuid4().hex
+    width = min(480, max(160, 2 * print_.thumbnails[0][1].shape[1]))
+    aspect = f"{x * px:.6g} / {y * py:.6g}"
+    return f"""<div id="{ident}">{head}<br>
+<img src={sources[middle]} style="width:{width}px;aspect-ratio:{aspect};image-rendering:pixelated;background:#ddd"><br>
+<input type="range" min="0" max="{len(sources) - 1}" value="{middle}" style="width:{width}px"> <span>{heights[middle][1:-1]}</span>
+<br>{legend}
+<script>(function () {{
+  const root = document.getElementById("{ident}"), slices = [{",".join(sources)}], texts = [{",".join(heights)}];
+  root.querySelector("input").addEventListener("input", function () {{
+    root.querySelector("img").src = slices[this.value];
+    root.querySelector("span").textContent = texts[this.value];
+  }});
+}})();</script></div>"""

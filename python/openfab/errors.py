@@ -1,0 +1,156 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""What can be wrong, as exceptions. Their text is what the programs show, with place and remedy."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from . import _core
+
+
+class Error(Exception):
+    """Something that OpenFab reports.
+
+    `message` says what was found, `help` a way out; `file`, `line` and `column` the place, counted
+    from 1, where there is one.
+    """
+
+    def __init__(
+        self, text: str, *, message: str = "", help: str = "", file: str = "", line: int = 0, column: int = 0
+    ) -> None:
+        super().__init__(text)
+        self.message = message or text
+        self.help = help
+        self.file = file
+        self.line = line
+        self.column = column
+
+
+class InputError(Error, ValueError):
+    """An input or an argument is wrong."""
+
+
+class OutsideError(Error):
+    """The outside world failed: a disk, a network, memory, a missing program."""
+
+
+class InternalError(Error):
+    """A bug of OpenFab's."""
+
+
+class CompilerWarning(UserWarning):
+    """The compiler warns of a fablet."""
+
+
+class PrintWarning(UserWarning):
+    """A print warns of its world."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A stretch of source text; lines and columns count from 1, an end is just past the last character."""
+
+    file: str
+    line: int
+    column: int
+    end_line: int = 0
+    end_column: int = 0
+
+
+@dataclass(frozen=True)
+class Note:
+    """A place that has to do with a diagnostic."""
+
+    message: str
+    place: Place
+
+
+@dataclass(frozen=True)
+class Edit:
+    """Text in place of a stretch of source."""
+
+    place: Place
+    text: str
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One message of the compiler. The edits of `fix`, applied together, mend it; there are none in doubt."""
+
+    id: str
+    severity: str
+    message: str
+    place: Place
+    notes: tuple[Note, ...] = ()
+    help: tuple[str, ...] = ()
+    fix: tuple[Edit, ...] = field(default=())
+
+
+class CompileError(InputError):
+    """A fablet does not compile; `diagnostics` are the messages that the text renders."""
+
+    def __init__(self, text: str, diagnostics: tuple[Diagnostic, ...] = ()) -> None:
+        first = next((d for d in diagnostics if d.severity == "error"), None)
+        if first is None:
+            super().__init__(text)
+        else:
+            place = first.place
+            super().__init__(
+                text, message=first.message, help="; ".join(first.help), file=place.file, line=place.line,
+                column=place.column,
+            )
+        self.diagnostics = diagnostics
+
+
+def _place(data: dict[str, object]) -> Place:
+    keys = ("line", "column", "end_line", "end_column")
+    return Place(str(data["file"]), *(int(data.get(key, 0)) for key in keys))  # type: ignore[call-overload]
+
+
+def _diagnostics(text: str) -> tuple[Diagnostic, ...]:
+    if not text:
+        return ()
+    return tuple(
+        Diagnostic(
+            d["id"],
+            d["severity"],
+            d["message"],
+            _place(d),
+            tuple(Note(n["message"], _place(n)) for n in d["notes"]),
+            tuple(d["help"]),
+            tuple(Edit(_place(e), e["text"]) for e in d["fix"]),
+        )
+        for d in json.loads(text)["diagnostics"]
+    )
+
+
+def check_diagnostics(said: _core.Diagnostics) -> None:
+    """Raises what the compiler found, or warns of it."""
+    if said.code == 0:
+        if said.rendered:
+            warnings.warn(said.rendered.rstrip(), CompilerWarning, stacklevel=4)
+        return
+    text = (said.rendered + said.fault).rstrip()
+    if said.code == 1:
+        raise CompileError(text, _diagnostics(said.json))
+    raise (OutsideError if said.code == 3 else InternalError)(text)
+
+
+def raise_error(error: _core.Error) -> NoReturn:
+    """Raises the exception of an error of the runtime's."""
+    if error.code == 130:
+        raise KeyboardInterrupt
+    kind = {1: InputError, 2: InputError, 3: OutsideError}.get(error.code, InternalError)
+    raise kind(
+        error.rendered.rstrip().removeprefix("error: "),
+        message=error.message,
+        help=error.help,
+        file=error.file,
+        line=error.line,
+        column=error.column,
+    )

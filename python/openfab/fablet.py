@@ -1,0 +1,178 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fablets: OpenFL sources, what they take, and their kernels in this process."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Iterable, Mapping
+
+from . import _core, _files
+from .errors import InputError, check_diagnostics
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A uniform as a fablet declares it.
+
+    `kind` is `value`, `texture2d`, `texture3d`, `material` or `object`; `default` has all elements in order, and is
+    None where a world has to bind it; `annotations` are the texts of `@min`, `@max`, `@help` and the like.
+    """
+
+    name: str
+    type: str
+    kind: str
+    components: int
+    array_length: int
+    default: tuple[float, ...] | None
+    annotations: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Varying:
+    """An attribute that a stage takes or gives; `source` is the one that it copies, if any."""
+
+    name: str
+    type: str
+    source: str | None = None
+
+
+class Fablet:
+    """A fablet that compiles, from a file or a text.
+
+    >>> Fablet("ball.fl")                                   # doctest: +SKIP
+    >>> Fablet(text='''fablet Ball { … }''')                # doctest: +SKIP
+
+    A file with several fablets needs the `name` of one. `label` is what a text is called in messages. Raises
+    CompileError where the source is wrong. Kernels are compiled by `compile`, or else by the first print.
+    """
+
+    def __init__(
+        self, file: str | os.PathLike[str] | None = None, name: str | None = None, *, text: str | None = None,
+        label: str = "fablet.fl",
+    ) -> None:
+        if (file is None) == (text is None):
+            raise InputError("a fablet is made from a file or from a text, one of them")
+        self.file = None if file is None else Path(file).absolute()
+        self.text = text
+        self.label = label if self.file is None else self.file.name
+        if self.file is not None:
+            interface = _core.read_file_interface(Path(os.fspath(file)))  # type: ignore[arg-type]
+        else:
+            interface = _core.read_text_interface(label, text or "")
+        check_diagnostics(interface.diagnostics)
+        fablets = {one["name"]: one for one in json.loads(interface.json)["fablets"]}
+        if name is None and len(fablets) > 1:
+            raise InputError(f"{self.label} has several fablets: {', '.join(fablets)}; name one")
+        if name is not None and name not in fablets:
+            raise InputError(f"{self.label} has no fablet `{name}`; it has {', '.join(fablets)}")
+        data = fablets[name] if name is not None else next(iter(fablets.values()))
+        self.name: str = data["name"]
+        self.has_surface: bool = data["has_surface"]
+        self.uses_void: bool = data["uses_void"]
+        self.uniforms: Mapping[str, Uniform] = MappingProxyType({u["name"]: _uniform(u) for u in data["uniforms"]})
+        self.surface_inputs = tuple(Varying(v["name"], v["type"]) for v in data["surface_inputs"])
+        self.surface_outputs = tuple(Varying(v["name"], v["type"], v["copies"]) for v in data["surface_outputs"])
+        self.nearest = tuple(Varying(v["name"], v["type"], v["from"]) for v in data["nearest"])
+
+    def source(self) -> Path:
+        """The file of the source; a text is written to one."""
+        if self.file is not None:
+            return self.file
+        assert self.text is not None
+        # Equal texts share a file, so that their kernels are found again.
+        path = _files.folder() / f"text-{hash(self.text) & (1 << 63) - 1:x}" / self.label
+        if not path.exists():
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(self.text, encoding="utf-8")
+        return path
+
+    def compile(self) -> int:
+        """Compiles the kernels now; returns how many were in no cache."""
+        return programs.get([self.source()]).compiled
+
+    def __repr__(self) -> str:
+        return f"Fablet({self.label!r}, {self.name!r})"
+
+    def _repr_html_(self) -> str:
+        def cell(value: Any) -> str:
+            return f"<td>{html.escape(str(value))}</td>"
+
+        rows = "".join(
+            "<tr>"
+            + cell(u.name)
+            + cell(u.type + (f"[{u.array_length}]" if u.array_length > 1 else ""))
+            + cell("" if u.default is None else ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in u.default))
+            + cell("; ".join(text if key == "help" else f"{key} {text}" for key, text in u.annotations.items()))
+            + "</tr>"
+            for u in self.uniforms.values()
+        )
+        head = "".join(f"<th>{word}</th>" for word in ("uniform", "type", "default", ""))
+        return f"<b>{html.escape(self.name)}</b><table><tr>{head}</tr>{rows}</table>"
+
+
+def _uniform(data: dict[str, Any]) -> Uniform:
+    default = None if data["default"] is None else tuple(data["default"])
+    return Uniform(
+        data["name"], data["type"], data["kind"], data["components"], data["array_length"], default,
+        MappingProxyType(data["annotations"]),
+    )
+
+
+def compile(  # noqa: A001: it is what openflc calls it
+    file: str | os.PathLike[str] | None = None, name: str | None = None, *, text: str | None = None,
+    label: str = "fablet.fl",
+) -> Fablet:
+    """Returns a fablet with its kernels compiled, for this machine."""
+    fablet = Fablet(file, name, text=text, label=label)
+    fablet.compile()
+    return fablet
+
+
+class Programs:
+    """Compiled programs that prints share; a change of a file compiles it again, a change of a uniform does not."""
+
+    MOST = 32
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple[Any, ...], _core.Program] = OrderedDict()
+
+    def get(self, sources: Iterable[Path], enable_printf: bool = False) -> _core.Program:
+        files = tuple(str(source) for source in sources)
+        key = (files, enable_printf, _stamps(files))
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        program, said = _core.compile(list(files), enable_printf)
+        check_diagnostics(said)
+        assert program is not None
+        with self._lock:
+            self._kept[key] = program
+            while len(self._kept) > self.MOST:
+                self._kept.popitem(last=False)
+        return program
+
+
+def _stamps(files: tuple[str, ...]) -> tuple[Any, ...]:
+    """What tells the sources, and all that they may import, from what they were before."""
+    modules = sorted({str(m) for f in files for m in [Path(f), *Path(f).parent.glob("*.fl")]})
+    out = []
+    for module in modules:
+        try:
+            status = os.stat(module)
+        except OSError:
+            continue
+        out.append((module, status.st_mtime_ns, status.st_size, status.st_ino))
+    return tuple(out)
+
+
+programs = Programs()

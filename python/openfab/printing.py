@@ -1,0 +1,474 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Prints: slices as they come, files, samples and pictures."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+import shutil
+import sys
+import tempfile
+import warnings
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from .errors import InputError, PrintWarning, raise_error
+from .world import AnyWorld, Object, plain
+
+Progress = bool | Callable[[int, int], None]
+
+# How long a wait may hold up Ctrl-C, which is acted on between two of them.
+_STEP_SECONDS = 0.05
+
+
+class Slice(NamedTuple):
+    """One slice. Row 0 is at the lowest y; 0 is void, 1 the first material. The arrays are read-only."""
+
+    z: int
+    codes: NDArray[np.uint8]
+    fractions: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True)
+class PrintMaterial:
+    """A material of a print; its code is one more than its place in the list."""
+
+    name: str
+    key: tuple[int, int, int, int]
+    preview: tuple[int, int, int, int]
+    density_g_cm3: float
+    channel: str
+
+
+@dataclass(frozen=True)
+class PrintInfo:
+    """What is known of a print before its first slice. `size`, `pitch_mm` and `origin_mm` are of x, y and z."""
+
+    size: tuple[int, int, int]
+    pitch_mm: tuple[float, float, float]
+    origin_mm: tuple[float, float, float]
+    slices: tuple[int, int]
+    materials: tuple[PrintMaterial, ...]
+    support_code: int
+    printer: str
+    title: str
+    memory_bytes: int
+
+
+def _words(options: Mapping[str, Any]) -> list[str]:
+    """The words of `openfab print` for the arguments of a call."""
+    def length(value: float | str) -> str:
+        return value if isinstance(value, str) else f"{value!r}mm"
+
+    words: list[str] = []
+    for key, value in options.items():
+        if value is None or value is False:
+            continue
+        name = "--" + key.replace("_", "-")
+        if key == "uniforms":
+            words += [f"--set={target}={_setting(one)}" for target, one in value.items()]
+        elif key == "voxel" and np.ndim(value) == 1:
+            x, y, z = (float(one) for one in value)
+            words += [f"--dpi={25.4 / x!r}x{25.4 / y!r}", f"--layer={z!r}mm"]
+        elif key in ("voxel", "layer", "mesh_pitch"):
+            words.append(f"{name}={length(value)}")
+        elif key == "dpi":
+            words.append(f"{name}={value if isinstance(value, str) else 'x'.join(str(one) for one in value)}")
+        elif key == "slices":
+            words.append(f"{name}={int(value[0])}:{int(value[1])}")
+        elif key == "z":
+            words.append(f"{name}={length(value[0])}:{length(value[1])}")
+        elif key == "memory":
+            words.append(f"{name}={value if isinstance(value, str) else f'{int(value)}B'}")
+        elif key == "support":
+            words.append(f"{name}={'on' if value is True else value}")
+        elif isinstance(value, (str, int, os.PathLike)):
+            words.append(f"{name}={os.fspath(value) if isinstance(value, os.PathLike) else value}")
+        else:
+            raise InputError(f"`{key}` cannot be {value!r}")
+    return words
+
+
+def _setting(value: Any) -> str:
+    simple = value.name if hasattr(value, "name") and not isinstance(value, Object) else plain(value)
+    return simple if isinstance(simple, str) else json.dumps(simple)
+
+
+_running: weakref.WeakSet[Print] = weakref.WeakSet()
+
+
+class Print:
+    """A print that runs while its slices are taken; print_world makes it.
+
+    Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. It ends by
+    itself, or by `close`, which a `with` block and a loop that is left do, too.
+    """
+
+    def __init__(
+        self, world: AnyWorld, words: list[str], target: _core.Target, *, fractions: bool = False, output: str = "",
+        window: tuple[float, ...] | None = None, enable_printf: bool = False, progress: Progress = False,
+    ) -> None:
+        self._world = world  # whose files it reads
+        program, own = world._ready(enable_printf)
+        self._core = _core.Print(program, own + words, target, fractions, output, window)
+        self._progress = _Bar(progress)
+        self._info: PrintInfo | None = None
+        self._closed = False
+        self._statistics: dict[str, Any] | None = None
+        self.thumbnails: list[tuple[int, NDArray[np.uint8]]] = []
+        """Some slices, made smaller: what a notebook shows."""
+        _running.add(self)
+
+    @property
+    def info(self) -> PrintInfo:
+        """Grid and materials; waits for the set-up."""
+        if self._info is None:
+            self._wait(_core.State.SETTING_UP)
+            self._tell()
+            if self._core.state == _core.State.ENDED and self._core.error is not None and not self._closed:
+                self._end()
+            data = self._core.info
+            data["materials"] = tuple(PrintMaterial(**one) for one in data["materials"])
+            self._info = PrintInfo(**data)
+        return self._info
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """What `--stats` writes; of the slices so far where the print was closed early."""
+        if self._statistics is None:
+            raise InputError("the print has not ended; take all of its slices, or close it")
+        return self._statistics
+
+    def __iter__(self) -> Iterator[Slice]:
+        try:
+            info = self.info
+            first, end = info.slices
+            step = max(1, -(-(end - first) // _MOST_THUMBNAILS))
+            while (item := self._next()) is not None:
+                one = Slice(*item)
+                if (one.z - first) % step == 0:
+                    self.thumbnails.append((one.z, _smaller(one.codes)))
+                self._progress.show(one.z + 1 - first, end - first)
+                yield one
+            self._end()
+        finally:
+            self.close()
+
+    def array(self) -> NDArray[np.uint8]:
+        """Takes all slices; returns their codes as [z][y][x]."""
+        first, end = self.info.slices
+        out = np.empty((end - first, self.info.size[1], self.info.size[0]), np.uint8)
+        for one in self:
+            out[one.z - first] = one.codes
+        return out
+
+    def close(self) -> None:
+        """Ends the print and its threads. What it has written is removed, unless it was complete."""
+        if self._closed:
+            return
+        self._closed = True
+        self._core.cancel()
+        self._core.join()
+        self._progress.close()
+        if self._core.statistics:
+            self._statistics = json.loads(self._core.statistics)
+        _running.discard(self)
+
+    def __enter__(self) -> Print:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _repr_html_(self) -> str:
+        from .display import print_html
+
+        return print_html(self)
+
+    def _repr_png_(self) -> bytes:
+        return self._world._repr_png_()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._closed else str(self._core.state).rsplit(".", 1)[-1].lower().replace("_", " ")
+        return f"Print({self._world!r}, {state})"
+
+    def _wait(self, state: _core.State) -> None:
+        """Waits for another state; a signal's exception ends the print."""
+        try:
+            while self._core.wait_while(state, _STEP_SECONDS) == state:
+                self._tell()
+                self._progress.show(*self._core.progress)
+        except BaseException:
+            self.close()
+            raise
+
+    def _next(self) -> tuple[int, NDArray[np.uint8], NDArray[np.float32] | None] | None:
+        while not self._closed:
+            item = self._core.next(_STEP_SECONDS)
+            self._tell()
+            if item is not None:
+                return item
+            if self._core.state == _core.State.ENDED:
+                return self._core.next(0)
+        return None
+
+    def _end(self) -> None:
+        """Waits for the end and raises what went wrong."""
+        for state in (_core.State.SETTING_UP, _core.State.PRINTING):
+            self._wait(state)
+        error = self._core.error
+        was_closed = self._closed
+        self.close()
+        self._tell()
+        if error is not None and not was_closed:
+            raise_error(error)
+
+    def _tell(self) -> None:
+        for line in self._core.take_lines():
+            print(line)
+        for warning in self._core.take_warnings():
+            warnings.warn(warning, PrintWarning, stacklevel=4)
+
+
+_MOST_THUMBNAILS = 48
+_THUMBNAIL_SIDE = 320
+
+
+def _smaller(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    step = max(1, -(-max(codes.shape) // _THUMBNAIL_SIDE))
+    return np.ascontiguousarray(codes[step // 2 :: step, step // 2 :: step])
+
+
+@atexit.register
+def _close_all() -> None:
+    for one in list(_running):
+        one.close()
+
+
+class _Bar:
+    """Progress: tqdm's where there is one, else a line of text; or a function's own."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._wanted = progress
+        self._bar: Any = None
+        self._last = -1
+
+    def show(self, done: int, total: int) -> None:
+        if self._wanted is False or done == self._last or total == 0:
+            return
+        self._last = done
+        if callable(self._wanted):
+            self._wanted(done, total)
+            return
+        if self._bar is None:
+            try:
+                from tqdm.auto import tqdm
+            except ImportError:
+                tqdm = _Line
+            self._bar = tqdm(total=total, unit="slice", leave=False)
+        self._bar.update(done - self._bar.n)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+class _Line:
+    """What tqdm does, on one line of stderr."""
+
+    def __init__(self, total: int, unit: str, leave: bool) -> None:
+        self.n = 0
+        self._total = total
+        self._unit = unit
+
+    def update(self, more: int) -> None:
+        self.n += more
+        sys.stderr.write(f"\r{self._unit} {self.n} of {self._total}")
+        sys.stderr.flush()
+
+    def close(self) -> None:
+        sys.stderr.write("\n")
+
+
+def print_world(
+    world: AnyWorld,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    printer: str | os.PathLike[str] | None = None,
+    voxel: float | str | Sequence[float] | None = None,
+    dpi: str | tuple[float, float] | None = None,
+    layer: float | str | None = None,
+    mesh_pitch: float | str | None = None,
+    draft: int | None = None,
+    slices: tuple[int, int] | None = None,
+    z: tuple[float | str, float | str] | None = None,
+    uniforms: Mapping[str, Any] | None = None,
+    support: bool | str | None = None,
+    dither: str | None = None,
+    seed: int | None = None,
+    crop: Literal["parts", "tray"] | None = None,
+    format: str | None = None,
+    memory: int | str | None = None,
+    threads: int | None = None,
+    token_file: str | os.PathLike[str] | None = None,
+    tls_ca: str | os.PathLike[str] | None = None,
+    fractions: bool = False,
+    enable_printf: bool = False,
+    progress: Progress = False,
+) -> Print:
+    """Prints a world.
+
+    Without `out` the slices are taken by iterating over the result:
+
+    >>> for one in print_world(world, draft=2):         # doctest: +SKIP
+    ...     print(one.z, (one.codes == 1).sum())
+
+    With `out` they go to a file (.ofr, .npy, .3mf, .stl), a folder or a receiver's address, as those of `openfab
+    print` do and to the same bytes, and the call returns when it is complete; a print that ends early leaves no file.
+
+    Lengths are millimetres, or texts with a unit; `voxel` takes three for x, y and z. `uniforms` replaces values of the
+    world: `{"ball.skin": 1.5}`; nothing is compiled for it. With `fractions` a slice has the mixtures before the
+    dither, too: float32 [y][x][material]. `progress` is True for a bar, or a function of slices done and of all. The
+    other arguments are the options of `openfab print`.
+    """
+    words = _words(
+        {
+            "printer": printer, "voxel": voxel, "dpi": dpi, "layer": layer, "mesh_pitch": mesh_pitch, "draft": draft,
+            "slices": slices, "z": z, "uniforms": uniforms, "dither": dither, "seed": seed, "crop": crop,
+            "format": format, "memory": memory, "threads": threads, "token_file": token_file, "tls_ca": tls_ca,
+            "support": "off" if support is False else support,
+        }
+    )
+    if out is None:
+        return Print(
+            world, words, _core.Target.SLICES, fractions=fractions, enable_printf=enable_printf, progress=progress
+        )
+    if fractions:
+        raise InputError("`fractions` are handed out with slices; leave `out` away")
+    output = os.fspath(out)
+    address = output.startswith(("tcp://", "tls://", "unix:"))
+    path = None if address else Path(output)
+    with _Unfinished(path) as unfinished:
+        done = Print(
+            world, [*words, f"--output={output}"], _core.Target.OUTPUT, output=str(unfinished or ""),
+            enable_printf=enable_printf, progress=progress,
+        )
+        with done:
+            done._end()
+    return done
+
+
+class _Unfinished:
+    """A name beside an output, in a folder of its own, which takes the output's place once it is complete."""
+
+    def __init__(self, path: Path | None) -> None:
+        self._path = path
+        self._folder: Path | None = None
+
+    def __enter__(self) -> Path | None:
+        if self._path is None or not self._path.parent.is_dir() or self._path.is_dir():
+            # An address, or what the print refuses, or a folder: its slices are replaced one by one.
+            return None
+        self._folder = Path(tempfile.mkdtemp(prefix=f".{self._path.name}.tmp-", dir=self._path.parent))
+        return self._folder / self._path.name
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._folder is None or self._path is None:
+            return
+        try:
+            if kind is None:
+                for made in self._folder.iterdir():
+                    os.replace(made, self._path.parent / made.name)
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Mixtures in a box of voxels.
+
+    `fractions` is [z][y][x][material], float32; what they lack to 1 is void. The centre of voxel (i, j, k) is at
+    `origin_mm` + (i + 0.5, j + 0.5, k + 0.5) `pitch_mm`.
+    """
+
+    fractions: NDArray[np.float32]
+    origin_mm: tuple[float, float, float]
+    pitch_mm: tuple[float, float, float]
+    materials: tuple[PrintMaterial, ...]
+
+    def at(self, points: ArrayLike) -> NDArray[np.float32]:
+        """Returns the mixtures of the voxels that hold some points, [point][material]; zeros outside of the box."""
+        places = (np.asarray(points, float) - self.origin_mm) / self.pitch_mm
+        index = np.floor(places).astype(np.int64)
+        size = np.array(self.fractions.shape[2::-1])
+        inside = np.all((index >= 0) & (index < size), axis=-1)
+        i, j, k = np.moveaxis(np.clip(index, 0, size - 1), -1, 0)
+        return np.where(inside[..., None], self.fractions[k, j, i], np.float32(0))
+
+    def mean(self, values: Mapping[str, float], void: float = 0.0) -> NDArray[np.float64]:
+        """Returns the mean of a property of materials, weighted by their amounts, [z][y][x]."""
+        names = [material.name for material in self.materials]
+        unknown = set(values) - set(names)
+        if unknown:
+            raise InputError(f"no material is called {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+        weights = np.array([values[name] for name in names[: self.fractions.shape[-1]]])
+        return self.fractions @ weights + void * (1 - self.fractions.sum(axis=-1))
+
+
+def sample(
+    world: AnyWorld,
+    box: tuple[Sequence[float], Sequence[float]] | None = None,
+    *,
+    voxel: float | str | Sequence[float],
+    uniforms: Mapping[str, Any] | None = None,
+    memory: int | str | None = None,
+    threads: int | None = None,
+    progress: Progress = False,
+) -> Samples:
+    """Evaluates a world in a box of voxels of any size, in millimetres; without a box, in that of all parts.
+
+    The box is given by its lowest and highest corner, and rounded out to whole voxels, whose corners are at multiples
+    of the pitch. It may be a small part of a large world: only what is in it is evaluated.
+    """
+    words = _words({"voxel": voxel, "uniforms": uniforms, "memory": memory, "threads": threads, "support": "off"})
+    window = None if box is None else tuple(float(x) for corner in box for x in corner)
+    if window is not None and (len(window) != 6 or not all(a < b for a, b in zip(window[:3], window[3:]))):
+        raise InputError(f"the box {box} is none; give its lowest and its highest corner")
+    with Print(world, words, _core.Target.SLICES, fractions=True, window=window, progress=progress) as running:
+        info = running.info
+        out: NDArray[np.float32] | None = None
+        for one in running:
+            assert one.fractions is not None
+            if out is None:
+                out = np.empty((info.size[2], *one.fractions.shape), np.float32)
+            out[one.z] = one.fractions
+    assert out is not None
+    return Samples(out, info.origin_mm, info.pitch_mm, info.materials[: out.shape[-1]])
+
+
+def preview(
+    world: AnyWorld, *views: str, uniforms: Mapping[str, Any] | None = None, voxel: float | str | None = None,
+    draft: int | None = None, printer: str | os.PathLike[str] | None = None, memory: int | str | None = None,
+    threads: int | None = None, progress: Progress = False,
+) -> list[NDArray[np.uint8]]:
+    """Returns pictures of a print, as RGBA in sRGB [row][column][4], for each view.
+
+    A view is as of `--preview`: `front`, `back`, `section`, `slice:N`, `model:TURN:TILT`, with `,light=transmitted` or
+    `,cut=x|y|xy` behind it. The default is `model:30:30`.
+    """
+    words = _words(
+        {"uniforms": uniforms, "voxel": voxel, "draft": draft, "printer": printer, "memory": memory, "threads": threads}
+    )
+    words += [f"--preview=x.png,view={view}" for view in views or ("model:30:30",)]
+    with Print(world, words, _core.Target.PICTURES, progress=progress) as running:
+        running._end()
+        return running._core.pictures

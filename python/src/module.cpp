@@ -1,0 +1,210 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// openfab._core: the compiler and the runtime as Python sees them. Nothing here waits with the
+// interpreter's lock held. What is wrong with an input is returned as data; the package makes
+// exceptions of it.
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
+
+#include <array>
+#include <memory>
+#include <tuple>
+#include <utility>
+
+#include "base/caret.h"
+#include "python/src/print.h"
+#include "python/src/program.h"
+#include "texture/cache.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace openfab::python {
+
+namespace {
+
+/// An array that owns the elements of a vector, in place.
+template <typename T, typename... Shape>
+auto array_of(std::vector<T> values, std::initializer_list<size_t> shape) {
+    auto* kept = new std::vector<T>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::ndarray<nb::numpy, const T, Shape...>(kept->data(), shape, owner);
+}
+
+using Codes = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<2>>;
+using Fractions = nb::ndarray<nb::numpy, const float, nb::ndim<3>>;
+using Rgba = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<3>>;
+
+/// z, codes, fractions.
+using SliceTuple = std::tuple<int32_t, Codes, std::optional<Fractions>>;
+
+std::optional<SliceTuple> next_slice(Print& print, double seconds) {
+    std::optional<Slice> slice;
+    {
+        const nb::gil_scoped_release released;
+        slice = print.next(seconds);
+    }
+    if (!slice) return std::nullopt;
+    const auto width = static_cast<size_t>(print.info().size.x);
+    const auto height = static_cast<size_t>(print.info().size.y);
+    std::optional<Fractions> fractions;
+    if (print.wants_fractions()) {
+        fractions = array_of<float, nb::ndim<3>>(
+            std::move(slice->fractions),
+            {height, width, static_cast<size_t>(print.fraction_materials())});
+    }
+    return SliceTuple{slice->z,
+                      array_of<uint8_t, nb::ndim<2>>(std::move(slice->codes), {height, width}),
+                      std::move(fractions)};
+}
+
+std::vector<Rgba> pictures_of(const Print& print) {
+    std::vector<Rgba> out;
+    for (const Picture8& picture : print.pictures()) {
+        out.push_back(array_of<uint8_t, nb::ndim<3>>(
+            picture.rgba,
+            {static_cast<size_t>(picture.height), static_cast<size_t>(picture.width), 4}));
+    }
+    return out;
+}
+
+nb::dict info_of(const Print& print) {
+    const pipeline::PrintInfo& info = print.info();
+    nb::dict out;
+    out["size"] = nb::make_tuple(info.size.x, info.size.y, info.size.z);
+    out["pitch_mm"] = nb::make_tuple(info.pitch_mm.x, info.pitch_mm.y, info.pitch_mm.z);
+    out["origin_mm"] = nb::make_tuple(info.origin_mm.x, info.origin_mm.y, info.origin_mm.z);
+    out["slices"] = nb::make_tuple(info.slice_begin, info.slice_end);
+    out["support_code"] = info.support_code;
+    out["printer"] = info.printer;
+    out["title"] = info.title;
+    out["memory_bytes"] = print.estimate().memory_bytes;
+    nb::list materials;
+    for (const pipeline::SliceMaterial& material : info.materials) {
+        nb::dict one;
+        one["name"] = material.name;
+        const auto& [kr, kg, kb, ka] = material.key;
+        one["key"] = nb::make_tuple(kr, kg, kb, ka);
+        const auto& [pr, pg, pb, pa] = material.preview;
+        one["preview"] = nb::make_tuple(pr, pg, pb, pa);
+        one["density_g_cm3"] = material.density_g_cm3;
+        one["channel"] = material.channel;
+        materials.append(one);
+    }
+    out["materials"] = materials;
+    return out;
+}
+
+using Compiled = std::tuple<std::shared_ptr<const Program>, Diagnostics>;
+
+Compiled compile_files(const std::vector<std::string>& files, bool enable_printf) {
+    const nb::gil_scoped_release released;
+    Diagnostics said;
+    auto made = compile(files, enable_printf, &said);
+    if (auto* failed = std::get_if<Diagnostics>(&made)) return {nullptr, std::move(*failed)};
+    return {std::get<std::shared_ptr<const Program>>(std::move(made)), std::move(said)};
+}
+
+}  // namespace
+
+NB_MODULE(_core, m) {
+    // Prints and programs that live as long as the interpreter are no leaks.
+    nb::set_leak_warnings(false);
+    m.doc() = "The compiler and the runtime of OpenFab; the package `openfab` is made of it.";
+
+    nb::class_<Diagnostics>(m, "Diagnostics", "What the compiler has to say of a text.")
+        .def_ro("code", &Diagnostics::code, "The exit code of openflc; 0: it compiles.")
+        .def_ro("rendered", &Diagnostics::rendered)
+        .def_ro("json", &Diagnostics::json)
+        .def_ro("fault", &Diagnostics::fault);
+    nb::class_<Interface>(m, "Interface", "The interface of a text's fablets.")
+        .def_ro("diagnostics", &Interface::diagnostics)
+        .def_ro("json", &Interface::json);
+    nb::class_<Program>(m, "Program", "The kernels of some fablets in this process.")
+        .def_prop_ro("files", &Program::files)
+        .def_prop_ro("compiled", &Program::compiled, "The number of kernels that no cache had.");
+    m.def(
+        "read_file_interface",
+        [](const std::filesystem::path& file) { return read_interface(file); }, "file"_a,
+        nb::call_guard<nb::gil_scoped_release>());
+    m.def(
+        "read_text_interface",
+        [](const std::string& name, std::string text) {
+            return read_interface(name, std::move(text));
+        },
+        "name"_a, "text"_a, nb::call_guard<nb::gil_scoped_release>());
+    m.def("compile", &compile_files, "files"_a, "enable_printf"_a = false);
+    m.def("set_converter", &texture::set_converter, "program"_a);
+
+    nb::class_<Error>(m, "Error", "What is wrong with an input, or went wrong.")
+        .def_prop_ro(
+            "code", [](const Error& e) { return exit_code(e.code); },
+            "The exit code of a program: 1 input, 2 usage, 3 outside, 4 bug, 130 "
+            "interrupted.")
+        .def_ro("message", &Error::message)
+        .def_ro("help", &Error::help)
+        .def_prop_ro("file", [](const Error& e) { return e.location.file; })
+        .def_prop_ro("line", [](const Error& e) { return e.location.line; })
+        .def_prop_ro("column", [](const Error& e) { return e.location.column; })
+        .def_prop_ro("rendered", [](const Error& e) { return render_error(e); });
+
+    nb::enum_<Target>(m, "Target", "What becomes of a print's slices.")
+        .value("SLICES", Target::kSlices, "They are handed out.")
+        .value("OUTPUT", Target::kOutput, "They go where the options say.")
+        .value("PICTURES", Target::kPictures, "They are drawn.")
+        .value("NOTHING", Target::kNothing, "Set-up alone.");
+    nb::enum_<Print::State>(m, "State")
+        .value("SETTING_UP", Print::State::kSettingUp)
+        .value("PRINTING", Print::State::kPrinting)
+        .value("ENDED", Print::State::kEnded);
+    nb::class_<Print>(m, "Print", "A print in threads of its own.")
+        .def(
+            "__init__",
+            [](Print* self, std::shared_ptr<const Program> program, std::vector<std::string> words,
+               Target target, bool fractions, std::string output,
+               std::optional<std::array<double, 6>> window_mm) {
+                std::optional<Box3d> window;
+                if (window_mm) {
+                    const auto& [x0, y0, z0, x1, y1, z1] = *window_mm;
+                    window = Box3d{{x0, y0, z0}, {x1, y1, z1}};
+                }
+                new (self) Print(std::move(program), std::move(words), target, fractions,
+                                 std::move(output), window);
+            },
+            "program"_a, "words"_a, "target"_a, "fractions"_a = false, "output"_a = "",
+            "window_mm"_a = nb::none())
+        .def_prop_ro("state", &Print::state)
+        .def("wait_while", &Print::wait_while, "state"_a, "seconds"_a,
+             nb::call_guard<nb::gil_scoped_release>(),
+             "Waits for another state, at most so long; returns the state.")
+        .def("next", &next_slice, "seconds"_a,
+             "Returns z, codes and fractions of the next slice, as read-only arrays that own "
+             "their memory; None where there is none yet, or no more.")
+        .def("cancel", &Print::cancel)
+        .def("join", &Print::join, nb::call_guard<nb::gil_scoped_release>())
+        .def_prop_ro("info", &info_of)
+        .def_prop_ro("error", [](const Print& p) { return p.error(); })
+        .def_prop_ro("statistics", &Print::statistics)
+        .def_prop_ro("pictures", &pictures_of)
+        .def_prop_ro("progress",
+                     [](const Print& p) {
+                         const pipeline::ProgressEvent event = p.progress();
+                         return std::pair(event.slices_done, event.slices_total);
+                     })
+        .def("take_notes", &Print::take_notes)
+        .def("take_warnings", &Print::take_warnings)
+        .def("take_lines", &Print::take_lines);
+}
+
+}  // namespace openfab::python

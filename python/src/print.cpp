@@ -1,0 +1,203 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "python/src/print.h"
+
+#include <chrono>
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "backends/common/tee_sink.h"
+#include "backends/preview/preview.h"
+#include "base/clock.h"
+#include "program/outputs.h"
+#include "program/part_sizes.h"
+#include "program/statistics.h"
+
+namespace openfab::python {
+
+namespace {
+
+/// Passes slices on to a queue that outlives it.
+class ToQueue : public pipeline::SliceSink {
+  public:
+    explicit ToQueue(SliceQueue* queue) : queue_(queue) {}
+    Result<void> begin(const pipeline::PrintInfo& info) override { return queue_->begin(info); }
+    std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override {
+        return queue_->encode(slice);
+    }
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override {
+        return queue_->commit(z, std::move(bytes));
+    }
+    Result<void> finish(const pipeline::PrintTotals& totals) override {
+        return queue_->finish(totals);
+    }
+
+  private:
+    SliceQueue* queue_;
+};
+
+}  // namespace
+
+Print::Print(std::shared_ptr<const Program> program, std::vector<std::string> words, Target target,
+             bool fractions, std::string output, std::optional<Box3d> window_mm)
+    : program_(std::move(program)),
+      words_(std::move(words)),
+      target_(target),
+      wants_fractions_(fractions),
+      output_(std::move(output)),
+      window_mm_(window_mm),
+      queue_(fractions ? &planes_ : nullptr),
+      thread_([this] { run(); }) {}
+
+Print::~Print() {
+    cancel();
+    join();
+}
+
+void Print::cancel() {
+    interrupt_ = true;
+    queue_.close();
+}
+
+void Print::join() {
+    if (thread_.joinable()) thread_.join();
+}
+
+Print::State Print::state() const {
+    const std::lock_guard lock(mutex_);
+    return state_;
+}
+
+Print::State Print::wait_while(State state, double seconds) const {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, std::chrono::duration<double>(seconds),
+                      [&] { return state_ != state; });
+    return state_;
+}
+
+void Print::set_state(State state) {
+    {
+        const std::lock_guard lock(mutex_);
+        state_ = state;
+    }
+    changed_.notify_all();
+}
+
+pipeline::ProgressEvent Print::progress() const {
+    const std::lock_guard lock(mutex_);
+    return progress_;
+}
+
+std::vector<std::string> Print::take_notes() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(notes_, {});
+}
+
+std::vector<std::string> Print::take_warnings() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(warnings_, {});
+}
+
+std::vector<std::string> Print::take_lines() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(lines_, {});
+}
+
+void Print::run() {
+    // Ours throws nothing, but libraries do where memory runs out; no exception may leave a thread.
+    try {
+        if (const Result<void> done = print(); !done) error_ = done.error();
+    } catch (const std::bad_alloc&) {
+        error_ = outside_error("memory ran out");
+    } catch (const std::exception& exception) {
+        error_ = internal_error(exception.what());
+    }
+    set_state(State::kEnded);
+    queue_.close();
+}
+
+Result<void> Print::print() {
+    std::vector<const char*> argv{"openfab.print_world"};
+    for (const std::string& word : words_)
+        argv.push_back(word.c_str());
+    Result<program::Options> options =
+        program::parse_options(static_cast<int>(argv.size()), argv.data(), "print_world");
+    if (!options) return options.error();
+    options_ = std::move(*options);
+    program::PrintHooks hooks{.interrupt = interrupt_};
+    hooks.window_mm = window_mm_;
+    hooks.began_seconds = process_age_seconds();
+    hooks.loaded = [this](const program::Job& job) {
+        const std::lock_guard lock(mutex_);
+        notes_ = job.notes;
+        warnings_ = job.input.warnings;
+    };
+    hooks.print_line = [this](const std::string& line) {
+        const std::lock_guard lock(mutex_);
+        lines_.push_back(line);
+    };
+    if (wants_fractions_) hooks.fractions = &planes_;
+    if (target_ == Target::kSlices) {
+        // Those in the queue, and of four slabs in flight.
+        constexpr int64_t kSlices = SliceQueue::kMostSlices + 4 * 8;
+        hooks.sink_bytes_per_column = kSlices;
+        if (wants_fractions_) hooks.sink_bytes_per_fraction = kSlices * int64_t{sizeof(float)};
+    }
+    Result<program::PreparedPrint> ready =
+        program::prepare_print(options_, program_->fablets(), hooks);
+    if (!ready) return ready.error();
+    info_ = ready->print->info();
+    estimate_ = ready->print->estimate();
+    {
+        const std::lock_guard lock(mutex_);
+        for (const std::string& warning : ready->print->warnings())
+            warnings_.push_back(warning);
+    }
+    const std::string sizes =
+        program::part_sizes(ready->job.input.parts, ready->job.input.pitch_mm);
+    ready->job.input = {};
+    if (target_ == Target::kNothing) return {};
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_sink(ready->job.printer);
+    if (!sink) return sink.error();
+    set_state(State::kPrinting);
+    pipeline::PrintStatistics statistics;
+    const Result<void> done = ready->print->run(
+        **sink,
+        [this](const pipeline::ProgressEvent& event) {
+            const std::lock_guard lock(mutex_);
+            progress_ = event;
+        },
+        interrupt_, &statistics);
+    statistics.layer_time_s = ready->job.printer.layer_time_s;
+    std::vector<std::string> found = statistics.overlaps;
+    if (const std::string nothing = program::nothing_printed(statistics, sizes); !nothing.empty()) {
+        statistics.warnings.push_back(nothing);
+        found.push_back(nothing);
+    }
+    statistics_ = program::statistics_json(statistics, info_);
+    const std::lock_guard lock(mutex_);
+    warnings_.insert(warnings_.end(), found.begin(), found.end());
+    return done;
+}
+
+Result<std::unique_ptr<pipeline::SliceSink>> Print::open_sink(const world::Printer& printer) {
+    if (target_ == Target::kSlices)
+        return std::unique_ptr<pipeline::SliceSink>(std::make_unique<ToQueue>(&queue_));
+    if (target_ == Target::kOutput) {
+        if (!output_.empty()) options_.output = output_;
+        return program::open_output(options_, printer);
+    }
+    std::vector<std::unique_ptr<backends::SliceObserver>> observers;
+    pictures_.resize(options_.previews.size());
+    for (size_t i = 0; i < pictures_.size(); ++i) {
+        observers.push_back(preview::make_preview(
+            options_.previews[i], [out = &pictures_[i]](const preview::Picture& picture) {
+                *out = {picture.width, picture.height, preview::to_rgba8(picture)};
+            }));
+    }
+    return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::TeeSink>(
+        std::make_unique<backends::NullSink>(), std::move(observers)));
+}
+
+}  // namespace openfab::python

@@ -1,0 +1,110 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A print in a thread of its own, which its reader waits for in steps, so that Python can look for
+// signals in between.
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/result.h"
+#include "program/options.h"
+#include "program/prepare.h"
+#include "python/src/program.h"
+#include "python/src/slice_queue.h"
+#include "runtime/pipeline/print_job.h"
+
+namespace openfab::python {
+
+/// What becomes of a print's slices.
+enum class Target {
+    kSlices,    ///< they are handed out
+    kOutput,    ///< they go where the options say
+    kPictures,  ///< they are drawn, as the options' previews say
+    kNothing,   ///< set-up alone, for its figures
+};
+
+/// RGBA of 8 bits each, sRGB, top row first.
+struct Picture8 {
+    int32_t width = 0, height = 0;
+    std::vector<uint8_t> rgba;
+};
+
+class Print {
+  public:
+    /// Starts the thread. `words` are those of `openfab print`: a world, and options. With
+    /// `output`, slices are written there in place of the options' own, which is what messages name.
+    /// With a window the grid is that.
+    Print(std::shared_ptr<const Program> program, std::vector<std::string> words, Target target,
+          bool fractions, std::string output, std::optional<Box3d> window_mm);
+    /// Cancels and waits.
+    ~Print();
+    Print(const Print&) = delete;
+    Print& operator=(const Print&) = delete;
+
+    enum class State { kSettingUp, kPrinting, kEnded };
+    State state() const;
+    /// Waits for another state than `state`, at most so many seconds; returns the state.
+    State wait_while(State state, double seconds) const;
+    /// Returns the next slice; nothing where there is none yet, or no more.
+    std::optional<Slice> next(double seconds) { return queue_.take(seconds); }
+    /// Asks for the end; slices that were handed out stay valid.
+    void cancel();
+    /// Waits for the end. Idempotent.
+    void join();
+
+    /// What is known from the state kPrinting on.
+    const pipeline::PrintInfo& info() const { return info_; }
+    bool wants_fractions() const { return wants_fractions_; }
+    int32_t fraction_materials() const { return planes_.materials(); }
+    const pipeline::PrintEstimate& estimate() const { return estimate_; }
+    /// What is known from the state kEnded on: an error, or the JSON of `--stats`, and pictures.
+    const std::optional<Error>& error() const { return error_; }
+    const std::string& statistics() const { return statistics_; }
+    const std::vector<Picture8>& pictures() const { return pictures_; }
+    /// At any time.
+    pipeline::ProgressEvent progress() const;
+    /// Returns notes, warnings and lines of printf since the last call.
+    std::vector<std::string> take_notes();
+    std::vector<std::string> take_warnings();
+    std::vector<std::string> take_lines();
+
+  private:
+    void run();
+    Result<void> print();
+    Result<std::unique_ptr<pipeline::SliceSink>> open_sink(const world::Printer& printer);
+    void set_state(State state);
+
+    const std::shared_ptr<const Program> program_;
+    const std::vector<std::string> words_;
+    const Target target_;
+    const bool wants_fractions_;
+    const std::string output_;
+    const std::optional<Box3d> window_mm_;
+    program::Options options_;
+    FractionPlanes planes_;
+    SliceQueue queue_;
+    std::atomic<bool> interrupt_{false};
+
+    mutable std::mutex mutex_;
+    mutable std::condition_variable changed_;
+    State state_ = State::kSettingUp;
+    pipeline::ProgressEvent progress_;
+    std::vector<std::string> notes_, warnings_, lines_;
+
+    pipeline::PrintInfo info_;
+    pipeline::PrintEstimate estimate_;
+    std::optional<Error> error_;
+    std::string statistics_;
+    std::vector<Picture8> pictures_;
+    std::thread thread_;  ///< last: it uses the others
+};
+
+}  // namespace openfab::python

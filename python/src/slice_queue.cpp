@@ -1,0 +1,88 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "python/src/slice_queue.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "backends/common/tee_sink.h"
+#include "base/check.h"
+
+namespace openfab::python {
+
+Result<void> FractionPlanes::begin(const pipeline::PrintInfo& info, int32_t materials) {
+    width_ = static_cast<size_t>(info.size.x);
+    height_ = static_cast<size_t>(info.size.y);
+    materials_ = materials;
+    return {};
+}
+
+void FractionPlanes::write(int32_t z, int32_t y, int32_t first_x,
+                           std::span<const float> fractions) {
+    const auto materials = static_cast<size_t>(materials_);
+    float* plane = nullptr;
+    {
+        const std::lock_guard lock(mutex_);
+        std::vector<float>& values = planes_[z];
+        if (values.empty()) values.resize(width_ * height_ * materials);
+        plane = values.data();
+    }
+    const size_t at = (static_cast<size_t>(y) * width_ + static_cast<size_t>(first_x)) * materials;
+    OPENFAB_CHECK_LE(at + fractions.size(), width_ * height_ * materials);
+    std::copy(fractions.begin(), fractions.end(), plane + at);
+}
+
+std::vector<float> FractionPlanes::take(int32_t z) {
+    const std::lock_guard lock(mutex_);
+    auto node = planes_.extract(z);
+    if (!node.empty()) return std::move(node.mapped());
+    return std::vector<float>(width_ * height_ * static_cast<size_t>(materials_));
+}
+
+Result<void> SliceQueue::begin(const pipeline::PrintInfo& info) {
+    bits_ = info.bits;
+    return {};
+}
+
+std::vector<uint8_t> SliceQueue::encode(const pipeline::SliceView& slice) const {
+    const auto width = static_cast<size_t>(slice.width);
+    std::vector<uint8_t> codes(width * static_cast<size_t>(slice.height));
+    for (int32_t y = 0; y < slice.height; ++y)
+        backends::unpack_row(slice, y, bits_, codes.data() + static_cast<size_t>(y) * width);
+    return codes;
+}
+
+Result<void> SliceQueue::commit(int32_t z, std::vector<uint8_t> bytes) {
+    Slice slice{z, std::move(bytes), {}};
+    if (fractions_ != nullptr) slice.fractions = fractions_->take(z);
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return closed_ || slices_.size() < kMostSlices; });
+    if (closed_) return Error{ErrorCode::kInterrupted, "nobody takes the slices any more"};
+    slices_.push_back(std::move(slice));
+    lock.unlock();
+    changed_.notify_all();
+    return {};
+}
+
+std::optional<Slice> SliceQueue::take(double seconds) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, std::chrono::duration<double>(seconds),
+                      [&] { return closed_ || !slices_.empty(); });
+    if (slices_.empty()) return std::nullopt;
+    Slice slice = std::move(slices_.front());
+    slices_.pop_front();
+    lock.unlock();
+    changed_.notify_all();
+    return slice;
+}
+
+void SliceQueue::close() {
+    {
+        const std::lock_guard lock(mutex_);
+        closed_ = true;
+    }
+    changed_.notify_all();
+}
+
+}  // namespace openfab::python

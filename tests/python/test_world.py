@@ -1,0 +1,172 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+from __future__ import annotations
+
+import gc
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import BALL
+
+import openfab
+
+RED, BLUE = openfab.Material("red", "#ff0000"), openfab.Material("blue", "#0000ff")
+
+BOX_VERTICES = np.array([(x, y, z) for z in (0, 3) for y in (-2, 2) for x in (-1, 1)], float)
+BOX_FACES = np.array(
+    [(0, 2, 1), (1, 2, 3), (4, 5, 6), (5, 7, 6), (0, 1, 4), (1, 5, 4), (2, 6, 3), (3, 6, 7), (0, 4, 2), (2, 4, 6), (1, 3, 5), (3, 7, 5)]
+)
+
+BY_PICTURE = """fablet ByPicture {
+    @uniform { ImageTexture2D picture; Material one, other; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float3 p = attr.voxelCenter;
+        float t = picture.Sample1(p.x / 4 + 0.5, p.y / 4 + 0.5, 0, 0);
+        mc.Set(one, t);
+        mc.Set(other, 1 - t);
+        return mc;
+    }
+}
+"""
+
+BY_VOLUME = """fablet ByVolume {
+    @uniform { ImageTexture3D field; Material one, other; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float t = field.Sample1(attr.voxelCenter, 0, 0);
+        mc.Set(one, t);
+        mc.Set(other, 1 - t);
+        return mc;
+    }
+}
+"""
+
+
+def solid(mesh: object, **keys: object) -> openfab.World:
+    world = openfab.World(printer="generic", **keys)
+    world.add(mesh, openfab.Fablet(text=BALL), {"core": RED, "shell": BLUE})
+    return world
+
+
+def test_a_mesh_of_arrays_prints_as_the_primitive() -> None:
+    arrays = openfab.print_world(solid(openfab.Mesh(BOX_VERTICES, BOX_FACES)), voxel=0.25).array()
+    primitive = openfab.print_world(solid(openfab.box(2, 4, 3)), voxel=0.25).array()
+    np.testing.assert_array_equal(arrays, primitive)
+    assert arrays.shape == (12, 16, 8) and arrays.all()
+
+
+def test_a_trimesh_is_a_mesh() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    made = trimesh.creation.box(extents=(2, 4, 3))
+    made.apply_translation((0, 0, 1.5))
+    codes = openfab.print_world(solid(made), voxel=0.25).array()
+    np.testing.assert_array_equal(codes, openfab.print_world(solid(openfab.box(2, 4, 3)), voxel=0.25).array())
+
+
+def test_attributes_reach_the_fablet() -> None:
+    text = """fablet ByAttribute {
+        @uniform { Material one, other; }
+        @Volume(@varying { VolumeAttributes attr; @nearest float heat; @nearest int zone })
+        {
+            MaterialComposition mc;
+            if (zone == 7) mc.Set(one, 1);
+            else { mc.Set(one, heat); mc.Set(other, 1 - heat); }
+            return mc;
+        }
+    }
+    """
+    top = np.isin(BOX_FACES, (4, 5, 6, 7)).all(axis=1)
+    mesh = openfab.Mesh(
+        BOX_VERTICES, BOX_FACES, vertex_attributes={"heat": (BOX_VERTICES[:, 1] + 2) / 4},
+        face_attributes={"zone": np.where(top, 7, 0)},
+    )
+    world = openfab.World(printer="generic")
+    world.add(mesh, openfab.Fablet(text=text), {"one": RED, "other": BLUE})
+    red = openfab.sample(world, voxel=0.25).fractions[..., 0]
+    assert (red[-1] == 1).all()
+    np.testing.assert_allclose(red[0, :, 4], (np.arange(16) + 0.5) / 16, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "float32", "float64"])
+def test_a_picture_is_an_array(kind: str) -> None:
+    rng = np.random.default_rng(3)
+    values = rng.random((16, 16))
+    scale = {"uint8": 255, "uint16": 65535}.get(kind, 1)
+    picture = (values * scale).round().astype(kind)
+    world = openfab.World(printer="generic")
+    texture = openfab.Texture(picture, filter="nearest", space="linear")
+    world.add(openfab.box(4, 4, 1), openfab.Fablet(text=BY_PICTURE), {"picture": texture, "one": RED, "other": BLUE})
+    found = openfab.sample(world, voxel=0.25).fractions[0, :, :, 0]
+    # The picture's first row is at the highest y.
+    np.testing.assert_allclose(found, (picture / scale)[::-1], atol=2e-5)
+
+
+def test_pictures_have_channels() -> None:
+    text = BY_PICTURE.replace("0, 0);", "2, 0);")
+    picture = np.zeros((4, 4, 3), np.float32)
+    picture[..., 2] = 0.75
+    world = openfab.World(printer="generic")
+    world.add(openfab.box(4, 4, 1), openfab.Fablet(text=text), {"picture": picture, "one": RED, "other": BLUE})
+    np.testing.assert_allclose(openfab.sample(world, voxel=1).fractions[..., 0], 0.75, atol=2e-5)
+
+
+def test_a_volume_is_an_array() -> None:
+    rng = np.random.default_rng(4)
+    field = rng.random((6, 8, 10)).astype(np.float32)
+    world = openfab.World(printer="generic")
+    volume = openfab.Texture.volume(field, origin=(-2.5, -2, 0), spacing=0.5, filter="nearest")
+    world.add(openfab.box(5, 4, 3), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": RED, "other": BLUE})
+    np.testing.assert_allclose(openfab.sample(world, voxel=0.5).fractions[..., 0], field, atol=2e-5)
+
+
+def test_files_go_with_their_owners() -> None:
+    mesh = openfab.Mesh(BOX_VERTICES, BOX_FACES)
+    path = mesh._file.path()
+    assert path.exists()
+    del mesh
+    gc.collect()
+    assert not path.exists()
+
+
+def test_objects_are_placed_many_times() -> None:
+    world = openfab.World(printer="generic")
+    pin = world.add(openfab.box(1, 1, 1), openfab.Fablet(text=BALL), {"core": RED, "shell": BLUE}, place=False)
+    pin.place(translate=(0, 0, 0))
+    pin.place(translate=(3, 0, 0), uniforms={"core": openfab.VOID, "shell": openfab.VOID})
+    codes = openfab.print_world(world, voxel=0.25).array()
+    assert codes[:, :, :4].all() and not codes[:, :, 4:].any()
+    assert codes.shape == (4, 4, 16)
+
+
+def test_mistakes_are_told_when_they_are_made() -> None:
+    world = openfab.World()
+    fablet = openfab.Fablet(text=BALL)
+    with pytest.raises(openfab.InputError, match="no uniform `skim`") as caught:
+        world.add(openfab.sphere(1), fablet, {"skim": 1})
+    assert caught.value.help == "did you mean `skin`?"
+    with pytest.raises(openfab.InputError, match="shape"):
+        openfab.Mesh(BOX_VERTICES[:, :2], BOX_FACES)
+    with pytest.raises(openfab.InputError, match="no mesh"):
+        world.add(3, fablet)
+    with pytest.raises(openfab.InputError, match="two materials are called"):
+        world.add(openfab.sphere(1), fablet, {"core": RED, "shell": openfab.Material("red", "#880000")})
+        openfab.print_world(world)
+
+
+def test_a_mistake_in_the_world_has_its_place() -> None:
+    world = openfab.World(printer="generic")
+    world.add(openfab.sphere(1), openfab.Fablet(text=BALL), {"core": RED})
+    with pytest.raises(openfab.InputError, match="shell") as caught:
+        openfab.print_world(world, voxel=0.2).array()
+    assert caught.value.file.endswith(".fab.json") and caught.value.line > 0
+
+
+def test_a_file_that_is_no_world_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "a.fab.json").write_text("{")
+    for name in ("a.fab.json", "b.fab.json"):
+        with pytest.raises(openfab.InputError):
+            openfab.load(tmp_path / name)
