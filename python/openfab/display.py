@@ -66,7 +66,8 @@ def print_html(print_: Print) -> str:
     aspect = f"{x * px:.6g} / {y * py:.6g}"
     return f"""<div id="{ident}">{head}<br>
 <img src={sources[middle]} style="width:{width}px;aspect-ratio:{aspect};image-rendering:pixelated;background:#ddd"><br>
-<input type="range" min="0" max="{len(sources) - 1}" value="{middle}" style="width:{width}px"> <span>{heights[middle][1:-1]}</span>
+<input type="range" min="0" max="{len(sources) - 1}" value="{middle}" style="width:{width}px">
+<span>{heights[middle][1:-1]}</span>
 <br>{legend}
 <script>(function () {{
   const root = document.getElementById("{ident}"), slices = [{",".join(sources)}], texts = [{",".join(heights)}];

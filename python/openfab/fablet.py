@@ -109,7 +109,7 @@ class Fablet:
             "<tr>"
             + cell(u.name)
             + cell(u.type + (f"[{u.array_length}]" if u.array_length > 1 else ""))
-            + cell("" if u.default is None else ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in u.default))
+            + cell("" if u.default is None else ", ".join(str(value) for value in u.default))
             + cell("; ".join(text if key == "help" else f"{key} {text}" for key, text in u.annotations.items()))
             + "</tr>"
             for u in self.uniforms.values()

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import atexit
+import importlib
 import json
 import os
 import shutil
@@ -271,10 +272,10 @@ class _Bar:
             return
         if self._bar is None:
             try:
-                from tqdm.auto import tqdm
+                make: Any = importlib.import_module("tqdm.auto").tqdm
             except ImportError:
-                tqdm = _Line
-            self._bar = tqdm(total=total, unit="slice", leave=False)
+                make = _Line
+            self._bar = make(total=total, unit="slice", leave=False)
         self._bar.update(done - self._bar.n)
 
     def close(self) -> None:
@@ -421,7 +422,8 @@ class Samples:
         if unknown:
             raise InputError(f"no material is called {', '.join(sorted(unknown))}; there are {', '.join(names)}")
         weights = np.array([values[name] for name in names[: self.fractions.shape[-1]]])
-        return self.fractions @ weights + void * (1 - self.fractions.sum(axis=-1))
+        means: NDArray[np.float64] = self.fractions @ weights + void * (1 - self.fractions.sum(axis=-1))
+        return means
 
 
 def sample(

@@ -40,23 +40,24 @@ class Mesh:
             raise InputError(f"vertices have the shape {self.vertices.shape}; it should be (n, 3)")
         if self.faces.ndim != 2 or self.faces.shape[1] != 3:
             raise InputError(f"faces have the shape {self.faces.shape}; it should be (m, 3), of triangles")
-        vertex = {name: _columns(name, values, len(self.vertices)) for name, values in (vertex_attributes or {}).items()}
+        count = len(self.vertices)
+        vertex = {name: _columns(name, values, count) for name, values in (vertex_attributes or {}).items()}
         if normals is not None:
-            vertex["n"] = _columns("normals", normals, len(self.vertices), 3)
+            vertex["n"] = _columns("normals", normals, count, 3)
         corners: NDArray[np.float32] | None = None
         if uv is not None:
             coordinates = np.asarray(uv, np.float32)
             if coordinates.ndim == 3:
                 corners = _columns("uv", coordinates.reshape(len(coordinates), -1), len(self.faces), 6)
             else:
-                vertex["uv"] = _columns("uv", coordinates, len(self.vertices), 2)
+                vertex["uv"] = _columns("uv", coordinates, count, 2)
         face = {name: _columns(name, values, len(self.faces)) for name, values in (face_attributes or {}).items()}
         self._file = _files.OwnedFile(self, "mesh", ".ply", lambda path: _write_ply(path, self, vertex, corners, face))
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
         """Takes over a trimesh.Trimesh with its texture coordinates and colours, which fablets see as `color`."""
-        visual = getattr(mesh, "visual", None)
+        visual: Any = getattr(mesh, "visual", None)
         uv = getattr(visual, "uv", None)
         attributes = {}
         if getattr(visual, "kind", None) == "vertex":
@@ -158,6 +159,10 @@ def _properties(name: str, array: NDArray[Any]) -> list[tuple[str, NDArray[Any]]
     return [(column, array[:, i]) for i, column in enumerate(names)]
 
 
+_Field = tuple[str, NDArray[Any]]
+_List = tuple[str, str, NDArray[Any]]
+
+
 def _write_ply(
     path: Path, mesh: Mesh, vertex: dict[str, NDArray[Any]], corners: NDArray[np.float32] | None,
     face: dict[str, NDArray[Any]],
@@ -165,7 +170,7 @@ def _write_ply(
     words = {"f": "float", "d": "double", "i": "int"}
     header = ["ply", "format binary_little_endian 1.0"]
 
-    def element(name: str, count: int, fields: list[tuple[str, NDArray[Any]]], lists: list[tuple[str, str, NDArray[Any]]]) -> bytes:
+    def element(name: str, count: int, fields: list[_Field], lists: list[_List]) -> bytes:
         header.append(f"element {name} {count}")
         kinds: list[Any] = []
         for list_name, kind, values in lists:
@@ -186,7 +191,7 @@ def _write_ply(
     for name, array in vertex.items():
         fields += _properties(name, array.astype(np.float32))
     body = element("vertex", len(mesh.vertices), fields, [])
-    lists: list[tuple[str, str, NDArray[Any]]] = [("vertex_indices", "i", mesh.faces)]
+    lists: list[_List] = [("vertex_indices", "i", mesh.faces)]
     if corners is not None:
         lists.append(("texcoord", "f", corners))
     fields = [column for name, array in face.items() for column in _properties(name, array)]
@@ -215,10 +220,11 @@ class Texture:
         if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
             raise InputError(f"a picture has the shape {np.shape(picture)}; it should be (rows, columns[, 1 to 4])")
         if array.dtype in (np.uint8, np.uint16):
-            self._file = _files.OwnedFile(self, "picture", ".png", lambda path: _write(path, _files.png(array, level=1)))
-            return
-        floats = array.astype(np.float32)
-        self._file = _files.OwnedFile(self, "picture", ".tif", lambda path: _write(path, _files.tiff(floats)))
+            png = _files.png(array, level=1)
+            self._file = _files.OwnedFile(self, "picture", ".png", lambda path: _write(path, png))
+        else:
+            tiff = _files.tiff(array.astype(np.float32))
+            self._file = _files.OwnedFile(self, "picture", ".tif", lambda path: _write(path, tiff))
 
     @classmethod
     def volume(

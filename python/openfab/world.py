@@ -68,7 +68,7 @@ class Object(MutableMapping[str, Any]):
         if rotate is not None:
             spec["rotate_deg"] = [float(x) for x in rotate]
         if scale is not None:
-            spec["scale"] = float(scale) if np.ndim(scale) == 0 else [float(x) for x in np.asarray(scale)]
+            spec["scale"] = np.asarray(scale, float).tolist()
         if matrix is not None:
             spec["matrix"] = np.asarray(matrix, float)[:3, :4].tolist()
         own = {name: self._checked(name, value) for name, value in (uniforms or {}).items()}
@@ -82,9 +82,9 @@ class Object(MutableMapping[str, Any]):
             hint = f"did you mean `{near[0]}`?" if near else f"it has {', '.join(self.fablet.uniforms) or 'none'}"
             raise InputError(f"`{self.fablet.name}` has no uniform `{name}`", help=hint)
         if declared.kind.startswith("texture") and not isinstance(value, (Texture, str)):
-            many = declared.array_length > 1
-            values = [v if isinstance(v, (Texture, str)) else _texture(declared, v) for v in (value if many else [value])]
-            return values if many else values[0]
+            if declared.array_length == 1:
+                return _texture(declared, value)
+            return [one if isinstance(one, (Texture, str)) else _texture(declared, one) for one in value]
         return value
 
     def __getitem__(self, name: str) -> Any:

@@ -15,6 +15,7 @@ from typing import Any, Callable
 
 import numpy as np
 import pytest
+from conftest import BALL
 
 import openfab
 
@@ -218,11 +219,10 @@ def test_progress_comes_to_its_end(ball: openfab.World, tmp_path: Path) -> None:
 
 
 def test_printf_goes_to_python(ball: openfab.World, capsys: pytest.CaptureFixture[str]) -> None:
-    from conftest import BALL
-
     noisy = BALL.replace("return mc;", 'printf("t = %f", t); return mc;')
     world = openfab.World(printer="generic")
-    world.add(openfab.sphere(1), openfab.Fablet(text=noisy), {"core": openfab.Material("w", "#ffffff"), "shell": openfab.VOID})
+    uniforms = {"core": openfab.Material("w", "#ffffff"), "shell": openfab.VOID}
+    world.add(openfab.sphere(1), openfab.Fablet(text=noisy), uniforms)
     openfab.print_world(world, voxel=0.3, enable_printf=True).array()
     assert "t = " in capsys.readouterr().out
 
@@ -283,7 +283,7 @@ def test_wrong_arguments_are_errors(ball: openfab.World, arguments: dict[str, An
 
 
 def test_an_output_spares_the_inputs(tmp_path: Path, gallery: Path) -> None:
-    (tmp_path / "ball.fl").write_text(__import__("conftest").BALL)
+    (tmp_path / "ball.fl").write_text(BALL)
     world = openfab.World(printer="generic")
     world.add(
         openfab.sphere(2), openfab.Fablet(tmp_path / "ball.fl"),

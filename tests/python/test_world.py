@@ -15,7 +15,8 @@ RED, BLUE = openfab.Material("red", "#ff0000"), openfab.Material("blue", "#0000f
 
 BOX_VERTICES = np.array([(x, y, z) for z in (0, 3) for y in (-2, 2) for x in (-1, 1)], float)
 BOX_FACES = np.array(
-    [(0, 2, 1), (1, 2, 3), (4, 5, 6), (5, 7, 6), (0, 1, 4), (1, 5, 4), (2, 6, 3), (3, 6, 7), (0, 4, 2), (2, 4, 6), (1, 3, 5), (3, 7, 5)]
+    [(0, 2, 1), (1, 2, 3), (4, 5, 6), (5, 7, 6), (0, 1, 4), (1, 5, 4), (2, 6, 3), (3, 6, 7), (0, 4, 2), (2, 4, 6)]
+    + [(1, 3, 5), (3, 7, 5)]
 )
 
 BY_PICTURE = """fablet ByPicture {

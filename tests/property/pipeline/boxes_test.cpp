@@ -7,6 +7,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <utility>
 
 #include "tests/support/prints/box_print.h"
 #include "tests/support/prints/test_fablets.h"
@@ -62,6 +66,46 @@ void expect_reference(const std::vector<BoxPart>& boxes, uint64_t seed) {
     for (uint8_t code : {0, 1, 2}) {
         EXPECT_GT(std::count(expected.begin(), expected.end(), code), 100)
             << "the scene shows too little";
+    }
+}
+
+/// Prints a window of an assembly, in place of the box around it.
+Printed print_window(const std::vector<BoxPart>& boxes, const Box3d& window_mm) {
+    pipeline::PrintInput input = testing::make_input(boxes);
+    input.window_mm = window_mm;
+    Printed out;
+    const Result<std::unique_ptr<pipeline::PrintJob>> job =
+        pipeline::PrintJob::create(std::move(input), {});
+    if (!job) {
+        out.error = job.error();
+        return out;
+    }
+    const std::atomic<bool> interrupt{false};
+    const Result<void> done = (*job)->run(out.sink, {}, interrupt, &out.statistics);
+    out.ok = bool(done);
+    if (!done) out.error = done.error();
+    return out;
+}
+
+// Through all parts, around them, at a corner, of one voxel, in the air: parts that reach beyond a
+// window are cut off, whichever sides they leave it by.
+TEST(BoxPrint, AWindowIsTheReferenceOfItsVoxels) {
+    const Box3d windows[] = {
+        {{1.7, 1.3, 0.31}, {4.2, 2.9, 1.62}},  {{-2, -1.5, -1}, {10, 8, 4}},
+        {{4.4, -0.3, 1.1}, {9.1, 3.33, 2.8}},  {{2.21, 1.61, 0.61}, {2.29, 1.67, 0.64}},
+        {{2.6, 2.1, 0.9}, {2.7, 6.5, 1.1}},    {{20, 20, 20}, {22, 21, 20.5}},
+        {{-1.1, 0.4, -0.2}, {0.55, 5.5, 2.45}}};
+    for (const Box3d& window : windows) {
+        const std::vector<BoxPart> boxes = assembly();
+        const Printed printed = print_window(boxes, window);
+        ASSERT_TRUE(printed.ok) << printed.error.text();
+        const pipeline::PrintInfo& info = printed.sink.info;
+        for (int a = 0; a < 3; ++a) {
+            const double lo = info.origin_mm[a], pitch = info.pitch_mm[a];
+            EXPECT_NEAR(lo, pitch * std::floor(window.lo[a] / pitch), 1e-9);
+            EXPECT_NEAR(lo + info.size[a] * pitch, pitch * std::ceil(window.hi[a] / pitch), 1e-9);
+        }
+        EXPECT_TRUE(printed.sink.codes() == testing::reference_codes(boxes, info, 0));
     }
 }
 
