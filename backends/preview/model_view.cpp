@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "backends/common/output_file.h"
 #include "backends/preview/preview.h"
 #include "base/rotation.h"
 
@@ -57,7 +56,8 @@ float absorbed(float x) {
 
 }  // namespace
 
-ModelPreview::ModelPreview(PreviewSpec spec) : spec_(std::move(spec)) {}
+ModelPreview::ModelPreview(PreviewSpec spec, TakePicture take)
+    : spec_(std::move(spec)), take_(std::move(take)) {}
 
 Result<void> ModelPreview::begin(const pipeline::PrintInfo& info) {
     info_ = info;
@@ -364,9 +364,7 @@ Result<void> ModelPreview::finish(const pipeline::PrintTotals&) {
                 pixel.color[c] = from.color[c] / from.alpha;
         }
     }
-    const std::vector<uint8_t> png = to_png(picture);
-    if (png.empty()) return outside_error("no memory for the preview " + spec_.file);
-    return backends::write_whole_file(spec_.file, png);
+    return take_(picture);
 }
 
 }  // namespace openfab::preview

@@ -28,7 +28,7 @@ constexpr int64_t kModelBytes = 97'000'000;
 
 class ModelPreview : public backends::SliceObserver {
   public:
-    explicit ModelPreview(PreviewSpec spec);
+    ModelPreview(PreviewSpec spec, TakePicture take);
 
     Result<void> begin(const pipeline::PrintInfo& info) override;
     void observe(const pipeline::SliceView& slice) override;
@@ -76,6 +76,7 @@ class ModelPreview : public backends::SliceObserver {
     Cell sample(const Layer& layer, double x, double y) const;
 
     PreviewSpec spec_;
+    TakePicture take_;
     pipeline::PrintInfo info_;
     std::vector<Material> by_code_;
     Vec3i step_;   ///< voxels a cell

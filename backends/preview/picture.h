@@ -10,6 +10,8 @@
 #include <functional>
 #include <vector>
 
+#include "base/result.h"
+
 namespace openfab::preview {
 
 /// Decodes an sRGB value in 0 … 1 to linear light. Uses + - * / and square roots only, so it is the
@@ -43,6 +45,9 @@ struct Picture {
 /// Each pixel is the mean over its area.
 Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
                  const std::function<Pixel(int32_t x, int32_t y)>& cell);
+
+/// Takes a picture that is finished.
+using TakePicture = std::function<Result<void>(const Picture& picture)>;
 
 /// Returns RGBA of 8 bits each, sRGB; alpha is the coverage.
 std::vector<uint8_t> to_rgba8(const Picture& picture);

@@ -109,15 +109,7 @@ class Preview : public backends::SliceObserver {
         return start();
     }
 
-    Result<void> finish(const pipeline::PrintTotals&) override {
-        if (take_) {
-            take_(draw());
-            return {};
-        }
-        const std::vector<uint8_t> png = to_png(draw());
-        if (png.empty()) return outside_error("no memory for the preview " + spec_.file);
-        return backends::write_whole_file(spec_.file, png);
-    }
+    Result<void> finish(const pipeline::PrintTotals&) override { return take_(draw()); }
 
   protected:
     virtual Result<void> start() = 0;
@@ -321,6 +313,14 @@ class SectionPreview : public Preview {
     std::vector<uint8_t> rows_;  ///< lowest first
 };
 
+TakePicture write_to(const std::string& file) {
+    return [file](const Picture& picture) -> Result<void> {
+        const std::vector<uint8_t> png = to_png(picture);
+        if (png.empty()) return outside_error("no memory for the preview " + file);
+        return backends::write_whole_file(file, png);
+    };
+}
+
 }  // namespace
 
 int64_t gathered_bytes(const PreviewSpec& spec) {
@@ -328,6 +328,7 @@ int64_t gathered_bytes(const PreviewSpec& spec) {
 }
 
 std::unique_ptr<backends::SliceObserver> make_preview(const PreviewSpec& spec, TakePicture take) {
+    if (!take) take = write_to(spec.file);
     if (spec.transmitted) return std::make_unique<TransmittedPreview>(spec, std::move(take));
     switch (spec.view) {
         case View::kSection:

@@ -18,7 +18,6 @@
 //
 // Means are taken in linear light, and the PNG is sRGB with the print's coverage as alpha.
 
-#include <functional>
 #include <memory>
 
 #include "backends/common/tee_sink.h"
@@ -35,9 +34,6 @@ constexpr double kSightEndMm = 0.4;
 int64_t gathered_bytes(const PreviewSpec& spec);
 constexpr int64_t kColumnBytes = 28'000'000;
 constexpr int64_t kDrawBytes = 64'000'000;
-
-/// Takes a picture that is finished.
-using TakePicture = std::function<void(const Picture& picture)>;
 
 /// Makes a preview, which writes its file when the print ends, even early; or passes its picture
 /// to `take`, if given. begin() fails for a slice that the print does not have.

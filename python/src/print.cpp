@@ -192,8 +192,10 @@ Result<std::unique_ptr<pipeline::SliceSink>> Print::open_sink(const world::Print
     pictures_.resize(options_.previews.size());
     for (size_t i = 0; i < pictures_.size(); ++i) {
         observers.push_back(preview::make_preview(
-            options_.previews[i], [out = &pictures_[i]](const preview::Picture& picture) {
+            options_.previews[i],
+            [out = &pictures_[i]](const preview::Picture& picture) -> Result<void> {
                 *out = {picture.width, picture.height, preview::to_rgba8(picture)};
+                return {};
             }));
     }
     return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::TeeSink>(
