@@ -1,0 +1,160 @@
+#!/usr/bin/env python3
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Gathers the pages of the site: assemble.py ROOT PROGRAMS OUT makes OUT/pages and OUT/mkdocs.yml for mkdocs.
+
+The pages lie as they do in the repository, so their links hold: every Markdown file but the tests', with what it shows
+or links to. Libraries, commands and worlds have pages that are made of the sources. A new document is on the site
+without a line here; NAVIGATION says where, by its path.
+"""
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import commands
+import library
+import worlds
+
+LEFT_OUT = ("tests/", "gallery/figures/", "editors/", "python/tests/")
+# Titles of the tabs, and what is in them: patterns of paths in order; what none names is under the last.
+NAVIGATION = [
+    ("OpenFab", ["README.md"]),
+    ("Tutorial", ["docs/tutorial/*.md"]),
+    ("How to", ["docs/how-to/*.md", "docs/streaming.md", "docs/viewer.md"]),
+    ("Language", ["compiler/OPENFL.md", "schedules/README.md", "docs/editor.md"]),
+    ("Library", ["library/index.md", "library/*.md", "compiler/functions/README.md"]),
+    ("Worlds", ["world/WORLDS.md", "world/reference.md"]),
+    ("Commands", ["commands/*.md"]),
+    ("Python", ["docs/python.md", "docs/python/*.md", "docs/distributed.md"]),
+    ("Gallery", ["gallery/magic_postcard/README.md", "gallery/*/README.md"]),
+    ("Inside", ["docs/architecture.md", "docs/determinism.md", "docs/nearest.md", "docs/*.md", "docs/measurements/*.md",
+                "CONTRIBUTING.md", "*", "*/*.md", "*/*/*.md", "*/*/*/*.md"]),
+]
+LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+
+
+def title_of(path):
+    found = re.search(r"^# (.+)$", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return found[1].replace("`", "") if found else path.stem
+
+
+class Site:
+    def __init__(self, root, out):
+        self.root, self.pages = root, out / "pages"
+        listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=root, text=True,
+                                capture_output=True, check=True).stdout.splitlines()
+        self.files = {name for name in listed if (root / name).exists()}
+        self.documents = {name for name in self.files if name.endswith(".md") and not name.startswith(LEFT_OUT)}
+        self.made = set()
+        self.copied = set()
+
+    def copy(self, name):
+        if name not in self.copied:
+            self.copied.add(name)
+            (self.pages / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(self.root / name, self.pages / name)
+
+    def folder_page(self, name):
+        """The page that a link to a folder leads to; None where it has none."""
+        if name == "stdlib":
+            return "library/index.md"
+        if f"{name}/README.md" in self.documents:
+            return f"{name}/README.md"
+        return f"{name}/index.md" if f"{name}/index.md" in self.made else None
+
+    def link(self, page, match):
+        picture, text, target = match.groups()
+        if "://" in target or target.startswith(("#", "mailto:")):
+            return match[0]
+        file, _, anchor = target.partition("#")
+        folder = pathlib.PurePosixPath(page).parent
+        full = pathlib.Path("/", folder, file).resolve().relative_to("/").as_posix()
+        if full in self.documents | self.made:
+            return match[0]
+        if full in self.files:
+            self.copy(full)
+            return match[0]
+        if landing := self.folder_page(full):
+            up = "../" * (len(folder.parts) if folder.parts else 0)
+            return f"{picture}[{text}]({up}{landing}{'#' + anchor if anchor else ''})"
+        if any(name.startswith(full + "/") for name in self.files):
+            return text  # a folder of sources, which the site does not have
+        raise SystemExit(f"{page}: `{target}` is not there")
+
+    def write(self, page):
+        """Copies a document with its links, and with the empty lines that this Markdown wants before lists and tables."""
+        out, code, previous = [], False, ""
+        for line in (self.root / page).read_text(encoding="utf-8").splitlines():
+            if line.lstrip().startswith("```"):
+                if not code and previous.strip() and not line.startswith(" "):
+                    out.append("")
+                code = not code
+            elif not code:
+                line = LINK.sub(lambda match: self.link(page, match), line)
+                starts_list = re.match(r"(?:[-*] |\d+\. )", line) and not re.match(r"(?:[-*] |\d+\. |  )", previous)
+                starts_table = line.startswith("|") and not previous.startswith("|")
+                if previous.strip() and (starts_list or starts_table):
+                    out.append("")
+            out.append(line)
+            previous = line
+        (self.pages / page).parent.mkdir(parents=True, exist_ok=True)
+        (self.pages / page).write_text("\n".join(out) + "\n", encoding="utf-8")
+
+    def index_folders(self):
+        """A folder of documents that another links to, and that has no page of its own, gets a list."""
+        for folder in ("docs/measurements", "docs/how-to"):
+            inside = sorted(name for name in self.documents if name.startswith(folder + "/"))
+            name = f"{folder}/index.md"
+            if not inside or name in self.documents or f"{folder}/README.md" in self.documents:
+                continue
+            rows = [f"- [{title_of(self.root / one)}]({pathlib.PurePosixPath(one).name})" for one in inside]
+            title = {"docs/measurements": "Measurements", "docs/how-to": "How to"}[folder]
+            (self.pages / name).parent.mkdir(parents=True, exist_ok=True)
+            (self.pages / name).write_text(f"# {title}\n\n" + "\n".join(rows) + "\n", encoding="utf-8")
+            self.made.add(name)
+
+    def navigation(self):
+        left = sorted(self.documents | self.made)
+        out = []
+        for title, patterns in NAVIGATION:
+            chosen = []
+            for pattern in patterns:
+                matching = [name for name in left if pathlib.PurePosixPath(name).match(pattern)
+                            and name.count("/") == pattern.count("/")]
+                matching.sort(key=lambda name: (not name.endswith("index.md"), name))
+                chosen += matching
+                left = [name for name in left if name not in matching]
+            if chosen:
+                entries = [{title_of(self.pages / name): name} for name in chosen]
+                out.append({title: entries if len(entries) > 1 else chosen[0]})
+        if left:
+            raise SystemExit(f"assemble.py: no tab of NAVIGATION takes {left}")
+        return out
+
+
+def main():
+    root, programs, out = (pathlib.Path(argument).resolve() for argument in sys.argv[1:4])
+    shutil.rmtree(out / "pages", ignore_errors=True)
+    site = Site(root, out)
+    (site.pages / "world").mkdir(parents=True)
+    made, bare = library.write(root, site.pages)
+    if bare:
+        print("assemble.py: no swatch in gallery/library shows\n  " + "\n  ".join(bare), file=sys.stderr)
+    site.made.update(made)
+    site.made.add(worlds.write(root, site.pages))
+    site.made.update(commands.write(root, programs, site.pages))
+    site.copy("world/fab_world.schema.json")
+    site.index_folders()
+    for page in sorted(site.documents):
+        site.write(page)
+    settings = {"INHERIT": str(root / "docs/site/mkdocs.yml"), "docs_dir": str(site.pages), "site_dir": str(out / "html"),
+                "nav": site.navigation()}
+    # JSON is YAML.
+    (out / "mkdocs.yml").write_text(json.dumps(settings, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,161 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pages of the standard library, of what stdlib/*.fl says: each function with its signature, comment and swatch."""
+import re
+from dataclasses import dataclass, field
+
+from PIL import Image
+
+FUNCTION = re.compile(r"(\w+) ([a-z]\w*)\(")
+# Names that may be called from outside begin with a letter.
+DECLARATION = re.compile(r"(?:const )?\w+ _?\w+")
+
+
+@dataclass
+class Function:
+    name: str
+    signatures: list = field(default_factory=list)
+    comment: str = ""
+
+
+@dataclass
+class Section:
+    title: str = ""
+    text: str = ""
+    functions: list = field(default_factory=list)
+
+
+def paragraphs(lines):
+    return "\n".join(lines).strip().replace("<", "&lt;")
+
+
+def read(path):
+    """Reads a module: its introduction, and its sections with their functions."""
+    sections = [Section()]
+    introduction = None
+    comment = []
+    inside = 0
+    previous = None
+    lines = path.read_text(encoding="utf-8").splitlines()
+    at = 0
+    while at < len(lines):
+        line = lines[at]
+        at += 1
+        if inside:
+            inside += line.count("{") - line.count("}")
+        elif line.startswith("// ----"):
+            sections.append(Section(line.strip("/- ")))
+            comment, previous = [], None
+        elif line.startswith("//"):
+            comment.append(line[2:].removeprefix(" "))
+        elif not line.strip():
+            if introduction is None:
+                introduction = paragraphs(comment[3:] if comment[:1] and comment[0].startswith("Copyright") else comment)
+            elif comment:
+                # A comment that stands alone is about what follows in its section.
+                sections[-1].text += ("\n\n" if sections[-1].text else "") + paragraphs(comment)
+            comment, previous = [], None
+        elif DECLARATION.match(line):
+            signature = line
+            while "{" not in signature and ";" not in signature and not lines[at].startswith("{"):
+                signature += " " + lines[at].strip()
+                at += 1
+            inside = signature.count("{") - signature.count("}")
+            if found := FUNCTION.match(line):
+                signature = re.sub(r"\s*\{.*", "", signature)
+                functions = sections[-1].functions
+                same = next((f for f in functions if f.name == found[2]), None)
+                if same is None or comment:
+                    same = Function(found[2], [], paragraphs(comment))
+                    functions.append(same)
+                    # One comment may stand above several.
+                    if not comment and previous:
+                        same.comment = ""
+                same.signatures.append(signature)
+                previous = same
+            comment = []
+        elif line.startswith("{"):
+            inside = line.count("{") - line.count("}")
+        elif not line.startswith("import "):
+            raise SystemExit(f"{path}:{at}: not understood as part of a module: {line}")
+    return introduction, sections
+
+
+def swatches(root, pages):
+    """Cuts the sheets of gallery/library into pictures, one a function; returns their paths by the names in its tables."""
+    out = {}
+    text = (root / "gallery/library/README.md").read_text(encoding="utf-8")
+    for sheet, table in re.findall(r"!\[(\w+)\]\(\1\.png\)\n.*?\n\n(\|.*?)\n\n", text + "\n\n", flags=re.DOTALL):
+        picture = Image.open(root / f"gallery/library/{sheet}.png")
+        rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()[2:]]
+        # Squares of 9 mm, 10 mm apart, around the middle of a plate 61 mm wide (gallery/library/sheet.fl).
+        scale = (picture.width - 2) / 61
+        for y, row in enumerate(rows):
+            for x, name in enumerate(row):
+                if not name:
+                    continue
+                middle = (picture.width / 2 + (x - 2.5) * 10 * scale, picture.height / 2 + (y - (len(rows) - 1) / 2) * 10 * scale)
+                box = [round(c + sign * 4.5 * scale) for sign in (-1, 1) for c in middle]
+                name = name.strip("`")
+                file = f"library/swatches/{re.sub(r'[^a-z0-9]+', '_', name).strip('_')}.png"
+                (pages / file).parent.mkdir(parents=True, exist_ok=True)
+                picture.crop(box).save(pages / file)
+                out[name] = file
+    return out
+
+
+def parameters(signature):
+    inside = signature[signature.index("(") + 1:signature.rindex(")")]
+    return [part.split() for part in inside.split(",") if part.strip()]
+
+
+def swatch_of(signature, name, known):
+    """The gallery names overloads `dots (float2)` by a type, or `color_ramp (3)` by how many they blend."""
+    if name in known:
+        return known[name]
+    given = parameters(signature)
+    for key, file in known.items():
+        if match := re.fullmatch(rf"{name} \((\w+)\)", key):
+            which = match[1]
+            kind = {"color_ramp": "float3", "grade_materials": "Material"}.get(name)
+            count = sum(p[0] == kind for p in given)
+            if which == str(count) or which == given[0][0]:
+                return file
+    return None
+
+
+def write(root, pages):
+    """Writes library/*.md; returns their paths, and names of functions without a swatch."""
+    known = swatches(root, pages)
+    names, bare = [], []
+    index = ["# Standard library", "Modules of OpenFL that `openflc` has inside: `import lattice;` makes the functions of "
+             "one callable. The sources are in `stdlib/`.", "", "| module | functions |", "| --- | --- |"]
+    for path in sorted((root / "stdlib").glob("*.fl")):
+        introduction, sections = read(path)
+        about = introduction.removeprefix(f"{path.stem}: ")
+        page = [f"# {path.stem}", about[:1].upper() + about[1:]]
+        listed = []
+        for section in sections:
+            if section.title and section.functions:
+                page.append(f"## {section.title}")
+            if section.text and section.functions:
+                page.append(section.text)
+            for function in section.functions:
+                page.append(f"### {function.name}" if function.name not in listed else f"### {function.name}, more")
+                listed.append(function.name)
+                for signature in function.signatures:
+                    file = swatch_of(signature, function.name, known)
+                    if file is None:
+                        bare.append(f"{path.stem}: {signature}")
+                    else:
+                        page.append(f"![{function.name}]({file.removeprefix('library/')})" + "{ width=120 align=right }")
+                page.append("```openfl\n" + "\n".join(function.signatures) + "\n```")
+                if function.comment:
+                    page.append(function.comment)
+        names.append(f"library/{path.stem}.md")
+        (pages / names[-1]).parent.mkdir(parents=True, exist_ok=True)
+        (pages / names[-1]).write_text("\n\n".join(page) + "\n", encoding="utf-8")
+        links = ", ".join(f"[`{name}`]({path.stem}.md#{name})" for name in dict.fromkeys(listed))
+        index.append(f"| [{path.stem}]({path.stem}.md) | {links} |")
+    (pages / "library/index.md").write_text("\n".join(index) + "\n", encoding="utf-8")
+    return ["library/index.md"] + names, bare
