@@ -1,17 +1,15 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Executes README.md literally, in a folder that looks like a built clone: its code blocks in order
-// in one shell, and every command of OpenFab in its text.
+// Executes README.md and the guides of docs/ literally, in a folder that looks like a built clone:
+// their code blocks in order in one shell, and every command of OpenFab in their text.
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <regex>
-#include <sstream>
+#include <map>
 
 #include "tests/scenes/scene_fixture.h"
+#include "tests/scenes/walkthrough.h"
 
 namespace openfab::testing {
 namespace {
@@ -19,88 +17,17 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// A fenced block, or a line of text between two of them.
-struct Piece {
-    bool block = false;
-    std::string text;
-};
-
-std::vector<Piece> section_of_readme(const std::string& title) {
+std::string section_of_readme(const std::string& title) {
     const std::string all = read_file(source_dir() / "README.md");
     const size_t begin = all.find("## " + title + "\n");
     EXPECT_NE(begin, std::string::npos);
-    const size_t end = all.find("\n## ", begin);
-    std::vector<Piece> pieces;
-    bool block = false;
-    std::istringstream lines(all.substr(begin, end - begin));
-    for (std::string line; std::getline(lines, line);) {
-        if (line.starts_with("```")) {
-            block = !block;
-            if (block) pieces.push_back({true, ""});
-        } else if (block) {
-            pieces.back().text += line + "\n";
-        } else if (!line.empty()) {
-            pieces.push_back({false, line});
-        }
-    }
-    EXPECT_FALSE(block);
-    return pieces;
-}
-
-/// Returns the text in backticks.
-std::vector<std::string> quoted_in(const std::string& text) {
-    static const std::regex kCode("`([^`]+)`");
-    std::vector<std::string> out;
-    for (std::sregex_iterator at(text.begin(), text.end(), kCode), end; at != end; ++at)
-        out.push_back((*at)[1]);
-    return out;
-}
-
-bool names_a_file(const std::string& text) {
-    return text.ends_with(".fl") || text.ends_with(".fab.json");
-}
-
-/// Follows the text like a reader: a block is a file if the text before it starts with a file name,
-/// else it is typed.
-std::string script_of(const std::vector<Piece>& pieces, int* files, int* commands) {
-    std::string script = "set -euo pipefail\n";
-    std::string last_text;
-    for (const Piece& piece : pieces) {
-        if (!piece.block) {
-            last_text = piece.text;
-            for (const std::string& code : quoted_in(piece.text)) {
-                const bool ours = code.starts_with("openfab ") || code.starts_with("openflc ") ||
-                                  code.starts_with("./");
-                // `openfab import --repair` and the like name an option, not a command.
-                if (!ours || code.find("openfab import --") == 0) continue;
-                ++*commands;
-                const bool endless =
-                    code.find("--watch") != std::string::npos || code.starts_with("openfab view ");
-                script += fmt::format("echo {} >&2\n{}{}\n", "'" + code + "'",
-                                      endless ? "timeout --signal=INT 8 " : "", code);
-                // It ends on request, after the print.
-                if (endless) script.replace(script.size() - 1, 1, " || test $? = 124\n");
-            }
-            continue;
-        }
-        const std::vector<std::string> names = quoted_in(last_text);
-        const auto name = std::find_if(names.begin(), names.end(), names_a_file);
-        if (name != names.end()) {
-            ++*files;
-            script += fmt::format("cat > {} << 'END_OF_FILE'\n{}END_OF_FILE\n", *name, piece.text);
-        } else {
-            script += piece.text;
-        }
-    }
-    return script;
+    return all.substr(begin, all.find("\n## ", begin) - begin);
 }
 
 TEST(Readme, FiveMinutesWorkAsWritten) {
-    int files = 0, commands = 0;
-    const std::string script =
-        script_of(section_of_readme("Your own part in five minutes"), &files, &commands);
-    EXPECT_EQ(files, 2);
-    EXPECT_GE(commands, 7);
+    const Walkthrough walk = walkthrough_of(section_of_readme("Your own part in five minutes"));
+    EXPECT_EQ(walk.files, 2);
+    EXPECT_GE(walk.commands, 7);
     const ScratchFolder clone;
     fs::create_directories(clone / "build/release");
     fs::create_directory_symlink(OPENFAB_BIN_DIR, clone / "build/release/bin");
@@ -113,7 +40,7 @@ TEST(Readme, FiveMinutesWorkAsWritten) {
     options.folder = clone.path();
     options.environment = {{"OPENFAB_CACHE", (clone / "cache").string()},
                            {"PATH", "/usr/local/bin:/usr/bin:/bin"}};
-    const Outcome outcome = run({"/bin/bash", "-c", script}, options);
+    const Outcome outcome = run({"/bin/bash", "-c", walk.script}, options);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("slices are whole"));
     for (const char* made : {"slices/manifest.json", "ball.png", "ball.ofr", "ball-print",
@@ -122,6 +49,63 @@ TEST(Readme, FiveMinutesWorkAsWritten) {
     EXPECT_EQ(read_ofr(clone / "out/ball/again.ofr").materials,
               (std::vector<std::string>{"white", "black"}));
 }
+
+/// The folders of guides, with what they have in common: a folder for their cache of kernels.
+class Guides : public ::testing::TestWithParam<std::string> {
+  protected:
+    static void SetUpTestSuite() { cache_ = new ScratchFolder; }
+    static void TearDownTestSuite() {
+        delete cache_;
+        cache_ = nullptr;
+    }
+    static ScratchFolder* cache_;
+};
+
+ScratchFolder* Guides::cache_ = nullptr;
+
+std::vector<std::string> guides() {
+    std::vector<std::string> out;
+    for (const char* folder : {"docs/tutorial", "docs/how-to"}) {
+        for (const fs::directory_entry& entry : fs::directory_iterator(source_dir() / folder)) {
+            if (entry.path().extension() == ".md")
+                out.push_back(fs::relative(entry.path(), source_dir()).string());
+        }
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
+TEST_P(Guides, WorkAsWritten) {
+    const std::string page = read_file(source_dir() / GetParam());
+    const Walkthrough walk = walkthrough_of(page);
+    EXPECT_GE(walk.files, 1);
+    const ScratchFolder clone;
+    fs::create_directories(clone / "build/release");
+    fs::create_directory_symlink(OPENFAB_BIN_DIR, clone / "build/release/bin");
+    RunOptions options;
+    options.folder = clone.path();
+    options.environment = {
+        {"OPENFAB_CACHE", cache_->path().string()},
+        {"PATH", std::string(OPENFAB_BIN_DIR) + ":/usr/local/bin:/usr/bin:/bin"}};
+    const Outcome outcome = run({"/bin/bash", "-c", walk.script}, options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    // The pictures that it shows are some that its commands make.
+    std::map<std::string, uintmax_t> made;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(clone.path())) {
+        if (entry.is_regular_file()) made[entry.path().filename().string()] = entry.file_size();
+    }
+    for (const std::string& picture : pictures_of(page)) {
+        EXPECT_GT(made[picture], 0U) << picture;
+        EXPECT_TRUE(fs::exists((source_dir() / GetParam()).parent_path() / picture)) << picture;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Pages, Guides, ::testing::ValuesIn(guides()), [](const auto& page) {
+    std::string name = fs::path(page.param).replace_extension().string();
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == '/' || c == '-'; }, '_');
+    return name;
+});
 
 }  // namespace
 }  // namespace openfab::testing
