@@ -11,7 +11,7 @@ execute_process(COMMAND ${python} ${source}/cmake/command_manual.py --version ${
 file(INSTALL ${share} DESTINATION ${CMAKE_INSTALL_PREFIX})
 file(INSTALL ${source}/cmake/copyright DESTINATION ${CMAKE_INSTALL_PREFIX}/share/doc/openfab)
 
-# Of SOURCE_DATE_EPOCH where that is set, as scripts/package does, so that the same commit makes the same package.
+# Of SOURCE_DATE_EPOCH where that is set, as scripts/package does, so that the same build makes the same package.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(changelog ${build}/install/changelog)
 file(WRITE ${changelog} "openfab (${version}) unstable; urgency=medium\n\n  * Made from the repository by scripts/package.\n\n"
