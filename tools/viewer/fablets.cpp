@@ -3,12 +3,8 @@
 #include "tools/viewer/fablets.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <memory>
 #include <utility>
@@ -154,35 +150,6 @@ void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
         out->end_array().end_object();
     }
     out->end_array();
-}
-
-Result<void> replace_file(const fs::path& file, const std::string& text) {
-    const auto trouble = [&](int error) {
-        return outside_error(
-            fmt::format("cannot write `{}`: {}", file.string(), std::strerror(error)));
-    };
-    // A link stays one: what it leads to is replaced.
-    std::error_code status;
-    const fs::path real = fs::canonical(file, status);
-    struct stat before {};
-    if (status || ::stat(real.c_str(), &before) != 0) return trouble(ENOENT);
-    fs::path made;
-    const int descriptor = open_temporary(real, &made);
-    if (descriptor < 0) return trouble(errno);
-    size_t done = 0;
-    int failed = 0;
-    while (done < text.size() && failed == 0) {
-        const ssize_t wrote = ::write(descriptor, text.data() + done, text.size() - done);
-        if (wrote > 0) done += static_cast<size_t>(wrote);
-        if (wrote < 0 && errno != EINTR) failed = errno;
-    }
-    if (failed == 0 && ::fchmod(descriptor, before.st_mode & 07777) != 0) failed = errno;
-    if (failed == 0 && ::fsync(descriptor) != 0) failed = errno;
-    if (failed == 0 && ::rename(made.c_str(), real.c_str()) != 0) failed = errno;
-    if (failed != 0) ::unlink(made.c_str());
-    ::close(descriptor);
-    if (failed != 0) return trouble(failed);
-    return {};
 }
 
 }  // namespace openfab::viewer

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "base/json.h"
+#include "base/json_text.h"
 #include "base/result.h"
-#include "tools/viewer/json_text.h"
 
 namespace openfab::viewer {
 
@@ -53,8 +53,5 @@ void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
 
 /// The largest source that is read or written.
 constexpr int64_t kLargestSource = 2 << 20;
-
-/// Replaces a file's content at once, so that nobody reads half of it; it keeps its permissions.
-Result<void> replace_file(const std::filesystem::path& file, const std::string& text);
 
 }  // namespace openfab::viewer

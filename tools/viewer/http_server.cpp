@@ -14,8 +14,8 @@
 #include <exception>
 #include <utility>
 
+#include "base/json_text.h"
 #include "base/text.h"
-#include "tools/viewer/json_text.h"
 
 namespace openfab::viewer {
 

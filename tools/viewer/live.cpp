@@ -10,6 +10,7 @@
 
 #include "base/hash.h"
 #include "base/input_file.h"
+#include "base/replace_file.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {

@@ -15,9 +15,9 @@
 #include <optional>
 #include <string>
 
+#include "base/json_text.h"
 #include "base/vec.h"
 #include "tools/viewer/http_server.h"
-#include "tools/viewer/json_text.h"
 #include "tools/viewer/session.h"
 
 namespace openfab::viewer {

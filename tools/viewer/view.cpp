@@ -6,9 +6,9 @@
 #include <malloc.h>
 
 #include "base/input_file.h"
+#include "base/json_text.h"
 #include "base/say.h"
 #include "tools/viewer/http_server.h"
-#include "tools/viewer/json_text.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/live_api.h"
 #include "tools/viewer/print_api.h"

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/json.h"
-#include "tools/viewer/json_text.h"
+#include "base/json_text.h"
 
 namespace openfab::viewer {
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// JSON that the server writes.
+// JSON that programs write and do not keep: an API's answers.
 
 #include <rapidjson/stringbuffer.h>
 #include <rapidjson/writer.h>
@@ -12,7 +12,7 @@
 
 #include "base/json.h"
 
-namespace openfab::viewer {
+namespace openfab {
 
 /// Writes JSON; text that is not UTF-8 is made so.
 class JsonText {
@@ -49,4 +49,4 @@ const JsonValue* member_of(const JsonValue& object, std::string_view key);
 /// `{"error": "…"}`
 std::string error_json(std::string_view message);
 
-}  // namespace openfab::viewer
+}  // namespace openfab

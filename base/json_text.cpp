@@ -1,12 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/viewer/json_text.h"
+#include "base/json_text.h"
 
 #include <cmath>
 
 #include "base/text.h"
 
-namespace openfab::viewer {
+namespace openfab {
 
 JsonText& JsonText::begin_object() {
     writer_.StartObject();
@@ -90,4 +90,4 @@ std::string error_json(std::string_view message) {
     return out.take();
 }
 
-}  // namespace openfab::viewer
+}  // namespace openfab

@@ -1,0 +1,15 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "base/result.h"
+
+namespace openfab {
+
+/// Replaces a file's content at once, so that nobody reads half of it; it keeps its permissions.
+Result<void> replace_file(const std::filesystem::path& file, const std::string& text);
+
+}  // namespace openfab
