@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "compiler/syntax/operators.h"
 #include "compiler/syntax/parser_state.h"
 
 namespace openfab::syntax {
@@ -24,6 +25,8 @@ constexpr Precedence kBinary[] = {
 constexpr std::string_view kAssignments[] = {
     "=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="};
 
+}  // namespace
+
 int precedence(const Token& token) {
     if (token.kind != TokenKind::kPunct) return 0;
     for (const Precedence& p : kBinary) {
@@ -37,8 +40,6 @@ bool is_assignment(const Token& token) {
            std::find(std::begin(kAssignments), std::end(kAssignments), token.text) !=
                std::end(kAssignments);
 }
-
-}  // namespace
 
 bool is_builtin_type_name(std::string_view name) {
     for (std::string_view base : {"bool", "int", "uint", "float"}) {
@@ -141,17 +142,20 @@ ast::ExprPtr Parser::parse_unary() {
     return parse_postfix();
 }
 
-bool Parser::at_cast() const {
-    if (!at("(") || !at_identifier(1) || !peek(2).is(")")) return false;
-    const Token& next = peek(3);
+bool starts_cast(const Token& open, const Token& name, const Token& close, const Token& next) {
+    if (!open.is("(") || name.kind != TokenKind::kIdentifier || !close.is(")")) return false;
     // A name that is not built in can only be a cast if no operator follows.
-    if (!is_builtin_type_name(peek(1).text)) {
+    if (!is_builtin_type_name(name.text)) {
         return next.kind != TokenKind::kPunct && next.kind != TokenKind::kKeyword &&
                next.kind != TokenKind::kEnd;
     }
     return next.kind == TokenKind::kPunct
                ? next.is("(") || next.is("-") || next.is("!") || next.is("~")
                : next.kind != TokenKind::kEnd;
+}
+
+bool Parser::at_cast() const {
+    return starts_cast(peek(), peek(1), peek(2), peek(3));
 }
 
 ast::ExprPtr Parser::parse_postfix() {

@@ -6,6 +6,7 @@
 
 #include "base/near_miss.h"
 #include "compiler/syntax/foreign_syntax.h"
+#include "compiler/syntax/operators.h"
 #include "compiler/syntax/parser_state.h"
 
 namespace openfab::syntax {

@@ -13,9 +13,6 @@
 
 namespace openfab::syntax {
 
-/// True for `float`, `int3`, `bool2x2`, `Material` and the like: `(name)` then starts a cast.
-bool is_builtin_type_name(std::string_view name);
-
 class Parser {
   public:
     Parser(const source::SourceManager& sources, const std::vector<Token>& tokens, diag::Sink* sink)
