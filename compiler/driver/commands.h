@@ -30,6 +30,9 @@ int unread_exit_code(const std::filesystem::path& file);
 /// `check`: reports what is wrong with files.
 int check(const std::vector<std::string>& files, const CommonOptions& common);
 
+/// `fmt`: lays files out in one style, or with `check` says which are not. (format.cpp)
+int format_files(const FormatOptions& options, const CommonOptions& common);
+
 /// `describe`: prints the interface of a file's fablets as JSON. (describe.cpp)
 int describe_file(const std::string& file, const CommonOptions& common);
 

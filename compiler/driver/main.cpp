@@ -36,6 +36,20 @@ void add_check(CLI::App& app, const CommonOptions& common, Action* action) {
         [files, &common, action] { *action = [files, &common] { return check(*files, common); }; });
 }
 
+void add_format(CLI::App& app, const CommonOptions& common, Action* action) {
+    CLI::App* command = app.add_subcommand("fmt", "Lay out fablets and modules in one style");
+    auto options = std::make_shared<FormatOptions>();
+    command
+        ->add_option("FILE.fl", options->files,
+                     "OpenFL files, which are rewritten; `-`: standard input to standard output")
+        ->required();
+    command->add_flag("--check", options->check,
+                      "write nothing; name the files that would change, and fail");
+    command->callback([options, &common, action] {
+        *action = [options, &common] { return format_files(*options, common); };
+    });
+}
+
 void add_describe(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command =
         app.add_subcommand("describe", "Print fablets, uniforms and varyings as JSON");
@@ -157,6 +171,7 @@ int openflc_main(int argc, char** argv) {
     app.fallthrough();
     Action action;
     add_check(app, common, &action);
+    add_format(app, common, &action);
     add_describe(app, common, &action);
     add_emit(app, common, &action);
     add_build(app, common, &action);
@@ -165,6 +180,7 @@ int openflc_main(int argc, char** argv) {
     app.footer(
         "Examples:\n"
         "  openflc check postcard.fl\n"
+        "  openflc fmt postcard.fl\n"
         "  openflc emit --stage slab --as ir postcard.fl\n"
         "  openflc describe postcard.fl");
     int code = kExitDone;

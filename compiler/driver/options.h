@@ -14,6 +14,11 @@ struct CommonOptions {
     bool json_diagnostics = false;
 };
 
+struct FormatOptions {
+    std::vector<std::string> files;  ///< `-` is standard input, whose text goes to standard output
+    bool check = false;              ///< write nothing, fail where a file would change
+};
+
 /// Schedules in place of the built-in ones.
 struct ScheduleOptions {
     std::vector<std::string> paths;   ///< files, or folders of them
