@@ -142,7 +142,7 @@ std::vector<uint8_t> GcvfSink::encode(const pipeline::SliceView& slice) const {
     return out;
 }
 
-Result<void> GcvfSink::commit(int32_t z, const std::vector<uint8_t>& bytes) {
+Result<void> GcvfSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     OPENFAB_CHECK(package_ != nullptr);  // begun, and not finished
     Result<void> done = bytes.empty()
                             ? internal_error(fmt::format("slice {} could not be compressed", z))

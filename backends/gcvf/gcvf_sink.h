@@ -50,7 +50,7 @@ class GcvfSink : public pipeline::SliceSink {
     /// one colour.
     Result<void> begin(const pipeline::PrintInfo& info) override;
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override;
-    Result<void> commit(int32_t z, const std::vector<uint8_t>& bytes) override;
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override;
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:

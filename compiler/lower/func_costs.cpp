@@ -4,8 +4,10 @@
 
 #include <Halide.h>
 
+#include <memory>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "compiler/lower/kernel.h"
 
@@ -49,23 +51,21 @@ class Counter : public internal::IRGraphVisitor {
     void visit(const internal::Call* op) override {
         const bool loads =
             op->call_type == internal::Call::Halide || op->call_type == internal::Call::Image;
+        if (loads) {
+            // Where it is read from is address arithmetic.
+            if (read_.emplace(op->name, op->value_index).second) bytes_read += op->type.bytes();
+            return;
+        }
         // Others mark expressions, or name what the other nodes are: strict_float, reinterpret.
-        static const std::set<std::string> computed = {internal::Call::abs,
-                                                       internal::Call::absd,
-                                                       internal::Call::bitwise_and,
-                                                       internal::Call::bitwise_not,
-                                                       internal::Call::bitwise_or,
-                                                       internal::Call::bitwise_xor,
-                                                       internal::Call::shift_left,
-                                                       internal::Call::shift_right,
-                                                       "sqrt_f32",
-                                                       "floor_f32",
-                                                       "ceil_f32",
-                                                       "trunc_f32",
-                                                       "round_f32"};
-        if (computed.contains(op->name)) ++operations;
-        if (loads && read_.emplace(op->name, op->value_index).second)
-            bytes_read += op->type.bytes();
+        using internal::Call;
+        static const std::set<std::string> functions = {"sqrt_f32", "floor_f32", "ceil_f32",
+                                                        "trunc_f32", "round_f32"};
+        const bool computes =
+            op->is_intrinsic({Call::abs, Call::absd, Call::bitwise_and, Call::bitwise_not,
+                              Call::bitwise_or, Call::bitwise_xor, Call::shift_left,
+                              Call::shift_right}) ||
+            functions.contains(op->name);
+        if (computes) ++operations;
         IRGraphVisitor::visit(op);
     }
 
@@ -80,14 +80,17 @@ std::vector<FuncCost> func_costs(const KernelRequest& request) {
     for (const NamedFunc& named : kernel.funcs) {
         const internal::Function function = named.func.function();
         if (function.has_extern_definition()) continue;
-        Counter counter;
-        const auto add = [&](const std::vector<Halide::Expr>& values) {
-            for (const Halide::Expr& value : values)
-                value.accept(&counter);
+        std::vector<internal::Stmt> values;
+        const auto add = [&](const std::vector<Halide::Expr>& exprs) {
+            for (const Halide::Expr& value : exprs)
+                values.push_back(internal::Evaluate::make(value));
         };
         add(function.values());
         for (const internal::Definition& update : function.updates())
             add(update.values());
+        Counter counter;
+        const std::unique_ptr<internal::IRMutator> expander(make_expander(kernel.deferred));
+        expander->mutate(internal::Block::make(values)).accept(&counter);
         FuncCost& cost = out.emplace_back();
         cost.func = named.name;
         cost.operations = counter.operations;
