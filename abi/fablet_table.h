@@ -34,7 +34,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 7
+#define OPENFAB_ABI_VERSION 8
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -45,9 +45,15 @@ extern "C" {
 
 typedef int (*openfab_kernel_fn)(void** args);
 
-/* Instruction sets a kernel is compiled for. Both give the same bits; the runtime takes the best
- * the machine has. */
-enum openfab_isa { OPENFAB_ISA_SSE41 = 0, OPENFAB_ISA_AVX2 = 1, OPENFAB_ISA_COUNT = 2 };
+/* Instruction sets a kernel is compiled for; each machine that has one has those before it. All give
+ * the same bits; the runtime takes the best that the machine has and the kernel was compiled for.
+ * AVX-512 is that of Skylake servers and Zen 4: F, CD, BW, DQ and VL. */
+enum openfab_isa {
+    OPENFAB_ISA_SSE41 = 0,
+    OPENFAB_ISA_AVX2 = 1,
+    OPENFAB_ISA_AVX512 = 2,
+    OPENFAB_ISA_COUNT = 3
+};
 
 enum openfab_scalar_type {
     OPENFAB_BOOL = 0,
@@ -131,6 +137,12 @@ enum openfab_texture_buffer {
     OPENFAB_TEXTURE_MINMAX = 2, /* float, 1-D: bounds pyramid */
 };
 
+/* What a dither rule knows of the print (kind OPENFAB_ARG_GRID, a = index). */
+enum openfab_grid_value {
+    OPENFAB_GRID_BASE = 0, /* int32, 3: the print's index of the part's voxel (0, 0, 0) */
+    OPENFAB_GRID_SEED = 3, /* uint32: fold_seed of abi/voxel_hash.h */
+};
+
 enum openfab_arg_kind {
     OPENFAB_ARG_UNIFORM = 0,  /* scalar; a = index in the array of 32-bit uniform values */
     OPENFAB_ARG_TEXTURE = 1,  /* buffer; a = texture index, b = openfab_texture_buffer */
@@ -194,6 +206,9 @@ enum openfab_arg_kind {
     OPENFAB_ARG_FRACTION = 43, /* out, 16 bits, columns any number of values apart; a = channel, of
                                   which there are one more than slots */
     OPENFAB_ARG_NEAREST_SOURCE = 44, /* an openfab_nearest_source (abi/nearest_stage.h) */
+    /* slab of a fablet with a dither rule. The rule reads FRACTION values as int32. */
+    OPENFAB_ARG_GRID = 45,   /* scalar; a = openfab_grid_value */
+    OPENFAB_ARG_CHOICE = 46, /* out, 8 bits of a uint: the code that the rule chooses */
 };
 
 struct openfab_arg {
@@ -300,6 +315,7 @@ struct openfab_fablet {
     int32_t slot_count; /* material slots, VOID included where the fablet names it */
     int32_t void_slot;  /* the slot of the built-in VOID, or -1 */
 
+    int32_t has_dither;  /* 1: the slab kernel has a CHOICE, by the fablet's @Dither */
     int32_t has_surface; /* 0: no @Surface stage; the base mesh is the surface */
     int32_t surface_input_count;
     const struct openfab_varying* surface_inputs;
@@ -314,7 +330,8 @@ struct openfab_fablet {
     struct openfab_kernel volume_bounds;
 
     /* If one has steps, the stage has no single kernel (surface or slab); the arguments of surface
-     * are then the buffers of the batch that the segments read and write. */
+     * are then the buffers of the batch that the segments read and write. A slab kernel beside
+     * volume_segments is that of a dither rule: it takes the amounts (WEIGHT) that they give. */
     struct openfab_segments surface_segments;
     struct openfab_segments volume_segments;
 

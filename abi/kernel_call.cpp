@@ -2,13 +2,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "abi/kernel_call.h"
 
+#include <algorithm>
+
 #include "simd/isa.h"
 
 namespace openfab::abi {
 
 openfab_isa best_isa(openfab_isa limit) {
-    const bool wide = limit >= OPENFAB_ISA_AVX2 && simd::best_isa() >= simd::Isa::kAvx2;
-    return wide ? OPENFAB_ISA_AVX2 : OPENFAB_ISA_SSE41;
+    const simd::Isa machine = simd::best_isa();
+    const openfab_isa best = machine >= simd::Isa::kAvx512 ? OPENFAB_ISA_AVX512
+                             : machine >= simd::Isa::kAvx2 ? OPENFAB_ISA_AVX2
+                                                           : OPENFAB_ISA_SSE41;
+    return std::min(best, limit);
+}
+
+const char* isa_name(openfab_isa isa) {
+    return isa == OPENFAB_ISA_AVX512 ? "avx512" : isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+}
+
+const char* isa_title(openfab_isa isa) {
+    return isa == OPENFAB_ISA_AVX512 ? "AVX-512" : isa == OPENFAB_ISA_AVX2 ? "AVX2" : "SSE4.1";
 }
 
 }  // namespace openfab::abi

@@ -16,9 +16,13 @@
 
 namespace openfab::abi {
 
-/// Returns the best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX2
+/// Returns the best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX512
 /// allows everything).
-openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX2);
+openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX512);
+
+/// Returns the instruction set's name in options and file names, "avx2", and in sentences, "AVX2".
+const char* isa_name(openfab_isa isa);
+const char* isa_title(openfab_isa isa);
 
 inline halide_type_t halide_type(openfab_scalar_type type) {
     switch (type) {
@@ -33,7 +37,8 @@ inline halide_type_t halide_type(openfab_scalar_type type) {
 
 /// Returns the type of an argument's elements.
 inline halide_type_t halide_type(const openfab_arg& arg) {
-    if (arg.kind == OPENFAB_ARG_CODE || arg.kind == OPENFAB_ARG_DEMAND)
+    if (arg.kind == OPENFAB_ARG_CODE || arg.kind == OPENFAB_ARG_DEMAND ||
+        arg.kind == OPENFAB_ARG_CHOICE)
         return {halide_type_uint, 8, 1};
     if (arg.kind == OPENFAB_ARG_FRACTION || arg.kind == OPENFAB_ARG_UNUSABLE)
         return {halide_type_uint, 16, 1};
@@ -83,9 +88,17 @@ class KernelBuffer {
     halide_dimension_t dims_[kMaxDimensions]{};
 };
 
-/// Returns the function for an instruction set; the SSE4.1 one where there is none for it.
+/// Returns the function for an instruction set; where there is none, that for the next one below.
 inline openfab_kernel_fn function_for(const openfab_kernel_fn* by_isa, openfab_isa isa) {
-    return by_isa[isa] != nullptr ? by_isa[isa] : by_isa[OPENFAB_ISA_SSE41];
+    int k = isa;
+    while (k > 0 && by_isa[k] == nullptr)
+        --k;
+    return by_isa[k];
+}
+
+/// Returns whether a kernel was compiled for any instruction set.
+inline bool is_compiled(const openfab_kernel& kernel) {
+    return function_for(kernel.fn, OPENFAB_ISA_AVX512) != nullptr;
 }
 
 /// The argument array of one kernel.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "backends/stream/address.h"
+#include "abi/kernel_call.h"
 #include "base/command_line.h"
 #include "base/units.h"
 
@@ -103,7 +104,7 @@ Result<Vec2<int32_t>> parse_slices(const std::string& text) {
 /// Option texts as typed, before they are parsed.
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
-                                                                        png = "rgba", isa = "avx2";
+                                                                        png = "rgba", isa;
     std::vector<std::string> previews;
     std::string crop = "parts";
     bool no_cull = false;
@@ -158,8 +159,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("FOLDER");
     app.add_option(
         "--dither", o.dither,
-        "blue_noise (default), floyd_steinberg, decorrelated, or majority (the largest amount; the "
-        "default for meshes)");
+        "own (default: the fablet's @Dither where it has one, else blue_noise), blue_noise, "
+        "floyd_steinberg, decorrelated, or majority (the largest amount; the default for meshes)");
     app.add_option(
            "--support", o.support,
            "on, off, or the material of the world to make it of (default: as the world says, else "
@@ -194,7 +195,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->group("")
         ->check(CLI::Range(1, 1024));
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
-    app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2"}));
+    app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2", "avx512"}));
 }
 
 Result<void> validate_grid(const Raw& raw, Options* o) {
@@ -268,7 +269,9 @@ Result<void> validate_options(const Raw& raw, Options* o) {
     o->crop_tray = raw.crop == "tray";
     o->png_indexed = raw.png == "indexed";
     o->culling = !raw.no_cull;
-    o->isa = raw.isa == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
+    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+        if (raw.isa == abi::isa_name(isa)) o->isa = isa;
+    }
     if (!o->format.empty() &&
         std::find(kFormats.begin(), kFormats.end(), o->format) == kFormats.end()) {
         return usage_error(fmt::format("there is no output format `{}`; choose from {}", o->format,

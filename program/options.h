@@ -19,6 +19,10 @@
 
 namespace openfab::program {
 
+/// The best instruction set that fablets are compiled for, unless more is asked for:
+/// docs/measurements/avx512.md tells why it is not AVX-512.
+constexpr openfab_isa kUsualIsa = OPENFAB_ISA_AVX2;
+
 struct Options {
     std::string input;       ///< a world (.fab.json) or a mesh
     std::string output;      ///< empty: none; `-` standard output; or an address (stream/address.h)
@@ -53,7 +57,7 @@ struct Options {
     bool dry_run = false;
     bool culling = true;  ///< this and the next two are for tests; the output never depends on them
     int32_t slabs_in_flight = 0;
-    openfab_isa isa = OPENFAB_ISA_AVX2;
+    std::optional<openfab_isa> isa;  ///< the best to use
     bool help = false;  ///< show `text` and do nothing else
     std::string text;
 };

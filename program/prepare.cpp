@@ -36,7 +36,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
     result.slices = options.slices;
     result.culling = options.culling;
     result.slabs_in_flight = options.slabs_in_flight;
-    result.isa = abi::best_isa(options.isa);
+    result.isa = abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512));
     result.sink_bytes_per_column = output_bytes_per_column(format, materials) +
                                    hooks.sink_bytes_per_column +
                                    hooks.sink_bytes_per_fraction * static_cast<int64_t>(materials);
@@ -44,9 +44,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const std::strin
 }
 
 bool has_code(const openfab_kernel& kernel, openfab_isa isa) {
-    const bool compiled = std::any_of(std::begin(kernel.fn), std::end(kernel.fn),
-                                      [](openfab_kernel_fn fn) { return fn != nullptr; });
-    return !compiled || abi::function_for(kernel.fn, isa) != nullptr;
+    return !abi::is_compiled(kernel) || abi::function_for(kernel.fn, isa) != nullptr;
 }
 
 bool has_code(const openfab_segments& segments, openfab_isa isa) {
@@ -68,7 +66,7 @@ Result<void> check_instruction_set(const openfab_fablet_list& fablets, openfab_i
         if (whole) continue;
         Error error = user_error(fmt::format(
             "fablet `{}` was compiled for other instruction sets than this machine's, {}",
-            fablet.name, isa == OPENFAB_ISA_AVX2 ? "AVX2" : "SSE4.1"));
+            fablet.name, abi::isa_title(isa)));
         error.help = "`openflc build --target both` makes a program for every machine";
         return error;
     }
@@ -79,8 +77,8 @@ Result<void> check_instruction_set(const openfab_fablet_list& fablets, openfab_i
 
 Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet_list& fablets,
                                     const PrintHooks& hooks) {
-    if (Result<void> runs = check_instruction_set(fablets, abi::best_isa(options.isa)); !runs)
-        return runs.error();
+    const openfab_isa isa = abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512));
+    if (Result<void> runs = check_instruction_set(fablets, isa); !runs) return runs.error();
     Result<Job> job = load_job(options, fablets);
     if (!job) return job.error();
     // Reports a wrong output name before the work, not after.

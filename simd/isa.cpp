@@ -13,7 +13,9 @@ Isa detect() {
     if (__builtin_cpu_supports("fma") == 0) return Isa::kAvx2;
     const bool wide = __builtin_cpu_supports("avx512f") != 0 &&
                       __builtin_cpu_supports("avx512vl") != 0 &&
-                      __builtin_cpu_supports("avx512dq") != 0;
+                      __builtin_cpu_supports("avx512dq") != 0 &&
+                      __builtin_cpu_supports("avx512bw") != 0 &&
+                      __builtin_cpu_supports("avx512cd") != 0;
     return wide ? Isa::kAvx512 : Isa::kAvx2Fma;
 }
 

@@ -8,7 +8,7 @@
 namespace openfab::simd {
 
 /// Instruction sets that code is compiled for; each set includes those before it. SSE4.1 is
-/// required. kAvx512 stands for AVX-512 F, VL and DQ.
+/// required. kAvx512 stands for AVX-512 F, CD, BW, DQ and VL.
 enum class Isa { kSse41, kAvx2, kAvx2Fma, kAvx512 };
 
 /// Returns the best set that this machine has and `limit` allows. Detects it once.

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string>
 
 #include "compiler/check/checker.h"
 
@@ -13,6 +15,21 @@ namespace openfab::check {
 namespace {
 
 constexpr int32_t kMaxSlots = 256;  // a world has 64 materials
+
+/// What the stages of a kind are called, and where they are kept.
+struct StageInfo {
+    Stage Fablet::*stage;
+    Base attributes;
+    const char* where;
+};
+
+const StageInfo& info_of(ast::StageKind kind) {
+    static constexpr std::array<StageInfo, 3> kInfos = {
+        {{&Fablet::surface, Base::kSurfaceAttributes, "in a surface stage"},
+         {&Fablet::volume, Base::kVolumeAttributes, "in a volume stage"},
+         {&Fablet::dither, Base::kDitherAttributes, "in a dither stage"}}};
+    return kInfos[static_cast<size_t>(kind)];
+}
 
 std::string annotation_text(const ast::Expr& expr) {
     if (expr.kind == ast::ExprKind::kStringLiteral) return std::string(expr.text);
@@ -69,7 +86,7 @@ void Checker::check_fablet(const ast::Fablet& from, Fablet* to) {
 void Checker::find_point_members(const ast::Fablet& from, Fablet* to) {
     to->point_members = common_point_members();
     for (const ast::Stage& stage : from.stages) {
-        if (stage.surface) continue;
+        if (stage.kind != ast::StageKind::kVolume) continue;
         for (const ast::Variable& v : stage.varyings) {
             const Type type = find_type(v.type.text);
             if (v.nearest && v.extents.empty() && type.is_numeric()) {
@@ -156,17 +173,19 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
 }
 
 void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
-    const ast::Stage* surface = nullptr;
-    const ast::Stage* volume = nullptr;
+    std::array<const ast::Stage*, 3> stages{};  // by kind
     for (const ast::Stage& stage : from.stages) {
-        const ast::Stage** known = stage.surface ? &surface : &volume;
-        if (*known != nullptr) {
-            sink_->report(stage.span, diag::kRedeclared, stage.surface ? "@Surface" : "@Volume")
-                .note((*known)->span, "the first one is here");
+        const ast::Stage*& known = stages[static_cast<size_t>(stage.kind)];
+        if (known != nullptr) {
+            sink_
+                ->report(stage.span, diag::kRedeclared,
+                         std::string("@") + ast::stage_name(stage.kind))
+                .note(known->span, "the first one is here");
             continue;
         }
-        *known = &stage;
+        known = &stage;
     }
+    const auto [surface, volume, dither] = stages;
     if (surface != nullptr) {
         to->ir.has_surface = true;
         to->surface.span = surface->span;
@@ -193,6 +212,14 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         check_varying(v, *volume, to);
     check_stage_body(*volume, &to->volume, StageContext::kVolume, {Base::kComposition, 1});
     scopes_.pop_back();
+    if (dither == nullptr) return;
+    to->ir.has_dither = true;
+    to->dither.span = dither->span;
+    scopes_.emplace_back();
+    for (const ast::Variable& v : dither->varyings)
+        check_varying(v, *dither, to);
+    check_stage_body(*dither, &to->dither, StageContext::kDither, kIntType);
+    scopes_.pop_back();
 }
 
 void Checker::check_stage_body(const ast::Stage& from, Stage* to, StageContext context,
@@ -206,15 +233,13 @@ void Checker::check_stage_body(const ast::Stage& from, Stage* to, StageContext c
 
 void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to) {
     const Type type = declared_type(v);
-    Stage* owner = stage.surface ? &to->surface : &to->volume;
+    const StageInfo& info = info_of(stage.kind);
+    Stage* owner = &(to->*info.stage);
     if (type.is_attributes()) {
-        if (type.is(Base::kSurfaceAttributes) != stage.surface) {
-            sink_
-                ->report(v.type.span, diag::kStageMismatch, v.type.text,
-                         stage.surface ? "in a surface stage" : "in a volume stage")
+        if (!type.is(info.attributes)) {
+            sink_->report(v.type.span, diag::kStageMismatch, v.type.text, info.where)
                 .note(stage.span, "the stage is declared here")
-                .help(stage.surface ? "here it is `SurfaceAttributes`"
-                                    : "here it is `VolumeAttributes`");
+                .help(fmt::format("here it is `{}`", type_name({info.attributes})));
             return add_stage_symbol(owner, SymbolKind::kAttributes, v, {}, 0);
         }
         return add_stage_symbol(owner, SymbolKind::kAttributes, v, type, 0);
@@ -228,8 +253,12 @@ void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fab
         }
         return add_stage_symbol(owner, SymbolKind::kLocal, v, {}, 0);
     }
-    if (stage.surface) return check_surface_varying(v, type, to);
-    check_nearest(v, type, to);
+    if (stage.kind == ast::StageKind::kSurface) return check_surface_varying(v, type, to);
+    if (stage.kind == ast::StageKind::kVolume) return check_nearest(v, type, to);
+    sink_->report(v.span, diag::kBadDeclaration, "a dither stage has no varyings of its own")
+        .note(stage.span, "the stage is declared here")
+        .help("a dither rule looks at the voxel's fractions and its index");
+    add_stage_symbol(owner, SymbolKind::kLocal, v, {}, 0);
 }
 
 ir::Varying Checker::varying(const ast::Variable& v, const Type& type) const {

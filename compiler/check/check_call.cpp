@@ -346,7 +346,8 @@ ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
     ExprPtr object = expression(*callee.args[0]);
     if (object->type.is_error()) return poison(expr.span);
     const Type& type = object->type;
-    if (!type.is(Base::kTexture2D) && !type.is(Base::kTexture3D) && !type.is(Base::kComposition)) {
+    if (!type.is(Base::kTexture2D) && !type.is(Base::kTexture3D) && !type.is(Base::kComposition) &&
+        !type.is(Base::kDitherAttributes)) {
         diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
                                             type_name(object->type), callee.text);
         if (type.is(Base::kMaterial)) {
@@ -356,9 +357,32 @@ ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
     }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
+    if (type.is(Base::kDitherAttributes)) return dither_method(expr, std::move(args));
     return type.is(Base::kComposition)
                ? composition_method(expr, std::move(object), std::move(args))
                : lookup(expr, std::move(object), std::move(args));
+}
+
+/// `attr.Fraction(i)`.
+ExprPtr ExpressionChecker::dither_method(const ast::Expr& expr, std::vector<ExprPtr> args) {
+    const ast::Expr& callee = *expr.args[0];
+    if (callee.text != "Fraction") {
+        sink_->report(callee.text_span, diag::kUnknownMember, "DitherAttributes", callee.text)
+            .suggest(callee.text_span, callee.text, std::vector<std::string>{"Fraction"},
+                     "it has `Fraction(i)`, of 0 to `count` - 1");
+        return poison(expr.span);
+    }
+    if (args.size() != 1) {
+        wrong_count(expr, callee.text, "1 argument, a number from 0 to `count` - 1", args.size());
+        return poison(expr.span);
+    }
+    if (!args[0]->type.is_scalar()) {
+        sink_->report(args[0]->span, diag::kNoConversion, type_name(args[0]->type), "int");
+        return poison(expr.span);
+    }
+    ExprPtr out = make(ExprKind::kFraction, kIntType, expr.span);
+    out->args.push_back(convert(std::move(args[0]), kIntType));
+    return any_error(out->args) ? poison(expr.span) : std::move(out);
 }
 
 ExprPtr ExpressionChecker::composition_method(const ast::Expr& expr, ExprPtr object,

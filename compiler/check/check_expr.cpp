@@ -41,21 +41,29 @@ struct AttributeInfo {
     std::string_view name;
     Attribute id;
     Type type;
-    bool surface;
-    bool volume;
+    unsigned of;  ///< the stages that have it
 };
+constexpr unsigned kOfSurface = 1, kOfVolume = 2, kOfDither = 4;
 constexpr AttributeInfo kAttributes[] = {
-    {"p", Attribute::kP, kFloat3Type, true, false},
-    {"n", Attribute::kN, kFloat3Type, true, false},
-    {"ng", Attribute::kNg, kFloat3Type, true, false},
-    {"uv", Attribute::kUv, {Base::kFloat, 2}, true, false},
-    {"dpdu", Attribute::kDpdu, kFloat3Type, true, false},
-    {"dpdv", Attribute::kDpdv, kFloat3Type, true, false},
-    {"voxelCenter", Attribute::kVoxelCenter, kFloat3Type, false, true},
-    {"voxelSize", Attribute::kVoxelSize, kFloat3Type, false, true},
-    {"buildPosition", Attribute::kBuildPosition, kFloat3Type, false, true},
-    {"instance", Attribute::kInstance, kIntType, true, true},
+    {"p", Attribute::kP, kFloat3Type, kOfSurface},
+    {"n", Attribute::kN, kFloat3Type, kOfSurface},
+    {"ng", Attribute::kNg, kFloat3Type, kOfSurface},
+    {"uv", Attribute::kUv, {Base::kFloat, 2}, kOfSurface},
+    {"dpdu", Attribute::kDpdu, kFloat3Type, kOfSurface},
+    {"dpdv", Attribute::kDpdv, kFloat3Type, kOfSurface},
+    {"voxelCenter", Attribute::kVoxelCenter, kFloat3Type, kOfVolume},
+    {"voxelSize", Attribute::kVoxelSize, kFloat3Type, kOfVolume | kOfDither},
+    {"buildPosition", Attribute::kBuildPosition, kFloat3Type, kOfVolume},
+    {"instance", Attribute::kInstance, kIntType, kOfSurface | kOfVolume},
+    {"voxel", Attribute::kVoxel, {Base::kInt, 3}, kOfDither},
+    {"seed", Attribute::kSeed, kUintType, kOfDither},
+    {"count", Attribute::kCount, kIntType, kOfDither},
 };
+
+unsigned stage_of(const Type& attributes) {
+    if (attributes.is(Base::kSurfaceAttributes)) return kOfSurface;
+    return attributes.is(Base::kVolumeAttributes) ? kOfVolume : kOfDither;
+}
 
 /// Returns the component, 0 to 3, or -1; sets `set` to 1 for xyzw, 2 for rgba.
 int lane_of(char c, int* set) {
@@ -199,14 +207,19 @@ std::string ExpressionChecker::help_for_name(std::string_view name) const {
         if (info.name != name) continue;
         const Symbol* symbol = attributes();
         if (symbol == nullptr) break;
-        const bool here = symbol->type.is(Base::kSurfaceAttributes) ? info.surface : info.volume;
-        if (here) return fmt::format("write `{}.{}`", symbol->name, name);
+        if ((info.of & stage_of(symbol->type)) != 0) return fmt::format("write `{}.{}`", symbol->name, name);
     }
-    if (name == "attr" &&
-        (context_ == StageContext::kVolume || context_ == StageContext::kSurface)) {
-        return context_ == StageContext::kVolume
-                   ? "declare it: `@Volume(@varying { VolumeAttributes attr })`"
-                   : "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
+    if (name == "attr") {
+        switch (context_) {
+            case StageContext::kVolume:
+                return "declare it: `@Volume(@varying { VolumeAttributes attr })`";
+            case StageContext::kSurface:
+                return "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
+            case StageContext::kDither:
+                return "declare it: `@Dither(@varying { DitherAttributes attr })`";
+            default:
+                break;
+        }
     }
     if (context_ != StageContext::kVolume) return "";
     for (const auto* list : {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs}) {
@@ -401,11 +414,13 @@ bool ExpressionChecker::assignable(const Expr& target) {
             break;
         case ExprKind::kAttribute: {
             const bool surface = context_ == StageContext::kSurface;
+            const bool dither = context_ == StageContext::kDither;
             sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
-                .help(surface ? "attributes are read-only; the displacement that the stage returns "
-                                "moves the surface"
-                              : "attributes are read-only; work on a copy: `float3 p = "
-                                "attr.voxelCenter;`");
+                .help(surface  ? "attributes are read-only; the displacement that the stage "
+                                 "returns moves the surface"
+                      : dither ? "attributes are read-only; work on a copy: `int3 at = attr.voxel;`"
+                               : "attributes are read-only; work on a copy: `float3 p = "
+                                 "attr.voxelCenter;`");
             return false;
         }
         case ExprKind::kGet:
@@ -578,11 +593,11 @@ ExprPtr ExpressionChecker::struct_member(const ast::Expr& expr, ExprPtr object,
 }
 
 ExprPtr ExpressionChecker::attribute_member(const ast::Expr& expr, ExprPtr object) {
-    const bool surface = object->type.is(Base::kSurfaceAttributes);
+    const unsigned stage = stage_of(object->type);
     std::vector<std::string> names;
     std::string list;
     for (const AttributeInfo& info : kAttributes) {
-        if (surface ? !info.surface : !info.volume) continue;
+        if ((info.of & stage) == 0) continue;
         if (info.name == expr.text) {
             ExprPtr out = make(ExprKind::kAttribute, info.type, expr.span);
             out->attribute = info.id;
@@ -593,7 +608,7 @@ ExprPtr ExpressionChecker::attribute_member(const ast::Expr& expr, ExprPtr objec
     }
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    if (const std::string help = foreign_attribute_help(expr.text, surface); !help.empty()) {
+    if (const std::string help = foreign_attribute_help(expr.text, object->type); !help.empty()) {
         d.help(help);
     } else {
         d.suggest(expr.text_span, expr.text, names, "it has " + list);

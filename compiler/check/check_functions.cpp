@@ -162,6 +162,8 @@ ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const Intrin
                                              std::vector<ExprPtr> args) {
     const OwnFunction& f = own_function(info.id);
     const ast::Expr& callee = *expr.args[0];
+    if (is_derivative(info.id) && refuse_in_dither(callee.span, info.name))
+        return poison(expr.span);
     if (is_derivative(info.id) && context_ != StageContext::kSurface &&
         context_ != StageContext::kFunction) {
         diag::Diagnostic& d =

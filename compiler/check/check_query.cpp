@@ -28,8 +28,18 @@ bool ExpressionChecker::is_query(std::string_view name) {
     return name == "nearest" || name == "distance_to" || name == "distanceTo";
 }
 
+/// Reports what a dither rule cannot use; false elsewhere.
+bool ExpressionChecker::refuse_in_dither(const source::Span& span, std::string_view what) {
+    if (context_ != StageContext::kDither) return false;
+    sink_->report(span, diag::kStageMismatch, what, "called in a dither stage")
+        .note(stage_span_, "stage declared `@Dither` here")
+        .help("a dither rule looks at the voxel's fractions and its index");
+    return true;
+}
+
 /// Reports a query outside the volume stage.
 bool ExpressionChecker::query_is_in_volume(const ast::Expr& callee, const char* help) {
+    if (refuse_in_dither(callee.span, callee.text)) return false;
     if (context_ == StageContext::kSurface) {
         diag::Diagnostic& d = sink_->report(callee.span, diag::kStageMismatch, callee.text,
                                             "called in a surface stage");
@@ -96,6 +106,7 @@ ExprPtr ExpressionChecker::lookup(const ast::Expr& expr, ExprPtr texture,
         sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
     }
+    if (refuse_in_dither(callee.text_span, name)) return poison(expr.span);
     const bool volume = texture->type.is(Base::kTexture3D);
     const int axes = volume ? 3 : 2;
     const bool numbers = std::all_of(args.begin(), args.end(),

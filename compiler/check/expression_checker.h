@@ -18,7 +18,7 @@
 
 namespace openfab::check {
 
-enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume };
+enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume, kDither };
 
 /// Returns the bits of a scalar if they are known at this point: without functions and uniforms.
 std::optional<uint32_t> known_bits(const Expr& expr);
@@ -101,6 +101,7 @@ class ExpressionChecker {
                       std::vector<ExprPtr> args);
     ExprPtr method(const ast::Expr& expr);
     ExprPtr composition_method(const ast::Expr& expr, ExprPtr object, std::vector<ExprPtr> args);
+    ExprPtr dither_method(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr unknown_function(const ast::Expr& expr);
 
     ExprPtr construct_struct(const ast::Expr& expr, const Type& type);
@@ -116,6 +117,7 @@ class ExpressionChecker {
     // check_query.cpp
     static bool is_query(std::string_view name);
     bool query_is_in_volume(const ast::Expr& callee, const char* help);
+    bool refuse_in_dither(const source::Span& span, std::string_view what);
     ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr surface_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr lookup(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);

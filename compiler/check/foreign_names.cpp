@@ -224,7 +224,7 @@ constexpr ForeignName kNameHelp[] = {
     {"throw", "there are no exceptions; use `assert` to find faults"},
 };
 
-/// Attributes by their names in other languages, for the volume and the surface stage.
+/// Attributes by their names in other languages, for each stage.
 constexpr ForeignName kVolumeAttributes[] = {
     {"position", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
     {"pos", "the voxel is at `voxelCenter` in the part and at `buildPosition` on the tray"},
@@ -235,6 +235,12 @@ constexpr ForeignName kVolumeAttributes[] = {
     {"uv", "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings"},
     {"distance", "it is a function: `distance(attr.voxelCenter)`"},
     {"depth", "the depth below the surface is `-distance(attr.voxelCenter)`"},
+};
+constexpr ForeignName kDitherAttributes[] = {
+    {"index", "the voxel's index in the print is `voxel`, an `int3`"},
+    {"fractions", "the fractions are `Fraction(0)` to `Fraction(count - 1)`"},
+    {"fraction", "the fractions are `Fraction(0)` to `Fraction(count - 1)`"},
+    {"voxelCenter", "a dither rule has the voxel's index, `voxel`, and its sides, `voxelSize`"},
 };
 constexpr ForeignName kSurfaceAttributes[] = {
     {"position", "the point is `p`"},
@@ -300,9 +306,11 @@ std::string foreign_function_help(std::string_view name) {
     return ours.empty() ? foreign_type_help(name) : fmt::format("OpenFL calls it `{}`", ours);
 }
 
-std::string foreign_attribute_help(std::string_view name, bool surface) {
-    return std::string(surface ? find_help(kSurfaceAttributes, name)
-                               : find_help(kVolumeAttributes, name));
+std::string foreign_attribute_help(std::string_view name, const Type& attributes) {
+    if (attributes.is(Base::kSurfaceAttributes))
+        return std::string(find_help(kSurfaceAttributes, name));
+    return std::string(attributes.is(Base::kVolumeAttributes) ? find_help(kVolumeAttributes, name)
+                                                              : find_help(kDitherAttributes, name));
 }
 
 std::string foreign_name_help(std::string_view name) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "compiler/check/type.h"
+
 namespace openfab::check {
 
 /// Returns the OpenFL name of a type or function that only differs in name, else empty.
@@ -16,7 +18,7 @@ std::string renamed_function(std::string_view name);
 
 std::string foreign_type_help(std::string_view name);
 std::string foreign_function_help(std::string_view name);
-std::string foreign_attribute_help(std::string_view name, bool surface);
+std::string foreign_attribute_help(std::string_view name, const Type& attributes);
 std::string foreign_name_help(std::string_view name);
 
 }  // namespace openfab::check

@@ -56,7 +56,7 @@ enum class ExprKind : uint8_t {
 #include "compiler/check/nodes.def"
 };
 
-/// Members of SurfaceAttributes and VolumeAttributes.
+/// Members of SurfaceAttributes, VolumeAttributes and DitherAttributes.
 enum class Attribute : uint8_t {
     kP,
     kN,
@@ -68,6 +68,9 @@ enum class Attribute : uint8_t {
     kVoxelCenter,
     kVoxelSize,
     kBuildPosition,
+    kVoxel,
+    kSeed,
+    kCount,
 };
 
 /// Functions of matrices.
@@ -101,6 +104,7 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Get          args {composition, material}
 ///   Clear        args {composition}; Total the same
 ///   Over         args {above, below}
+///   Fraction     args {number}, of a dither rule
 ///   Printf       text: the format, one conversion per component; args {values}; with `is_assert`
 ///                args {condition, values}
 struct Expr {
@@ -187,6 +191,7 @@ struct Fablet {
     std::vector<StructMember> point_members;  ///< of a SurfacePoint
     Stage surface;
     Stage volume;
+    Stage dither;
 };
 
 struct Program {  ///< declarations outside fablets are those of the program and its modules

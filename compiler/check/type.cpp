@@ -23,6 +23,7 @@ constexpr Named kOther[] = {
     {"MaterialComposition", Base::kComposition},
     {"SurfaceAttributes", Base::kSurfaceAttributes},
     {"VolumeAttributes", Base::kVolumeAttributes},
+    {"DitherAttributes", Base::kDitherAttributes},
     {"SurfacePoint", Base::kSurfacePoint},
 };
 

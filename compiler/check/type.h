@@ -28,6 +28,7 @@ enum class Base : uint8_t {
     kComposition,
     kSurfaceAttributes,
     kVolumeAttributes,
+    kDitherAttributes,
     kSurfacePoint,
     kStruct,
 };
@@ -63,7 +64,8 @@ struct Type {
     bool is_scalar() const { return is_numeric() && size == 1; }
     bool is_vector() const { return is_numeric() && size > 1; }
     bool is_attributes() const {
-        return is(Base::kSurfaceAttributes) || is(Base::kVolumeAttributes);
+        return is(Base::kSurfaceAttributes) || is(Base::kVolumeAttributes) ||
+               is(Base::kDitherAttributes);
     }
     /// True for types that refer to things of the world and cannot be computed.
     bool is_handle() const {

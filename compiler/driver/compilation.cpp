@@ -33,7 +33,7 @@ std::string time_line(const std::string& step, double seconds) {
 
 namespace {
 
-/// Returns what is said of a fablet that is too long.
+/// Says that a fablet is too long.
 void refuse(const ir::Fablet& fablet, size_t operations, diag::Sink* sink) {
     sink->report(fablet.span, diag::kTooComplex,
                  fmt::format("a stage of `{}` has {} operations; the limit is {}", fablet.name,
@@ -41,6 +41,15 @@ void refuse(const ir::Fablet& fablet, size_t operations, diag::Sink* sink) {
         .help(
             "filtering a texture differentiates its coordinates, which repeats the computation of "
             "them: pass a width to the lookup, or simplify its coordinates");
+}
+
+/// Says that a rule is.
+void refuse_rule(const ir::Fablet& fablet, size_t operations, diag::Sink* sink) {
+    sink->report(fablet.span, diag::kTooComplex,
+                 fmt::format("the dither rule of `{}` has {} operations; the limit is {}",
+                             fablet.name, operations, passes::kMaxDitherOperations))
+        .help(fmt::format("loops over the fractions, of which there are {}, repeat their bodies",
+                          fablet.slot_count + 1));
 }
 
 }  // namespace
@@ -124,6 +133,11 @@ void Compilation::run_all_passes(Outcome* out) {
                 refuse(fablet, result.longest, &out->sink);
                 return;
             }
+            if (result.dither > passes::kMaxDitherOperations) {
+                out->code = kExitUserInput;
+                refuse_rule(fablet, result.dither, &out->sink);
+                return;
+            }
             fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});
         }
     }
@@ -138,8 +152,11 @@ void Compilation::run_all_passes(Outcome* out) {
 }
 
 std::vector<openfab_isa> Compilation::isas() const {
-    if (options_.target == "sse41") return {OPENFAB_ISA_SSE41};
-    if (options_.target == "avx2") return {OPENFAB_ISA_AVX2};
+    const std::vector<openfab_isa> all = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512};
+    if (options_.target == "all") return all;
+    for (const openfab_isa isa : all) {
+        if (options_.target == lower::isa_name(isa)) return {isa};
+    }
     return {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
 }
 

@@ -82,6 +82,14 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     if (surface && !fablet->has_surface) {
         return fail("fablet `" + fablet->name + "` has no @Surface stage", kExitUserInput);
     }
+    if (options.stage == "dither" && !fablet->has_dither)
+        return fail("fablet `" + fablet->name + "` has no @Dither stage", kExitUserInput);
+    if (options.stage == "dither" && options.form != "ir")
+        return fail("the rule is inside the kernel of `--stage slab`", kExitUsage);
+    if (options.stage == "dither") {
+        show(ir::dump(fablet->dither));
+        return kExitDone;
+    }
     const bool demand = options.stage == "volume_demand";
     if (options.form == "ir" && !bounds && !demand) {
         show(ir::dump(surface ? fablet->surface : fablet->volume));

@@ -49,9 +49,15 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
     lower::KernelRequest request;
     request.stage = &chosen;
     const ir::Stage& demand = result.stages.volume_demand;
-    if (stage == ir::StageKind::kVolume && !demand.outputs.empty()) request.demand = &demand;
+    const ir::Stage& dither = result.stages.dither;
+    if (stage == ir::StageKind::kVolume && !demand.outputs.empty())
+        request.inside.demand = &demand;
+    if (stage == ir::StageKind::kVolume && !dither.outputs.empty())
+        request.inside.dither = &dither;
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
-    request.isa = options.target == "sse41" ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
+    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+        if (options.target == lower::isa_name(isa)) request.isa = isa;
+    }
     Schedules schedules(sources, common);
     if (const int code = schedules.load(options.schedules, {request.isa}); code != kExitDone)
         return code;

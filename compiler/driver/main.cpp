@@ -80,7 +80,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
     command->add_option("--stage", options->stage, "the stage to print")
         ->check(
-            CLI::IsMember({"surface", "surface_bounds", "slab", "volume_bounds", "volume_demand"}));
+            CLI::IsMember({"surface", "surface_bounds", "slab", "volume_bounds", "volume_demand", "dither"}));
     command->add_option("--as", options->form, "the form to print it in")
         ->check(CLI::IsMember(
             {"tokens", "ast", "ir", "halide", "schedule", "loops", "stmt", "llvm", "asm"}))
@@ -88,7 +88,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     command->add_option("--fablet", options->fablet,
                         "the fablet to print, if the file has several");
     command->add_option("--target", options->target, "the instruction set to print it for")
-        ->check(CLI::IsMember({"sse41", "avx2"}))
+        ->check(CLI::IsMember({"sse41", "avx2", "avx512"}))
         ->capture_default_str();
     add_schedule_options(command, &options->schedules);
     command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
@@ -126,8 +126,9 @@ void add_build(CLI::App& app, const CommonOptions& common, Action* action) {
     command->add_option("-o,--output", options->output, "the program to write")->required();
     command
         ->add_option("--target", options->compilation.target,
-                     "instruction sets; both give the same bits")
-        ->check(CLI::IsMember({"sse41", "avx2", "both"}))
+                     "instruction sets; all give the same bits. `both` are sse41 and avx2, `all` "
+                     "these and avx512")
+        ->check(CLI::IsMember({"sse41", "avx2", "avx512", "both", "all"}))
         ->capture_default_str();
     command->add_option("--cc", options->compiler, "C compiler")->capture_default_str();
     command->add_option("--linker", options->linker, "C++ compiler driver that links")

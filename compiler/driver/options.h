@@ -35,7 +35,7 @@ struct BackEndOptions {
 /// Options that `build` and `run` share.
 struct CompilationOptions {
     std::vector<std::string> files;
-    std::string target = "both";  ///< sse41, avx2 or both
+    std::string target = "both";  ///< sse41, avx2, avx512, both (of the first two) or all
     int threads = 0;              ///< kernels compiled at once; 0: all cores
     bool time = false;            ///< seconds of each step to stderr
     bool enable_printf = false;   ///< compile `printf` and `assert` in

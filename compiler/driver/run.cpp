@@ -72,9 +72,9 @@ class Run {
                     ? program::install_interrupt(kExitDone, "")
                     : program::install_interrupt(exit_code(ErrorCode::kInterrupted),
                                                  "error: interrupted before the first slice\n")) {
-        if (print_.isa == OPENFAB_ISA_AVX2) print_.isa = abi::best_isa();
+        print_.isa = abi::best_isa(print_.isa.value_or(program::kUsualIsa));
         compile_.emplace(options_.compilation);
-        compile_->target = print_.isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+        compile_->target = abi::isa_name(*print_.isa);
         const Result<fs::path> kept = lower::KernelCache::own_folder();
         cache_.emplace(kept ? *kept : fs::path());
         if (!kept && print_.progress != program::ProgressMode::kNone)

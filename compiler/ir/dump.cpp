@@ -60,18 +60,22 @@ constexpr const char* kKindNames[] = {
     "unusable",
     "fraction",
     "nearest_source",
+    "grid",
+    "choice",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_NEAREST_SOURCE + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_CHOICE + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",         "surface_bounds", "volume",  "volume_bounds",
     "surface_segment", "volume_segment", "derived", "volume_demand",
+    "dither",
 };
 constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material", "texture3d",
                                              "object"};
 static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_OBJECT + 1);
 constexpr const char* kQueryResultNames[] = {"distance", "position", "normal", "attribute"};
-constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "voxel_coord_hi"};
+constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "voxel_coord_hi",
+                                            "voxel_index"};
 
 void print_instr(const Instr& instr, size_t id, std::string* out) {
     auto to = std::back_inserter(*out);
@@ -133,8 +137,8 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_NEAREST_SOURCE) return kKindNames[kind];
-    if (kind >= kVoxelCoord && kind <= kVoxelCoordHi) return kVoxelCoordNames[kind - kVoxelCoord];
+    if (kind >= 0 && kind <= OPENFAB_ARG_CHOICE) return kKindNames[kind];
+    if (kind >= kVoxelCoord && kind <= kVoxelIndex) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }
 
@@ -203,7 +207,9 @@ std::string dump(const Fablet& fablet) {
     for (const Varying& varying : fablet.nearest)
         print_varying("nearest", varying, &out);
     if (fablet.has_surface) out += dump(fablet.surface);
-    return out + dump(fablet.volume);
+    out += dump(fablet.volume);
+    if (fablet.has_dither) out += dump(fablet.dither);
+    return out;
 }
 
 }  // namespace openfab::ir

@@ -92,6 +92,8 @@ struct Instr {
 constexpr int32_t kVoxelCoord = 100;
 constexpr int32_t kVoxelCoordLo = 101;
 constexpr int32_t kVoxelCoordHi = 102;
+/// a = axis; the voxel's index in the print, an int, in a dither rule.
+constexpr int32_t kVoxelIndex = 103;
 
 /// Flag in a Noise's `a`: it has periods.
 constexpr int32_t kPeriodic = 8;
@@ -117,7 +119,7 @@ struct Printf {
     int32_t column = 0;
 };
 
-/// The kinds from kSurfaceSegment on are made by passes: kernels of a stage that is cut into
+/// The kinds from kSurfaceSegment to kVolumeDemand are made by passes: kernels of a stage that is cut into
 /// segments, the kernel that computes values of uniforms only, and the kernel that tells which
 /// voxels need their nearest surface point.
 enum class StageKind : uint8_t {
@@ -129,6 +131,7 @@ enum class StageKind : uint8_t {
     kVolumeSegment,
     kDerived,
     kVolumeDemand,
+    kDither,  ///< given, too
 };
 
 struct Stage {
@@ -172,6 +175,7 @@ struct Fablet {
     int32_t slot_count = 0;
     int32_t void_slot = -1;
     bool has_surface = false;
+    bool has_dither = false;
     std::vector<Varying> surface_inputs;
     std::vector<Varying> surface_outputs;
     std::vector<Varying> nearest;
@@ -179,6 +183,9 @@ struct Fablet {
     /// fablet's returned vector, not yet added or clamped), then surface outputs by component.
     Stage surface;
     Stage volume;  ///< outputs: OPENFAB_ARG_WEIGHT, one per slot in order
+    /// has_dither only. Output: OPENFAB_ARG_CHOICE, the number of a fraction (OPENFAB_ARG_FRACTION),
+    /// which may be anything: see compiler/lower/choose.h.
+    Stage dither;
 };
 
 struct Module {

@@ -27,6 +27,11 @@ void add_instr(const ir::Instr& instr, std::vector<openfab_arg>* out) {
             case ir::kVoxelCoordHi:
                 out->push_back(make_arg(OPENFAB_ARG_BLOCK_SIZE, OPENFAB_INT, 0, 0));
                 [[fallthrough]];
+            case OPENFAB_ARG_FRACTION:
+                return;  // made in the kernel
+            case ir::kVoxelIndex:
+                out->push_back(make_arg(OPENFAB_ARG_GRID, OPENFAB_INT, instr.a, 0));
+                [[fallthrough]];
             case ir::kVoxelCoord:
             case ir::kVoxelCoordLo:
                 out->push_back(make_arg(OPENFAB_ARG_BLOCKS, OPENFAB_INT, 0, 0));
@@ -45,13 +50,14 @@ void add_instr(const ir::Instr& instr, std::vector<openfab_arg>* out) {
 }
 
 /// Lists what the slab kernel makes of the amounts, which are the stage's outputs.
-std::vector<openfab_arg> slab_outputs(const ir::Stage& volume) {
+std::vector<openfab_arg> slab_outputs(const ir::Stage& volume, bool chooses) {
     std::vector<openfab_arg> out{make_arg(OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0),
                                  make_arg(OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0),
                                  make_arg(OPENFAB_ARG_FRACTION, OPENFAB_UINT, 0, 0)};
     const auto slots = static_cast<int32_t>(volume.outputs.size());
     for (int32_t channel = 1; channel <= slots; ++channel)
         out.push_back(make_arg(OPENFAB_ARG_FRACTION, OPENFAB_UINT, channel, 0));
+    if (chooses) out.push_back(make_arg(OPENFAB_ARG_CHOICE, OPENFAB_UINT, 0, 0));
     return out;
 }
 
@@ -128,7 +134,7 @@ std::vector<openfab_arg> collect_fields(const ir::Stage& volume) {
     return out;
 }
 
-KernelArgs collect_args(const ir::Stage& stage, const ir::Stage* demand) {
+KernelArgs collect_args(const ir::Stage& stage, const SlabStages& inside) {
     KernelArgs args;
     args.inputs = collect_inputs(stage);
     const bool slab = stage.kind == ir::StageKind::kVolume;
@@ -141,13 +147,14 @@ KernelArgs collect_args(const ir::Stage& stage, const ir::Stage* demand) {
         if (fields > 0)
             args.inputs.push_back(make_arg(OPENFAB_ARG_NEAREST_SOURCE, OPENFAB_UINT, 0, 0));
     }
-    if (demand != nullptr) {
-        const std::vector<openfab_arg> more = collect_inputs(*demand);
+    for (const ir::Stage* other : {inside.demand, inside.dither}) {
+        if (other == nullptr) continue;
+        const std::vector<openfab_arg> more = collect_inputs(*other);
         args.inputs.insert(args.inputs.end(), more.begin(), more.end());
     }
     sort_and_merge(&args.inputs);
     if (slab) {
-        args.outputs = slab_outputs(stage);
+        args.outputs = slab_outputs(stage, inside.dither != nullptr);
         return args;
     }
     for (const ir::Output& output : stage.outputs) {
@@ -160,7 +167,7 @@ KernelArgs collect_args(const ir::Stage& stage, const ir::Stage* demand) {
 bool is_scalar(openfab_arg_kind kind) {
     return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_FRAME ||
            kind == OPENFAB_ARG_INSTANCE || kind == OPENFAB_ARG_BLOCK_SIZE ||
-           kind == OPENFAB_ARG_NEAREST_SOURCE;
+           kind == OPENFAB_ARG_NEAREST_SOURCE || kind == OPENFAB_ARG_GRID;
 }
 
 std::string arg_name(const openfab_arg& arg) {

@@ -19,13 +19,19 @@ ir::Type ir_type(openfab_scalar_type type);
 struct KernelArgs {
     std::vector<openfab_arg> inputs;  ///< by kind, a, b; live ones only
     std::vector<openfab_arg>
-        outputs;  ///< in the order of Stage::outputs; of the slab: codes, unusable, fractions
+        outputs;  ///< in the order of Stage::outputs; of the slab: codes, unusable, fractions, choice
 
     std::vector<openfab_arg> all() const;
 };
 
-/// `demand`: the volume_demand stage that a slab kernel has inside, or null.
-KernelArgs collect_args(const ir::Stage& stage, const ir::Stage* demand = nullptr);
+/// The stages that a slab kernel has inside, beside the volume; each may be null.
+struct SlabStages {
+    const ir::Stage* demand = nullptr;  ///< which voxels need their nearest surface point
+    const ir::Stage* dither = nullptr;  ///< the fablet's rule
+};
+
+/// `inside`: of a slab kernel.
+KernelArgs collect_args(const ir::Stage& stage, const SlabStages& inside = {});
 
 /// True for what is read of a voxel's nearest surface point.
 bool is_field(int32_t kind);

@@ -39,7 +39,9 @@ Target target_of(const KernelRequest& request) {
                   {Target::SSE41, Target::StrictFloat, Target::NoRuntime, Target::NoBoundsQuery});
     target.set_feature(Target::NoAsserts, !checked);
     target.set_feature(Target::Profile, request.profiled);
-    if (request.isa == OPENFAB_ISA_AVX2) target.set_features({Target::AVX, Target::AVX2});
+    if (request.isa >= OPENFAB_ISA_AVX2) target.set_features({Target::AVX, Target::AVX2});
+    if (request.isa == OPENFAB_ISA_AVX512)
+        target.set_features({Target::AVX512, Target::AVX512_Skylake});
     return target;
 }
 
@@ -96,7 +98,7 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
     static std::once_flag once;
     std::call_once(once, [] { Halide::set_custom_compile_time_error_reporter(&reporter); });
     try {
-        const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
+        const Kernel kernel = make_kernel(*request.stage, request.inside, request.isa);
         std::variant<ScheduledKernel, schedule::Fault> applied =
             apply_schedule(schedule, kernel, !checked);
         if (auto* fault = std::get_if<schedule::Fault>(&applied))
@@ -157,7 +159,7 @@ std::optional<std::string> read_all(int file) {
 }
 
 std::string list_funcs(const KernelRequest& request) {
-    const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
+    const Kernel kernel = make_kernel(*request.stage, request.inside, request.isa);
     const schedule::Schedule& schedule = schedule_of(request);
     std::ostringstream out;
     out << fmt::format("kernel {} for {}\n", kernel_name(request.stage->kind),
@@ -199,10 +201,6 @@ std::string show_schedule(const KernelRequest& request) {
 
 }  // namespace
 
-const char* isa_name(openfab_isa isa) {
-    return isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
-}
-
 const char* schedule_name(ir::StageKind kind) {
     return kernel_name(kind);
 }
@@ -221,11 +219,12 @@ const std::vector<std::string>& pipeline_names() {
 }
 
 std::string code_source(const KernelRequest& request) {
-    return fmt::format("{} {}{}\n{}\n{}{}", isa_name(request.isa),
+    const auto dump = [](const ir::Stage* stage) { return stage != nullptr ? ir::dump(*stage) : ""; };
+    return fmt::format("{} {}{}\n{}\n{}{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
                        request.profiled ? " profiled" : "", schedule::text_of(schedule_of(request)),
-                       ir::dump(*request.stage),
-                       request.demand != nullptr ? ir::dump(*request.demand) : "");
+                       ir::dump(*request.stage), dump(request.inside.demand),
+                       dump(request.inside.dither));
 }
 
 std::variant<CompiledKernel, Fault> compile_object(const KernelRequest& request) {

@@ -9,12 +9,14 @@
 #include <variant>
 #include <vector>
 
+#include "abi/kernel_call.h"
 #include "compiler/ir/ir.h"
+#include "compiler/lower/args.h"
 #include "compiler/schedule/schedule.h"
 
 namespace openfab::lower {
 
-const char* isa_name(openfab_isa isa);
+using abi::isa_name;
 
 /// Returns the name of a kernel's schedule file: "surface", "surface_bounds", "slab",
 /// "volume_bounds", …
@@ -30,7 +32,7 @@ struct Fault {
 
 struct KernelRequest {
     const ir::Stage* stage = nullptr;
-    const ir::Stage* demand = nullptr;  ///< of a volume stage: see make_kernel
+    SlabStages inside;  ///< of a volume stage: see make_kernel
     std::string function;               ///< C name; its argv form is `<function>_argv`
     openfab_isa isa = OPENFAB_ISA_SSE41;
     const schedule::Schedule* schedule = nullptr;  ///< null: the default one

@@ -17,13 +17,13 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     std::vector<KernelSlot> out;
     const auto add = [&](const ir::Stage& stage, openfab_kernel openfab_fablet::*kernel) {
         if (stage.outputs.empty()) return;
-        out.push_back({&stage, nullptr, kernel, nullptr, 0, schedule_name(stage.kind)});
+        out.push_back({&stage, {}, kernel, nullptr, 0, schedule_name(stage.kind)});
     };
     const auto add_segments = [&](const passes::SegmentedStage& segmented,
                                   openfab_segments openfab_fablet::*segments) {
         for (size_t k = 0; k < segmented.kernels.size(); ++k) {
             const ir::Stage& stage = segmented.kernels[k];
-            out.push_back({&stage, nullptr, nullptr, segments, k,
+            out.push_back({&stage, {}, nullptr, segments, k,
                            fmt::format("{}{}", schedule_name(stage.kind), k)});
         }
     };
@@ -33,8 +33,14 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     const bool slab = stages.volume_segments.steps.empty() && !stages.volume.outputs.empty();
     if (slab) {
         add(stages.volume, &openfab_fablet::slab);
-        if (!stages.volume_demand.outputs.empty()) out.back().demand = &stages.volume_demand;
+        if (!stages.volume_demand.outputs.empty())
+            out.back().inside.demand = &stages.volume_demand;
+    } else {
+        add(stages.amounts, &openfab_fablet::slab);
     }
+    const bool ruled = !stages.dither.outputs.empty();
+    if (ruled && !out.empty() && out.back().kernel == &openfab_fablet::slab)
+        out.back().inside.dither = &stages.dither;
     add_segments(stages.volume_segments, &openfab_fablet::volume_segments);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
@@ -74,9 +80,9 @@ const openfab_varying* FabletData::keep_varyings(const std::vector<ir::Varying>&
     return out.data();
 }
 
-openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage, const ir::Stage* demand) {
-    const std::vector<openfab_arg>& args = args_.emplace_back(collect_args(stage, demand).all());
-    return {{nullptr, nullptr}, static_cast<int32_t>(args.size()), args.data()};
+openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage, const SlabStages& inside) {
+    const std::vector<openfab_arg>& args = args_.emplace_back(collect_args(stage, inside).all());
+    return {{}, static_cast<int32_t>(args.size()), args.data()};
 }
 
 openfab_segments FabletData::make_segments(const passes::SegmentedStage& segmented) {
@@ -126,6 +132,7 @@ FabletData::FabletData(const FabletUnit& unit) {
     table_.object_count = fablet.object_count;
     table_.slot_count = fablet.slot_count;
     table_.void_slot = fablet.void_slot;
+    table_.has_dither = fablet.has_dither ? 1 : 0;
     table_.has_surface = fablet.has_surface ? 1 : 0;
     table_.surface_input_count = static_cast<int32_t>(fablet.surface_inputs.size());
     table_.surface_inputs = keep_varyings(fablet.surface_inputs);
@@ -136,7 +143,7 @@ FabletData::FabletData(const FabletUnit& unit) {
     const passes::KernelStages& stages = *unit.stages;
     for (const KernelSlot& slot : kernel_slots(stages)) {
         if (slot.kernel != nullptr)
-            table_.*slot.kernel = make_kernel_entry(*slot.stage, slot.demand);
+            table_.*slot.kernel = make_kernel_entry(*slot.stage, slot.inside);
     }
     table_.derived_count = static_cast<int32_t>(stages.derived.outputs.size());
     const std::vector<openfab_arg>& fields = args_.emplace_back(collect_fields(stages.volume));

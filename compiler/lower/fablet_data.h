@@ -13,6 +13,7 @@
 
 #include "abi/fablet_table.h"
 #include "compiler/ir/ir.h"
+#include "compiler/lower/args.h"
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::lower {
@@ -28,7 +29,7 @@ struct FabletUnit {
 /// A kernel of a fablet, and its slot in the table.
 struct KernelSlot {
     const ir::Stage* stage = nullptr;
-    const ir::Stage* demand = nullptr;                 ///< that the slab kernel has inside, or null
+    SlabStages inside;  ///< of the slab kernel
     openfab_kernel openfab_fablet::*kernel = nullptr;  ///< null for the kernel of a segment
     openfab_segments openfab_fablet::*segments = nullptr;
     size_t segment = 0;  ///< index among the kernels of `segments`
@@ -62,7 +63,7 @@ class FabletData {
     const double* keep_limits(const ir::Uniform& uniform);
     const uint32_t* keep_bits(const std::vector<uint32_t>& bits);
     const openfab_varying* keep_varyings(const std::vector<ir::Varying>& varyings);
-    openfab_kernel make_kernel_entry(const ir::Stage& stage, const ir::Stage* demand = nullptr);
+    openfab_kernel make_kernel_entry(const ir::Stage& stage, const SlabStages& inside = {});
     openfab_segments make_segments(const passes::SegmentedStage& segmented);
 
     openfab_fablet table_{};

@@ -75,7 +75,7 @@ class Counter : public internal::IRGraphVisitor {
 }  // namespace
 
 std::vector<FuncCost> func_costs(const KernelRequest& request) {
-    const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
+    const Kernel kernel = make_kernel(*request.stage, request.inside, request.isa);
     std::vector<FuncCost> out;
     for (const NamedFunc& named : kernel.funcs) {
         const internal::Function function = named.func.function();

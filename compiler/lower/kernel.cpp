@@ -46,6 +46,7 @@ StageNames names_of(ir::StageKind kind) {
             return {"volume_segment", "segment"};
         case ir::StageKind::kVolumeDemand:
             return {"volume_demand", "demand"};
+        case ir::StageKind::kDither:  // inside the slab kernel
         case ir::StageKind::kDerived:
             break;
     }
@@ -59,11 +60,12 @@ bool of_columns(ir::StageKind kind) {
 
 class StageLowering {
   public:
-    StageLowering(const ir::Stage& stage, const ir::Stage* demand, openfab_isa isa)
+    StageLowering(const ir::Stage& stage, const SlabStages& inside, openfab_isa isa)
         : kind_(stage.kind),
           stage_(&stage),
-          demand_(demand),
-          args_(collect_args(stage, demand)),
+          demand_(inside.demand),
+          dither_(inside.dither),
+          args_(collect_args(stage, inside)),
           names_(names_of(stage.kind)),
           lane_(of_columns(stage.kind) ? "z" : "lane"),
           group_(of_columns(stage.kind) ? "column" : "group"),
@@ -147,6 +149,8 @@ class StageLowering {
             const Expr bits = nearest_(lane_, static_cast<int>(field), group_);
             return from_storage(type, Halide::reinterpret(storage_type(type), bits));
         }
+        if (key[0] == OPENFAB_ARG_FRACTION)
+            return convert({Type::kInt, Halide::cast<int32_t>(normalised_->fraction(key[1]))}, type);
         if (auto scalar = scalars_.find(key); scalar != scalars_.end()) {
             return from_storage(type, scalar->second);
         }
@@ -160,14 +164,21 @@ class StageLowering {
         return from_storage(type, image(index_along(image, 0)));
     }
 
+    /// Returns the part-relative index of the voxel along an axis.
+    Value voxel_index(int32_t axis) const {
+        const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
+        const std::array<Expr, 3> axes = {listed_group() % kSide, listed_group() / kSide % kSide,
+                                          lane_};
+        return Value{Type::kInt, blocks(axis, index_along(blocks, 1))} +
+               Value{Type::kInt, axes[axis]};
+    }
+
     /// Returns float(index) + 0.5 of the voxel, or of the first or last voxel of the block.
     Value voxel_coord(const ir::Instr& instr) const {
         const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
         Value index{Type::kInt, blocks(instr.a, index_along(blocks, 1))};
         if (instr.kind == ir::kVoxelCoord) {
-            const std::array<Expr, 3> axes = {listed_group() % kSide,
-                                              listed_group() / kSide % kSide, lane_};
-            index = index + Value{Type::kInt, axes[instr.a]};
+            index = voxel_index(instr.a);
         } else if (instr.kind == ir::kVoxelCoordHi) {
             const Value size{Type::kInt, scalars_.at({OPENFAB_ARG_BLOCK_SIZE, 0, 0})};
             index = index + (size - constant(1));
@@ -176,6 +187,10 @@ class StageLowering {
     }
 
     Value input(const ir::Instr& instr) const {
+        if (instr.kind == ir::kVoxelIndex) {
+            return voxel_index(instr.a) +
+                   Value{Type::kInt, scalars_.at({OPENFAB_ARG_GRID, instr.a, 0})};
+        }
         if (instr.kind >= ir::kVoxelCoord) return voxel_coord(instr);
         return load({instr.kind, instr.a, instr.b}, instr.type);
     }
@@ -392,9 +407,12 @@ class StageLowering {
         amounts.bound(slot, 0, count).unroll(slot);
         amounts.compute_root().store_in(Halide::MemoryType::Stack);
         const Normalised normalised = normalise(amounts, count, channels, lane_, group_);
+        std::vector<NamedFunc> rule;
+        const std::optional<Expr> choice = define_choice(normalised, slots, &rule);
         std::vector<Expr> results = {normalised.code, normalised.unusable};
         for (size_t channel = 0; channel <= slots; ++channel)
             results.push_back(normalised.fraction(static_cast<int>(channel)));
+        if (choice) results.push_back(*choice);
         Halide::Func slab("slab");
         slab(lane_, group_) = Halide::Tuple(results);
         slab.bound(lane_, 0, kLanes);
@@ -408,13 +426,39 @@ class StageLowering {
             buffers[k].dim(1).set_stride(kLanes);
         kernel->output = slab;
         kernel->funcs.push_back(named("slab", slab, context_.vars));
+        kernel->funcs.insert(kernel->funcs.end(), rule.rbegin(), rule.rend());
         kernel->funcs.insert(kernel->funcs.end(), normalised.funcs.begin(), normalised.funcs.end());
         kernel->funcs.push_back(named("amounts", amounts, {lane_, slot, group_}));
+    }
+
+    /// Defines the code that the dither rule chooses, if there is one: that of the fraction which
+    /// it names, where that is above 0, else of the largest. So a fraction of 0 is never chosen.
+    std::optional<Expr> define_choice(const Normalised& normalised, size_t slots,
+                                      std::vector<NamedFunc>* funcs) {
+        if (dither_ == nullptr) return std::nullopt;
+        normalised_ = &normalised;
+        context_.funcs = funcs;
+        std::swap(stage_, dither_);
+        lower_values("choice");
+        const Expr number = to_storage(values_[stage_->outputs[0].value]);
+        std::swap(stage_, dither_);
+        Expr code = normalised.largest();
+        for (int channel = 0; channel <= static_cast<int>(slots); ++channel) {
+            const Expr present = normalised.fraction(channel) > Halide::cast<uint16_t>(0);
+            code = Halide::select(number == channel && present, normalised.material(channel), code);
+        }
+        const Halide::Func choice = new_func(&context_, "choice", context_.vars).func;
+        context_.funcs = &sample_funcs_;
+        choice(context_.vars) = Halide::cast<uint8_t>(code);
+        normalised_ = nullptr;
+        return choice(lane_, group_);
     }
 
     const ir::StageKind kind_;
     const ir::Stage* stage_;   ///< that is lowered
     const ir::Stage* demand_;  ///< of a slab kernel; may be null
+    const ir::Stage* dither_;  ///< likewise
+    const Normalised* normalised_ = nullptr;  ///< while the rule is lowered
     const KernelArgs args_;
     const StageNames names_;
     const Var n_{"n"}, lane_, group_;
@@ -439,8 +483,8 @@ const char* kernel_name(ir::StageKind kind) {
     return names_of(kind).kernel;
 }
 
-Kernel make_kernel(const ir::Stage& stage, const ir::Stage* demand, openfab_isa isa) {
-    return StageLowering(stage, demand, isa).run();
+Kernel make_kernel(const ir::Stage& stage, const SlabStages& inside, openfab_isa isa) {
+    return StageLowering(stage, inside, isa).run();
 }
 
 }  // namespace openfab::lower

@@ -9,6 +9,8 @@
 //   slab        slab(z, column)                              the output, see normalise.h for what
 //                                                            is between it and
 //               weights(z, column)                           the amounts; column counts those listed
+//               choice(z, column)                            of a dither rule: the code that it
+//                                                            chooses; choice_k what it computes
 //               nearest(z, field, column)                    what they read of the nearest surface
 //                                                            point: an extern stage
 //               demand(z, column)                            which voxels read any of it
@@ -62,8 +64,8 @@ struct Kernel {
 const char* kernel_name(ir::StageKind kind);
 
 /// Lowers a stage, which must pass ir::verify and have an output. Lookups in pictures call those of
-/// `isa`. `demand`: the volume_demand stage that belongs to a volume stage, or null.
-Kernel make_kernel(const ir::Stage& stage, const ir::Stage* demand, openfab_isa isa);
+/// `isa`. `inside`: the stages that belong to a volume stage.
+Kernel make_kernel(const ir::Stage& stage, const SlabStages& inside, openfab_isa isa);
 
 /// The loop variables and texture buffers of a kernel while it is lowered. Shared by kernel.cpp and
 /// sample.cpp.

@@ -49,7 +49,7 @@ std::variant<std::vector<FuncSites>, Fault> list_sites(const KernelRequest& requ
         request.schedule != nullptr
             ? *request.schedule
             : schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
-    const Kernel kernel = make_kernel(*request.stage, request.demand, request.isa);
+    const Kernel kernel = make_kernel(*request.stage, request.inside, request.isa);
     auto applied = apply_schedule(schedule, kernel, request.schedule == nullptr);
     if (auto* fault = std::get_if<schedule::Fault>(&applied)) return Fault{std::move(*fault), ""};
     const auto& scheduled = std::get<ScheduledKernel>(applied);

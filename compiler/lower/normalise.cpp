@@ -63,6 +63,15 @@ Expr Normalised::fraction(const Expr& channel) const {
                                  rounded(lane, channel, column)));
 }
 
+Expr Normalised::material(const Expr& channel) const {
+    return Channels{channels, {}}.material(channel);
+}
+
+Expr Normalised::largest() const {
+    const Func left = remainder;
+    return left(lane, column)[2];
+}
+
 void shape_channels(Halide::ImageParam* channels, const Expr& slots) {
     channels->dim(0).set_bounds(0, 3).set_stride(1);
     channels->dim(1).set_bounds(0, slots + 1).set_stride(3);

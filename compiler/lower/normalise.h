@@ -34,6 +34,9 @@ struct Normalised {
 
     /// Returns the fraction of a channel, uint16.
     Halide::Expr fraction(const Halide::Expr& channel) const;
+    /// Returns the material of a channel, -1 for none, and that of the largest fraction, int32.
+    Halide::Expr material(const Halide::Expr& channel) const;
+    Halide::Expr largest() const;
 };
 
 /// Defines the Funcs on `amounts`(lane, slot, column). `slots` may be a constant; loops over few

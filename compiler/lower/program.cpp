@@ -80,7 +80,7 @@ std::string function_name(const KernelUnit& unit) {
 
 KernelUnit make_unit(size_t fablet, const KernelSlot& slot, openfab_isa isa,
                      const ProgramOptions& options) {
-    KernelUnit unit{fablet, slot, {slot.stage, slot.demand, "", isa, nullptr}, {}};
+    KernelUnit unit{fablet, slot, {slot.stage, slot.inside, "", isa, nullptr}, {}};
     const auto schedule = options.schedules.find({schedule_name(slot.stage->kind), isa});
     if (schedule != options.schedules.end()) unit.request.schedule = &schedule->second;
     unit.request.profiled = options.profiled;

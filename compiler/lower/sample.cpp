@@ -64,7 +64,8 @@ std::vector<Value> lower_sample(LoweringContext* context, int32_t texture_index,
     const std::vector<Halide::Var> vars = with_field(*context, result);
     NamedFunc& named = new_func(context, fmt::format("samples_{}", number), vars);
     named.func.define_extern(
-        fmt::format("openfab_sample_{}", isa_name(context->isa)),
+        fmt::format("openfab_sample_{}",
+                    isa_name(std::min(context->isa, OPENFAB_ISA_AVX2))),  // the best there is
         {requests, context->textures.at({texture_index, OPENFAB_TEXTURE_TEXELS}),
          context->textures.at({texture_index, OPENFAB_TEXTURE_INFO}), Expr(fields), Expr(asked)},
         Halide::Float(32), vars, Halide::NameMangling::C);

@@ -105,7 +105,7 @@ class TableWriter {
 
     /// Writes the declarations and argument list of a kernel; returns its initializer.
     std::string write_kernel(size_t fablet, const KernelSlot& slot, const openfab_kernel& kernel) {
-        std::array<std::string, OPENFAB_ISA_COUNT> functions = {"0", "0"};
+        std::array<std::string, OPENFAB_ISA_COUNT> functions = {"0", "0", "0"};
         for (const KernelUnit& unit : kernels_) {
             if (unit.fablet != fablet || unit.slot.name != slot.name) continue;
             std::string& name = functions[unit.request.isa];
@@ -119,9 +119,9 @@ class TableWriter {
     std::string write_args(const std::string& name,
                            const std::array<std::string, OPENFAB_ISA_COUNT>& functions,
                            const openfab_kernel& kernel) {
-        if (kernel.arg_count == 0) return "{{0, 0}, 0, 0}";
+        if (kernel.arg_count == 0) return "{{0}, 0, 0}";
         const std::string args = write_list(name, listed(kernel.args, kernel.arg_count));
-        return fmt::format("{{{{{}, {}}}, {}, {}}}", functions[0], functions[1], kernel.arg_count,
+        return fmt::format("{{{{{}}}, {}, {}}}", fmt::join(functions, ", "), kernel.arg_count,
                            args);
     }
 
@@ -202,7 +202,7 @@ class TableWriter {
         write_varyings(prefix + "_outputs", table.surface_outputs, table.surface_output_count);
         write_varyings(prefix + "_nearest", table.nearest, table.nearest_count);
         std::array<std::string, 6> kernels;
-        kernels.fill("{{0, 0}, 0, 0}");
+        kernels.fill("{{0}, 0, 0}");
         std::array<std::vector<std::string>, 2> segment_kernels;
         for (const KernelSlot& slot : kernel_slots(*fablets_[k].stages)) {
             const std::string text = write_kernel(k, slot, data.kernel(slot));
@@ -224,7 +224,7 @@ class TableWriter {
             }
         }
         if (table.surface_segments.step_count > 0) {
-            kernels[0] = write_args(prefix + "_surface_args", {"0", "0"}, table.surface);
+            kernels[0] = write_args(prefix + "_surface_args", {"0", "0", "0"}, table.surface);
         }
         const std::string fields =
             write_list(prefix + "_fields", listed(table.fields, table.field_count));
@@ -238,7 +238,8 @@ class TableWriter {
         line("    {}, {}_uniforms, {}, {}, {}, {}, {},", table.uniform_count, prefix,
              table.uniform_value_count, table.texture_count, table.object_count, table.slot_count,
              table.void_slot);
-        line("    {}, {}, {}_inputs, {}, {}_outputs, {}, {}_nearest,", table.has_surface,
+        line("    {}, {}, {}, {}_inputs, {}, {}_outputs, {}, {}_nearest,", table.has_dither,
+             table.has_surface,
              table.surface_input_count, prefix, table.surface_output_count, prefix,
              table.nearest_count, prefix);
         line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));

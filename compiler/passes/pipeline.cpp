@@ -39,6 +39,7 @@ struct Work {
     KernelStages& stages;
     UniformHoister hoister;
     size_t& longest;
+    size_t& dither;
 };
 
 /// The stages that a pass wrote; none if it had nothing to do.
@@ -81,7 +82,11 @@ Written drop_long(Work* work, Stage* stage) {
 }
 
 Written measure(Work* work, Stage* stage) {
-    work->longest = std::max(work->longest, kernel_operations(*stage));
+    if (stage->kind == StageKind::kDither) {
+        work->dither = kernel_operations(*stage);
+    } else {
+        work->longest = std::max(work->longest, kernel_operations(*stage));
+    }
     return {};
 }
 
@@ -99,6 +104,19 @@ Written uniforms(Work* work, Stage* stage) {
     return {stage};
 }
 
+/// Returns a volume stage whose amounts are inputs.
+Stage form_amounts(const Stage& volume) {
+    Stage out;
+    out.kind = StageKind::kVolume;
+    ir::Builder b(&out);
+    for (const ir::Output& output : volume.outputs) {
+        out.outputs.push_back(output);
+        out.outputs.back().value =
+            b.input(ir::Type::kFloat, OPENFAB_ARG_WEIGHT, output.a, output.b);
+    }
+    return out;
+}
+
 Written cut(Work* work, Stage* stage) {
     if (!needs_segments(*stage)) return {};
     const bool volume = stage->kind == StageKind::kVolume;
@@ -106,6 +124,8 @@ Written cut(Work* work, Stage* stage) {
     Stage live = *stage;
     ir::drop_dead_values(&live);
     out = cut_segments(live);
+    if (volume && !work->stages.dither.outputs.empty())
+        work->stages.amounts = form_amounts(work->stages.volume);
     Written kernels;
     for (Stage& kernel : out.kernels)
         kernels.push_back(&kernel);
@@ -123,6 +143,7 @@ constexpr StageSlot kStageSlots[] = {
     {StageKind::kVolumeDemand, &KernelStages::volume_demand},
     {StageKind::kSurface, &KernelStages::surface},
     {StageKind::kSurfaceBounds, &KernelStages::surface_bounds},
+    {StageKind::kDither, &KernelStages::dither},
 };
 
 constexpr unsigned on(StageKind kind) {
@@ -133,6 +154,7 @@ constexpr unsigned kSurfaceBounds = on(StageKind::kSurfaceBounds);
 constexpr unsigned kVolume = on(StageKind::kVolume);
 constexpr unsigned kVolumeBounds = on(StageKind::kVolumeBounds);
 constexpr unsigned kVolumeDemand = on(StageKind::kVolumeDemand);
+constexpr unsigned kDither = on(StageKind::kDither);
 constexpr unsigned kGiven = kVolume | kSurface;
 constexpr unsigned kFormed = kVolumeBounds | kVolumeDemand | kSurfaceBounds;
 
@@ -157,10 +179,11 @@ struct Pass {
 constexpr Pass kPasses[] = {
     // First, and again after each pass that leaves work for them. Common values after
     // simplification, which makes more of them equal; dead values last, since both leave some.
-    {"simplify", kOptional, Cleaning::kIs, kGiven, rewrites<simplify>},
-    {"eliminate_common_values", kOptional, Cleaning::kIs, kGiven,
+    {"simplify", kOptional, Cleaning::kIs, kGiven | kDither, rewrites<simplify>},
+    {"eliminate_common_values", kOptional, Cleaning::kIs, kGiven | kDither,
      rewrites<eliminate_common_values>},
-    {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven, rewrites<eliminate_dead_values>},
+    {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven | kDither,
+     rewrites<eliminate_dead_values>},
 
     // Before bounds and demand: the footprint of a lookup decides what it may return, and
     // footprints use nearest inputs, too. Before expand_functions: derivatives are known for
@@ -184,15 +207,15 @@ constexpr Pass kPasses[] = {
     {"hoist_invariants", kOptional, Cleaning::kNone, kGiven, rewrites<hoist_invariants>},
 
     // After all passes that know functions.
-    {"expand_functions", kRequired, Cleaning::kFollows, kGiven | kFormed, expand},
+    {"expand_functions", kRequired, Cleaning::kFollows, kGiven | kFormed | kDither, expand},
 
     // After expand_functions, which makes most of the operations.
     {"drop_long_bounds", kRequired, Cleaning::kNone, kFormed, drop_long},
-    {"measure_stages", kRequired, Cleaning::kNone, kGiven, measure},
+    {"measure_stages", kRequired, Cleaning::kNone, kGiven | kDither, measure},
 
     // After expand_functions: parts of functions move, too. A stage that is too long was rejected
     // before.
-    {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed, uniforms},
+    {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed | kDither, uniforms},
 
     // Last: segments are straight-line code, and no pass above knows states.
     {"cut_segments", kRequired, Cleaning::kFollows, kGiven, cut},
@@ -202,13 +225,15 @@ class Runner {
   public:
     Runner(const ir::Fablet& fablet, const PipelineOptions& options, PipelineResult* result)
         : work_{options, result->stages, UniformHoister(fablet.uniform_value_count),
-                result->longest},
+                result->longest, result->dither},
           has_surface_(fablet.has_surface),
+          has_dither_(fablet.has_dither),
           result_(*result) {}
 
     void run() {
         for (const Pass& pass : kPasses) {
-            if (result_.longest > kMaxStageOperations) return;
+            if (result_.longest > kMaxStageOperations || result_.dither > kMaxDitherOperations)
+                return;
             for (const StageSlot& slot : kStageSlots) {
                 if ((pass.stages & on(slot.kind)) != 0 && exists(slot.kind))
                     run(pass, &(result_.stages.*slot.stage));
@@ -218,6 +243,7 @@ class Runner {
 
   private:
     bool exists(StageKind kind) const {
+        if (kind == StageKind::kDither) return has_dither_;
         return has_surface_ || (on(kind) & (kSurface | kSurfaceBounds)) == 0;
     }
 
@@ -259,6 +285,7 @@ class Runner {
 
     Work work_;
     const bool has_surface_;
+    const bool has_dither_;
     PipelineResult& result_;
 };
 
@@ -286,6 +313,7 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
         (result.stages.*slot.stage).kind = slot.kind;
     result.stages.volume = fablet.volume;
     if (fablet.has_surface) result.stages.surface = fablet.surface;
+    if (fablet.has_dither) result.stages.dither = fablet.dither;
     Runner(fablet, options, &result).run();
     return result;
 }

@@ -34,6 +34,10 @@ struct KernelStages {
     ir::Stage volume;          ///< outputs WEIGHT
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
     ir::Stage volume_demand;   ///< output DEMAND; none if every voxel needs its point
+    ir::Stage dither;          ///< output CHOICE; none without a rule
+    /// Of a fablet with a rule and a volume of segments: outputs the WEIGHTs that they give, for
+    /// the slab kernel.
+    ir::Stage amounts;
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
     /// Compiled instead of a stage that must be cut; no steps otherwise.
     SegmentedStage surface_segments;
@@ -51,10 +55,13 @@ struct PassTime {
 /// The most operations of a stage once functions are expanded and lookups have footprints:
 /// compiling takes one or two milliseconds for each.
 constexpr size_t kMaxStageOperations = 24000;
+/// The most operations of a dither rule, which is compiled in one piece.
+constexpr size_t kMaxDitherOperations = 4000;
 
 struct PipelineResult {
     KernelStages stages;
     size_t longest = 0;  ///< operations of the longer stage; an error above kMaxStageOperations
+    size_t dither = 0;   ///< operations of the rule; an error above kMaxDitherOperations
     std::vector<PassTime> times;
     std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
 };

@@ -121,9 +121,11 @@ struct Function {
     StmtPtr body;
 };
 
+enum class StageKind : uint8_t { kSurface, kVolume, kDither };
+
 struct Stage {
-    bool surface = false;
-    source::Span span;  ///< of `@Surface` or `@Volume`
+    StageKind kind = StageKind::kVolume;
+    source::Span span;  ///< of `@Surface`, `@Volume` or `@Dither`
     std::vector<Variable> varyings;
     StmtPtr body;
 };
@@ -155,6 +157,9 @@ struct File {
     Scope scope;
     std::vector<Fablet> fablets;
 };
+
+/// Returns the marker of a stage without its `@`: "Surface".
+const char* stage_name(StageKind kind);
 
 /// Returns the tree as indented text, one node a line.
 std::string dump(const File& file);

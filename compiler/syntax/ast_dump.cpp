@@ -104,7 +104,7 @@ class Printer {
             print_variable("Uniform", v, 1);
         print_scope(fablet.scope, 1);
         for (const Stage& stage : fablet.stages) {
-            line(1, stage.surface ? "Stage Surface" : "Stage Volume");
+            line(1, std::string("Stage ") + stage_name(stage.kind));
             for (const Variable& v : stage.varyings)
                 print_variable("Varying", v, 2);
             print_stmt(stage.body.get(), 2);
@@ -115,6 +115,18 @@ class Printer {
 };
 
 }  // namespace
+
+const char* stage_name(StageKind kind) {
+    switch (kind) {
+        case StageKind::kSurface:
+            return "Surface";
+        case StageKind::kVolume:
+            return "Volume";
+        case StageKind::kDither:
+            break;
+    }
+    return "Dither";
+}
 
 std::string dump(const File& file) {
     return Printer().run(file);

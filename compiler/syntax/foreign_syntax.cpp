@@ -4,8 +4,17 @@
 
 namespace openfab::syntax {
 
-const char* const kVaryingsForm = "write `@Volume(@varying { VolumeAttributes attr })`";
-const char* const kSurfaceVaryingsForm = "write `@Surface(@varying { SurfaceAttributes attr })`";
+const char* varyings_form(ast::StageKind stage) {
+    switch (stage) {
+        case ast::StageKind::kSurface:
+            return "write `@Surface(@varying { SurfaceAttributes attr })`";
+        case ast::StageKind::kVolume:
+            return "write `@Volume(@varying { VolumeAttributes attr })`";
+        case ast::StageKind::kDither:
+            break;
+    }
+    return "write `@Dither(@varying { DitherAttributes attr })`";
+}
 
 namespace {
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "compiler/syntax/ast.h"
+
 namespace openfab::syntax {
 
 /// The tokens around an unexpected one; empty where there is none.
@@ -21,8 +23,7 @@ struct Surroundings {
 /// Returns a line of help, or "".
 std::string foreign_syntax_help(const Surroundings& at);
 
-/// The syntax of varyings, for messages.
-extern const char* const kVaryingsForm;
-extern const char* const kSurfaceVaryingsForm;
+/// Returns the syntax of a stage's varyings, for messages.
+const char* varyings_form(ast::StageKind stage);
 
 }  // namespace openfab::syntax

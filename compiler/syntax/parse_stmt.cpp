@@ -193,7 +193,7 @@ ast::StmtPtr Parser::parse_case() {
 
 bool Parser::at_member_marker() const {
     const std::string_view word = peek(1).text;
-    return at("@") && (word == "Surface" || word == "Volume" || word == "uniform");
+    return at("@") && (stage_of(word) || word == "uniform");
 }
 
 /// Reports `float[3] a`, the array syntax of other languages.

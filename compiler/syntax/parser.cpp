@@ -23,6 +23,14 @@ std::string describe(const Token& token) {
 
 }  // namespace
 
+std::optional<ast::StageKind> stage_of(std::string_view marker) {
+    for (const ast::StageKind kind :
+         {ast::StageKind::kSurface, ast::StageKind::kVolume, ast::StageKind::kDither}) {
+        if (marker == ast::stage_name(kind)) return kind;
+    }
+    return std::nullopt;
+}
+
 // --- errors
 
 diag::Diagnostic* Parser::expected(std::string_view what) {
@@ -267,12 +275,12 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
 bool Parser::parse_marker(ast::Fablet* fablet) {
     if (parse_bare_uniform(fablet)) return true;
     const source::Span begin = peek().span;
-    const std::string_view word = marker_word({"uniform", "Surface", "Volume"});
+    const std::string_view word = marker_word({"uniform", "Surface", "Volume", "Dither"});
     if (word.empty()) return false;
     if (word == "uniform") {
         parse_uniforms(fablet);
-    } else if (word == "Surface" || word == "Volume") {
-        parse_stage(fablet, word == "Surface", span_to_previous(begin));
+    } else if (const std::optional<ast::StageKind> stage = stage_of(word)) {
+        parse_stage(fablet, *stage, span_to_previous(begin));
     } else {
         while (at("(") || at("{"))
             skip_balanced();
@@ -336,9 +344,9 @@ void Parser::parse_uniforms(ast::Fablet* fablet) {
     accept(";");
 }
 
-void Parser::parse_stage(ast::Fablet* fablet, bool surface, const source::Span& span) {
+void Parser::parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source::Span& span) {
     ast::Stage stage;
-    stage.surface = surface;
+    stage.kind = kind;
     stage.span = span;
     first_ = at_;
     if (at("(")) {
@@ -350,8 +358,8 @@ void Parser::parse_stage(ast::Fablet* fablet, bool surface, const source::Span& 
         }
         accept(")");
     } else if (diag::Diagnostic* d =
-                   expected(surface ? "`(` after `@Surface`" : "`(` after `@Volume`")) {
-        d->help(surface ? kSurfaceVaryingsForm : kVaryingsForm);
+                   expected(std::string("`(` after `@") + ast::stage_name(kind) + "`")) {
+        d->help(varyings_form(kind));
     }
     if (at("-") && peek(1).is(">")) {
         expected("the stage's body in `{ }`");
@@ -370,7 +378,7 @@ void Parser::parse_stage(ast::Fablet* fablet, bool surface, const source::Span& 
 void Parser::parse_varyings(ast::Stage* stage) {
     if (at(")")) return;
     const std::string_view word = marker_word({"varying"});
-    const char* form = stage->surface ? kSurfaceVaryingsForm : kVaryingsForm;
+    const char* form = varyings_form(stage->kind);
     if (word != "varying" || !at("{")) {
         const bool known = word == "varying";
         if (known || word.empty()) {

@@ -6,12 +6,17 @@
 // in parse_stmt.cpp, expressions in parse_expr.cpp. After an error it skips to where it can
 // resume; nesting deeper than kMaxDepth ends it.
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "compiler/syntax/parser.h"
 
 namespace openfab::syntax {
+
+/// Returns the stage that a marker begins, if any: "Surface" without its `@`.
+std::optional<ast::StageKind> stage_of(std::string_view marker);
 
 class Parser {
   public:
@@ -86,7 +91,7 @@ class Parser {
     bool parse_marker(ast::Fablet* fablet);
     void parse_member(ast::Fablet* fablet, ast::Scope* scope);
     void parse_uniforms(ast::Fablet* fablet);
-    void parse_stage(ast::Fablet* fablet, bool surface, const source::Span& span);
+    void parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source::Span& span);
     void parse_varyings(ast::Stage* stage);
     bool parse_varying(ast::Stage* stage);
     void parse_function(ast::Scope* scope);

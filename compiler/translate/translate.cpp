@@ -111,6 +111,7 @@ ir::Fablet translate_fablet(const check::Fablet& fablet, const TranslateOptions&
         }
     }
     run(ir::StageKind::kVolume, fablet.volume, &out.volume);
+    if (out.has_dither) run(ir::StageKind::kDither, fablet.dither, &out.dither);
     return out;
 }
 
@@ -147,14 +148,20 @@ void StageTranslator::run(const check::Stage& stage, const TranslateOptions& opt
     for (const auto& symbol : stage.symbols)
         add_stage_symbol(*symbol);
     const bool surface = kind_ == ir::StageKind::kSurface;
-    const check::Type result =
-        surface ? check::kFloat3Type : check::Type{check::Base::kComposition, 1};
+    const bool dither = kind_ == ir::StageKind::kDither;
+    const check::Type result = surface  ? check::kFloat3Type
+                               : dither ? check::kIntType
+                                        : check::Type{check::Base::kComposition, 1};
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(result), {}});
     statements(stage.body->body);
-    check_returned(stage.span, surface ? "the `@Surface` stage" : "the `@Volume` stage");
+    check_returned(stage.span, surface  ? "the `@Surface` stage"
+                               : dither ? "the `@Dither` stage"
+                                        : "the `@Volume` stage");
     if (surface) {
         finish_surface(stage);
+    } else if (dither) {
+        finish_dither(stage);
     } else {
         finish_volume();
     }
@@ -198,6 +205,19 @@ void StageTranslator::finish_surface(const check::Stage& stage) {
             add_output(component_name(symbol->name, symbol->type.size, i), OPENFAB_ARG_SURFACE_OUT,
                        symbol->index, i, v.value[i]);
         }
+    }
+}
+
+void StageTranslator::finish_dither(const check::Stage& stage) {
+    add_output("choice", OPENFAB_ARG_CHOICE, 0, 0, variables_[frame_.result].value[0]);
+    for (const ir::Instr& instr : stage_->instrs) {
+        if (instr.op != ir::Op::kLoop) continue;
+        sink_->report(instr.span, diag::kTooComplex, "a loop of a dither rule that is not unrolled")
+            .note(stage.span, "stage declared `@Dither` here")
+            .help(fmt::format("a loop over the fractions, `for (int i = 0; i < attr.count; ++i)`, "
+                              "is unrolled: here they are {}",
+                              fablet_.ir.slot_count + 1));
+        return;
     }
 }
 

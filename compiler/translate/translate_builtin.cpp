@@ -42,7 +42,8 @@ Value StageTranslator::sample(const check::Expr& expr) {
         const Value part = expression(*expr.args[i]);
         at.insert(at.end(), part.begin(), part.end());
     }
-    if (gave_up_) return zero(expr.type);
+    if (gave_up_ || refuse_in_dither(expr, fmt::format("Sample{}", expr.type.size)))
+        return zero(expr.type);
     emit_.set_span(expr.span);
     if (!emit_.is_constant(channel)) {
         sink_->report(expr.args[1]->span, diag::kNotConstant, "the channel of a lookup");
@@ -81,6 +82,21 @@ Value StageTranslator::sample(const check::Expr& expr) {
         }
     }
     return out;
+}
+
+/// A number beyond the fractions is the nearest, as of an array.
+Value StageTranslator::fraction(const check::Expr& expr) {
+    const ValueId number = scalar(*expr.args[0]);
+    if (gave_up_) return zero(expr.type);
+    emit_.set_span(expr.span);
+    const int32_t count = fablet_.ir.slot_count + 1;
+    ValueId out = emit_.input(ir::Type::kInt, OPENFAB_ARG_FRACTION, 0, 0);
+    for (int32_t k = 1; k < count; ++k) {
+        const ValueId from_here = emit_.binary(Op::kGe, number, emit_.constant(k));
+        if (emit_.is_false(from_here)) break;
+        out = emit_.select(from_here, emit_.input(ir::Type::kInt, OPENFAB_ARG_FRACTION, k, 0), out);
+    }
+    return {out};
 }
 
 Value StageTranslator::composition(const check::Expr& expr) {

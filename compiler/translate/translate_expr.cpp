@@ -25,6 +25,7 @@ void StageTranslator::add_components(const check::Type& type, std::vector<ir::Ty
         case check::Base::kVoid:
         case check::Base::kSurfaceAttributes:  // one per stage, without storage
         case check::Base::kVolumeAttributes:
+        case check::Base::kDitherAttributes:
             return;
         case check::Base::kStruct:
             for (const check::StructMember& member : type.record->members)
@@ -147,6 +148,8 @@ Value StageTranslator::expression(const check::Expr& expr) {
             return inline_call(expr);
         case check::ExprKind::kSample:
             return sample(expr);
+        case check::ExprKind::kFraction:
+            return fraction(expr);
         case check::ExprKind::kDistance:
             return distance(expr);
         case check::ExprKind::kNearestPoint:
@@ -286,6 +289,16 @@ Value StageTranslator::attribute(const check::Expr& expr) {
                 Op::kAdd, frame_vector(OPENFAB_FRAME_BUILD_ORIGIN),
                 formulas_.binary(Op::kMul, at, frame_vector(OPENFAB_FRAME_VOXEL_SIZE)));
         }
+        case check::Attribute::kVoxel: {
+            Value index;
+            for (int32_t axis = 0; axis < 3; ++axis)
+                index.push_back(emit_.input(ir::Type::kInt, ir::kVoxelIndex, axis, 0));
+            return index;
+        }
+        case check::Attribute::kSeed:
+            return {emit_.input(ir::Type::kUint, OPENFAB_ARG_GRID, OPENFAB_GRID_SEED, 0)};
+        case check::Attribute::kCount:
+            return {emit_.constant(fablet_.ir.slot_count + 1)};
     }
     return zero(expr.type);
 }

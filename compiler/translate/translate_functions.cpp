@@ -90,6 +90,7 @@ Value StageTranslator::derivatives(const check::Expr& expr, const Value& x) {
         }
         return unknown;
     }
+    if (refuse_in_dither(expr, "ddx")) return zero(expr.type);
     if (kind_ != ir::StageKind::kSurface) {
         sink_->report(expr.span, diag::kStageMismatch, "ddx", "called in a volume stage")
             .note(fablet_.volume.span, "stage declared `@Volume` here, which calls this function");

@@ -10,6 +10,7 @@ using ir::ValueId;
 
 /// Emits nothing unless printf is enabled. The values are those of the path that reaches the call.
 Value StageTranslator::printf_call(const check::Expr& expr) {
+    if (refuse_in_dither(expr, expr.is_assert ? "assert" : "printf")) return {};
     if (!options_.enable_printf || gave_up_) return {};
     ValueId guard = live_;
     std::vector<ValueId> args = {guard};

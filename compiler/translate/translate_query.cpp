@@ -18,8 +18,18 @@ constexpr int32_t kOwnSurface = -1;
 
 }  // namespace
 
-/// Returns false after a message if the function was called from a surface stage.
+/// Returns true after a message if the function was called from a dither stage.
+bool StageTranslator::refuse_in_dither(const check::Expr& expr, std::string_view what) {
+    if (kind_ != ir::StageKind::kDither) return false;
+    sink_->report(expr.span, diag::kStageMismatch, what, "called in a dither stage")
+        .note(fablet_.dither.span, "stage declared `@Dither` here, which calls this function")
+        .help("a dither rule looks at the voxel's fractions and its index");
+    return true;
+}
+
+/// Returns false after a message if the function was called from another stage.
 bool StageTranslator::asks_in_volume(const check::Expr& expr, const char* name) {
+    if (refuse_in_dither(expr, name)) return false;
     if (kind_ != ir::StageKind::kSurface) return true;
     sink_->report(expr.span, diag::kStageMismatch, name, "called in a surface stage")
         .note(fablet_.surface.span, "stage declared `@Surface` here, which calls this function");

@@ -10,6 +10,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/diag/sink.h"
@@ -94,6 +95,7 @@ class StageTranslator : private Paths {
     void add_stage_symbol(const check::Symbol& symbol);
     void finish_surface(const check::Stage& stage);
     void finish_volume();
+    void finish_dither(const check::Stage& stage);
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
     /// Returns whether a condition holds on every path, by folding or by proof.
     bool always(ir::ValueId condition) const;
@@ -169,6 +171,7 @@ class StageTranslator : private Paths {
     // translate_builtin.cpp
     Value intrinsic(const check::Expr& expr);
     Value sample(const check::Expr& expr);
+    Value fraction(const check::Expr& expr);
 
     // translate_functions.cpp
     static bool is_function_intrinsic(check::Intrinsic id);
@@ -178,6 +181,7 @@ class StageTranslator : private Paths {
 
     // translate_query.cpp
     bool asks_in_volume(const check::Expr& expr, const char* name);
+    bool refuse_in_dither(const check::Expr& expr, std::string_view what);
     Value local_point(const Value& point);
     ir::ValueId query(int32_t object, ir::ValueId guard, const Value& point);
     Value distance(const check::Expr& expr);

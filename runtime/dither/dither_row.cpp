@@ -21,7 +21,7 @@ size_t error_count(const DitherSetup& setup) {
 
 void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors) {
     if (count <= 0) return;
-    (setup.isa == OPENFAB_ISA_AVX2 ? avx2::dither_rows : sse41::dither_rows)(setup, rows, count,
+    (setup.isa >= OPENFAB_ISA_AVX2 ? avx2::dither_rows : sse41::dither_rows)(setup, rows, count,
                                                                              errors);
 }
 

@@ -10,7 +10,8 @@ struct Name {
     const char* name;
     DitherRule rule;
 };
-constexpr Name kNames[] = {{"floyd_steinberg", DitherRule::kFloydSteinberg},
+constexpr Name kNames[] = {{kOwnDitherName, kDefaultDither},
+                           {"floyd_steinberg", DitherRule::kFloydSteinberg},
                            {"decorrelated", DitherRule::kDecorrelated},
                            {"blue_noise", DitherRule::kBlueNoise},
                            {"majority", DitherRule::kMajority}};

@@ -4,7 +4,8 @@
 
 // The rules by which a mixture becomes one material per voxel. All of them choose only materials
 // that are present in the voxel, treat slices independently, and depend on nothing but the
-// fractions, the voxel's index in the grid and the seed.
+// fractions, the voxel's index in the grid and the seed. A fablet may bring a rule of its own, which its
+// slab kernel applies (compiler/OPENFL.md, section 2).
 
 #include <optional>
 #include <string>
@@ -24,7 +25,10 @@ enum class DitherRule {
 constexpr DitherRule kDefaultDither = DitherRule::kBlueNoise;
 constexpr const char* kDefaultDitherName = "blue_noise";
 
-/// Finds a rule by the name that `--dither` takes.
+/// Stands for each fablet's own `@Dither`, and for the default rule where it has none.
+constexpr const char* kOwnDitherName = "own";
+
+/// Finds a rule by the name that `--dither` takes; that of kOwnDitherName is the default rule.
 std::optional<DitherRule> find_dither(std::string_view name);
 
 /// Returns "floyd_steinberg, decorrelated, …", for messages.

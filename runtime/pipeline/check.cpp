@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "abi/kernel_call.h"
 #include "abi/stage_table.h"
 #include "runtime/dither/dither_rule.h"
 #include "runtime/surface/crowding.h"
@@ -27,7 +28,12 @@ bool volume_argument(openfab_arg_kind kind) {
 
 bool slab_argument(openfab_arg_kind kind) {
     return common_argument(kind) || kind == OPENFAB_ARG_GROUPS ||
-           (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_NEAREST_SOURCE);
+           (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_CHOICE);
+}
+
+/// Of a slab kernel that takes the amounts of segments.
+bool rule_argument(openfab_arg_kind kind) {
+    return slab_argument(kind) || kind == OPENFAB_ARG_WEIGHT;
 }
 
 bool segment_argument(openfab_arg_kind kind) {
@@ -58,8 +64,7 @@ Result<void> check_kernel(const part::Part& part, const char* name, const openfa
                 part.fablet->name, i, name, static_cast<int>(arg.kind)));
         }
     }
-    if (kernel.arg_count > 0 && kernel.fn[OPENFAB_ISA_SSE41] == nullptr &&
-        kernel.fn[OPENFAB_ISA_AVX2] == nullptr) {
+    if (kernel.arg_count > 0 && !abi::is_compiled(kernel)) {
         return internal_error(
             fmt::format("fablet `{}` has no code for kernel {}", part.fablet->name, name));
     }
@@ -87,9 +92,9 @@ Result<void> check_part(const part::Part& part, size_t materials) {
         if (const auto r = check_kernel(part, "volume", segments.kernels[k], segment_argument); !r)
             return r.error();
     }
-    if (segments.step_count == 0) {
-        if (const auto r = check_kernel(part, "slab", fablet.slab, slab_argument); !r)
-            return r.error();
+    if (segments.step_count == 0 || fablet.has_dither != 0) {
+        const auto fits = segments.step_count == 0 ? slab_argument : rule_argument;
+        if (const auto r = check_kernel(part, "slab", fablet.slab, fits); !r) return r.error();
     }
     if (const auto r = check_kernel(part, "volume_demand", fablet.volume_demand, demand_argument);
         !r)

@@ -15,6 +15,7 @@
 #include <numeric>
 
 #include "abi/halide_hooks.h"
+#include "abi/voxel_hash.h"
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/deadline.h"
@@ -233,6 +234,9 @@ void PrintJobImpl::set_up_slabs() {
     setup_.interrupt = options_.interrupt;
     setup_.materials = model_materials();
     setup_.fractions = options_.fractions;
+    setup_.separate_mixtures =
+        setup_.fractions != nullptr &&
+        std::any_of(parts_.begin(), parts_.end(), [](const auto& p) { return p->own_dither; });
 }
 
 Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
@@ -249,6 +253,7 @@ Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
     MemoryNeeds needs =
         memory_needs(parts_, grid_.size, setup_.channels, setup_.bits, planner.max_pinned_bytes());
     needs.fixed += textures + options_.sink_bytes_per_column * columns;
+    if (options_.fractions != nullptr && setup_.separate_mixtures) needs.per_row *= 2;
     if (options_.fractions != nullptr)
         needs.per_row += int64_t{grid_.size.x} * model_materials() * int64_t{sizeof(float)};
     const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
@@ -305,6 +310,8 @@ void PrintJobImpl::place_parts(const std::shared_ptr<nearest::PatchCache>& trees
         tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t i) {
             if (owns_surface(i) != owners) return;
             parts_[i]->set_grid(grid_, options_.isa, trees, crossing_bytes, *parts_[owners_[i]]);
+            if (options_.dither == dither::kOwnDitherName)
+                parts_[i]->set_own_dither(abi::fold_seed(options_.seed));
         });
     }
 }

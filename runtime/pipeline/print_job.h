@@ -29,7 +29,7 @@ struct PrintOptions {
     int64_t memory_bytes = kDefaultMemoryBytes;  ///< without the reserved part
     int64_t reserved_bytes = 0;                  ///< part of the user's budget, for previews
     int32_t threads = 0;                         ///< 0: all cores
-    std::string dither = dither::kDefaultDitherName;
+    std::string dither = dither::kOwnDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner
     std::optional<Vec2<int32_t>> slices;     ///< --slices A:B, B exclusive
@@ -41,7 +41,7 @@ struct PrintOptions {
     /// alone, then the others, which evaluates the blocks twice: about a second once, but the first
     /// slice is ready seconds earlier. Tests vary it, too.
     int64_t most_blocks_at_first = 40'000;
-    openfab_isa isa = OPENFAB_ISA_AVX2;
+    openfab_isa isa = OPENFAB_ISA_AVX512;  ///< the best to use
     /// Once set, set-up and run end soon; set-up fails. It must outlive the print.
     const std::atomic<bool>* interrupt = nullptr;
     bool interrupted() const {

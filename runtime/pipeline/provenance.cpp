@@ -4,9 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "base/hash.h"
+#include "runtime/dither/dither_rule.h"
 
 namespace openfab::pipeline {
 
@@ -88,6 +90,15 @@ class Shared {
     std::map<const T*, uint64_t> known_;
 };
 
+/// Returns the name of the dither; where no fablet has a rule of its own it is the default one's.
+std::string dither_of(const PrintInput& input, const PrintOptions& options) {
+    const bool any = std::any_of(input.parts.begin(), input.parts.end(), [](const part::Part& p) {
+        return p.fablet->has_dither != 0;
+    });
+    return !any && options.dither == dither::kOwnDitherName ? dither::kDefaultDitherName
+                                                            : options.dither;
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& input,
@@ -116,7 +127,7 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
             placements.add_all(objects);
     }
     return {{"version of openfab", OPENFAB_VERSION},
-            {"dither", options.dither},
+            {"dither", dither_of(input, options)},
             {"support",
              input.support_code == 0 ? "none" : input.materials[input.support_code - 1].name},
             {"fablets", fablets.text()},

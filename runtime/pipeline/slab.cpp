@@ -135,7 +135,7 @@ abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
         if (!result.ok()) {
             status.store(result);
         } else if (setup_.fractions != nullptr) {
-            write_fractions(scratch->band, slab_, static_cast<uint8_t>(slices_), setup_.size,
+            write_fractions(setup_.separate_mixtures ? scratch->mixtures : scratch->band, slab_, static_cast<uint8_t>(slices_), setup_.size,
                             setup_.materials, setup_.fractions);
         }
         return scratch;
@@ -188,6 +188,8 @@ abi::KernelStatus SlabRun::evaluate_row(int32_t row, Row* scratch,
         }
     }
     scratch->band.reset(row, columns, setup_.channels, written_first, written_end);
+    if (setup_.separate_mixtures)
+        scratch->mixtures.reset(row, columns, setup_.channels, written_first, written_end);
     scratch->many = parts > 1;
     if (scratch->many) scratch->claims.reset(columns, first, end);
     for (const auto& active : active_) {
@@ -201,6 +203,7 @@ abi::KernelStatus SlabRun::evaluate_row(int32_t row, Row* scratch,
 abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
                                          volume::BlockEvaluator* evaluator) const {
     dither::RowBand& band = scratch->band;
+    dither::RowBand* const mixtures = setup_.separate_mixtures ? &scratch->mixtures : nullptr;
     std::vector<volume::OwnedBlock>& pending = scratch->pending;
     volume::PrintfLog* log = &scratch->log;
     pending.clear();
@@ -227,10 +230,13 @@ abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
         if (any == 0) continue;
         if (constant_index >= 0) {
             const volume::PartCull::Constant& constant = active.cull.constant(constant_index);
-            if (constant.code == OPENFAB_CODE_MIXED) {
-                constant.merge(b, block.owned.data(), active.part->channels, &band);
-            } else if (constant.code != 0) {
-                band.fill(b, block.owned.data(), constant.code);
+            for (dither::RowBand* to : {&band, mixtures}) {
+                if (to == nullptr || constant.code == 0) continue;
+                if (constant.code == OPENFAB_CODE_MIXED) {
+                    constant.merge(b, block.owned.data(), active.part->channels, to);
+                } else {
+                    to->fill(b, block.owned.data(), constant.code);
+                }
             }
             continue;
         }
@@ -240,14 +246,14 @@ abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
             return abi::KernelStatus::stopped();
         const abi::KernelStatus status =
             evaluator->evaluate(*active.part, slab_, pending.data(), volume::BlockEvaluator::kBatch,
-                                active.cull.should_cull_pieces(), &band, log);
+                                active.cull.should_cull_pieces(), &band, mixtures, log);
         if (!status.ok()) return status;
         pending.clear();
     }
     if (pending.empty()) return {};
     return evaluator->evaluate(*active.part, slab_, pending.data(),
                                static_cast<int32_t>(pending.size()),
-                               active.cull.should_cull_pieces(), &band, log);
+                               active.cull.should_cull_pieces(), &band, mixtures, log);
 }
 
 }  // namespace openfab::pipeline

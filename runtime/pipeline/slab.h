@@ -48,6 +48,8 @@ struct SlabSetup {
     dither::SupportFill support;
     int32_t materials = 0;              ///< of the model
     FractionSink* fractions = nullptr;  ///< may be null
+    /// Whether mixtures are kept beside what the fablets' rules make of them, for `fractions`.
+    bool separate_mixtures = false;
 };
 
 /// Stage times, seconds summed over threads.
@@ -91,6 +93,7 @@ class SlabRun {
     /// Scratch of one row in flight.
     struct Row {
         dither::RowBand band;
+        dither::RowBand mixtures;  ///< see SlabSetup::separate_mixtures
         bool many = false;  ///< more than one part in the row: claims are tracked
         RowClaims claims;
         Overlaps overlaps;

@@ -90,8 +90,7 @@ Result<void> check_surface_kernels(const part::Part& part) {
     if (fablet.has_surface == 0) return {};
     for (const openfab_kernel* kernel : {&fablet.surface, &fablet.surface_bounds}) {
         const bool segmented = kernel == &fablet.surface && fablet.surface_segments.step_count > 0;
-        if (!segmented && kernel->fn[OPENFAB_ISA_SSE41] == nullptr &&
-            kernel->fn[OPENFAB_ISA_AVX2] == nullptr) {
+        if (!segmented && !abi::is_compiled(*kernel)) {
             return internal_error(fmt::format(
                 "fablet `{}` has a surface stage but lacks a kernel of it", fablet.name));
         }

@@ -185,13 +185,18 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
     return status;
 }
 
+/// Returns whether what the voxels of a uniform block become depends on where they are.
+bool PartCull::has_rule(const PlacedPart& part, const Constant& constant) {
+    return part.own_dither && constant.code == OPENFAB_CODE_MIXED;
+}
+
 abi::KernelStatus PartCull::add_constant(const PlacedPart& part, const float* weights,
                                          BlockEvaluator* evaluator, std::atomic<int64_t>* room,
                                          int32_t* index) {
     const auto slots = static_cast<size_t>(part.slots());
     for (size_t i = constants_.size(); i-- > 0;) {
         if (std::equal(weights, weights + slots, constants_[i].weights.begin())) {
-            *index = static_cast<int32_t>(i);
+            if (!has_rule(part, constants_[i])) *index = static_cast<int32_t>(i);
             return {};
         }
     }
@@ -208,7 +213,7 @@ abi::KernelStatus PartCull::add_constant(const PlacedPart& part, const float* we
     const abi::KernelStatus status =
         constant_column(part, evaluator->isa(), weights, &added.column);
     added.code = added.column.codes[0];
-    *index = static_cast<int32_t>(constants_.size());
+    if (!has_rule(part, added)) *index = static_cast<int32_t>(constants_.size());
     constants_.push_back(std::move(added));
     return status;
 }

@@ -66,6 +66,7 @@ class PartCull {
   private:
     void mark_covered(const voxel::SlabMask& mask);
     bool any_covered(const CullCube& cube, int32_t side) const;
+    static bool has_rule(const PlacedPart& part, const Constant& constant);
     abi::KernelStatus add_constant(const PlacedPart& part, const float* weights,
                                    BlockEvaluator* evaluator, std::atomic<int64_t>* room,
                                    int32_t* index);

@@ -76,6 +76,7 @@ abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t n, in
                                            uint16_t* fractions) {
     const openfab_kernel& kernel = part.part->fablet->slab;
     grow(&fractions_, static_cast<size_t>(part.channels.count()) * kBatchValues);
+    choices_.resize(kBatchValues);
     arguments_.begin(kernel, part, corners_.data(), n, 8);
     arguments_.set_groups(columns_);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
@@ -88,13 +89,20 @@ abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t n, in
                 arguments_.set_columns(i, unusable_.data());
                 break;
             case OPENFAB_ARG_FRACTION:
-                if (const int32_t material = part.channels.material(arg.a); material >= 0) {
+                if (const int32_t material = part.channels.material(arg.a);
+                    material >= 0 && fractions != nullptr) {
                     arguments_.set_columns(i, fractions + static_cast<ptrdiff_t>(8 * material),
                                            8 * channels);
                 } else {
-                    arguments_.set_columns(i,
-                                           &fractions_[static_cast<size_t>(arg.a) * kBatchValues]);
+                    arguments_.set_columns(i, &fractions_[static_cast<size_t>(8 * arg.a)], 0);
                 }
+                break;
+            case OPENFAB_ARG_CHOICE:
+                arguments_.set_columns(i, choices_.data());
+                break;
+            case OPENFAB_ARG_WEIGHT:
+                arguments_.set_values(i, &weights_[static_cast<size_t>(arg.a) * kBatchValues],
+                                      static_cast<int32_t>(kBlockValues) * n);
                 break;
             case OPENFAB_ARG_NEAREST_SOURCE:
                 arguments_.set_source(i, nearest_.source());
@@ -148,8 +156,15 @@ abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n
     status = segments_.run(part, isa_, corners_.data(), owned_.data(), n, input, weights_.data(),
                            kBatchValues, log);
     if (!status.ok()) return status;
-    status = abi::normalise(isa_, columns_, part.channels, weights_.data(), kBatchValues,
-                            fractions_.data(), codes_.data(), unusable_.data());
+    return part.own_dither ? run_slab(part, n, channels, fractions)
+                           : normalise_segments(part, channels, fractions);
+}
+
+abi::KernelStatus BlockEvaluator::normalise_segments(const PlacedPart& part, int32_t channels,
+                                                     uint16_t* fractions) {
+    const abi::KernelStatus status =
+        abi::normalise(isa_, columns_, part.channels, weights_.data(), kBatchValues,
+                       fractions_.data(), codes_.data(), unusable_.data());
     const auto step = static_cast<ptrdiff_t>(8 * part.channels.count());
     for (size_t i = 0; i < columns_.size() && status.ok(); ++i) {
         const auto at = static_cast<ptrdiff_t>(i);
@@ -167,14 +182,13 @@ void BlockEvaluator::count_columns(const PlacedPart& part) {
     counts.slab_bytes += columns * 8 * (3 + 2 * part.channels.count());
 }
 
-// `fractions`: number in the band of the first listed column.
 void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n,
-                           int32_t fractions, dither::RowBand* band) {
+                           const uint8_t* codes, int32_t fractions, dither::RowBand* band) const {
     for (size_t i = 0; i < static_cast<size_t>(n); ++i) {
         const size_t first = first_column_[i], count = first_column_[i + 1] - first;
         band->merge(blocks[i].block, blocks[i].owned.data(),
                     {{columns_.data() + first, count},
-                     &codes_[8 * first],
+                     codes + 8 * first,
                      fractions + static_cast<int32_t>(first)});
         for (uint32_t left = culls_ ? culled_[i].pieces : 0; left != 0; left &= left - 1) {
             const auto p = static_cast<size_t>(std::countr_zero(left));
@@ -186,6 +200,9 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
             });
         }
     }
+}
+
+void BlockEvaluator::count_unusable(int32_t n) {
     for (size_t i = 0; i < first_column_[static_cast<size_t>(n)]; ++i) {
         std::array<uint16_t, 8> unusable;
         std::memcpy(unusable.data(), &unusable_[8 * i], sizeof(unusable));
@@ -197,7 +214,8 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
 
 abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
                                            const OwnedBlock* blocks, int32_t n, bool try_pieces,
-                                           dither::RowBand* band, PrintfLog* log) {
+                                           dither::RowBand* band, dither::RowBand* mixtures,
+                                           PrintfLog* log) {
     OPENFAB_CHECK_GT(n, 0);
     OPENFAB_CHECK_LE(n, kBatch);
     const StageTimer timer(Stage::kSlab, &counts.seconds_slab);
@@ -218,14 +236,27 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
                     {owned_.data(), static_cast<size_t>(64 * n)},
                     segments ? all_columns_ : columns_,
                     {culled_.data(), culls_ ? static_cast<size_t>(n) : 0}});
-    const int32_t fractions = band->add_columns(columns_.size());
+    // A fablet's own rule leaves nothing mixed in the band.
+    dither::RowBand* const kept = part.own_dither ? mixtures : band;
+    const int32_t fractions = kept != nullptr ? kept->add_columns(columns_.size()) : 0;
     if (!columns_.empty()) {
-        uint16_t* to = band->fractions_at(fractions);
+        uint16_t* to = kept != nullptr ? kept->fractions_at(fractions) : nullptr;
         status = segments ? run_segments(part, n, band->channels, to, log)
                           : run_slab(part, n, band->channels, to);
     }
     if (!status.ok()) return status;
-    merge(part, blocks, n, fractions, band);
+    merge(part, blocks, n, part.own_dither ? choices_.data() : codes_.data(), fractions, band);
+    if (mixtures != nullptr) {
+        int32_t number = fractions;
+        if (kept != mixtures && !columns_.empty()) {
+            number = mixtures->add_columns(columns_.size());
+            std::copy_n(band->fractions_at(fractions),
+                        columns_.size() * static_cast<size_t>(8 * band->channels),
+                        mixtures->fractions_at(number));
+        }
+        merge(part, blocks, n, codes_.data(), number, mixtures);
+    }
+    count_unusable(n);
     counts.evaluated += n;
     count_columns(part);
     for (size_t i = 0; i < static_cast<size_t>(n) && culls_; ++i)

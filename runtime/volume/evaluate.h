@@ -49,10 +49,12 @@ class BlockEvaluator {
     BlockEvaluator(openfab_isa isa, size_t parts);
 
     /// Evaluates up to kBatch blocks of block row `row` in slab `slab` and merges them into the
-    /// band; printf output goes to `log`. `try_pieces`: uniform pieces make no queries, which changes
+    /// band, and into `mixtures`, if any, before a rule of the fablet's own; printf output goes to
+    /// `log`. `try_pieces`: uniform pieces make no queries, which changes
     /// nothing else.
     abi::KernelStatus evaluate(const PlacedPart& part, int32_t slab, const OwnedBlock* blocks,
-                               int32_t n, bool try_pieces, dither::RowBand* band, PrintfLog* log);
+                               int32_t n, bool try_pieces, dither::RowBand* band,
+                               dither::RowBand* mixtures, PrintfLog* log);
 
     /// Returns the number of queries made by this evaluator, over all parts.
     nearest::QueryCounts query_counts() const;
@@ -71,15 +73,19 @@ class BlockEvaluator {
     void take_blocks(const PlacedPart& part, int32_t slab, int32_t row, const OwnedBlock* blocks,
                      int32_t n);
     void list_columns(int32_t n);
-    /// `fractions`: of the listed columns, `channels` * 8 values each.
+    /// `fractions`: of the listed columns, `channels` * 8 values each; null: nobody wants them.
     abi::KernelStatus run_slab(const PlacedPart& part, int32_t n, int32_t channels,
                                uint16_t* fractions);
     abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
                                    uint16_t* fractions, PrintfLog* log);
     abi::KernelStatus ask_for_segments(const PlacedPart& part, int32_t n);
+    abi::KernelStatus normalise_segments(const PlacedPart& part, int32_t channels,
+                                         uint16_t* fractions);
     void count_columns(const PlacedPart& part);
-    void merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n, int32_t fractions,
-               dither::RowBand* band);
+    /// `codes` of the listed columns, whose fractions begin at the band's number `fractions`.
+    void merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n, const uint8_t* codes,
+               int32_t fractions, dither::RowBand* band) const;
+    void count_unusable(int32_t n);
 
     openfab_isa isa_;
     KernelArguments arguments_;
@@ -97,9 +103,10 @@ class BlockEvaluator {
     std::vector<int32_t> columns_;
     std::array<size_t, kBatch + 1> first_column_{};
     std::vector<uint8_t> codes_;
+    std::vector<uint8_t> choices_;  ///< of a fablet with a dither rule
     std::vector<uint16_t> unusable_;
-    /// Fractions of segments, [column][channel][8]; of the slab kernel those of channels that no
-    /// material has, [channel][column][8].
+    /// Fractions of segments, [column][channel][8]; of the slab kernel those that nobody wants,
+    /// [channel][8], one column over another.
     std::vector<uint16_t> fractions_;
     /// Of a stage of segments.
     std::vector<int32_t> all_columns_;

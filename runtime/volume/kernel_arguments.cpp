@@ -18,6 +18,8 @@ const void* part_argument(const PlacedPart& part, const openfab_arg& arg,
             return &part.frame[a];
         case OPENFAB_ARG_INSTANCE:
             return &part.part->instance;
+        case OPENFAB_ARG_GRID:
+            return &part.rule_inputs[a];
         case OPENFAB_ARG_TEXTURE: {
             const texture::Pyramid& pyramid = *part.part->textures[a];
             if (arg.b == OPENFAB_TEXTURE_INFO) {
@@ -86,8 +88,12 @@ void KernelArguments::set_columns(int32_t i, const void* data, int32_t stride) {
 }
 
 void KernelArguments::set_list(int32_t i, const void* data) {
+    set_values(i, data, n_);
+}
+
+void KernelArguments::set_values(int32_t i, const void* data, int32_t count) {
     const auto index = static_cast<size_t>(i);
-    buffers_[index].set_dense(abi::halide_type(kernel_->args[i].scalar), data, {n_});
+    buffers_[index].set_dense(abi::halide_type(kernel_->args[i].scalar), data, {count});
     args_[index] = buffers_[index].raw();
 }
 

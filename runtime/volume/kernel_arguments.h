@@ -36,6 +36,8 @@ class KernelArguments {
     void set_source(int32_t i, openfab_nearest_source* source);
     /// Sets an output of 8 values for each listed column, `stride` apart.
     void set_columns(int32_t i, const void* data, int32_t stride = 8);
+    /// Sets an input of `count` values.
+    void set_values(int32_t i, const void* data, int32_t count);
     /// Sets a buffer of one value for each cube.
     void set_list(int32_t i, const void* data);
 

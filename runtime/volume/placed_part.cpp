@@ -84,9 +84,9 @@ NearestIndex::NearestIndex(const openfab_fablet& fablet) {
 
 namespace {
 
-/// Fablets are compiled for AVX2 at most; queries may use more.
+/// Queries may use more than kernels do, except where a print is limited to SSE4.1.
 simd::Isa widest_queries(openfab_isa isa) {
-    return isa == OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
+    return isa >= OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
 }
 
 /// Returns the largest coordinate in a box of voxels, part-relative.
@@ -161,6 +161,14 @@ void PlacedPart::set_grid(const part::Grid& grid, openfab_isa isa,
                       : std::make_unique<nearest::AttributeReader>(*first.attributes, frame);
     if (points.sign)
         winding = owns ? std::make_shared<const nearest::Winding>(*surface) : first.winding;
+}
+
+void PlacedPart::set_own_dither(uint32_t seed) {
+    own_dither = part->fablet->has_dither != 0;
+    for (int32_t axis = 0; axis < 3; ++axis)
+        rule_inputs[static_cast<size_t>(OPENFAB_GRID_BASE + axis)] =
+            static_cast<uint32_t>(base[axis]);
+    rule_inputs[OPENFAB_GRID_SEED] = seed;
 }
 
 void PlacedPart::build_sign_query(openfab_isa isa,

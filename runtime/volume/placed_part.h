@@ -87,6 +87,8 @@ struct PlacedPart {
     Vec3i base;              ///< voxel of the grid with part-relative index 0
     Box3i box;               ///< voxels that may be covered, hi exclusive, cut to the grid
     abi::Channels channels;  ///< of the slots' materials
+    bool own_dither = false;  ///< mixtures are dithered by the fablet's rule
+    std::array<uint32_t, OPENFAB_GRID_SEED + 1> rule_inputs{};  ///< by openfab_grid_value
     NearestIndex nearest;
     QueryNeeds volume, bounds;
     PointNeeds points;
@@ -102,6 +104,8 @@ struct PlacedPart {
     void set_grid(const part::Grid& grid, openfab_isa isa,
                   const std::shared_ptr<nearest::PatchCache>& trees_of_patches,
                   size_t crossing_bytes, const PlacedPart& first);
+    /// Uses the fablet's dither rule with a seed of the print (fold_seed); `base` is set.
+    void set_own_dither(uint32_t seed);
     int32_t slots() const { return part->fablet->slot_count; }
     /// Makes the structures for signed distances at arbitrary points, unless they exist.
     void build_sign_query(openfab_isa isa,

@@ -406,7 +406,7 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected,
                   const CompiledStage& compiled, const StageInputs& inputs) {
     for (const openfab_isa isa : compiled.isas()) {
         expect_equal(stage, expected, compiled.run(isa, inputs),
-                     isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41");
+                     abi::isa_name(isa));
     }
 }
 

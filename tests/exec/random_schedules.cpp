@@ -43,7 +43,7 @@ void expect_schedules_change_no_bit(const ir::Stage& stage, const StageInputs& i
     const ir::Stage made = stage.kind == ir::StageKind::kVolume ? slab_stage(stage) : stage;
     for (int k = 0; k < count; ++k) {
         const openfab_isa isa = isas[static_cast<size_t>(k) % isas.size()];
-        const ScheduleSpace space([&] { return lower::make_kernel(made, nullptr, isa); });
+        const ScheduleSpace space([&] { return lower::make_kernel(made, {}, isa); });
         const std::string text = space.sample(&random);
         seen.insert(text);
         SCOPED_TRACE(::testing::Message() << "seed " << seed << ", schedule " << k << ":\n"

@@ -55,6 +55,7 @@ constexpr Exhibit kExhibits[] = {
     {"library", "grades", "grades", "0.25mm"},
     {"library", "color_spaces", "color_spaces", "0.25mm"},
     {"library", "inks", "inks", "0.25mm"},
+    {"halftones", "halftones", "halftones", "0.25mm"},
 };
 
 struct Contents {

@@ -29,7 +29,7 @@ bool write_random_schedules(const std::filesystem::path& source,
         // Segments share one schedule, and derived values are computed once.
         if (slot.kernel == nullptr || slot.stage->kind == ir::StageKind::kDerived) continue;
         const ScheduleSpace space(
-            [&] { return lower::make_kernel(*slot.stage, slot.demand, OPENFAB_ISA_AVX2); });
+            [&] { return lower::make_kernel(*slot.stage, slot.inside, OPENFAB_ISA_AVX2); });
         std::ofstream(folder / fmt::format("{}.sched", slot.name)) << space.sample(random);
     }
     return true;

@@ -18,6 +18,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "abi/kernel_call.h"
 #include "base/clean_exit.h"
 #include "base/hash.h"
 #include "base/own_folder.h"
@@ -76,15 +77,10 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::set<std::strin
     return files;
 }
 
-/// As the compiler calls it.
-const char* target_name(openfab_isa isa) {
-    return isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
-}
-
 Result<uint64_t> program_hash(const std::vector<fs::path>& sources, openfab_isa isa,
                               const fs::path& programs) {
     SourcesHash hash;
-    hash.add_text(target_name(isa));
+    hash.add_text(abi::isa_name(isa));
     std::set<fs::path> folders;
     for (const fs::path& source : sources) {
         if (Result<void> added = hash.add_content(source); !added) {
@@ -192,7 +188,7 @@ std::string cached_name(const fs::path& source, uint64_t hash) {
 Result<void> compile(const fs::path& compiler, const std::vector<fs::path>& sources,
                      openfab_isa isa, const fs::path& program) {
     std::vector<std::string> arguments{
-        compiler.string(), "build", "--target", target_name(isa), "-o", program.string(), "--"};
+        compiler.string(), "build", "--target", abi::isa_name(isa), "-o", program.string(), "--"};
     for (const fs::path& source : sources)
         arguments.push_back(as_argument(source));
     const Result<int> exit_status = run_program(arguments);

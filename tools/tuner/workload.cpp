@@ -58,7 +58,7 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
                                                    const driver::ScheduleOptions& schedules) {
     std::unique_ptr<Workload> out(new Workload);
     out->print_ = print;
-    out->print_.isa = abi::best_isa(print.isa);
+    out->print_.isa = abi::best_isa(print.isa.value_or(program::kUsualIsa));
     // Without a folder that can be trusted kernels are kept in memory alone.
     const Result<std::filesystem::path> kept = lower::KernelCache::own_folder();
     out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
@@ -69,7 +69,7 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     if (!sources) return sources.error();
     for (const std::filesystem::path& source : *sources)
         out->options_.files.push_back(source.string());
-    out->options_.target = lower::isa_name(out->print_.isa);
+    out->options_.target = lower::isa_name(out->isa());
     out->options_.back_end.schedules = schedules;
     out->compilation_ = std::make_unique<driver::Compilation>(out->options_, out->common_);
     const int code = out->compilation_->prepare();

@@ -35,7 +35,7 @@ class Workload {
 
     const program::Options& print() const { return print_; }
     const driver::Compilation& compilation() const { return *compilation_; }
-    openfab_isa isa() const { return print_.isa; }
+    openfab_isa isa() const { return *print_.isa; }
 
     /// Returns the options of a program with the schedules of the command line.
     lower::ProgramOptions program_options() { return compilation_->program_options(cache_.get()); }

@@ -37,6 +37,12 @@ const Compiled& queries() {
     return compiled;
 }
 
+const Compiled& rules() {
+    static const Compiled compiled = compile(std::filesystem::path(OPENFAB_SOURCE_DIR) /
+                                             "tests/property/pipeline/dither_rules.fl");
+    return compiled;
+}
+
 /// A picture with soft and hard edges and noise, linear values in [0, 1].
 std::shared_ptr<const texture::Pyramid> picture(int32_t width, int32_t height, uint32_t seed,
                                                 int32_t wrap, int32_t filter) {
@@ -239,6 +245,41 @@ TEST(Pipeline, VolumesAreTheReference) {
     options.transform = turned(25, {0.2, 1, 0.1}, {1.1, 1, 0.9}, {-3, 2, 5});
     expect_reference({{&queries(), "Cloud", testing::sphere(1.3, 12, 8), options}},
                      {0.12, 0.11, 0.13}, 12);
+}
+
+TEST(Pipeline, DitherRulesAreTheReference) {
+    testing::PartOptions ruled, walked, plain;
+    ruled.slot_material = {3, 1, 2, 1, 0};
+    ruled.uniform_values = {bits(0.7f), 3};
+    ruled.transform = turned(20, {0, 0, 1}, {1, 1, 1}, {5, 5, 0});
+    walked.slot_material = {2, 4};
+    walked.instance = 1;
+    walked.transform.t = {7.5, 5, 0};
+    plain.priority = 2;
+    plain.instance = 2;
+    plain.transform.t = {6, 5, 0.4};
+    expect_reference({{&rules(), "Ruled", testing::cube(2.2), ruled},
+                      {&rules(), "Walked", testing::sphere(1.2, 16, 10), walked},
+                      {&fablets(), "Shell", testing::sphere(0.8, 16, 10), plain}},
+                     {0.1, 0.12, 0.09}, 13);
+}
+
+// The library's rule against the runtime's own code, and a rule against none.
+TEST(Pipeline, ARuleDoesWhatTheSameBuiltInDoes) {
+    testing::PartOptions largest, plain;
+    largest.slot_material = {3, 1, 2, 1, 0};
+    plain.transform.t = {1.8, 0.1, 0.2};
+    plain.priority = 1;
+    const Made made = make({{&rules(), "Largest", testing::cube(2.2), largest},
+                            {&fablets(), "Hole", testing::sphere(0.8, 16, 10), plain}});
+    testing::expect_same_dithers(made.parts, {0.1, 0.12, 0.09}, 15, {"own", "majority"}, true);
+    testing::expect_same_dithers(made.parts, {0.1, 0.12, 0.09}, 15, {"own", "blue_noise"}, false);
+}
+
+TEST(Pipeline, ARuleOfOneMixtureIsTheReference) {
+    testing::PartOptions options;
+    options.slot_material = {2, 1};
+    expect_reference({{&rules(), "Uniform", testing::cube(2.8), options}}, {0.1, 0.09, 0.08}, 14);
 }
 
 // Displaced parts are supported according to their displacement bounds: never less than they need,

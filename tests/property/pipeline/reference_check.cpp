@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
+#include <map>
+#include <mutex>
 
 #include "abi/kernel_call.h"
 #include "compiler/diag/render.h"
@@ -52,6 +55,24 @@ namespace {
 
 constexpr int32_t kMaterials = 4;
 
+/// Keeps all rows in order of place.
+class KeptFractions : public pipeline::FractionSink {
+  public:
+    Result<void> begin(const pipeline::PrintInfo& /*info*/, int32_t /*materials*/) override {
+        return {};
+    }
+    Result<void> status() const override { return {}; }
+    Result<void> finish(const pipeline::PrintTotals& /*totals*/) override { return {}; }
+    void write(int32_t z, int32_t y, int32_t x, std::span<const float> row) override {
+        const std::lock_guard lock(mutex_);
+        rows[{z, y, x}].assign(row.begin(), row.end());
+    }
+    std::map<std::array<int32_t, 3>, std::vector<float>> rows;
+
+  private:
+    std::mutex mutex_;
+};
+
 struct PrintedGrid {
     part::Grid grid;
     std::vector<uint8_t> codes;
@@ -59,7 +80,7 @@ struct PrintedGrid {
 };
 
 PrintedGrid print(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
-                  bool support) {
+                  bool support, const pipeline::PrintOptions& more = {}) {
     pipeline::PrintInput input;
     input.parts = parts;
     for (int k = 0; k < kMaterials + (support ? 1 : 0); ++k)
@@ -68,7 +89,7 @@ PrintedGrid print(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, u
     input.pitch_mm = pitch_mm;
 
     PrintedGrid out;
-    pipeline::PrintOptions options;
+    pipeline::PrintOptions options = more;
     options.seed = seed;
     options.threads = 2;
     options.memory_bytes += testing::kSanitizerBytes;
@@ -153,6 +174,29 @@ void expect_reference(const std::vector<part::Part>& parts,
                       uint64_t seed) {
     const PrintedGrid printed = print(parts, pitch_mm, seed, false);
     expect_same_parts(printed, reference_of(parts, sources, printed.grid, seed));
+}
+
+void expect_same_dithers(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
+                         const std::vector<std::string>& dithers, bool same_voxels) {
+    std::vector<uint8_t> codes;
+    std::map<std::array<int32_t, 3>, std::vector<float>> rows;
+    for (const std::string& dither : dithers) {
+        KeptFractions fractions;
+        pipeline::PrintOptions options;
+        options.dither = dither;
+        const PrintedGrid without = print(parts, pitch_mm, seed, false, options);
+        options.fractions = &fractions;
+        const PrintedGrid with = print(parts, pitch_mm, seed, false, options);
+        EXPECT_EQ(with.codes, without.codes) << dither << ": taking fractions changes voxels";
+        EXPECT_GT(fractions.rows.size(), 100u);
+        const bool first = rows.empty();
+        if (first) {
+            codes = with.codes;
+            rows = fractions.rows;
+        }
+        EXPECT_EQ(fractions.rows, rows) << dither;
+        if (!first) EXPECT_EQ(with.codes == codes, same_voxels) << dither;
+    }
 }
 
 void expect_reference_and_support(const std::vector<part::Part>& parts,

@@ -36,6 +36,11 @@ void expect_reference(const std::vector<part::Part>& parts,
                       const std::vector<const ir::Fablet*>& sources, const Vec3d& pitch_mm,
                       uint64_t seed);
 
+/// Prints the parts with each of some dithers; their mixtures, as a FractionSink takes them, must be the
+/// same, and where `same_voxels` their voxels too.
+void expect_same_dithers(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
+                         const std::vector<std::string>& dithers, bool same_voxels);
+
 /// Same for a print with support: its parts must equal the reference's, and at least the voxels
 /// that a plain scan of the reference's columns requires must be support. Any excess support must
 /// be within `reach_mm` of voxels of the reference along x and y, and at most that much below.

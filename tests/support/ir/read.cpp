@@ -303,7 +303,7 @@ class Reader {
 }  // namespace
 
 std::optional<int32_t> kind_from_name(std::string_view name) {
-    for (int32_t kind = 0; kind <= kVoxelCoordHi; ++kind) {
+    for (int32_t kind = 0; kind <= kVoxelIndex; ++kind) {
         const char* candidate = kind_name(kind);
         if (candidate != nullptr && name == candidate) return kind;
     }

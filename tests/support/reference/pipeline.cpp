@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "abi/voxel_hash.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
@@ -218,6 +219,46 @@ class VolumeEnvironment final : public PartEnvironment {
     const Ask& ask_;
 };
 
+/// What a dither rule sees of a voxel: fractions in the order of its part's slots by material, void
+/// first; of slots of one material the last has them.
+class RuleEnvironment final : public PartEnvironment {
+  public:
+    RuleEnvironment(const part::Part& part, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+                    const Vec3i& voxel, const std::vector<uint16_t>& fractions, uint64_t seed)
+        : PartEnvironment(part, frame), voxel_(voxel), fractions_(fractions), seed_(seed) {
+        codes_.insert(codes_.end(), part.slot_material.begin(), part.slot_material.end());
+        std::sort(codes_.begin(), codes_.end());
+    }
+    /// Returns the code of a fraction, or -1 if the rule must not choose it.
+    int32_t choice(int32_t number) const {
+        if (number < 0 || number >= static_cast<int32_t>(codes_.size())) return -1;
+        return fraction(static_cast<size_t>(number)) > 0 ? codes_[static_cast<size_t>(number)] : -1;
+    }
+
+  private:
+    uint16_t fraction(size_t number) const {
+        const bool last = number + 1 == codes_.size() || codes_[number + 1] != codes_[number];
+        return last ? fractions_[static_cast<size_t>(codes_[number])] : 0;
+    }
+    uint32_t varying(int32_t kind, size_t a, size_t /*b*/) const override {
+        switch (kind) {
+            case ir::kVoxelIndex:
+                return static_cast<uint32_t>(voxel_[static_cast<int>(a)]);
+            case OPENFAB_ARG_FRACTION:
+                return fraction(a);
+            case OPENFAB_ARG_GRID:
+                return abi::fold_seed(seed_);
+            default:
+                return 0;
+        }
+    }
+
+    const Vec3i voxel_;
+    const std::vector<uint16_t>& fractions_;
+    const uint64_t seed_;
+    std::vector<int32_t> codes_ = {0};
+};
+
 /// One part, set up to answer voxel by voxel.
 class PlainPart {
   public:
@@ -226,7 +267,8 @@ class PlainPart {
           frame_(part::make_frame(part_, grid)),
           base_(part::part_base_voxel(part_, grid)),
           surface_(reference.fablet->surface),
-          volume_(reference.fablet->volume) {
+          volume_(reference.fablet->volume),
+          dither_(reference.fablet->dither) {
         passes::attach_footprints(&volume_);
         std::vector<uint8_t> identity(part_.mesh->triangles.size(), 1);
         if (reference.fablet->has_surface) {
@@ -264,6 +306,20 @@ class PlainPart {
             weights.push_back(std::bit_cast<float>(w));
         const std::vector<int32_t> slots(part_.slot_material.begin(), part_.slot_material.end());
         return normalise(weights, slots, materials, nullptr);
+    }
+
+    /// Lets the fablet's rule, if it has one, choose a material of a mixture.
+    void choose(const Vec3i& voxel, uint64_t seed, std::vector<uint16_t>* fractions) const {
+        if (dither_.outputs.empty()) return;
+        const RuleEnvironment environment(part_, frame_, voxel, *fractions, seed);
+        const auto number = static_cast<int32_t>(interp::evaluate(dither_, environment)[0]);
+        const int32_t chosen = environment.choice(number);
+        const auto largest = std::max_element(fractions->begin(), fractions->end());
+        const auto code =
+            chosen >= 0 ? static_cast<size_t>(chosen)
+                        : static_cast<size_t>(largest - fractions->begin());
+        std::fill(fractions->begin(), fractions->end(), uint16_t{0});
+        (*fractions)[code] = 65535;
     }
 
   private:
@@ -423,7 +479,7 @@ class PlainPart {
     const part::Part& part_;
     const std::array<float, OPENFAB_FRAME_COUNT> frame_;
     const Vec3i base_;
-    ir::Stage surface_, volume_;
+    ir::Stage surface_, volume_, dither_;
     std::vector<DicedTriangle> diced_;
     std::vector<uint8_t> inside_;
     std::vector<const DicedTriangle*> query_;
@@ -454,7 +510,9 @@ std::vector<uint8_t> print(const std::vector<ReferencePart>& parts, const part::
                         owner = part.get();
                 }
                 if (owner == nullptr) continue;
-                const std::vector<uint16_t> fractions = owner->fractions({x, y, z}, materials);
+                std::vector<uint16_t> fractions = owner->fractions({x, y, z}, materials);
+                if (is_mixed(fractions.data(), materials + 1))
+                    owner->choose({x, y, z}, seed, &fractions);
                 std::copy(fractions.begin(), fractions.end(), field.at(x, y, z));
             }
         }

@@ -97,7 +97,7 @@ std::vector<uint8_t> print_field(const FractionField& field, uint64_t seed, open
 
 std::vector<openfab_isa> runnable_isas() {
     std::vector<openfab_isa> isas{OPENFAB_ISA_SSE41};
-    if (abi::best_isa() == OPENFAB_ISA_AVX2) isas.push_back(OPENFAB_ISA_AVX2);
+    if (abi::best_isa() >= OPENFAB_ISA_AVX2) isas.push_back(OPENFAB_ISA_AVX2);
     return isas;
 }
 

@@ -27,8 +27,8 @@ TEST(EmitText, EveryPipelineHasABuiltInSchedule) {
 // What `--as schedule` prints is a file that gives the same kernel again, for whoever has it.
 TEST(EmitText, TheScheduleInForceIsAFile) {
     const ir::Stage stage = distance_stage();
-    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
-        const KernelRequest usual{&stage, nullptr, "kernel", isa, nullptr};
+    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+        const KernelRequest usual{&stage, {}, "kernel", isa, nullptr};
         const auto text = emit_text(usual, TextForm::kSchedule);
         ASSERT_TRUE(std::holds_alternative<std::string>(text));
         const auto again = schedule::read({"again.sched", std::get<std::string>(text)});
@@ -39,7 +39,7 @@ TEST(EmitText, TheScheduleInForceIsAFile) {
         const auto loops = emit_text(usual, TextForm::kLoops);
         ASSERT_TRUE(std::holds_alternative<std::string>(loops));
         EXPECT_EQ(std::get<std::string>(
-                      emit_text({&stage, nullptr, "kernel", isa, &mine}, TextForm::kLoops)),
+                      emit_text({&stage, {}, "kernel", isa, &mine}, TextForm::kLoops)),
                   std::get<std::string>(loops));
     }
 }

@@ -185,25 +185,25 @@ TEST(KernelKey, TellsApartAllThatDecidesTheCode) {
     const schedule::Schedule vectors = bound(choices, {.target = "avx2", .params = {}});
     const schedule::Schedule included = bound("include \"slab.sched\"\n", {.target = "avx2"});
     const schedule::Schedule& usual = schedule::default_schedule("slab", "avx2");
-    const KernelRequest request{&one, nullptr, "f", OPENFAB_ISA_AVX2, nullptr};
+    const KernelRequest request{&one, {}, "f", OPENFAB_ISA_AVX2, nullptr};
     const KernelKey key = key_of(request);
-    EXPECT_EQ(key_of({&one, nullptr, "another_name", OPENFAB_ISA_AVX2, nullptr}), key);
-    EXPECT_EQ(key_of({&elsewhere, nullptr, "f", OPENFAB_ISA_AVX2, nullptr}), key);
+    EXPECT_EQ(key_of({&one, {}, "another_name", OPENFAB_ISA_AVX2, nullptr}), key);
+    EXPECT_EQ(key_of({&elsewhere, {}, "f", OPENFAB_ISA_AVX2, nullptr}), key);
     std::vector<KernelKey> others = {
-        key_of({&next, nullptr, "f", OPENFAB_ISA_AVX2, nullptr}),
-        key_of({&one, nullptr, "f", OPENFAB_ISA_SSE41, nullptr}),
-        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &mine}),
-        key_of({&one, &next, "f", OPENFAB_ISA_AVX2, nullptr}),
+        key_of({&next, {}, "f", OPENFAB_ISA_AVX2, nullptr}),
+        key_of({&one, {}, "f", OPENFAB_ISA_SSE41, nullptr}),
+        key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &mine}),
+        key_of({&one, {&next, nullptr}, "f", OPENFAB_ISA_AVX2, nullptr}),
         // The user's own copy of the built-in one is compiled with checks.
-        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &usual}),
-        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &eight}),
-        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &sixteen}),
-        key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &vectors}),
+        key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &usual}),
+        key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &eight}),
+        key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &sixteen}),
+        key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &vectors}),
     };
-    EXPECT_EQ(key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &commented}),
-              key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &mine}));
-    EXPECT_EQ(key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &included}),
-              key_of({&one, nullptr, "f", OPENFAB_ISA_AVX2, &usual}));
+    EXPECT_EQ(key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &commented}),
+              key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &mine}));
+    EXPECT_EQ(key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &included}),
+              key_of({&one, {}, "f", OPENFAB_ISA_AVX2, &usual}));
     others.push_back(key);
     for (size_t a = 0; a < others.size(); ++a) {
         for (size_t b = 0; b < a; ++b)
@@ -213,7 +213,7 @@ TEST(KernelKey, TellsApartAllThatDecidesTheCode) {
 
 TEST(FindOrCompile, CompilesOnce) {
     const ir::Stage one = stage(1);
-    const KernelRequest request{&one, nullptr, "openfab_test", OPENFAB_ISA_SSE41, nullptr};
+    const KernelRequest request{&one, {}, "openfab_test", OPENFAB_ISA_SSE41, nullptr};
     const KernelKey key = key_of(request);
     KernelCache cache;
     std::string code;

@@ -26,7 +26,7 @@ std::string object_of_triple() {
     const ir::ValueId in = builder.input(ir::Type::kFloat, OPENFAB_ARG_UNIFORM, 0, 0);
     const ir::ValueId triple = builder.binary(ir::Op::kMul, in, builder.constant(3.0f));
     stage.outputs.push_back({"derived", OPENFAB_ARG_DERIVED, 0, 0, triple});
-    auto made = compile_object({&stage, nullptr, kFunction, OPENFAB_ISA_SSE41, nullptr});
+    auto made = compile_object({&stage, {}, kFunction, OPENFAB_ISA_SSE41, nullptr});
     const auto* fault = std::get_if<Fault>(&made);
     EXPECT_EQ(fault, nullptr) << fault->internal;
     return fault == nullptr ? std::get<CompiledKernel>(made).code : "";
@@ -61,7 +61,7 @@ TEST(LoadCode, LoadsParallelLoops) {
     const auto parsed = schedule::read({"slab.sched", "slab.parallel(column)\n"});
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
         const auto made = compile_object(
-            {&stage, nullptr, kFunction, isa, &std::get<schedule::Schedule>(parsed)});
+            {&stage, {}, kFunction, isa, &std::get<schedule::Schedule>(parsed)});
         ASSERT_TRUE(std::holds_alternative<CompiledKernel>(made));
         const auto loaded = load_code(std::get<CompiledKernel>(made).code, kFunction + "_argv");
         EXPECT_TRUE(std::holds_alternative<LoadedKernel>(loaded)) << std::get<std::string>(loaded);

@@ -25,7 +25,7 @@ TEST(PrintOptions, Defaults) {
     EXPECT_EQ(options->memory_bytes, 1'500'000'000);
     EXPECT_EQ(options->threads, 0);
     EXPECT_TRUE(options->culling);
-    EXPECT_EQ(options->isa, OPENFAB_ISA_AVX2);
+    EXPECT_FALSE(options->isa.has_value());
 }
 
 TEST(PrintOptions, Everything) {
