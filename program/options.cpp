@@ -11,8 +11,8 @@
 #include <string_view>
 #include <utility>
 
-#include "backends/stream/address.h"
 #include "abi/kernel_call.h"
+#include "backends/stream/address.h"
 #include "base/command_line.h"
 #include "base/units.h"
 
@@ -195,7 +195,9 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->group("")
         ->check(CLI::Range(1, 1024));
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
-    app.add_option("--isa", raw.isa, "")->group("")->check(CLI::IsMember({"sse41", "avx2", "avx512"}));
+    app.add_option("--isa", raw.isa, "")
+        ->group("")
+        ->check(CLI::IsMember({"sse41", "avx2", "avx512"}));
 }
 
 Result<void> validate_grid(const Raw& raw, Options* o) {

@@ -58,7 +58,7 @@ struct Options {
     bool culling = true;  ///< this and the next two are for tests; the output never depends on them
     int32_t slabs_in_flight = 0;
     std::optional<openfab_isa> isa;  ///< the best to use
-    bool help = false;  ///< show `text` and do nothing else
+    bool help = false;               ///< show `text` and do nothing else
     std::string text;
 };
 

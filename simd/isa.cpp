@@ -11,11 +11,10 @@ namespace {
 Isa detect() {
     if (__builtin_cpu_supports("avx2") == 0) return Isa::kSse41;
     if (__builtin_cpu_supports("fma") == 0) return Isa::kAvx2;
-    const bool wide = __builtin_cpu_supports("avx512f") != 0 &&
-                      __builtin_cpu_supports("avx512vl") != 0 &&
-                      __builtin_cpu_supports("avx512dq") != 0 &&
-                      __builtin_cpu_supports("avx512bw") != 0 &&
-                      __builtin_cpu_supports("avx512cd") != 0;
+    const bool wide =
+        __builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
+        __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+        __builtin_cpu_supports("avx512cd") != 0;
     return wide ? Isa::kAvx512 : Isa::kAvx2Fma;
 }
 

@@ -207,7 +207,8 @@ std::string ExpressionChecker::help_for_name(std::string_view name) const {
         if (info.name != name) continue;
         const Symbol* symbol = attributes();
         if (symbol == nullptr) break;
-        if ((info.of & stage_of(symbol->type)) != 0) return fmt::format("write `{}.{}`", symbol->name, name);
+        if ((info.of & stage_of(symbol->type)) != 0)
+            return fmt::format("write `{}.{}`", symbol->name, name);
     }
     if (name == "attr") {
         switch (context_) {

@@ -50,10 +50,8 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
     request.stage = &chosen;
     const ir::Stage& demand = result.stages.volume_demand;
     const ir::Stage& dither = result.stages.dither;
-    if (stage == ir::StageKind::kVolume && !demand.outputs.empty())
-        request.inside.demand = &demand;
-    if (stage == ir::StageKind::kVolume && !dither.outputs.empty())
-        request.inside.dither = &dither;
+    if (stage == ir::StageKind::kVolume && !demand.outputs.empty()) request.inside.demand = &demand;
+    if (stage == ir::StageKind::kVolume && !dither.outputs.empty()) request.inside.dither = &dither;
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
         if (options.target == lower::isa_name(isa)) request.isa = isa;

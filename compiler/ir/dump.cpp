@@ -66,9 +66,8 @@ constexpr const char* kKindNames[] = {
 static_assert(std::size(kKindNames) == OPENFAB_ARG_CHOICE + 1);
 
 constexpr const char* kStageNames[] = {
-    "surface",         "surface_bounds", "volume",  "volume_bounds",
-    "surface_segment", "volume_segment", "derived", "volume_demand",
-    "dither",
+    "surface",        "surface_bounds", "volume",        "volume_bounds", "surface_segment",
+    "volume_segment", "derived",        "volume_demand", "dither",
 };
 constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material", "texture3d",
                                              "object"};

@@ -57,12 +57,6 @@ bool looks_up_pictures(const ir::Stage& stage) {
     });
 }
 
-const schedule::Schedule& schedule_of(const KernelRequest& request) {
-    if (request.schedule != nullptr) return *request.schedule;
-    return schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa),
-                                      looks_up_pictures(*request.stage));
-}
-
 /// Returns the most places that the runtime passes to a kernel in one call.
 int64_t most_places(ir::StageKind kind) {
     const bool columns = kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
@@ -218,9 +212,19 @@ const std::vector<std::string>& pipeline_names() {
     return names;
 }
 
+const schedule::Schedule& schedule_of(const KernelRequest& request) {
+    if (request.schedule != nullptr) return *request.schedule;
+    return schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa),
+                                      looks_up_pictures(*request.stage));
+}
+
 std::string code_source(const KernelRequest& request) {
-    const auto dump = [](const ir::Stage* stage) { return stage != nullptr ? ir::dump(*stage) : ""; };
-    return fmt::format("{} {}{}\n{}\n{}{}{}", isa_name(request.isa),
+    const auto dump = [](const ir::Stage* stage) {
+        return stage != nullptr ? ir::dump(*stage) : "";
+    };
+    return fmt::format("{} {}{}
+{}
+{}{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
                        request.profiled ? " profiled" : "", schedule::text_of(schedule_of(request)),
                        ir::dump(*request.stage), dump(request.inside.demand),

@@ -32,12 +32,15 @@ struct Fault {
 
 struct KernelRequest {
     const ir::Stage* stage = nullptr;
-    SlabStages inside;  ///< of a volume stage: see make_kernel
-    std::string function;               ///< C name; its argv form is `<function>_argv`
+    SlabStages inside;     ///< of a volume stage: see make_kernel
+    std::string function;  ///< C name; its argv form is `<function>_argv`
     openfab_isa isa = OPENFAB_ISA_SSE41;
     const schedule::Schedule* schedule = nullptr;  ///< null: the default one
     bool profiled = false;                         ///< see kernel_profile.h
 };
+
+/// Returns the schedule of a kernel: the request's, else the built-in one.
+const schedule::Schedule& schedule_of(const KernelRequest& request);
 
 /// Returns text of all that decides the code of a kernel, but for its function's name and what this
 /// program itself is: a kernel of the same text is the same kernel.

@@ -23,7 +23,11 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
                                   openfab_segments openfab_fablet::*segments) {
         for (size_t k = 0; k < segmented.kernels.size(); ++k) {
             const ir::Stage& stage = segmented.kernels[k];
-            out.push_back({&stage, {}, nullptr, segments, k,
+            out.push_back({&stage,
+                           {},
+                           nullptr,
+                           segments,
+                           k,
                            fmt::format("{}{}", schedule_name(stage.kind), k)});
         }
     };
@@ -33,8 +37,7 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     const bool slab = stages.volume_segments.steps.empty() && !stages.volume.outputs.empty();
     if (slab) {
         add(stages.volume, &openfab_fablet::slab);
-        if (!stages.volume_demand.outputs.empty())
-            out.back().inside.demand = &stages.volume_demand;
+        if (!stages.volume_demand.outputs.empty()) out.back().inside.demand = &stages.volume_demand;
     } else {
         add(stages.amounts, &openfab_fablet::slab);
     }

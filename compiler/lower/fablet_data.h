@@ -29,7 +29,7 @@ struct FabletUnit {
 /// A kernel of a fablet, and its slot in the table.
 struct KernelSlot {
     const ir::Stage* stage = nullptr;
-    SlabStages inside;  ///< of the slab kernel
+    SlabStages inside;                                 ///< of the slab kernel
     openfab_kernel openfab_fablet::*kernel = nullptr;  ///< null for the kernel of a segment
     openfab_segments openfab_fablet::*segments = nullptr;
     size_t segment = 0;  ///< index among the kernels of `segments`

@@ -150,7 +150,8 @@ class StageLowering {
             return from_storage(type, Halide::reinterpret(storage_type(type), bits));
         }
         if (key[0] == OPENFAB_ARG_FRACTION)
-            return convert({Type::kInt, Halide::cast<int32_t>(normalised_->fraction(key[1]))}, type);
+            return convert({Type::kInt, Halide::cast<int32_t>(normalised_->fraction(key[1]))},
+                           type);
         if (auto scalar = scalars_.find(key); scalar != scalars_.end()) {
             return from_storage(type, scalar->second);
         }
@@ -455,9 +456,9 @@ class StageLowering {
     }
 
     const ir::StageKind kind_;
-    const ir::Stage* stage_;   ///< that is lowered
-    const ir::Stage* demand_;  ///< of a slab kernel; may be null
-    const ir::Stage* dither_;  ///< likewise
+    const ir::Stage* stage_;                  ///< that is lowered
+    const ir::Stage* demand_;                 ///< of a slab kernel; may be null
+    const ir::Stage* dither_;                 ///< likewise
     const Normalised* normalised_ = nullptr;  ///< while the rule is lowered
     const KernelArgs args_;
     const StageNames names_;

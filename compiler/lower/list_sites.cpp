@@ -45,10 +45,7 @@ FuncSites sites_of(const ScheduledKernel& kernel, size_t index) {
 }  // namespace
 
 std::variant<std::vector<FuncSites>, Fault> list_sites(const KernelRequest& request) {
-    const schedule::Schedule& schedule =
-        request.schedule != nullptr
-            ? *request.schedule
-            : schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa));
+    const schedule::Schedule& schedule = schedule_of(request);
     const Kernel kernel = make_kernel(*request.stage, request.inside, request.isa);
     auto applied = apply_schedule(schedule, kernel, request.schedule == nullptr);
     if (auto* fault = std::get_if<schedule::Fault>(&applied)) return Fault{std::move(*fault), ""};

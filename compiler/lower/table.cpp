@@ -239,9 +239,8 @@ class TableWriter {
              table.uniform_value_count, table.texture_count, table.object_count, table.slot_count,
              table.void_slot);
         line("    {}, {}, {}, {}_inputs, {}, {}_outputs, {}, {}_nearest,", table.has_dither,
-             table.has_surface,
-             table.surface_input_count, prefix, table.surface_output_count, prefix,
-             table.nearest_count, prefix);
+             table.has_surface, table.surface_input_count, prefix, table.surface_output_count,
+             prefix, table.nearest_count, prefix);
         line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));
         line("    {}, {},", surface_segments, volume_segments);
         line("    {}, {},", table.derived_count, kernels[4]);

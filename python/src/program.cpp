@@ -11,7 +11,9 @@
 #include "compiler/driver/compilation.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/driver/interface.h"
+#include "compiler/lower/compile.h"
 #include "compiler/lower/kernel_cache.h"
+#include "program/options.h"
 
 namespace openfab::python {
 
@@ -79,7 +81,7 @@ std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
     const std::vector<std::string>& files, bool enable_printf, Diagnostics* warnings) {
     driver::CompilationOptions options;
     options.files = files;
-    options.target = abi::best_isa() == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
+    options.target = lower::isa_name(abi::best_isa(program::kUsualIsa));
     options.enable_printf = enable_printf;
     const driver::CommonOptions common;
     driver::Compilation compilation(options, common);

@@ -92,9 +92,8 @@ class Shared {
 
 /// Returns the name of the dither; where no fablet has a rule of its own it is the default one's.
 std::string dither_of(const PrintInput& input, const PrintOptions& options) {
-    const bool any = std::any_of(input.parts.begin(), input.parts.end(), [](const part::Part& p) {
-        return p.fablet->has_dither != 0;
-    });
+    const bool any = std::any_of(input.parts.begin(), input.parts.end(),
+                                 [](const part::Part& p) { return p.fablet->has_dither != 0; });
     return !any && options.dither == dither::kOwnDitherName ? dither::kDefaultDitherName
                                                             : options.dither;
 }

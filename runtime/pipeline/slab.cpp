@@ -135,8 +135,9 @@ abi::KernelStatus SlabRun::run_rows(int32_t first, int32_t end,
         if (!result.ok()) {
             status.store(result);
         } else if (setup_.fractions != nullptr) {
-            write_fractions(setup_.separate_mixtures ? scratch->mixtures : scratch->band, slab_, static_cast<uint8_t>(slices_), setup_.size,
-                            setup_.materials, setup_.fractions);
+            write_fractions(setup_.separate_mixtures ? scratch->mixtures : scratch->band, slab_,
+                            static_cast<uint8_t>(slices_), setup_.size, setup_.materials,
+                            setup_.fractions);
         }
         return scratch;
     };

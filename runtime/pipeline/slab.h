@@ -94,7 +94,7 @@ class SlabRun {
     struct Row {
         dither::RowBand band;
         dither::RowBand mixtures;  ///< see SlabSetup::separate_mixtures
-        bool many = false;  ///< more than one part in the row: claims are tracked
+        bool many = false;         ///< more than one part in the row: claims are tracked
         RowClaims claims;
         Overlaps overlaps;
         std::vector<volume::OwnedBlock> pending;  ///< blocks of one part to evaluate

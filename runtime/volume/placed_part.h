@@ -84,9 +84,9 @@ struct PlacedPart {
     std::shared_ptr<const nearest::Winding> winding;  ///< null where no query needs a sign
     std::vector<std::vector<QueryTarget>> targets;    ///< by index among the Object uniforms
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
-    Vec3i base;              ///< voxel of the grid with part-relative index 0
-    Box3i box;               ///< voxels that may be covered, hi exclusive, cut to the grid
-    abi::Channels channels;  ///< of the slots' materials
+    Vec3i base;               ///< voxel of the grid with part-relative index 0
+    Box3i box;                ///< voxels that may be covered, hi exclusive, cut to the grid
+    abi::Channels channels;   ///< of the slots' materials
     bool own_dither = false;  ///< mixtures are dithered by the fablet's rule
     std::array<uint32_t, OPENFAB_GRID_SEED + 1> rule_inputs{};  ///< by openfab_grid_value
     NearestIndex nearest;

@@ -405,8 +405,7 @@ void expect_equal(const ir::Stage& stage, const StageResults& expected, const St
 void expect_equal(const ir::Stage& stage, const StageResults& expected,
                   const CompiledStage& compiled, const StageInputs& inputs) {
     for (const openfab_isa isa : compiled.isas()) {
-        expect_equal(stage, expected, compiled.run(isa, inputs),
-                     abi::isa_name(isa));
+        expect_equal(stage, expected, compiled.run(isa, inputs), abi::isa_name(isa));
     }
 }
 

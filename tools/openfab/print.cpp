@@ -156,9 +156,9 @@ Result<void> print_world(std::vector<std::string> arguments) {
         !apart)
         return apart.error();
     // It runs here: the other sets are for programs that somebody builds to take elsewhere.
-    const Result<PrintBinary> program =
-        find_or_build_print_binary(sources->files, abi::best_isa(options->isa.value_or(program::kUsualIsa)),
-                                   options->progress == program::ProgressMode::kNone);
+    const Result<PrintBinary> program = find_or_build_print_binary(
+        sources->files, abi::best_isa(options->isa.value_or(program::kUsualIsa)),
+        options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();
     sources->folder.reset();  // exec runs no destructors
     return exec_print_binary(*program, arguments);

@@ -121,9 +121,7 @@ class Tuner {
         auto sites = lower::list_sites(units.front().request);
         if (const auto* fault = std::get_if<lower::Fault>(&sites)) return workload_->report(*fault);
         const std::string target = lower::isa_name(workload_->isa());
-        const schedule::Schedule& bound = units.front().request.schedule != nullptr
-                                              ? *units.front().request.schedule
-                                              : schedule::default_schedule("slab", target);
+        const schedule::Schedule& bound = lower::schedule_of(units.front().request);
         space_ = std::make_unique<Space>(schedules.file("slab", workload_->isa()), target,
                                          schedules.params(), bound,
                                          std::get<std::vector<lower::FuncSites>>(sites));

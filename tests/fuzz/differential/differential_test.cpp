@@ -136,8 +136,7 @@ void check(const std::string& text, uint64_t seed) {
     const std::unique_ptr<CompiledStage> compiled =
         CompiledStage::make(made.stages.volume, options);
     ASSERT_NE(compiled, nullptr) << text;
-    expect_equal(made.stages.volume, expected, compiled->run(isa, inputs),
-                 abi::isa_name(isa));
+    expect_equal(made.stages.volume, expected, compiled->run(isa, inputs), abi::isa_name(isa));
     if (!passes::needs_segments(made.stages.volume))
         expect_equal_slab(made.stages.volume, expected, inputs, options,
                           &made.stages.volume_demand);

@@ -260,7 +260,7 @@ TEST(Pipeline, DitherRulesAreTheReference) {
     plain.transform.t = {6, 5, 0.4};
     expect_reference({{&rules(), "Ruled", testing::cube(2.2), ruled},
                       {&rules(), "Walked", testing::sphere(1.2, 16, 10), walked},
-                      {&fablets(), "Shell", testing::sphere(0.8, 16, 10), plain}},
+                      {&fablets(), "Checks", testing::cube(0.9), plain}},
                      {0.1, 0.12, 0.09}, 13);
 }
 

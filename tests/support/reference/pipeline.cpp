@@ -315,9 +315,8 @@ class PlainPart {
         const auto number = static_cast<int32_t>(interp::evaluate(dither_, environment)[0]);
         const int32_t chosen = environment.choice(number);
         const auto largest = std::max_element(fractions->begin(), fractions->end());
-        const auto code =
-            chosen >= 0 ? static_cast<size_t>(chosen)
-                        : static_cast<size_t>(largest - fractions->begin());
+        const auto code = chosen >= 0 ? static_cast<size_t>(chosen)
+                                      : static_cast<size_t>(largest - fractions->begin());
         std::fill(fractions->begin(), fractions->end(), uint16_t{0});
         (*fractions)[code] = 65535;
     }

@@ -38,9 +38,9 @@ TEST(EmitText, TheScheduleInForceIsAFile) {
                   schedule::text_of(schedule::default_schedule("slab", isa_name(isa))));
         const auto loops = emit_text(usual, TextForm::kLoops);
         ASSERT_TRUE(std::holds_alternative<std::string>(loops));
-        EXPECT_EQ(std::get<std::string>(
-                      emit_text({&stage, {}, "kernel", isa, &mine}, TextForm::kLoops)),
-                  std::get<std::string>(loops));
+        EXPECT_EQ(
+            std::get<std::string>(emit_text({&stage, {}, "kernel", isa, &mine}, TextForm::kLoops)),
+            std::get<std::string>(loops));
     }
 }
 

@@ -60,8 +60,8 @@ TEST(LoadCode, LoadsParallelLoops) {
     stage.outputs.push_back({"weight", OPENFAB_ARG_WEIGHT, 0, 0, in});
     const auto parsed = schedule::read({"slab.sched", "slab.parallel(column)\n"});
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
-        const auto made = compile_object(
-            {&stage, {}, kFunction, isa, &std::get<schedule::Schedule>(parsed)});
+        const auto made =
+            compile_object({&stage, {}, kFunction, isa, &std::get<schedule::Schedule>(parsed)});
         ASSERT_TRUE(std::holds_alternative<CompiledKernel>(made));
         const auto loaded = load_code(std::get<CompiledKernel>(made).code, kFunction + "_argv");
         EXPECT_TRUE(std::holds_alternative<LoadedKernel>(loaded)) << std::get<std::string>(loaded);

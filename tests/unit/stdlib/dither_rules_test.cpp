@@ -50,11 +50,11 @@ class RuleVoxel final : public interp::Environment {
 std::optional<ir::Stage> rule(const std::string& expression) {
     source::SourceManager sources;
     diag::Sink sink;
-    const uint32_t file = sources.add(
-        "test.fl",
-        "import dither;\nfablet T { @uniform { Material a, b, c; }\n"
-        "@Volume() { MaterialComposition mc; return mc; }\n"
-        "@Dither(@varying { DitherAttributes attr }) { return " + expression + "; } }\n");
+    const uint32_t file = sources.add("test.fl",
+                                      "import dither;\nfablet T { @uniform { Material a, b, c; }\n"
+                                      "@Volume() { MaterialComposition mc; return mc; }\n"
+                                      "@Dither(@varying { DitherAttributes attr }) { return " +
+                                          expression + "; } }\n");
     const auto module = driver::compile_to_ir(sources, file, sink);
     EXPECT_TRUE(module.has_value()) << expression << '\n' << diag::render_text(sink, sources);
     if (!module) return std::nullopt;
@@ -74,7 +74,8 @@ TEST(DitherRules, KeepTheMeanOfEachMaterial) {
         ASSERT_TRUE(stage);
         RuleVoxel voxel;
         for (const std::vector<int32_t>& mixture :
-             {std::vector<int32_t>{0, 65535 / 2, 65535 - 65535 / 2, 0}, {3000, 0, 20000, 42535},
+             {std::vector<int32_t>{0, 65535 / 2, 65535 - 65535 / 2, 0},
+              {3000, 0, 20000, 42535},
               {65535 - 700, 300, 0, 400}}) {
             voxel.fractions = mixture;
             std::array<int32_t, 4> counts{};
@@ -84,7 +85,8 @@ TEST(DitherRules, KeepTheMeanOfEachMaterial) {
             }
             for (size_t m = 0; m < counts.size(); ++m) {
                 const double asked = mixture[m] / 65535.0, got = counts[m] / double{kSide * kSide};
-                EXPECT_NEAR(got, asked, std::string(expression).find("threshold") == 7 ? 0.07 : 0.02)
+                EXPECT_NEAR(got, asked,
+                            std::string(expression).find("threshold") == 7 ? 0.07 : 0.02)
                     << expression << ", material " << m;
                 EXPECT_EQ(mixture[m] == 0, counts[m] == 0) << expression << ", material " << m;
             }
@@ -111,8 +113,8 @@ TEST(DitherRules, AThresholdTakesTheFirstSumAboveIt) {
     ASSERT_TRUE(stage);
     RuleVoxel voxel;
     voxel.fractions = {0, 1000, 0, 64535};
-    for (const auto& [threshold, number] : {std::pair{0, 1}, {999, 1}, {1000, 3}, {65534, 3}, {65535, 3},
-                                            {1 << 30, 3}, {-5, 1}}) {
+    for (const auto& [threshold, number] :
+         {std::pair{0, 1}, {999, 1}, {1000, 3}, {65534, 3}, {65535, 3}, {1 << 30, 3}, {-5, 1}}) {
         voxel.at[0] = threshold;
         EXPECT_EQ(choose(*stage, voxel), number) << threshold;
     }

@@ -34,8 +34,8 @@ class Point : public interp::Environment {
 /// `body` ends a function that returns a float, with float3 p and float t in scope.
 std::optional<ir::Module> compile(const std::string& modules, const std::string& body) {
     std::string text;
-    for (const char* name : {"color", "dither", "foam", "grade", "halftone", "lattice", "lens", "mapping",
-                             "marble", "pattern", "shell", "wood"}) {
+    for (const char* name : {"color", "dither", "foam", "grade", "halftone", "lattice", "lens",
+                             "mapping", "marble", "pattern", "shell", "wood"}) {
         if (modules.find(name) != std::string::npos) text += std::string("import ") + name + ";\n";
     }
     text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +
