@@ -219,7 +219,7 @@ class Tuner {
             if (!candidate->usable()) continue;
             if (!before) return before.error();
             const Result<double> run = stand_->run(&candidate->contender, seen_, interrupt_);
-            if (over()) return {};
+            if (interrupt_.load()) return {};
             if (!run) {
                 candidate->trial.refused = run.error().message;
                 warn(fmt::format("a schedule fails, which is a bug of OpenFab: {}",
@@ -228,7 +228,7 @@ class Tuner {
                 continue;
             }
             const Result<double> after = stand_->run(nullptr, seen_, interrupt_);
-            if (over()) return {};
+            if (interrupt_.load()) return {};
             if (!after) return after.error();
             candidate->trial.ratios.push_back(2 * *run / (*before + *after));
             before = after;
@@ -262,7 +262,8 @@ class Tuner {
                     missing.begin() +
                         static_cast<ptrdiff_t>(std::min(first + at_once, missing.size())));
                 if (const Result<void> ready = prepare(some); !ready) return ready;
-                if (over()) break;
+                // Even where time is over by now: else it would have been compiled for nothing.
+                if (interrupt_.load()) break;
                 if (const Result<void> measured = measure(some); !measured) return measured;
             }
             sort(&left);

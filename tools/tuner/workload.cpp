@@ -20,36 +20,30 @@ namespace openfab::tuner {
 
 Result<program::Options> parse_print(const std::vector<std::string>& words,
                                      const std::string& program) {
+    const auto refuse = [&](const std::string& option) {
+        return usage_error(fmt::format(
+            "`{}` keeps no slices and takes no `{}`; `openfab print` does", program, option));
+    };
     std::vector<const char*> argv{program.c_str()};
-    for (const std::string& word : words)
+    for (const std::string& word : words) {
+        if (word == "--resume" || word == "--estimate" || word == "--dry-run") return refuse(word);
         argv.push_back(word.c_str());
+    }
     // Else it would ask for an output.
-    const bool dry_run = std::find(words.begin(), words.end(), "--dry-run") != words.end();
     argv.push_back("--dry-run");
     Result<program::Options> options =
         program::parse_options(static_cast<int>(argv.size()), argv.data(), program);
     if (!options || options->help) return options;
-    const std::pair<const char*, bool> kOutputs[] = {
-        {"-o", !options->output.empty()},
-        {"--preview", !options->previews.empty()},
-        {"--stats", !options->stats_file.empty()},
-        {"--fractions", !options->fractions_file.empty()},
-        {"--resume", options->resume},
-        {"--estimate", options->estimate},
-        {"--dry-run", dry_run},
-    };
-    for (const auto& [option, given] : kOutputs) {
-        if (given) {
-            return usage_error(fmt::format(
-                "`{}` keeps no slices and takes no `{}`; `openfab print` does", program, option));
-        }
-    }
+    options->dry_run = false;
+    if (!options->output.empty()) return refuse("-o");
+    if (!options->previews.empty()) return refuse("--preview");
+    if (!options->stats_file.empty()) return refuse("--stats");
+    if (!options->fractions_file.empty()) return refuse("--fractions");
     if (!options->input.ends_with(".json")) {
         return usage_error(
             fmt::format("`{}` is not a world (.fab.json); make one of a mesh with `openfab import`",
                         options->input));
     }
-    options->dry_run = false;
     if (options->format.empty()) options->format = "ofr";
     return options;
 }
