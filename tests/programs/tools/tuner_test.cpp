@@ -97,8 +97,9 @@ TEST_F(TunerTest, ProfileAddsUp) {
         }
         EXPECT_THAT(names, IsSupersetOf({"coverage", "culling", "nearest", "slab", "dither", "pack",
                                          "encode", "commit", "waiting"}));
-        // The system's count of the process's seconds is another clock than the threads' own.
-        EXPECT_NEAR(stages / number(profile, "processor_seconds"), 1, 0.1);
+        // The system's count of the process's seconds is another clock than the threads' own. Two
+        // threads also spin for a while before they sleep, which is no stage.
+        EXPECT_NEAR(stages / number(profile, "processor_seconds"), 1, threads == "1" ? 0.1 : 0.3);
         EXPECT_NEAR(all / number(profile, "thread_seconds"), 1, 1e-4);
         EXPECT_NEAR(by_thread / stages, 1, 1e-4);
         EXPECT_GT(slab, 0);
@@ -123,7 +124,7 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
                         "--budget", budget},
                        options);
     };
-    const Outcome first = tune("6s");
+    const Outcome first = tune("3s");
     ASSERT_EQ(first.exit_code, 0) << first.err;
     EXPECT_THAT(first.err, HasSubstr("changes to try"));
     EXPECT_THAT(first.err, HasSubstr("of the first's time: "));
