@@ -366,10 +366,10 @@ class Tuner {
 
     /// Writes the winner, or the first schedule where none is faster.
     Result<void> conclude() {
+        // Also those that time was enough for a single round of: this comparison is what counts.
         std::vector<Candidate*> ranked;
-        for (Candidate& candidate : candidates_) {
-            if (candidate.trial.ratios.size() + 1 >= kRounds) ranked.push_back(&candidate);
-        }
+        for (Candidate& candidate : candidates_)
+            ranked.push_back(&candidate);
         sort(&ranked);
         constexpr size_t kTries = 3;
         std::string lost;
