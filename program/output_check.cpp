@@ -89,13 +89,17 @@ Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutp
         if (there && identity_of(above) == there) return clash(folder, what(i));
     }
     // Names in the folder may be links to files elsewhere.
+    std::vector<std::optional<Identity>> of_others;
+    of_others.reserve(others.size());
+    for (const fs::path& other : others)
+        of_others.push_back(identity_of(other));
     std::error_code status;
     for (fs::directory_iterator entry(folder.path, status), end; !status && entry != end;
          entry.increment(status)) {
         if (!raster::is_folder_file(entry->path().filename().string())) continue;
         const std::optional<Identity> file = identity_of(entry->path());
         for (size_t i = 0; i < others.size() && file; ++i) {
-            if (identity_of(others[i]) == file) return clash(folder, what(i));
+            if (of_others[i] == file) return clash(folder, what(i));
         }
     }
     return {};

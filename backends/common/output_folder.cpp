@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,8 +23,13 @@ Error system_error(const char* what, const std::filesystem::path& path, int code
     return outside_error(fmt::format("{} `{}`: {}", what, path.string(), std::strerror(code)));
 }
 
-/// Writes all of `bytes`; returns 0 or the error's number.
-int write_all(int fd, std::span<const uint8_t> bytes) {
+/// Makes `bytes` the contents of a file; returns 0 or the error's number.
+int fill(int fd, std::span<const uint8_t> bytes) {
+    // Not O_TRUNC: a file that becomes empty is written to the disk when it is closed, by itself.
+    struct stat before {};
+    if (::fstat(fd, &before) != 0) return errno;
+    const auto size = static_cast<off_t>(bytes.size());
+    if (before.st_size > size && ::ftruncate(fd, size) != 0) return errno;
     while (!bytes.empty()) {
         // Linux writes at most 2 GiB at once.
         const ssize_t n = ::write(fd, bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
@@ -52,10 +58,17 @@ OutputFolder::~OutputFolder() {
 
 Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_t> bytes) const {
     const std::string temporary = name + ".part";
-    const int file =
-        ::openat(fd_, temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) return system_error("cannot create", path_ / temporary, errno);
-    int code = write_all(file, bytes);
+    const auto open = [&] {
+        return ::openat(fd_, temporary.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+    };
+    int file = open();
+    if (file < 0) {
+        const int why = errno;
+        // One that is there and may not be written to may still be replaced.
+        if (::unlinkat(fd_, temporary.c_str(), 0) == 0) file = open();
+        if (file < 0) return system_error("cannot create", path_ / temporary, why);
+    }
+    int code = fill(file, bytes);
     if (::close(file) != 0 && code == 0) code = errno;
     if (code == 0 && ::renameat(fd_, temporary.c_str(), fd_, name.c_str()) == 0) return {};
     const char* const what = code != 0 ? "cannot write to" : "cannot create";
@@ -63,6 +76,22 @@ Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_
         system_error(what, path_ / (code != 0 ? temporary : name), code != 0 ? code : errno);
     ::unlinkat(fd_, temporary.c_str(), 0);
     return error;
+}
+
+Result<void> OutputFolder::set_aside(const std::string& name) const {
+    struct stat there {};
+    if (::fstatat(fd_, name.c_str(), &there, AT_SYMLINK_NOFOLLOW) != 0)
+        return system_error("cannot read", path_ / name, errno);
+    if (!S_ISREG(there.st_mode) || there.st_nlink != 1) return remove(name);
+    if (::renameat(fd_, name.c_str(), fd_, (name + ".part").c_str()) == 0) return {};
+    return system_error("cannot rename", path_ / name, errno);
+}
+
+Result<void> OutputFolder::remove(const std::string& name) const {
+    if (::unlinkat(fd_, name.c_str(), 0) == 0 || errno == ENOENT ||
+        (errno == EISDIR && ::unlinkat(fd_, name.c_str(), AT_REMOVEDIR) == 0))
+        return {};
+    return system_error("cannot remove", path_ / name, errno);
 }
 
 Result<void> OutputFolder::sync() const {

@@ -24,8 +24,14 @@ class OutputFolder {
 
     const std::filesystem::path& path() const { return path_; }
     /// Writes a whole file under a temporary name, `name`.part, and renames it, so that the file is
-    /// never partial. It is not synced.
+    /// never partial. It is not synced. A file that lies under the temporary name is written over.
     Result<void> write(const std::string& name, std::span<const uint8_t> bytes) const;
+    /// Gives a file its temporary name, so that `write` uses it again. File systems take their time to
+    /// delete a file and to make another: writing 1854 slices of 5 kB over those of an earlier print
+    /// takes 0.06 s of the processor instead of 1.6 s, and 0.35 s instead of 14, on an ext4 that has no
+    /// journal. What other names or links lead to, or is no plain file, is removed instead.
+    Result<void> set_aside(const std::string& name) const;
+    Result<void> remove(const std::string& name) const;
     /// Syncs the folder and all files in it: its whole file system, since that is one transaction
     /// and one flush of the disk, where each file would be one of its own (1854 slices of a part:
     /// 0.03 s instead of 6.9). Reports a write error that any of them has met since the folder was

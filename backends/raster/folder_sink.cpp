@@ -57,13 +57,10 @@ Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::open(const std::filesys
     Result<backends::OutputFolder> opened = backends::OutputFolder::open(folder);
     if (!opened) return opened.error();
     std::unique_ptr<FolderSink> sink(new FolderSink(std::move(*opened), std::move(options)));
-    const Result<std::vector<std::filesystem::path>> files = sink->files();
+    const Result<std::vector<std::string>> files = sink->files();
     if (!files) return files.error();
-    if (reopened) {
-        sink->earlier_ = !files->empty();
-    } else if (Result<void> removed = sink->remove(*files); !removed) {
-        return removed.error();
-    }
+    sink->resumed_ = reopened;
+    sink->earlier_ = reopened && !files->empty();
     return std::unique_ptr<pipeline::SliceSink>(std::move(sink));
 }
 
@@ -77,8 +74,8 @@ Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::reopen(const std::files
     return open(folder, std::move(options), true);
 }
 
-Result<std::vector<std::filesystem::path>> FolderSink::files() const {
-    std::vector<std::filesystem::path> ours;
+Result<std::vector<std::string>> FolderSink::files() const {
+    std::vector<std::string> ours;
     std::error_code status;
     for (std::filesystem::directory_iterator entry(folder_.path(), status), end;
          !status && entry != end; entry.increment(status)) {
@@ -89,7 +86,7 @@ Result<std::vector<std::filesystem::path>> FolderSink::files() const {
                 "with an earlier print",
                 folder_.path().string(), name));
         }
-        ours.push_back(entry->path());
+        ours.push_back(name);
     }
     if (status) {
         return outside_error(fmt::format("cannot read the folder `{}`: {}", folder_.path().string(),
@@ -98,14 +95,22 @@ Result<std::vector<std::filesystem::path>> FolderSink::files() const {
     return ours;
 }
 
-Result<void> FolderSink::remove(const std::vector<std::filesystem::path>& files) const {
-    for (const std::filesystem::path& file : files) {
-        std::error_code status;
-        std::filesystem::remove(file, status);
-        if (status) {
-            return outside_error(
-                fmt::format("cannot remove `{}`: {}", file.string(), status.message()));
-        }
+Result<void> FolderSink::clear() {
+    Result<std::vector<std::string>> names = files();
+    if (!names) return names.error();
+    std::set<std::string> planned;
+    for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
+        for (size_t i = 0; i < files_a_slice(info_, options_); ++i)
+            planned.insert(slice_file_name(z, i, info_, options_));
+    }
+    // The notes first: what they say is no longer true.
+    std::partition(names->begin(), names->end(),
+                   [](const std::string& name) { return !is_slice_name(name); });
+    for (const std::string& name : *names) {
+        const bool again = planned.contains(name);
+        const Result<void> gone = again ? folder_.set_aside(name) : folder_.remove(name);
+        if (!gone) return gone;
+        if (again) set_aside_.insert(name);
     }
     return {};
 }
@@ -120,15 +125,16 @@ Result<void> FolderSink::write_notes(const pipeline::PrintTotals& totals) {
 
 Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
-    if (!earlier_) return write_notes({});  // a crash leaves it incomplete
+    if (!earlier_) {
+        if (Result<void> cleared = resumed_ ? Result<void>() : clear(); !cleared) return cleared;
+        return write_notes({});  // a crash leaves it incomplete
+    }
     const Result<std::vector<uint8_t>> manifest = read_bytes(folder_.path() / kManifest);
     if (!manifest) return manifest.error();
     if (manifest->empty()) {
-        const Result<std::vector<std::filesystem::path>> found = files();
+        const Result<std::vector<std::string>> found = files();
         if (!found) return found.error();
-        const bool slices = std::any_of(found->begin(), found->end(), [](const auto& file) {
-            return is_slice_name(file.filename().string());
-        });
+        const bool slices = std::any_of(found->begin(), found->end(), is_slice_name);
         // The print was killed right at its start: nothing is lost by starting over.
         if (!slices) return {};
         return backends::resume_refused(folder_.path().string(),
@@ -147,19 +153,19 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
 Result<int32_t> FolderSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
     if (!earlier_) return 0;
     const size_t row_bytes = backends::packed_row_bytes(info_.size.x, info_.bits);
-    std::vector<std::filesystem::path> kept;
+    std::set<std::string> kept{kManifest, kHandoff};
     for (int32_t z = info_.slice_begin; z < info_.slice_end; ++z) {
-        std::vector<std::filesystem::path> of_slice;
+        std::vector<std::string> of_slice;
         std::vector<uint8_t> bytes;
         for (size_t i = 0; i < files_a_slice(info_, options_); ++i) {
-            of_slice.push_back(folder_.path() / slice_file_name(z, i, info_, options_));
-            const Result<std::vector<uint8_t>> file = read_bytes(of_slice.back());
+            of_slice.push_back(slice_file_name(z, i, info_, options_));
+            const Result<std::vector<uint8_t>> file = read_bytes(folder_.path() / of_slice.back());
             if (!file) return file.error();
             bytes.insert(bytes.end(), file->begin(), file->end());
         }
         const std::vector<uint8_t> rows = decode_slice(bytes, info_, options_);
         if (rows.empty()) break;
-        kept.insert(kept.end(), of_slice.begin(), of_slice.end());
+        kept.insert(of_slice.begin(), of_slice.end());
         ++written_;
         if (!show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) {
             return Error{ErrorCode::kInterrupted,
@@ -168,14 +174,12 @@ Result<int32_t> FolderSink::resume(const std::function<bool(const pipeline::Slic
         }
     }
     const bool complete = written_ == info_.slice_end - info_.slice_begin;
-    Result<std::vector<std::filesystem::path>> rest = files();
-    if (!rest) return rest.error();
-    std::erase_if(*rest, [&](const std::filesystem::path& file) {
-        const std::string name = file.filename().string();
-        return name == kManifest || name == kHandoff ||
-               std::find(kept.begin(), kept.end(), file) != kept.end();
-    });
-    if (Result<void> removed = remove(*rest); !removed) return removed.error();
+    const Result<std::vector<std::string>> found = files();
+    if (!found) return found.error();
+    for (const std::string& name : *found) {
+        if (kept.contains(name)) continue;
+        if (Result<void> removed = folder_.remove(name); !removed) return removed.error();
+    }
     earlier_ = false;
     // The manifest of a complete print must not stay once slices of it are gone.
     if (!complete) {
@@ -203,9 +207,10 @@ Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     const size_t files = files_a_slice(info_, options_);
     const size_t file_bytes = bytes.size() / files;
     for (size_t i = 0; i < files; ++i) {
+        const std::string name = slice_file_name(z, i, info_, options_);
         const Result<void> written =
-            folder_.write(slice_file_name(z, i, info_, options_),
-                          std::span(bytes).subspan(i * file_bytes, file_bytes));
+            folder_.write(name, std::span(bytes).subspan(i * file_bytes, file_bytes));
+        set_aside_.erase(name);
         if (written) continue;
         broken_ = true;
         return with_resume_state(written.error(), bytes.size());
@@ -218,9 +223,15 @@ Result<void> FolderSink::finish(const pipeline::PrintTotals& totals) {
     if (earlier_) return {};  // refused or interrupted before anything was changed
     pipeline::PrintTotals honest = totals;
     honest.complete = totals.complete && !broken_;
+    // What an earlier print had, and this one did not come to.
+    Result<void> done;
+    for (const std::string& name : set_aside_) {
+        if (Result<void> removed = folder_.remove(name + ".part"); done) done = removed;
+    }
+    set_aside_.clear();
     // The notes after the slices: a manifest that says that all are there must be true, whenever
     // the power fails. Those of an interrupted print that were kept are synced with the others.
-    Result<void> done = folder_.sync();
+    if (done) done = folder_.sync();
     if (done || broken_) done = write_notes(honest);
     if (done) done = folder_.sync();
     // An earlier error has been reported already, and is the cause of this one, too.

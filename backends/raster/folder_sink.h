@@ -10,6 +10,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,8 +39,9 @@ bool manifest_is_complete(const std::string& text);
 
 class FolderSink : public pipeline::SliceSink {
   public:
-    /// Creates the folder and those above it. Slices of an earlier print in it are replaced; fails
-    /// where the folder holds anything else, so that no files are lost or mixed with slices.
+    /// Creates the folder and those above it. Slices of an earlier print in it are replaced, all of
+    /// them in `begin`; fails where the folder holds anything else, so that no files are lost or mixed
+    /// with slices.
     static Result<std::unique_ptr<pipeline::SliceSink>> create(const std::filesystem::path& folder,
                                                                FolderOptions options);
     /// Reopens the folder of an interrupted print, to be resumed; starts one without slices.
@@ -58,8 +60,11 @@ class FolderSink : public pipeline::SliceSink {
         : folder_(std::move(folder)), options_(std::move(options)) {}
     static Result<std::unique_ptr<pipeline::SliceSink>> open(const std::filesystem::path& folder,
                                                              FolderOptions options, bool reopened);
-    Result<std::vector<std::filesystem::path>> files() const;
-    Result<void> remove(const std::vector<std::filesystem::path>& files) const;
+    /// Returns the names of all files in the folder.
+    Result<std::vector<std::string>> files() const;
+    /// Clears the folder: what this print will write again is set aside (OutputFolder), all else is
+    /// removed.
+    Result<void> clear();
     /// Adds to an error how many slices are usable, and how much space the rest needs.
     Error with_resume_state(const Error& error, size_t slice_bytes) const;
     Result<void> write_notes(const pipeline::PrintTotals& totals);
@@ -67,7 +72,9 @@ class FolderSink : public pipeline::SliceSink {
     backends::OutputFolder folder_;
     FolderOptions options_;
     pipeline::PrintInfo info_;
-    int32_t written_ = 0;   ///< whole slices in the folder, from the first
+    std::set<std::string> set_aside_;  ///< their names, without `.part`
+    int32_t written_ = 0;              ///< whole slices in the folder, from the first
+    bool resumed_ = false;
     bool earlier_ = false;  ///< an earlier print's slices are still to be read
     bool broken_ = false;
 };

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <map>
 #include <random>
 #include <thread>
 
@@ -51,6 +52,65 @@ class SliceFolder : public ::testing::Test {
 
     ScratchFolder scratch_;
 };
+
+/// Also where a slice takes fewer bytes than before, and where there are fewer.
+TEST_F(SliceFolder, AnEarlierPrintIsWrittenOver) {
+    ASSERT_TRUE(write(make_sample({40, 30, 9}), {}));
+    struct stat before {};
+    ASSERT_EQ(::stat((scratch_ / "slices/slice_0002.png").c_str(), &before), 0);
+    const SamplePrint print = make_letter_f(2, 5);
+    ASSERT_TRUE(write(print, {}));
+    ASSERT_TRUE(write(print, {}, "fresh"));
+    std::map<std::string, std::string> written, fresh;
+    for (const auto& entry : fs::directory_iterator(scratch_ / "slices"))
+        written[entry.path().filename().string()] = read_file(entry.path());
+    for (const auto& entry : fs::directory_iterator(scratch_ / "fresh"))
+        fresh[entry.path().filename().string()] = read_file(entry.path());
+    EXPECT_EQ(written, fresh);
+    struct stat after {};
+    ASSERT_EQ(::stat((scratch_ / "slices/slice_0002.png").c_str(), &after), 0);
+    EXPECT_EQ(before.st_ino, after.st_ino);  // file systems take long to make new ones
+}
+
+TEST_F(SliceFolder, SlicesOfAnEarlierPrintAreGoneFromTheFirstOn) {
+    ASSERT_TRUE(write(make_sample({40, 30, 9}), {}));
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        raster::FolderSink::create(scratch_ / "slices", {});
+    ASSERT_TRUE(sink);
+    const SamplePrint print = make_letter_f(2, 5);
+    ASSERT_TRUE((*sink)->begin(print.info));
+    const auto slices = [&] {
+        std::vector<std::string> names;
+        for (const auto& entry : fs::directory_iterator(scratch_ / "slices")) {
+            if (entry.path().extension() == ".png") names.push_back(entry.path().filename());
+        }
+        return names;
+    };
+    EXPECT_THAT(slices(), ::testing::IsEmpty());
+    const std::vector<uint8_t> rows = print.rows(0);
+    ASSERT_TRUE((*sink)->commit(0, (*sink)->encode(print.view(0, rows))));
+    EXPECT_THAT(slices(), ::testing::ElementsAre("slice_0001.png"));
+    ASSERT_TRUE((*sink)->finish({}));
+    EXPECT_EQ(std::distance(fs::directory_iterator(scratch_ / "slices"), {}), 3);
+}
+
+/// What other names lead to keeps its bytes.
+TEST_F(SliceFolder, CopiesByLinkStayAsTheyAre) {
+    ASSERT_TRUE(write(make_sample({40, 30, 9}), {}));
+    const std::string slice = read_file(scratch_ / "slices/slice_0001.png");
+    fs::create_hard_link(scratch_ / "slices/slice_0001.png", scratch_ / "copy.png");
+    fs::rename(scratch_ / "slices/slice_0002.png", scratch_ / "elsewhere.png");
+    fs::create_symlink(scratch_ / "elsewhere.png", scratch_ / "slices/slice_0002.png");
+    const std::string elsewhere = read_file(scratch_ / "elsewhere.png");
+    fs::permissions(scratch_ / "slices/slice_0003.png", fs::perms::owner_read);
+    ASSERT_TRUE(write(make_letter_f(2, 5), {}));
+    EXPECT_EQ(read_file(scratch_ / "copy.png"), slice);
+    EXPECT_EQ(read_file(scratch_ / "elsewhere.png"), elsewhere);
+    EXPECT_FALSE(fs::is_symlink(scratch_ / "slices/slice_0002.png"));
+    ASSERT_TRUE(write(make_letter_f(2, 5), {}, "fresh"));
+    for (const char* name : {"slice_0001.png", "slice_0002.png", "slice_0003.png"})
+        EXPECT_EQ(read_file(scratch_ / "slices" / name), read_file(scratch_ / "fresh" / name));
+}
 
 TEST_F(SliceFolder, EveryPixelOfEveryKind) {
     for (int32_t bits : {4, 8}) {
