@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <random>
@@ -188,11 +189,22 @@ Result<void> StreamSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     });
     if (failed_) return error_;
     if (z < next_) return {};
-    queue_.push_back({z, false, frame(Kind::kSlice, bytes)});
-    queued_bytes_ += queue_.back().message.size();
+    const bool wakes = push({z, false, frame(Kind::kSlice, bytes)});
     lock.unlock();
-    (void)::eventfd_write(wake_, 1);
+    if (wakes) (void)::eventfd_write(wake_, 1);
     return {};
+}
+
+/// Adds to the queue; returns whether the thread must be woken. The caller has the lock.
+bool StreamSink::push(Item item) {
+    const size_t bytes = item.message.size();
+    const bool first = unsent_bytes_ == 0;
+    const bool had_enough = has_enough();
+    if (first) unsent_since_ = seconds_now();
+    queue_.push_back(std::move(item));
+    queued_bytes_ += bytes;
+    unsent_bytes_ += bytes;
+    return first || (has_enough() && !had_enough);
 }
 
 Result<void> StreamSink::finish(const pipeline::PrintTotals& totals) {
@@ -201,8 +213,7 @@ Result<void> StreamSink::finish(const pipeline::PrintTotals& totals) {
     std::unique_lock lock(mutex_);
     if (totals.complete && !failed_ && !done_) {
         const std::vector<uint8_t> index = ofr::write_index({entries_, totals}, offset_);
-        queue_.push_back({info_.slice_end, true, frame(Kind::kDone, index)});
-        queued_bytes_ += queue_.back().message.size();
+        push({info_.slice_end, true, frame(Kind::kDone, index)});
         (void)::eventfd_write(wake_, 1);
         changed_.wait(lock, [&] { return failed_ || done_; });
     } else if (!totals.complete) {
@@ -214,7 +225,7 @@ Result<void> StreamSink::finish(const pipeline::PrintTotals& totals) {
     lock.unlock();
     (void)::eventfd_write(wake_, 1);
     thread_.join();
-    if (line_.is_open() && sent_bytes_ == 0 && !line_.is_mid_send())
+    if (line_.is_open() && out_.empty() && !line_.is_mid_send())
         line_.send_all(frame_stop(StopCode::kBye, "the sender leaves"), kMomentSeconds);
     line_.close();
     return result;
@@ -241,16 +252,35 @@ void StreamSink::run() {
     }
 }
 
+/// Returns whether an item waits that the window has room for; the caller has the lock.
+bool StreamSink::may_send() const {
+    return sent_ < std::min<size_t>(queue_.size(), window_);
+}
+
+/// Returns whether what waits is worth being sent by itself; the caller has the lock.
+bool StreamSink::has_enough() const {
+    return queue_.size() - sent_ >= kEnoughSlices || unsent_bytes_ >= kEnoughBytes ||
+           (!queue_.empty() && queue_.back().last);
+}
+
+/// Returns whether to send now; the caller has the lock.
+bool StreamSink::should_send() const {
+    return may_send() && (has_enough() || seconds_now() - unsent_since_ >= kLongestWaitSeconds);
+}
+
 /// One turn of the line: sends and hears what can be at once, else waits.
 void StreamSink::serve() {
-    bool more = false;
+    constexpr int kTurnMs = 1000;
+    int wait_ms = kTurnMs;
+    bool more = !out_.empty();
     {
         const std::lock_guard lock(mutex_);
-        more = sent_ < std::min<size_t>(queue_.size(), window_);
+        more = more || should_send();
+        if (!more && may_send()) wait_ms = static_cast<int>(std::ceil(1e3 * kLongestWaitSeconds));
     }
     std::array<pollfd, 2> polled{
         {{line_.fd(), static_cast<int16_t>(POLLIN | (more ? POLLOUT : 0)), 0}, {wake_, POLLIN, 0}}};
-    ::poll(polled.data(), polled.size(), 1000);
+    ::poll(polled.data(), polled.size(), wait_ms);
     if ((polled[1].revents & POLLIN) != 0) {
         eventfd_t ignored = 0;
         (void)::eventfd_read(wake_, &ignored);
@@ -261,24 +291,32 @@ void StreamSink::serve() {
     const double now = seconds_now();
     if (now - line_.heard() > kSilentSeconds) return line_.close();
     // Between whole messages only.
-    if (now - alive_ > kAliveSeconds && sent_bytes_ == 0 && !line_.is_mid_send()) {
+    if (now - alive_ > kAliveSeconds && out_.empty() && !line_.is_mid_send()) {
         alive_ = now;
         if (!line_.send_all(frame(Kind::kAlive, {}), 1)) line_.close();
     }
 }
 
 void StreamSink::send_queued() {
-    const std::lock_guard lock(mutex_);
-    while (sent_ < std::min<size_t>(queue_.size(), window_)) {
-        const std::vector<uint8_t>& message = queue_[sent_].message;
-        const int64_t n = line_.send_some(std::span<const uint8_t>(message).subspan(sent_bytes_));
+    for (;;) {
+        if (out_.empty()) {
+            const std::lock_guard lock(mutex_);
+            if (!should_send()) return;
+            do {
+                const std::vector<uint8_t>& message = queue_[sent_++].message;
+                out_.insert(out_.end(), message.begin(), message.end());
+                unsent_bytes_ -= message.size();
+            } while (may_send() && out_.size() < kEnoughBytes);
+            unsent_since_ = seconds_now();
+        }
+        const int64_t n = line_.send_some(std::span<const uint8_t>(out_).subspan(out_begin_));
         if (n < 0) return line_.close();
         if (n == 0) return;
         alive_ = seconds_now();
-        sent_bytes_ += static_cast<size_t>(n);
-        if (sent_bytes_ < message.size()) continue;
-        ++sent_;
-        sent_bytes_ = 0;
+        out_begin_ += static_cast<size_t>(n);
+        if (out_begin_ < out_.size()) continue;
+        out_.clear();
+        out_begin_ = 0;
     }
 }
 
@@ -324,9 +362,14 @@ void StreamSink::handle(const Message& message) {
 /// Slices below `next` are kept; the caller has the lock.
 void StreamSink::pop_to(int32_t next) {
     while (!queue_.empty() && !queue_.front().last && queue_.front().z < next) {
-        queued_bytes_ -= queue_.front().message.size();
+        const size_t bytes = queue_.front().message.size();
+        queued_bytes_ -= bytes;
+        if (sent_ > 0) {
+            --sent_;
+        } else {
+            unsent_bytes_ -= bytes;
+        }
         queue_.pop_front();
-        if (sent_ > 0) --sent_;
     }
     next_ = std::max(next_, next);
     changed_.notify_all();
@@ -334,7 +377,10 @@ void StreamSink::pop_to(int32_t next) {
 
 /// Begins on a new line; the caller has the lock.
 void StreamSink::take_ready(const Ready& ready) {
-    sent_ = sent_bytes_ = 0;
+    sent_ = out_begin_ = 0;
+    out_.clear();
+    unsent_bytes_ = queued_bytes_;
+    unsent_since_ = 0;
     window_ = std::clamp<uint32_t>(ready.window, 1, kMostWindow);
     alive_ = seconds_now();
     pop_to(ready.next);

@@ -42,6 +42,12 @@ class StreamSink : public pipeline::SliceSink {
     Result<void> finish(const pipeline::PrintTotals& totals) override;
 
   private:
+    /// Slices are sent when there are so many, or so many bytes, or the first one has waited for so long:
+    /// sending wakes the thread, and then the receiver. A slab comes all at once.
+    static constexpr size_t kEnoughSlices = 8;
+    static constexpr size_t kEnoughBytes = 64 << 10;
+    static constexpr double kLongestWaitSeconds = 0.002;
+
     struct Item {
         int32_t z = 0;
         bool last = false;
@@ -56,11 +62,15 @@ class StreamSink : public pipeline::SliceSink {
         Line* line, const std::function<bool(const pipeline::SliceView&)>& show,
         int32_t* shown) const;
     Error stopped(const Stop& stop) const;
+    bool push(Item item);
     void start(const Ready& ready);
 
     // The thread's.
     void run();
     void serve();
+    bool may_send() const;
+    bool has_enough() const;
+    bool should_send() const;
     void send_queued();
     bool hear();
     void handle(const Message& message);
@@ -81,14 +91,17 @@ class StreamSink : public pipeline::SliceSink {
     std::vector<ofr::IndexEntry> entries_;
     uint64_t offset_ = 0;  ///< in the .ofr file that the stream is
     std::thread thread_;
-    int wake_ = -1;  ///< an eventfd: the queue has something new
+    int wake_ = -1;             ///< an eventfd: the queue has something new
+    std::vector<uint8_t> out_;  ///< the thread's: items that are being sent
+    size_t out_begin_ = 0;
 
     std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<Item> queue_;  ///< not acknowledged, in order
     size_t queued_bytes_ = 0;
-    size_t sent_ = 0;        ///< of the queue's items, on this line, wholly
-    size_t sent_bytes_ = 0;  ///< of the next item
+    size_t sent_ = 0;          ///< of the queue's items, on this line, or in out_
+    size_t unsent_bytes_ = 0;  ///< of the others
+    double unsent_since_ = 0;
     uint32_t window_ = 1;
     double alive_ = 0;   ///< when something was sent last
     int again_ = 0;      ///< how often the same slice came damaged
