@@ -308,12 +308,12 @@ Result<void> validate_options(const Raw& raw, Options* o) {
             "`--resume` continues a file or folder of slices; write `-o OUT` with the name of the "
             "one that was cut short");
     }
-    const bool writes_nothing = o->estimate || o->dry_run;
-    if (o->output.empty() && o->previews.empty() && o->stats_file.empty() &&
-        o->fractions_file.empty() && !writes_nothing) {
-        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
-    }
     return {};
+}
+
+bool has_output(const Options& o) {
+    return !o.output.empty() || !o.previews.empty() || !o.stats_file.empty() ||
+           !o.fractions_file.empty() || o.estimate || o.dry_run;
 }
 
 }  // namespace
@@ -325,7 +325,8 @@ std::string format_names() {
     return text;
 }
 
-Result<Options> parse_options(int argc, const char* const* argv, const std::string& program) {
+Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
+                              bool needs_output) {
     Options options;
     Raw raw;
     CLI::App app("Prints a fab world: slices for a printer, an .ofr file or stream, pictures.",
@@ -344,6 +345,8 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     }
     if (Result<void> done = validate_grid(raw, &options); !done) return done.error();
     if (Result<void> done = validate_options(raw, &options); !done) return done.error();
+    if (needs_output && !has_output(options))
+        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
     return options;
 }
 

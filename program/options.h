@@ -67,8 +67,10 @@ inline constexpr std::array kFormats{"ofr", "png", "bmp", "gcvf", "npy", "3mf", 
 /// Returns them as a text: `ofr, png or bmp`.
 std::string format_names();
 
-/// Parses the command line; `argv[0]` is the program. Errors have the code kUsage.
-Result<Options> parse_options(int argc, const char* const* argv, const std::string& program);
+/// Parses the command line; `argv[0]` is the program. Errors have the code kUsage; so has a command
+/// line without any output, unless the host takes the slices itself.
+Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
+                              bool needs_output = true);
 
 /// Default pitch of the voxels that meshes are made from.
 constexpr double kMeshPitchMm = 0.1;

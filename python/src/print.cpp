@@ -122,7 +122,7 @@ Result<void> Print::print() {
     for (const std::string& word : words_)
         argv.push_back(word.c_str());
     Result<program::Options> options =
-        program::parse_options(static_cast<int>(argv.size()), argv.data(), "print_world");
+        program::parse_options(static_cast<int>(argv.size()), argv.data(), "print_world", false);
     if (!options) return options.error();
     options_ = std::move(*options);
     program::PrintHooks hooks{.interrupt = interrupt_};
