@@ -96,7 +96,8 @@ class Fablet:
 
     def compile(self) -> int:
         """Compiles the kernels now; returns how many were in no cache."""
-        return programs.get([self.source()]).compiled
+        program, is_new = programs.find([self.source()])
+        return program.compiled if is_new else 0
 
     def __repr__(self) -> str:
         return f"Fablet({self.label!r}, {self.name!r})"
@@ -145,13 +146,14 @@ class Programs:
         self._lock = threading.Lock()
         self._kept: OrderedDict[tuple[Any, ...], _core.Program] = OrderedDict()
 
-    def get(self, sources: Iterable[Path], enable_printf: bool = False) -> _core.Program:
+    def find(self, sources: Iterable[Path], enable_printf: bool = False) -> tuple[_core.Program, bool]:
+        """Returns the program of some sources, and whether it was compiled for it."""
         files = tuple(str(source) for source in sources)
         key = (files, enable_printf, _stamps(files))
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
-                return self._kept[key]
+                return self._kept[key], False
         program, said = _core.compile(list(files), enable_printf)
         check_diagnostics(said)
         assert program is not None
@@ -159,7 +161,7 @@ class Programs:
             self._kept[key] = program
             while len(self._kept) > self.MOST:
                 self._kept.popitem(last=False)
-        return program
+        return program, True
 
 
 def _stamps(files: tuple[str, ...]) -> tuple[Any, ...]:

@@ -201,7 +201,7 @@ class World:
         path = self._file.path()
         path.write_text(json.dumps(description, indent=1), encoding="utf-8")
         sources = list(dict.fromkeys(one.fablet.source() for one in self._objects.values()))
-        program = programs.get(sources, enable_printf)
+        program, _ = programs.find(sources, enable_printf)
         return program, [str(path), *(f"--allow={folder}" for folder in sorted(allow))]
 
     def _repr_png_(self) -> bytes:
@@ -241,7 +241,7 @@ class FileWorld:
             raise InputError(f"{self.file}: `fablets` does not say where their sources are") from None
         if not sources:
             raise InputError(f"{self.file}: the world has no fablets")
-        program = programs.get(list(dict.fromkeys(sources)), enable_printf)
+        program, _ = programs.find(list(dict.fromkeys(sources)), enable_printf)
         return program, [str(self.file), *(f"--allow={folder}" for folder in self._allow)]
 
     def _repr_png_(self) -> bytes:

@@ -196,7 +196,7 @@ NB_MODULE(_core, m) {
         .def_prop_ro("info", &info_of)
         .def_prop_ro("error", [](const Print& p) { return p.error(); })
         .def_prop_ro("statistics", &Print::statistics)
-        .def_prop_ro("pictures", &pictures_of)
+        .def_prop_ro("pictures", &pictures_of, nb::rv_policy::move)
         .def_prop_ro("progress",
                      [](const Print& p) {
                          const pipeline::ProgressEvent event = p.progress();

@@ -171,7 +171,9 @@ Result<void> Print::print() {
         interrupt_, &statistics);
     statistics.layer_time_s = ready->job.printer.layer_time_s;
     std::vector<std::string> found = statistics.overlaps;
-    if (const std::string nothing = program::nothing_printed(statistics, sizes); !nothing.empty()) {
+    const std::string nothing = program::nothing_printed(statistics, sizes);
+    // A window may well be one of air.
+    if (!nothing.empty() && !window_mm_) {
         statistics.warnings.push_back(nothing);
         found.push_back(nothing);
     }

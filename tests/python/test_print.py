@@ -25,8 +25,7 @@ Tool = Callable[..., dict[str, Any]]
 WORLDS = [
     ("magic_postcard/postcard.fab.json", 6),
     ("gyroid_block/gyroid.fab.json", 6),
-    ("rhino/spikes.fab.json", 8),
-    ("reef_fish/reef_fish.fab.json", 8),
+    ("rhino/holes.fab.json", 10),
     ("orientation_coupon/coupon.fab.json", 6),
     ("microlens_array/microlens.fab.json", 4),
 ]
@@ -134,12 +133,11 @@ def test_the_print_waits_for_its_reader(ball: openfab.World) -> None:
     slices = iter(openfab.print_world(ball, voxel=0.05, threads=2))
     next(slices)
     time.sleep(0.5)
-    import openfab.printing
-
     (running,) = openfab.printing._running
     done, total = running._core.progress
     assert 0 < done < total
-    slices.close()
+    del slices  # and with it the print
+    gc.collect()
     assert not openfab.printing._running
 
 
@@ -175,8 +173,8 @@ def test_fractions_are_those_that_the_tool_writes(gallery: Path, tool: Tool, tmp
 
 
 def test_a_box_has_the_mixtures_of_the_whole(gallery: Path) -> None:
-    world = openfab.load(gallery / "rhino" / "spikes.fab.json")
-    whole = openfab.sample(world, voxel=0.8)
+    world = openfab.load(gallery / "magic_postcard" / "postcard.fab.json")
+    whole = openfab.sample(world, voxel=0.4)
     assert whole.fractions.max() == 1
     size = np.array(whole.fractions.shape[2::-1])
     rng = np.random.default_rng(7)
@@ -184,10 +182,10 @@ def test_a_box_has_the_mixtures_of_the_whole(gallery: Path) -> None:
         lo = rng.integers(-3, size - 4)
         hi = np.minimum(lo + rng.integers(1, size), size + 3)
         corner = np.array(whole.origin_mm)
-        part = openfab.sample(world, (corner + 0.8 * (lo + 1e-4), corner + 0.8 * (hi - 1e-4)), voxel=0.8)
-        np.testing.assert_allclose(part.origin_mm, corner + 0.8 * lo, atol=1e-9)
+        part = openfab.sample(world, (corner + 0.4 * (lo + 1e-4), corner + 0.4 * (hi - 1e-4)), voxel=0.4)
+        np.testing.assert_allclose(part.origin_mm, corner + 0.4 * lo, atol=1e-9)
         expected = np.zeros((*(hi - lo)[::-1], whole.fractions.shape[3]), np.float32)
-        a, b = np.maximum(lo, 0), np.minimum(hi, size)
+        a, b = np.clip(lo, 0, size), np.clip(hi, 0, size)
         inner = tuple(slice(x, y) for x, y in zip((a - lo)[::-1], (b - lo)[::-1]))
         outer = tuple(slice(x, y) for x, y in zip(a[::-1], b[::-1]))
         expected[inner] = whole.fractions[outer]

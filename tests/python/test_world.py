@@ -71,7 +71,7 @@ def test_a_trimesh_is_a_mesh() -> None:
 def test_attributes_reach_the_fablet() -> None:
     text = """fablet ByAttribute {
         @uniform { Material one, other; }
-        @Volume(@varying { VolumeAttributes attr; @nearest float heat; @nearest int zone })
+        @Volume(@varying { VolumeAttributes attr, @nearest float heat, @nearest int zone })
         {
             MaterialComposition mc;
             if (zone == 7) mc.Set(one, 1);
