@@ -36,7 +36,8 @@ class Entry:
     def value(self):
         """The name of its value; empty for a flag."""
         value = (self.option["value"] or "").replace(" REQUIRED", "").removesuffix(" ...").strip()
-        return re.sub(r":.*|=.*", "", value)
+        # `TEXT:{a,b}=a` and `INT:INT in [0 - 9]`; but `A:B` is a name.
+        return re.sub(r"(:\{|:[A-Z]{2,}|=).*", "", value)
 
     @property
     def choices(self):
