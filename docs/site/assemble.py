@@ -29,7 +29,7 @@ NAVIGATION = [
     ("Worlds", ["world/WORLDS.md", "world/reference.md"]),
     ("Commands", ["commands/*.md"]),
     ("Python", ["docs/python.md", "docs/python/*.md", "docs/distributed.md"]),
-    ("Gallery", ["gallery/magic_postcard/README.md", "gallery/*/README.md"]),
+    ("Gallery", ["gallery/index.md", "gallery/magic_postcard/README.md", "gallery/*/README.md"]),
     ("Inside", ["docs/architecture.md", "docs/determinism.md", "docs/nearest.md", "docs/*.md", "docs/measurements/*.md",
                 "CONTRIBUTING.md", "*", "*/*.md", "*/*/*.md", "*/*/*/*.md"]),
 ]
@@ -116,6 +116,24 @@ class Site:
             (self.pages / name).write_text(f"# {title}\n\n" + "\n".join(rows) + "\n", encoding="utf-8")
             self.made.add(name)
 
+    def gallery(self):
+        """Makes a page with the first picture of each exhibit."""
+        cards = ["# Gallery", "Printed objects, each with its fablet and its world; every picture is made of the print's own voxels.",
+                 '<div class="grid cards" markdown>']
+        for page in sorted(name for name in self.documents if re.fullmatch(r"gallery/\w+/README.md", name)):
+            folder = page.split("/")[1]
+            shown = re.search(r"!\[[^\]]*\]\(([\w.]+)\)", (self.root / page).read_text(encoding="utf-8"))
+            pictures = sorted(name for name in self.files if re.fullmatch(rf"gallery/{folder}/\w+\.png", name))
+            picture = f"gallery/{folder}/{shown[1]}" if shown else pictures[-1]
+            self.copy(picture)
+            title = title_of(self.root / page)
+            cards.append(f"-   [![{title}]({picture.removeprefix('gallery/')}){{ width=220 }}]({folder}/README.md)\n\n"
+                         f"    [{title}]({folder}/README.md)")
+        cards.append("</div>")
+        (self.pages / "gallery").mkdir(exist_ok=True)
+        (self.pages / "gallery/index.md").write_text("\n\n".join(cards) + "\n", encoding="utf-8")
+        self.made.add("gallery/index.md")
+
     def navigation(self):
         left = sorted(self.documents | self.made)
         out = []
@@ -148,6 +166,7 @@ def main():
     site.made.update(commands.write(root, programs, site.pages))
     site.copy("world/fab_world.schema.json")
     site.index_folders()
+    site.gallery()
     for page in sorted(site.documents):
         site.write(page)
     settings = {"INHERIT": str(root / "docs/site/mkdocs.yml"), "docs_dir": str(site.pages), "site_dir": str(out / "html"),

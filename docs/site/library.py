@@ -26,7 +26,9 @@ class Section:
 
 
 def paragraphs(lines):
-    return "\n".join(lines).strip().replace("<", "&lt;")
+    """Makes Markdown of a comment; what it names of the gallery becomes a link."""
+    text = "\n".join(lines).strip().replace("<", "&lt;")
+    return re.sub(r"\bgallery/(\w+)", r"[gallery/\1](../gallery/\1/README.md)", text)
 
 
 def read(path):
