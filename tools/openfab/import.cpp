@@ -279,6 +279,12 @@ class Importer {
         } else if (out_.fablet == "lattice") {
             material("material", "white", kWhite);
             uniform("filler", "\"VOID\"");
+        } else if (out_.fablet == "infill") {
+            const Vec3d middle = (box_.lo + box_.hi) * (scale_ / 2);
+            uniform("drain", list_of(std::array{middle.x, middle.y, middle.z}, number));
+            material("material", "white", kWhite);
+            uniform("filler", "\"VOID\"");
+            uniform("barrier", "\"VOID\"");
         } else {
             return bind_relief();
         }

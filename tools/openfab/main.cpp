@@ -64,8 +64,8 @@ void add_import(CLI::App& app, Action* action) {
     command->add_option("-o,--output", a->folder, "the folder to make")->required();
     command->add_option(
         "--fablet", a->import.fablet,
-        "solid, textured, mapped, painted, graded, shell, lattice or relief; else what fits "
-        "the mesh");
+        "solid, textured, mapped, painted, graded, shell, lattice, infill or relief; else what "
+        "fits the mesh");
     command->add_option("--picture", a->import.picture,
                         "an image for textured, mapped or relief, instead of the mesh's own");
     command

@@ -17,8 +17,8 @@ namespace openfab::tools {
 std::string_view stock_text(std::string_view name);
 
 /// A stock fablet's file is stock_NAME.fl; its fablet has the capitalised name.
-constexpr std::array<const char*, 8> kStockFablets = {"solid",  "textured", "mapped",  "painted",
-                                                      "graded", "shell",    "lattice", "relief"};
+constexpr std::array<const char*, 9> kStockFablets = {
+    "solid", "textured", "mapped", "painted", "graded", "shell", "lattice", "infill", "relief"};
 
 bool is_stock_fablet(std::string_view name);
 

@@ -34,8 +34,9 @@ class Point : public interp::Environment {
 /// `body` ends a function that returns a float, with float3 p and float t in scope.
 std::optional<ir::Module> compile(const std::string& modules, const std::string& body) {
     std::string text;
-    for (const char* name : {"color", "dither", "foam", "grade", "halftone", "lattice", "lens",
-                             "mapping", "marble", "pattern", "shell", "wood"}) {
+    for (const char* name :
+         {"color", "conformal", "dither", "foam", "grade", "halftone", "lattice", "lens", "mapping",
+          "marble", "pattern", "shell", "struts", "voronoi", "wood"}) {
         if (modules.find(name) != std::string::npos) text += std::string("import ") + name + ";\n";
     }
     text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +
@@ -120,6 +121,22 @@ constexpr Range kRanges[] = {
     {"color", "length(hsv_to_rgb(rgb_to_hsv(saturate(p))) - saturate(p))", 0, 1e-6F, 1},
     {"color", "length(lab_to_rgb(rgb_to_lab(saturate(p))) - saturate(p))", 0, 1e-4F, 1},
     {"color", "dot(ink_limit(rgb_to_cmyk(saturate(p), 1.5, 0.5), 0.9), 1)", 0, 0.9001F, 0.01F},
+    {"lattice", "iwp(p, 7)", -5, 3, 0.02F},
+    {"lattice", "frd(p, 7)", -7, 2, 0.08F},
+    {"lattice", "fischer_koch_s(p, 7)", -1.4143F, 1.4143F, 0.02F},
+    {"lattice", "lidinoid(p, 7)", -1.3501F, 1.1501F, 0.02F},
+    {"lattice", "split_p(p, 7)", -1.8F, 1.81F, 0.02F},
+    {"lattice", "iwp_distance(p, 7)", -0.28F * 7, 0.28F * 7, 0.15F},
+    {"lattice", "frd_distance(p, 7)", -0.28F * 7, 0.28F * 7, 0.15F},
+    {"lattice", "fischer_koch_s_distance(p, 7)", -0.16F * 7, 0.16F * 7, 0.05F},
+    {"lattice", "lidinoid_distance(p, 7)", -0.14F * 7, 0.14F * 7, 0.1F},
+    {"lattice", "split_p_distance(p, 7)", -0.17F * 7, 0.17F * 7, 0.15F},
+    {"struts", "strut_kelvin(p, 7, 0.5, 0.5)", -1.5F, 7, 0.8F},
+    {"struts", "strut_diamond(p, 7, 0.5, 0.5)", -1.5F, 7, 0.7F},
+    {"struts", "strut_fluorite(p, 7, 0.5, 0.5)", -2.33F, 7, 0.8F},
+    {"struts", "plates_octet(p, 7, 1)", -0.5F, 1.53F, 0.15F},
+    {"struts", "honeycomb(p.xy, 7, 1)", -0.5F, 0.5F * 7, 0.5F},
+    {"conformal", "cells_fit(20, 1 + 9 * t)", 1, 10, 0.01F},
 };
 
 TEST(Stdlib, FunctionsStayInTheirRangesAndFillThem) {
