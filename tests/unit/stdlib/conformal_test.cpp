@@ -154,8 +154,11 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"growing", "cells_growing(p, 10, 16, 5)", {8, -16, -9}, {20, 16, 9}},
         Case{"cylinder", "cells_cylinder(p, 20, float3(5, 5, 5))", {16, -16, -9}, {24, 16, 9}},
         Case{"sphere", "cells_sphere(p, 20, float3(5, 5, 5))", {16, -12, -8}, {24, 12, 8}},
-        Case{"between", "cells_between(p.z - 2, 12 - p.z, 2, p.xy / 5, 5)", {-9, -9, 3}, {9, 9, 11}},
-        Case{"surface", "cells_surface(p.xy / 30, 30, float2(6, 5), 9 - p.z, 4)", {-9, -9, 0},
+        Case{
+            "between", "cells_between(p.z - 2, 12 - p.z, 2, p.xy / 5, 5)", {-9, -9, 3}, {9, 9, 11}},
+        Case{"surface",
+             "cells_surface(p.xy / 30, 30, float2(6, 5), 9 - p.z, 4)",
+             {-9, -9, 0},
              {9, 9, 9}}),
     [](const auto& info) { return info.param.name; });
 

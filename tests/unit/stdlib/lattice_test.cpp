@@ -214,9 +214,10 @@ const Surface& reference_of(Field field) {
 }
 
 std::optional<ir::Module> compile(const std::string& expression) {
-    const std::string text = "import lattice;\nfablet T { @uniform { float3 p; Material m; }"
-                             "@Volume() { MaterialComposition mc; mc.Set(m, " +
-                             expression + "); return mc; } }\n";
+    const std::string text =
+        "import lattice;\nfablet T { @uniform { float3 p; Material m; }"
+        "@Volume() { MaterialComposition mc; mc.Set(m, " +
+        expression + "); return mc; } }\n";
     source::SourceManager sources;
     diag::Sink sink;
     auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
@@ -297,8 +298,8 @@ TEST_P(Lattice, LevelsAndWallsFillTheShareThatWasAsked) {
         if (k % 16 == 0) distances.push_back(reference.distance(q) / kTwoPi);
     }
     const auto share = [](const std::vector<double>& values, double most) {
-        return static_cast<double>(std::ranges::count_if(
-                   values, [&](double v) { return v < most; })) /
+        return static_cast<double>(
+                   std::ranges::count_if(values, [&](double v) { return v < most; })) /
                static_cast<double>(values.size());
     };
     const auto level = compile(std::string(surface.name) + "_level(p.x)");
@@ -313,17 +314,18 @@ TEST_P(Lattice, LevelsAndWallsFillTheShareThatWasAsked) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    MinimalSurfaces, Lattice,
-    ::testing::Values(Case{"gyroid", gyroid, 0.2309, 0.28}, Case{"schwarz_p", schwarz_p, 0.4298, 0.28},
-                      Case{"schwarz_d", schwarz_d, 0.2149, 0.28},
-                      Case{"neovius", neovius, 0.4059, 0.28}, Case{"iwp", iwp, 0.2786, 0.24},
-                      Case{"frd", frd, 0.2754, 0.14},
-                      Case{"fischer_koch_s", fischer_koch_s, 0.1516, 0.16},
-                      Case{"lidinoid", lidinoid, 0.1363, 0.12},
-                      Case{"split_p", split_p, 0.1643, 0.16},
-                      Case{"long_gyroid", long_gyroid, 2 * 0.2309, 0.28}),
-    [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(MinimalSurfaces, Lattice,
+                         ::testing::Values(Case{"gyroid", gyroid, 0.2309, 0.28},
+                                           Case{"schwarz_p", schwarz_p, 0.4298, 0.28},
+                                           Case{"schwarz_d", schwarz_d, 0.2149, 0.28},
+                                           Case{"neovius", neovius, 0.4059, 0.28},
+                                           Case{"iwp", iwp, 0.2786, 0.24},
+                                           Case{"frd", frd, 0.2754, 0.14},
+                                           Case{"fischer_koch_s", fischer_koch_s, 0.1516, 0.16},
+                                           Case{"lidinoid", lidinoid, 0.1363, 0.12},
+                                           Case{"split_p", split_p, 0.1643, 0.16},
+                                           Case{"long_gyroid", long_gyroid, 2 * 0.2309, 0.28}),
+                         [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace openfab::testing

@@ -36,7 +36,7 @@ std::optional<ir::Module> compile(const std::string& modules, const std::string&
     std::string text;
     for (const char* name :
          {"color", "conformal", "dither", "foam", "grade", "halftone", "lattice", "lens", "mapping",
-          "marble", "pattern", "shell", "struts", "voronoi", "wood"}) {
+          "marble", "pattern", "shell", "solids", "struts", "voronoi", "wood"}) {
         if (modules.find(name) != std::string::npos) text += std::string("import ") + name + ";\n";
     }
     text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +

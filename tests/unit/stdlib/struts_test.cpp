@@ -147,8 +147,7 @@ std::vector<Bond> reentrant(double lean) {
         for (int y = -2; y <= 2; ++y) {
             for (int z = -2; z <= 2; ++z) {
                 const auto add = [&](const Vec& a, const Vec& b) {
-                    out.push_back(
-                        {{a[0] + x, a[1] + y, a[2] + z}, {b[0] + x, b[1] + y, b[2] + z}});
+                    out.push_back({{a[0] + x, a[1] + y, a[2] + z}, {b[0] + x, b[1] + y, b[2] + z}});
                 };
                 add({0, 0, waist}, {0, 0, 1 - waist});
                 add({0.5, 0, -top}, {0.5, 0, top});
@@ -212,10 +211,10 @@ TEST_P(Struts, AreAsThickAsAskedAwayFromNodes) {
             bond = {times(bond.from, cell), times(bond.to, cell), bond.thickness};
         for (const double fillet : {0.0, 0.6}) {
             SCOPED_TRACE(::testing::Message() << "cell.y " << cell[1] << ", fillet " << fillet);
-            const auto module = compile(
-                std::string("strut_") + lattice.name + "(p, float3(" + std::to_string(cell[0]) +
-                ", " + std::to_string(cell[1]) + ", " + std::to_string(cell[2]) + "), 0.4, " +
-                std::to_string(fillet) + lattice.more + ")");
+            const auto module = compile(std::string("strut_") + lattice.name + "(p, float3(" +
+                                        std::to_string(cell[0]) + ", " + std::to_string(cell[1]) +
+                                        ", " + std::to_string(cell[2]) + "), 0.4, " +
+                                        std::to_string(fillet) + lattice.more + ")");
             ASSERT_TRUE(module);
             std::mt19937 random(3);
             std::uniform_real_distribution<double> place(-0.5, 0.5);
@@ -254,8 +253,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"diamond", "", [] { return between(kFcc, kDiamond, kRoot3 / 4); }},
         Case{"fluorite", "", fluorite},
         Case{"isotruss", "", [] { return both(cubic(1.2408065), bcc()); }},
-        Case{"reentrant", ", 0.25", [] { return reentrant(0.25); }},
-        Case{"hexagonal", "", prisms}),
+        Case{"reentrant", ", 0.25", [] { return reentrant(0.25); }}, Case{"hexagonal", "", prisms}),
     [](const auto& info) { return info.param.name; });
 
 /// Between two struts at a right angle a fillet is a circle.
