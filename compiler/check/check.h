@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compiler/check/tree.h"
+#include "compiler/check/uses.h"
 #include "compiler/diag/sink.h"
 #include "compiler/syntax/ast.h"
 
@@ -20,6 +21,7 @@ struct Unit {
 
 struct CheckOptions {
     bool need_fablet = true;  ///< false: a file of functions is enough
+    Uses* uses = nullptr;     ///< filled in if given
 };
 
 /// Resolves names, types and stages of the last unit, the program, and of the modules before it,

@@ -136,6 +136,7 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
         return poison(expr.span);
     }
     if (const Symbol* symbol = find(callee.text); symbol != nullptr) {
+        record_use(callee.span, *symbol);
         if (symbol->kind == SymbolKind::kType && symbol->type.is(Base::kStruct)) {
             return construct_struct(expr, symbol->type);
         }
@@ -323,6 +324,7 @@ ExprPtr ExpressionChecker::user_call(const ast::Expr& expr,
     }
     ExprPtr out = make(ExprKind::kCall, best->return_type, expr.span);
     out->function = best;
+    record_use(callee.span, *best);
     if (function_ != nullptr) function_->calls.push_back({best, callee.span});
     for (size_t i = args.size(); i < best->parameters.size(); ++i) {
         const Symbol& fallback = *best->parameters[i]->fallback;

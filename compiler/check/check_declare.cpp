@@ -178,6 +178,7 @@ void Checker::declare_functions(const std::vector<ast::Function>& from,
             sink_->report(f.span, diag::kRedeclared, f.name)
                 .note(known->span, "the first one is here, with the same parameters");
         }
+        record_use(function->span, *function);
         visible_functions_.push_back(function.get());
         to->push_back(std::move(function));
     }

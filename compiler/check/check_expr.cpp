@@ -92,7 +92,22 @@ ExprPtr ExpressionChecker::make(ExprKind kind, const Type& type, const source::S
     return out;
 }
 
+std::vector<StructMember> attribute_members(bool surface) {
+    std::vector<StructMember> out;
+    for (const AttributeInfo& info : kAttributes) {
+        if (surface ? info.surface : info.volume)
+            out.push_back({std::string(info.name), info.type, {}});
+    }
+    return out;
+}
+
 ExprPtr ExpressionChecker::expression(const ast::Expr& expr) {
+    ExprPtr out = expression_of_kind(expr);
+    if (uses_ != nullptr) uses_->expressions.push_back({expr.span, out->type});
+    return out;
+}
+
+ExprPtr ExpressionChecker::expression_of_kind(const ast::Expr& expr) {
     switch (expr.kind) {
         case ast::ExprKind::kBad:
             return poison(expr.span);
@@ -148,6 +163,7 @@ ExprPtr ExpressionChecker::expression(const ast::Expr& expr) {
 ExprPtr ExpressionChecker::name(const ast::Expr& expr) {
     const Symbol* symbol = find(expr.text);
     if (symbol != nullptr) {
+        record_use(expr.span, *symbol);
         if (symbol->type.is_error()) return poison(expr.span);
         if (symbol->kind == SymbolKind::kType) {
             sink_->report(expr.span, diag::kNotAValue, expr.text, "type");
@@ -574,6 +590,7 @@ ExprPtr ExpressionChecker::struct_member(const ast::Expr& expr, ExprPtr object,
     std::string all;
     for (size_t i = 0; i < members.size(); ++i) {
         if (members[i].name == expr.text) {
+            record_use(expr.text_span, members[i]);
             if (members[i].type.is_error()) return poison(expr.span);
             ExprPtr out = make(ExprKind::kMember, members[i].type, expr.span);
             out->bits = static_cast<uint32_t>(i);
@@ -602,6 +619,7 @@ ExprPtr ExpressionChecker::attribute_member(const ast::Expr& expr, ExprPtr objec
         if (info.name == expr.text) {
             ExprPtr out = make(ExprKind::kAttribute, info.type, expr.span);
             out->attribute = info.id;
+            record_use(expr.text_span, StructMember{std::string(info.name), info.type, {}});
             return out;
         }
         names.emplace_back(info.name);

@@ -36,6 +36,7 @@ Program check(const std::vector<Unit>& units, const CheckOptions& options, diag:
 Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options) {
     Program program;
     program_ = &program;
+    uses_ = options.uses;
     std::vector<Exports> done;
     for (const Unit& unit : units)
         check_unit(unit, &done, &program);

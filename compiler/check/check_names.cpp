@@ -20,7 +20,26 @@ const Symbol* ExpressionChecker::find(std::string_view name) const {
     return nullptr;
 }
 
+void ExpressionChecker::record_use(const source::Span& at, const Symbol& symbol) {
+    if (uses_ == nullptr || at.file == 0) return;
+    uses_->names.push_back({at, symbol.span, UseKind::kSymbol, symbol.kind, symbol.name,
+                            symbol.type, symbol.is_const, nullptr});
+}
+
+void ExpressionChecker::record_use(const source::Span& at, const Function& function) {
+    if (uses_ == nullptr) return;
+    uses_->names.push_back({at, function.span, UseKind::kFunction, SymbolKind::kLocal,
+                            function.name, function.return_type, true, &function});
+}
+
+void ExpressionChecker::record_use(const source::Span& at, const StructMember& member) {
+    if (uses_ == nullptr) return;
+    uses_->names.push_back({at, member.span, UseKind::kMember, SymbolKind::kLocal, member.name,
+                            member.type, false, nullptr});
+}
+
 bool ExpressionChecker::declare(const Symbol* symbol) {
+    record_use(symbol->span, *symbol);
     const auto [known, fresh] = scopes_.back().emplace(symbol->name, symbol);
     if (!fresh) {
         diag::Diagnostic& d = sink_->report(symbol->span, diag::kRedeclared, symbol->name);
@@ -31,7 +50,10 @@ bool ExpressionChecker::declare(const Symbol* symbol) {
 
 Type ExpressionChecker::declared_type(const ast::TypeRef& ref) {
     const Symbol* symbol = find(ref.text);
-    if (symbol != nullptr && symbol->kind == SymbolKind::kType) return symbol->type;
+    if (symbol != nullptr && symbol->kind == SymbolKind::kType) {
+        record_use(ref.span, *symbol);
+        return symbol->type;
+    }
     const Type found = find_type(ref.text);
     if (!found.is_error()) return found;
     diag::Diagnostic& d = sink_->report(ref.span, diag::kUnknownType, ref.text);
@@ -133,6 +155,7 @@ void ExpressionChecker::declare_struct(const ast::Struct& from) {
                 .help("initialize the variable: `{ … }` with a value for each member");
         } else {
             record->members.push_back({std::string(v.name), type, v.span});
+            record_use(v.span, record->members.back());
         }
     }
     if (from.members.empty()) {

@@ -38,6 +38,9 @@ class ExpressionChecker {
     explicit ExpressionChecker(diag::Sink* sink) : sink_(sink) {}
 
     // check_names.cpp
+    void record_use(const source::Span& at, const Symbol& symbol);
+    void record_use(const source::Span& at, const Function& function);
+    void record_use(const source::Span& at, const StructMember& member);
     bool declare(const Symbol* symbol);
     const Symbol* find(std::string_view name) const;
     Type declared_type(const ast::TypeRef& ref);
@@ -49,6 +52,7 @@ class ExpressionChecker {
 
     // check_expr.cpp
     ExprPtr expression(const ast::Expr& expr);
+    ExprPtr expression_of_kind(const ast::Expr& expr);
     ExprPtr name(const ast::Expr& expr);
     ExprPtr unary(const ast::Expr& expr);
     ExprPtr binary(const ast::Expr& expr);
@@ -150,6 +154,7 @@ class ExpressionChecker {
     Function* function_ = nullptr;
     Fablet* fablet_ = nullptr;
     Program* program_ = nullptr;
+    Uses* uses_ = nullptr;
 };
 
 }  // namespace openfab::check

@@ -50,6 +50,15 @@ void add_format(CLI::App& app, const CommonOptions& common, Action* action) {
     });
 }
 
+void add_lsp(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "lsp", "Serve an editor: the Language Server Protocol on standard input and output");
+    // Clients add this flag to tell the transport.
+    auto stdio = std::make_shared<bool>(true);
+    command->add_flag("--stdio", *stdio, "standard input and output, which is the only transport");
+    command->callback([action, stdio] { *action = serve_editor; });
+}
+
 void add_describe(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command =
         app.add_subcommand("describe", "Print fablets, uniforms and varyings as JSON");
@@ -173,6 +182,7 @@ int openflc_main(int argc, char** argv) {
     Action action;
     add_check(app, common, &action);
     add_format(app, common, &action);
+    add_lsp(app, &action);
     add_describe(app, common, &action);
     add_emit(app, common, &action);
     add_build(app, common, &action);

@@ -35,7 +35,20 @@ std::string listed(const std::vector<std::string>& names) {
     return out;
 }
 
-/// Returns the modules beside a file.
+}  // namespace
+
+std::vector<std::string> library_modules() {
+    std::vector<std::string> out;
+    for (const EmbeddedText& module : kLibraryModules)
+        out.emplace_back(module.name.substr(0, module.name.size() - kSuffix.size()));
+    return out;
+}
+
+std::string library_text(std::string_view name) {
+    const EmbeddedText* module = find_in_library(std::string(name));
+    return module == nullptr ? std::string() : std::string(module->text);
+}
+
 std::vector<std::string> modules_beside(const fs::path& folder) {
     std::vector<std::string> out;
     std::error_code error;
@@ -43,15 +56,6 @@ std::vector<std::string> modules_beside(const fs::path& folder) {
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
         if (entry.path().extension() == ".fl") out.push_back(entry.path().stem().string());
     }
-    return out;
-}
-
-}  // namespace
-
-std::vector<std::string> library_modules() {
-    std::vector<std::string> out;
-    for (const EmbeddedText& module : kLibraryModules)
-        out.emplace_back(module.name.substr(0, module.name.size() - kSuffix.size()));
     return out;
 }
 
@@ -70,13 +74,14 @@ const std::vector<check::Unit>& Modules::load(uint32_t program) {
 std::optional<size_t> Modules::parse(uint32_t file, const std::string& name) {
     const size_t errors = sink_->errors();
     const std::vector<syntax::Token> tokens = syntax::lex(*sources_, file, sink_);
-    if (sink_->errors() != errors) return std::nullopt;
+    const bool stop = on_error_ == OnError::kStop;
+    if (stop && sink_->errors() != errors) return std::nullopt;
     const ast::File& tree = files_.emplace_back(syntax::parse(*sources_, tokens, sink_));
     check::Unit unit{&tree, name, {}};
     for (const ast::Import& item : tree.imports) {
         if (const std::optional<size_t> at = import(item, file)) unit.imports.push_back(*at);
     }
-    if (sink_->errors() != errors) return std::nullopt;
+    if (stop && sink_->errors() != errors) return std::nullopt;
     units_.push_back(std::move(unit));
     return units_.size() - 1;
 }

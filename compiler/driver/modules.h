@@ -6,9 +6,11 @@
 // the file that imports it, else one of the standard library, which is embedded in this program.
 
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/check/check.h"
@@ -19,12 +21,21 @@ namespace openfab::driver {
 
 /// Returns the names of the modules of the standard library, sorted.
 std::vector<std::string> library_modules();
+/// Returns the text of one; empty if there is none of this name.
+std::string library_text(std::string_view name);
+/// Returns the names of the modules beside a file, which is in `folder`.
+std::vector<std::string> modules_beside(const std::filesystem::path& folder);
+
+/// What follows an error: nothing, or what else can be found out, for editors.
+enum class OnError : uint8_t { kStop, kContinue };
 
 class Modules {
   public:
-    Modules(source::SourceManager* sources, diag::Sink* sink) : sources_(sources), sink_(sink) {}
+    Modules(source::SourceManager* sources, diag::Sink* sink, OnError on_error = OnError::kStop)
+        : sources_(sources), sink_(sink), on_error_(on_error) {}
 
-    /// Parses a file and all that it imports. The result is usable only if the sink has no errors.
+    /// Parses a file and all that it imports. With kStop the result is usable only if the sink has no errors; with
+    /// kContinue it holds what could be parsed, the program always.
     /// The units point into this object.
     const std::vector<check::Unit>& load(uint32_t program);
 
@@ -43,6 +54,7 @@ class Modules {
 
     source::SourceManager* sources_;
     diag::Sink* sink_;
+    OnError on_error_;
     std::deque<ast::File> files_;
     std::vector<check::Unit> units_;
     std::map<std::string, Entry> known_;  ///< by path, or by name in the library

@@ -22,11 +22,20 @@ uint32_t SourceManager::add(std::string name, std::string text, std::filesystem:
     return static_cast<uint32_t>(files_.size());
 }
 
+void SourceManager::replace(const std::filesystem::path& path, std::string text) {
+    replaced_[without_links(path)] = std::move(text);
+}
+
 std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, std::string* fault,
                                             const std::vector<std::filesystem::path>& roots) {
     // Undoes as_argument, which callers apply to names that look like options.
     const std::string given = path.string();
     const std::string name = given.starts_with("./") ? given.substr(2) : given;
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    if (!replaced_.empty()) {
+        const auto text = replaced_.find(without_links(path));
+        if (text != replaced_.end()) return add(name, text->second, folder);
+    }
     const Result<InputFile> file = InputFile::open(path, roots);
     if (!file) {
         *fault = name + ": cannot be opened: " + file.error().text();
@@ -41,8 +50,7 @@ std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, s
         *fault = name + ": cannot be read: " + text.error().text();
         return std::nullopt;
     }
-    const std::filesystem::path folder = path.parent_path();
-    return add(name, std::move(*text), folder.empty() ? "." : folder);
+    return add(name, std::move(*text), folder);
 }
 
 const SourceManager::File* SourceManager::file(uint32_t number) const {

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,8 @@ class SourceManager {
     /// Adds a file's text under a name for messages; the number is for Span::file and is never 0.
     /// `folder` is the file's folder, for files beside it; empty if the text is not from a file.
     uint32_t add(std::string name, std::string text, std::filesystem::path folder = {});
+    /// Makes `load` take a text in place of what the file of this absolute path holds: an editor's, not saved yet.
+    void replace(const std::filesystem::path& path, std::string text);
     /// Reads a file. Returns nothing, with a message in `fault`, if it cannot be read, is too
     /// large, or is not below one of the `roots` (base/input_file.h).
     std::optional<uint32_t> load(const std::filesystem::path& path, std::string* fault,
@@ -60,6 +63,7 @@ class SourceManager {
     uint32_t line_of(const File& file, uint32_t offset) const;
 
     std::vector<std::unique_ptr<File>> files_;
+    std::map<std::filesystem::path, std::string> replaced_;
 };
 
 /// Returns the bytes of the code point at text[at]: 1 to 4; 1 for a byte that is not valid UTF-8.
