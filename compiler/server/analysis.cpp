@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "compiler/driver/frontend.h"
+#include "compiler/translate/translate.h"
 
 namespace openfab::server {
 
@@ -40,13 +41,24 @@ std::optional<std::string> comment_line(std::string_view line) {
 
 Analysis::Analysis(const std::filesystem::path& path, const std::string& text,
                    const OpenFiles& open) {
-    const uint32_t reported = add_document(&reported_sources_, path, text, open);
-    driver::compile_to_ir(reported_sources_, reported, reported_, {false});
     const uint32_t file = add_document(&sources_, path, text, open);
+    tokens_ = syntax::lex(sources_, file, &lexer_);
     units_ = &modules_.load(file);
-    program_ = check::check(*units_, {false, &uses_}, &quiet_);
-    tokens_ = syntax::lex(sources_, file, &quiet_);
+    program_ = check::check(*units_, {false, &uses_}, &found_);
+    if (found_.errors() == 0) {
+        translate::translate(program_, {}, &found_);
+    } else {
+        // The compiler stops at the first step that fails; what the later ones say may follow from that.
+        found_ = {};
+        stopped_ = true;
+        const uint32_t again = add_document(&sources_in_error_, path, text, open);
+        driver::compile_to_ir(sources_in_error_, again, found_, {false});
+    }
     match_brackets();
+}
+
+const source::SourceManager& Analysis::reported_sources() const {
+    return stopped_ ? sources_in_error_ : sources_;
 }
 
 void Analysis::match_brackets() {

@@ -30,8 +30,8 @@ class Analysis {
     Analysis(const std::filesystem::path& path, const std::string& text, const OpenFiles& open);
 
     /// What the compiler reports, and the sources of these messages, in which the document is file 1.
-    std::vector<diag::Diagnostic> diagnostics() const { return reported_.sorted(); }
-    const source::SourceManager& reported_sources() const { return reported_sources_; }
+    std::vector<diag::Diagnostic> diagnostics() const { return found_.sorted(); }
+    const source::SourceManager& reported_sources() const;
 
     /// All names, also of the modules. The document is this file of `sources`.
     static constexpr uint32_t kDocument = 1;
@@ -73,9 +73,10 @@ class Analysis {
   private:
     void match_brackets();
 
-    source::SourceManager reported_sources_, sources_;
-    diag::Sink reported_, quiet_;
-    driver::Modules modules_{&sources_, &quiet_, driver::OnError::kContinue};
+    source::SourceManager sources_, sources_in_error_;
+    diag::Sink found_, lexer_;
+    bool stopped_ = false;  ///< the messages are those of `sources_in_error_`
+    driver::Modules modules_{&sources_, &found_, driver::OnError::kContinue};
     const std::vector<check::Unit>* units_ = nullptr;
     check::Uses uses_;
     check::Program program_;
