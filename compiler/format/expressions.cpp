@@ -53,10 +53,9 @@ Node Formatter::simple_up_to(std::string_view end) {
         add(&out, prefix(), true);
     Node chain = make(Node::Kind::kChain);
     while (!at(end) && !at_end()) {
-        const size_t before = at_;
-        add(&chain, item(), true);
-        if (at(",")) add(&chain, word_node(take()), false);
-        if (at_ == before) break;
+        if (Node part = item(); !part.is_empty()) add(&chain, std::move(part), true);
+        if (!at(",")) break;
+        add(&chain, word_node(take()), false);
     }
     if (!chain.kids.empty()) add(&out, unwrapped(std::move(chain)), true);
     return unwrapped(std::move(out));
@@ -203,7 +202,7 @@ Node Formatter::list(size_t brackets, bool padded, bool keeps_rows) {
     while (!at(end) && !at_end()) {
         const size_t before = at_;
         if (!fresh && keeps_rows && peek().fresh_line) out.rows = true;
-        add(&out, item(), true);
+        if (Node part = item(); !part.is_empty()) add(&out, std::move(part), true);
         if (at(",")) {
             Node separator = word_node(take());
             separator.is_separator = true;

@@ -38,6 +38,7 @@ struct Node {
 
     static constexpr int kBroken = 1 << 20;
     const Word& first() const;
+    bool is_empty() const { return kind == Kind::kSequence && kids.empty(); }
 };
 
 Node word_node(const Word& word, bool space = false);

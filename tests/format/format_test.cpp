@@ -10,6 +10,7 @@
 
 #include "compiler/syntax/token.h"
 #include "tests/fuzz/differential/random_fablet.h"
+#include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
 
 namespace openfab::format {
@@ -312,6 +313,29 @@ TEST(Format, RandomLayoutsOfRandomProgramsKeepTheirTokensAndComments) {
             i % 2 == 0 ? testing::random_fablet(seed) : read(files[seed % files.size()]);
         expect_same_program(scattered(from, &random), "program " + std::to_string(i));
     }
+}
+
+TEST(Format, DamagedProgramsAreFormattedOrHaveSyntaxErrors) {
+    const int programs = testing::long_run() ? 50000 : 2000;
+    std::mt19937_64 random(20261127);
+    const std::vector<fs::path> files = fablets_below({"stdlib", "gallery", "tests/lang"});
+    int formatted_ones = 0;
+    for (int i = 0; i < programs && !HasFailure(); ++i) {
+        std::string text = read(files[random() % files.size()]);
+        if (i % 2 == 0) {
+            text = testing::mutate(text, true, &random);
+        } else {
+            text.erase(random() % text.size(), random() % 4);
+        }
+        const Result<std::string> made = formatted(text);
+        if (!made) {
+            EXPECT_EQ(made.error().code, ErrorCode::kUserInput) << made.error().text() << "\n" << text;
+            continue;
+        }
+        ++formatted_ones;
+        expect_same_program(text, "program " + std::to_string(i));
+    }
+    EXPECT_GT(formatted_ones, programs / 10);
 }
 
 }  // namespace
