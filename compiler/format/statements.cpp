@@ -102,16 +102,19 @@ void Formatter::members(int indent) {
 /// Writes a function's or a stage's header and body: on one line if the author wrote one statement so and it fits.
 void Formatter::function_body(int indent, const Node& header) {
     out_.node(header, false, 0);
-    if (at("{") && on_one_line()) {
-        const size_t start = at_++;
-        const bool empty = at("}");
-        const bool one = !empty && is_simple() && (simple(), at("}"));
+    const bool bare = at("{") && peek(1).is("}") && peek().after.empty() && peek().before.empty() &&
+                      peek(1).before.empty();
+    const size_t start = at_;
+    bool one_line = bare;
+    if (!bare && at("{") && on_one_line()) {
+        ++at_;
+        one_line = is_simple() && (simple(), at("}"));
         at_ = start;
-        if (one || empty) {
-            const Node list = statement_list();
-            if (out_.fits(list, true, 0) && out_.column() > indent) return out_.node(list, true, 0);
-            at_ = start;
-        }
+    }
+    if (one_line) {
+        const Node list = statement_list();
+        if (out_.fits(list, true, 0) && out_.column() > indent) return out_.node(list, true, 0);
+        at_ = start;
     }
     out_.start_line(indent, false);
     block(indent);
