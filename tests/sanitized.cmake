@@ -12,7 +12,7 @@ set(sanitized_tests
     unit/obj_test unit/load_mesh_test unit/reading_memory_test unit/openfab_appearance_test unit/world_test unit/part_test
     unit/texture_pyramid_test unit/texture_convert_test unit/texture_volume_test unit/texture_strangers_files_test unit/texture_oiio_test
     unit/source_test unit/diag_test unit/syntax_test unit/check_language_test unit/translate_test
-    unit/interp_test lang/lang_test
+    unit/interp_test lang/lang_test server/server_test
     unit/print_options_test unit/print_output_check_test
     unit/ofr_test unit/folder_sink_test unit/preview_test unit/mesh_sink_test unit/gcvf_test
     programs/print_resume_test programs/print_refusals_test programs/print_pipes_and_disks_test

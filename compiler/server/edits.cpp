@@ -63,6 +63,11 @@ std::string fixed_name(const Analysis& analysis, const check::Use* use) {
         is_varying = is_varying || (symbol && same_entity(*use, other));
     }
     if (is_varying) return "the name of a varying ties meshes and stages together";
+    // What stands in an expression with an error is not known.
+    const std::vector<diag::Diagnostic> found = analysis.diagnostics();
+    if (std::any_of(found.begin(), found.end(),
+                    [](const diag::Diagnostic& d) { return d.severity == diag::Severity::kError; }))
+        return "names can be renamed once the document has no errors";
     return {};
 }
 

@@ -6,7 +6,6 @@
 /// <reference types="tree-sitter-cli/dsl" />
 
 const PRECEDENCE = {
-    comma: 0,
     assign: 1,
     conditional: 2,
     binary: 3, // + level
@@ -36,7 +35,7 @@ module.exports = grammar({
         uniforms: ($) => seq("@", alias("uniform", $.marker), "{", repeat($.uniform), "}"),
         uniform: ($) => seq(field("type", $.type), list($.declarator), ";"),
         stage: ($) =>
-            seq("@", field("kind", alias(choice("Surface", "Volume", $.identifier), $.marker)), "(", optional($.varyings), ")",
+            seq("@", field("kind", alias($.identifier, $.marker)), "(", optional($.varyings), ")",
                 field("body", $.block)),
         varyings: ($) => seq("@", alias("varying", $.marker), "{", optionalList($.varying), "}"),
         varying: ($) =>
@@ -57,7 +56,7 @@ module.exports = grammar({
             seq(field("name", $.identifier), repeat($.extent), optional(seq("=", field("value", $._initializer))),
                 optional($.annotations)),
         extent: ($) => seq("[", optional($._expression), "]"),
-        annotations: ($) => seq("[", "[", optionalList($.annotation), "]", "]"),
+        annotations: ($) => seq("[[", optionalList($.annotation), "]", "]"),
         annotation: ($) => seq(field("type", $.type), field("name", $.identifier), "=", field("value", $._expression)),
         qualifier: () => choice("const", "static", "in", "out", "inout"),
         type: ($) => alias($.identifier, $.type_identifier),
@@ -85,7 +84,7 @@ module.exports = grammar({
         expression_statement: ($) => seq($._any_expression, ";"),
 
         _any_expression: ($) => choice($._expression, $.comma),
-        comma: ($) => prec.left(PRECEDENCE.comma, seq($._any_expression, ",", $._expression)),
+        comma: ($) => prec.left(seq($._any_expression, ",", $._expression)),
         _initializer: ($) => choice($._expression, $.list),
         list: ($) => seq("{", optionalList($._initializer), "}"),
 

@@ -39,7 +39,8 @@ def opened(client, file):
 @pytest.mark.asyncio(loop_scope="module")
 async def test_a_fablet_of_the_repository(client, file):
     document = opened(client, file)
-    await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+    while document.uri not in client.diagnostics:
+        await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
     assert list(client.diagnostics[document.uri]) == []
     symbols = await client.text_document_document_symbol_async(types.DocumentSymbolParams(document))
     assert symbols
@@ -68,6 +69,10 @@ async def test_a_mistake_and_its_fix(client, tmp_path):
     actions = await client.text_document_code_action_async(
         types.CodeActionParams(document, found.range, types.CodeActionContext([found])))
     assert actions[0].edit.changes[document.uri][0].new_text == "length"
+    fix = actions[0].edit.changes[document.uri][0]
+    client.text_document_did_change(types.DidChangeTextDocumentParams(
+        types.VersionedTextDocumentIdentifier(2, document.uri),
+        [types.TextDocumentContentChangeEvent_Type1(fix.range, fix.new_text)]))
     renamed = await client.text_document_rename_async(
         types.RenameParams(document, types.Position(0, 15), "point"))
     assert [edit.new_text for edit in renamed.changes[document.uri]] == ["point", "point"]

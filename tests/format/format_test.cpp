@@ -329,7 +329,8 @@ TEST(Format, DamagedProgramsAreFormattedOrHaveSyntaxErrors) {
         }
         const Result<std::string> made = formatted(text);
         if (!made) {
-            EXPECT_EQ(made.error().code, ErrorCode::kUserInput) << made.error().text() << "\n" << text;
+            EXPECT_EQ(made.error().code, ErrorCode::kUserInput) << made.error().text() << "\n"
+                                                                << text;
             continue;
         }
         ++formatted_ones;

@@ -209,6 +209,8 @@ def session(openflc, print_times):
     assert "did you mean `Set`?" in message["message"], message
     action = client.ask("textDocument/codeAction", {**document, "range": message["range"], "context": {"diagnostics": []}})[0]
     check("its fix", (action["title"], action["edit"]["changes"][uri][0]["range"]), ("Change to `Set`", message["range"]))
+    error = client.ask("textDocument/rename", {**document, "position": place(FABLET, "t = "), "newName": "u"}, fails=True)
+    assert "no errors" in error["message"], error
     hover = client.ask("textDocument/hover", {**document, "position": place(FABLET, "t = ")})["contents"]["value"]
     assert "float t" in hover, "types in a document with mistakes"
 
