@@ -92,10 +92,10 @@ ExprPtr ExpressionChecker::make(ExprKind kind, const Type& type, const source::S
     return out;
 }
 
-std::vector<StructMember> attribute_members(bool surface) {
+std::vector<StructMember> attribute_members(const Type& attributes) {
     std::vector<StructMember> out;
     for (const AttributeInfo& info : kAttributes) {
-        if (surface ? info.surface : info.volume)
+        if ((info.of & stage_of(attributes)) != 0)
             out.push_back({std::string(info.name), info.type, {}});
     }
     return out;

@@ -35,7 +35,7 @@ struct Uses {
     std::vector<Typed> expressions;
 };
 
-/// Returns the members of SurfaceAttributes or VolumeAttributes.
-std::vector<StructMember> attribute_members(bool surface);
+/// Returns the members of a stage's attributes: Type::is_attributes().
+std::vector<StructMember> attribute_members(const Type& attributes);
 
 }  // namespace openfab::check

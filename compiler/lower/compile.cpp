@@ -222,9 +222,7 @@ std::string code_source(const KernelRequest& request) {
     const auto dump = [](const ir::Stage* stage) {
         return stage != nullptr ? ir::dump(*stage) : "";
     };
-    return fmt::format("{} {}{}
-{}
-{}{}{}", isa_name(request.isa),
+    return fmt::format("{} {}{}\n{}\n{}{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
                        request.profiled ? " profiled" : "", schedule::text_of(schedule_of(request)),
                        ir::dump(*request.stage), dump(request.inside.demand),

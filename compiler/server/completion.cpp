@@ -72,6 +72,10 @@ constexpr const char* kSnippets[][2] = {
     {"@Volume",
      "@Volume(@varying { VolumeAttributes attr })\n{\n    MaterialComposition mc;\n    $0\n    "
      "return mc;\n}"},
+    {"@Dither",
+     "@Dither(@varying { DitherAttributes attr })\n{\n    int largest = 0;\n    for (int i = 1; i < "
+     "attr.count; ++i) {\n        if (attr.Fraction(i) > attr.Fraction(largest)) largest = i;\n    "
+     "}\n    return ${0:largest};\n}"},
     {"@uniform", "@uniform {\n    $0\n}"},
     {"for", "for (int ${1:i} = 0; ${1:i} < ${2:4}; ++${1:i}) {\n    $0\n}"},
     {"if", "if (${1:condition}) {\n    $0\n}"},
@@ -94,8 +98,8 @@ void complete_members(const Analysis& analysis, const check::Type& type, Items* 
             items->add(m.name, Kind::kField, check::type_name(m.type),
                        m.span.file == 0 ? std::string() : analysis.comment_above(m.span), '0');
     };
-    if (type.is_attributes())
-        add(check::attribute_members(type.is(check::Base::kSurfaceAttributes)));
+    if (type.is_attributes()) add(check::attribute_members(type));
+    if (type.is(check::Base::kDitherAttributes)) add_reference("Fraction", Kind::kMethod, '0', items);
     if (type.is(check::Base::kStruct) && type.record != nullptr) add(type.record->members);
     if (type.is(check::Base::kSurfacePoint)) {
         add(check::common_point_members());

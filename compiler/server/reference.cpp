@@ -22,10 +22,12 @@ constexpr Marker kMarkers[] = {
      "The surface stage: runs on the vertices of the surface and returns the displacement, a "
      "`float3` in mm."},
     {"Volume", "The volume stage: runs for each voxel and returns its `MaterialComposition`."},
+    {"Dither",
+     "The dither rule: runs for each voxel that is a mixture and returns the number of the fraction "
+     "that it becomes; 0 is void."},
     {"varying",
      "What a stage reads: the mesh's attributes in a surface stage, those of the nearest surface "
-     "point in a "
-     "volume stage."},
+     "point in a volume stage, the voxel's in a dither rule."},
     {"nearest", "A varying of the volume stage: its value at the nearest point of the surface."},
     {"bound", "The most trips of the loop that follows, a constant."},
 };

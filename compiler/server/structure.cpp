@@ -1,5 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 
@@ -53,7 +55,7 @@ class Outline {
                 leaf(v.name, Symbol::kProperty, v.span, "uniform " + std::string(v.type.text));
             scope(fablet.scope, Symbol::kMethod);
             for (const ast::Stage& stage : fablet.stages)
-                leaf(stage.surface ? "@Surface" : "@Volume", Symbol::kMethod, stage.span, "stage");
+                leaf(fmt::format("@{}", ast::stage_name(stage.kind)), Symbol::kMethod, stage.span, "stage");
             end();
         }
         out_->end_array();

@@ -22,7 +22,7 @@
 (struct name: (type_identifier) @type.definition)
 (type_identifier) @type
 ((type_identifier) @type.builtin
-  (#match? @type.builtin "^((bool|int|uint|float)([2-4](x[2-4])?)?|void|string|Material|MaterialComposition|Object|ImageTexture[23]D|SurfaceAttributes|SurfacePoint|VolumeAttributes)$"))
+  (#match? @type.builtin "^((bool|int|uint|float)([2-4](x[2-4])?)?|void|string|Material|MaterialComposition|Object|ImageTexture[23]D|DitherAttributes|SurfaceAttributes|SurfacePoint|VolumeAttributes)$"))
 
 (function name: (identifier) @function)
 (call function: (identifier) @function.call)
