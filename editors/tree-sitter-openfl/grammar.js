@@ -99,7 +99,7 @@ module.exports = grammar({
         binary: ($) =>
             choice(...BINARY.map((operators, level) =>
                 prec.left(PRECEDENCE.binary + level,
-                    seq(field("left", $._expression), field("operator", choice(...operators)), field("right", $._expression))))),
+                    seq(field("left", $._expression), field("operator", operators.length > 1 ? choice(...operators) : operators[0]), field("right", $._expression))))),
         conditional: ($) =>
             prec.right(PRECEDENCE.conditional, seq(field("condition", $._expression), "?", $._expression, ":", $._expression)),
         assignment: ($) =>
