@@ -173,8 +173,10 @@ void add_view(CLI::App& app, Action* action) {
         "view", "show a print, also an unfinished one, or a world in a page for a browser");
     auto a = std::make_shared<ViewArguments>();
     viewer::ViewOptions& view = a->view;
-    command->add_option("FILE", view.file, "an .ofr file, or a world (.fab.json)")->required();
-    command->add_option("OTHER", view.compare, "a second .ofr file, to see the difference");
+    command
+        ->add_option("FILE", view.file, "an .ofr file, a folder of slices, or a world (.fab.json)")
+        ->required();
+    command->add_option("OTHER", view.compare, "a second print, to see the difference");
     command->add_flag("--watch", view.watch,
                       "print a world again whenever it changes, and let the page change it");
     command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")

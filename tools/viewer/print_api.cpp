@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backends/ofr/format.h"
 #include "tools/viewer/difference.h"
 #include "tools/viewer/parameters.h"
 

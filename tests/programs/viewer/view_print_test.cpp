@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "backends/ofr/ofr_sink.h"
+#include "backends/raster/folder_sink.h"
 #include "tests/programs/viewer/viewer_client.h"
 #include "tests/unit/backends/sample_print.h"
 
@@ -71,6 +72,38 @@ std::array<double, 4> mean_color(const std::vector<uint8_t>& codes) {
     }
     mean[3] = 255 * sum[3] / static_cast<double>(codes.size());
     return mean;
+}
+
+/// As the same print in an .ofr file; also while it is not complete, and after it was begun anew.
+TEST_F(ViewPrint, AFolderOfSlicesIsShown) {
+    const Viewer expected({write(print_, "a.ofr")});
+    for (const auto format : {raster::SliceFormat::kRgba, raster::SliceFormat::kIndexed,
+                              raster::SliceFormat::kBitmaps}) {
+        raster::FolderOptions options;
+        options.format = format;
+        options.flip_x = format == raster::SliceFormat::kIndexed;
+        const auto write_folder = [&](const SamplePrint& print, bool complete) {
+            auto sink = raster::FolderSink::create(path("slices"), options);
+            EXPECT_TRUE(sink && print.send(sink->get(), complete));
+        };
+        SamplePrint half = print_;
+        write_folder(half, false);
+        const Viewer viewer({path("slices")});
+        const std::string tile = tile_path("axis=z&at=5&lu=0&lv=0&u=0&v=0");
+        const HttpAnswer shown = viewer.get(tile), wanted = expected.get(tile);
+        EXPECT_EQ(shown.status, wanted.status) << shown.body;
+        EXPECT_TRUE(shown.body == wanted.body);
+        const std::string pick = "/api/pick?generation=1&print=0&x=7&y=11&z=36";
+        // All but the millimetres, which a manifest rounds.
+        const auto what = [&](const Viewer& of) {
+            const std::string body = of.get(pick).body;
+            return body.substr(0, body.find(",\"mm\"")) + body.substr(body.find("\"around\""));
+        };
+        EXPECT_EQ(what(viewer), what(expected));
+        write_folder(print_, true);
+        viewer.wait_for(
+            [](const JsonValue& state) { return state.find("generation")->value.number == 2; });
+    }
 }
 
 TEST_F(ViewPrint, ThePageComesWithoutATokenAndRunsNothingButItself) {
@@ -475,12 +508,15 @@ TEST_F(ViewPrint, ADamagedSliceIsNamedAndTheOthersAreShown) {
 
 TEST_F(ViewPrint, WhatCannotBeShownIsRefusedWithAReason) {
     scratch_.write("text.ofr", "not a print");
+    std::filesystem::create_directory(path("odd"));
+    scratch_.write("odd/manifest.json", R"({"pixels": [8, 1e30], "slices_planned": 1})");
     const std::string print = write(print_, "a.ofr");
     const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
         {{path("none.ofr")}, "cannot open"},
         {{path("none.fab.json"), "--watch"}, "cannot open"},
         {{path("text.ofr")}, "not an .ofr file"},
-        {{scratch_.path().string()}, "it is a folder"},
+        {{scratch_.path().string()}, "no folder of slices"},
+        {{path("odd")}, "not that of a folder of slices"},
         {{print, path("none.ofr")}, "cannot open"},
         {{print, "--watch"}, "are for a world"},
         {{print, "--listen", "example.org"}, "is not an address"},

@@ -1,0 +1,45 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A folder of slices, PNG or BMP, of which any slice can be read, also while a print still fills it.
+// What the slices are is in its manifest.json; materials are shown in the colours of the slices,
+// since it has no others.
+
+#include <sys/stat.h>
+
+#include <mutex>
+
+#include "backends/raster/slice_files.h"
+#include "base/json.h"
+#include "tools/viewer/print_file.h"
+
+namespace openfab::viewer {
+
+class FolderPrint final : public PrintFile {
+  public:
+    static Result<std::unique_ptr<PrintFile>> open(const std::string& path, int64_t memory_bytes);
+
+    int32_t whole_slices() const override;
+    std::optional<pipeline::PrintTotals> totals() const override;
+    bool look_again() override;
+    bool was_replaced() const override;
+    Result<void> read_slice(int32_t z, SliceBuffers* buffers) const override;
+
+  private:
+    explicit FolderPrint(std::string path) : PrintFile(std::move(path)) {}
+
+    Result<JsonValue> read_manifest() const;
+    Result<void> take_manifest(const JsonValue& manifest);
+    /// Takes the totals where the manifest says that the print is complete.
+    bool take_totals(const JsonValue& manifest);
+    std::string slice_path(int32_t z, size_t file) const;
+
+    raster::FolderOptions options_;
+    mutable std::mutex mutex_;  ///< of all below
+    int32_t found_ = 0;
+    struct stat first_ {};  ///< of the first slice's file, once it is there
+    std::optional<pipeline::PrintTotals> totals_;
+};
+
+}  // namespace openfab::viewer

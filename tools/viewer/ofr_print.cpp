@@ -1,0 +1,209 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/ofr_print.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+
+#include "backends/common/tee_sink.h"
+
+namespace openfab::viewer {
+
+namespace {
+
+constexpr size_t kTailBytes = 16;  ///< offset of the index and the end magic
+
+uint32_t u32_at(const uint8_t* bytes) {
+    uint32_t value = 0;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+uint64_t u64_at(const uint8_t* bytes) {
+    uint64_t value = 0;
+    std::memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+}  // namespace
+
+int64_t OfrPrint::bytes_now() const {
+    struct stat status {};
+    return ::fstat(file_.descriptor(), &status) == 0 ? status.st_size : 0;
+}
+
+bool OfrPrint::read_exactly(uint64_t at, void* to, size_t bytes) const {
+    if (at > static_cast<uint64_t>(bytes_now()))
+        return false;  // offsets that a damaged file states
+    const Result<size_t> got = file_.read(static_cast<int64_t>(at), to, bytes);
+    return got && *got == bytes;
+}
+
+Result<std::unique_ptr<PrintFile>> OfrPrint::open(const std::string& path, int64_t memory_bytes) {
+    Result<InputFile> file = InputFile::open(path);
+    if (!file) return with_context(file.error(), fmt::format("cannot open `{}`: ", path));
+    std::unique_ptr<OfrPrint> print(new OfrPrint(path, std::move(*file)));
+    if (Result<void> header = print->read_header(); !header) return header.error();
+    if (Result<void> fits = print->check_memory(print->slice_bytes(), memory_bytes); !fits)
+        return fits.error();
+    if (!print->take_index_at_end()) print->look_again();
+    return std::unique_ptr<PrintFile>(std::move(print));
+}
+
+Result<void> OfrPrint::read_header() {
+    std::vector<uint8_t> header(ofr::kPreambleBytes);
+    if (!read_exactly(0, header.data(), header.size()) ||
+        !std::equal(ofr::kMagic.begin(), ofr::kMagic.end(), header.begin()))
+        return error("not an .ofr file");
+    const uint32_t version = u32_at(header.data() + ofr::kMagic.size());
+    const uint32_t field_bytes = u32_at(header.data() + ofr::kMagic.size() + 4);
+    if (version < ofr::kOldestVersion || version > ofr::kVersion) {
+        return error(fmt::format("has version {} of the format; this program reads {} to {}",
+                                 version, ofr::kOldestVersion, ofr::kVersion));
+    }
+    if (field_bytes > ofr::kMaxHeaderBytes)
+        return error("the header is damaged: it gives an impossible length");
+    header.resize(ofr::kPreambleBytes + field_bytes + 8);
+    if (!read_exactly(0, header.data(), header.size())) return error("is cut short in the header");
+    const std::span<const uint8_t> bytes(header);
+    if (u64_at(header.data() + header.size() - 8) !=
+        ofr::checksum(bytes.first(header.size() - 8))) {
+        return error("the header is damaged: its checksum is wrong");
+    }
+    Result<pipeline::PrintInfo> info =
+        ofr::read_header_fields(bytes.subspan(ofr::kPreambleBytes, field_bytes), version);
+    if (!info) return error(info.error().text());
+    info_ = std::move(*info);
+    row_bytes_ = backends::packed_row_bytes(info_.size.x, info_.bits);
+    end_ = header.size();
+    return {};
+}
+
+bool OfrPrint::take_index(uint64_t offset) {
+    std::array<uint8_t, 8> head{};
+    if (!read_exactly(offset, head.data(), head.size()) || u32_at(head.data()) != ofr::kIndexMagic)
+        return false;
+    const uint64_t field_bytes = u32_at(head.data() + 4);
+    if (field_bytes > ofr::kMaxIndexBytes ||
+        offset + field_bytes > static_cast<uint64_t>(bytes_now()))
+        return false;
+    std::vector<uint8_t> bytes(head.size() + field_bytes + 8);
+    if (!read_exactly(offset, bytes.data(), bytes.size())) return false;
+    const std::span<const uint8_t> all(bytes);
+    if (u64_at(bytes.data() + bytes.size() - 8) != ofr::checksum(all.first(bytes.size() - 8)))
+        return false;
+    Result<ofr::Index> index = ofr::read_index_fields(all.subspan(8, field_bytes));
+    const auto slices = static_cast<size_t>(info_.slice_end - info_.slice_begin);
+    if (!index || index->slices.size() != slices) return false;
+    std::vector<uint64_t> offsets;
+    for (const ofr::IndexEntry& entry : index->slices) {
+        const auto z = info_.slice_begin + static_cast<int32_t>(offsets.size());
+        if (entry.z != z || entry.offset >= offset) return false;
+        offsets.push_back(entry.offset);
+    }
+    const std::lock_guard lock(mutex_);
+    offsets_ = std::move(offsets);
+    end_ = offset;
+    totals_ = std::move(index->totals);
+    totals_->voxels_by_code.resize(info_.materials.size() + 1);
+    return true;
+}
+
+bool OfrPrint::take_index_at_end() {
+    const int64_t size = bytes_now();
+    std::array<uint8_t, kTailBytes> tail{};
+    if (size < static_cast<int64_t>(kTailBytes) ||
+        !read_exactly(static_cast<uint64_t>(size) - kTailBytes, tail.data(), tail.size()) ||
+        !std::equal(ofr::kEndMagic.begin(), ofr::kEndMagic.end(), tail.begin() + 8))
+        return false;
+    return take_index(u64_at(tail.data()));
+}
+
+int32_t OfrPrint::whole_slices() const {
+    const std::lock_guard lock(mutex_);
+    return static_cast<int32_t>(offsets_.size());
+}
+
+std::optional<pipeline::PrintTotals> OfrPrint::totals() const {
+    const std::lock_guard lock(mutex_);
+    return totals_;
+}
+
+bool OfrPrint::look_again() {
+    const int32_t planned = info_.slice_end - info_.slice_begin;
+    bool found = false;
+    for (;;) {
+        uint64_t at = 0;
+        int32_t z = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            if (totals_) return found;
+            at = end_;
+            z = info_.slice_begin + static_cast<int32_t>(offsets_.size());
+        }
+        if (z - info_.slice_begin == planned) return take_index(at) || found;
+        std::array<uint8_t, ofr::kSliceHeadBytes> bytes{};
+        if (!read_exactly(at, bytes.data(), bytes.size())) return found;
+        const Result<ofr::SliceHead> head = ofr::read_slice_head(bytes);
+        if (!head || head->z != z) return found;
+        const uint64_t next = at + ofr::kSliceHeadBytes + head->frame_bytes;
+        if (next > static_cast<uint64_t>(bytes_now())) return found;
+        const std::lock_guard lock(mutex_);
+        // Another thread may have been here.
+        if (end_ != at) continue;
+        offsets_.push_back(at);
+        end_ = next;
+        found = true;
+    }
+}
+
+bool OfrPrint::was_replaced() const {
+    struct stat there {};
+    struct stat mine {};
+    // A file that is away for a moment, or for good, can still be read.
+    if (::stat(path_.c_str(), &there) != 0 || ::fstat(file_.descriptor(), &mine) != 0) return false;
+    if (there.st_ino != mine.st_ino || there.st_dev != mine.st_dev) return true;
+    const std::lock_guard lock(mutex_);
+    return static_cast<uint64_t>(mine.st_size) < end_;
+}
+
+Result<void> OfrPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
+    uint64_t offset = 0;
+    {
+        const std::lock_guard lock(mutex_);
+        const auto place = static_cast<size_t>(z - info_.slice_begin);
+        if (z < info_.slice_begin || place >= offsets_.size())
+            return error(fmt::format("slice {} is not there", z));
+        offset = offsets_[place];
+    }
+    const auto damaged = [&](const char* what) {
+        return error(fmt::format("slice {}: {}", z, what));
+    };
+    std::array<uint8_t, ofr::kSliceHeadBytes> bytes{};
+    if (!read_exactly(offset, bytes.data(), bytes.size())) return damaged("it cannot be read");
+    const Result<ofr::SliceHead> head = ofr::read_slice_head(bytes);
+    if (!head) return damaged(head.error().message.c_str());
+    const auto raw = static_cast<size_t>(slice_bytes());
+    if (head->z != z || head->frame_bytes > ZSTD_compressBound(raw))
+        return damaged("its header is damaged");
+    buffers->frame.resize(head->frame_bytes);
+    if (!read_exactly(offset + bytes.size(), buffers->frame.data(), buffers->frame.size()))
+        return damaged("it cannot be read");
+    if (ZSTD_getFrameContentSize(buffers->frame.data(), buffers->frame.size()) != raw)
+        return damaged("its data are damaged");
+    buffers->rows.resize(raw);
+    const size_t got =
+        ZSTD_decompress(buffers->rows.data(), raw, buffers->frame.data(), buffers->frame.size());
+    if (ZSTD_isError(got) != 0U || got != raw) return damaged("its data are damaged");
+    if (ofr::checksum(buffers->rows) != head->rows_checksum)
+        return damaged("its checksum is wrong");
+    return {};
+}
+
+}  // namespace openfab::viewer
