@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 _folders: dict[int, tempfile.TemporaryDirectory[str]] = {}
 _counts: dict[str, int] = {}
+WORLD = ".fab.json"
 
 
 def folder() -> Path:
@@ -27,9 +28,13 @@ def folder() -> Path:
 
 
 def unique(stem: str, suffix: str) -> Path:
-    """A name in that folder that nobody has."""
-    _counts[stem] = _counts.get(stem, 0) + 1
-    return folder() / f"{stem}-{_counts[stem]}{suffix}"
+    """A name in that folder that nobody has; a world, whose name is its title, is in a folder of its own."""
+    _counts[suffix] = _counts.get(suffix, 0) + 1
+    if suffix != WORLD:
+        return folder() / f"{stem}-{_counts[suffix]}{suffix}"
+    own = folder() / f"world-{_counts[suffix]}"
+    own.mkdir()
+    return own / (stem.replace("/", "_") + suffix)
 
 
 class OwnedFile:
@@ -56,6 +61,8 @@ class OwnedFile:
 def _remove(path: Path, process: int) -> None:
     if process == os.getpid():
         path.unlink(missing_ok=True)
+        if path.name.endswith(WORLD) and path.parent.is_dir():
+            path.parent.rmdir()
 
 
 def png(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None, level: int = 6) -> bytes:

@@ -132,7 +132,7 @@ class World:
         self._keys = keys
         self._objects: dict[str, Object] = {}
         self._placements: list[tuple[Object, dict[str, Any], dict[str, Any]]] = []
-        self._file = _files.OwnedFile(self, title, ".fab.json", lambda path: None)
+        self._file = _files.OwnedFile(self, title, _files.WORLD, lambda path: None)
 
     def add(
         self, mesh: Any, fablet: Fablet, uniforms: Mapping[str, Any] | None = None, *, name: str | None = None,

@@ -84,6 +84,7 @@ def test_statistics_count_what_the_slices_hold(ball: openfab.World) -> None:
     counts = np.bincount(codes.ravel(), minlength=3)
     names = [material.name for material in print_.info.materials]
     assert dict(zip(names, counts[1:])) == print_.statistics["voxels_by_material"]
+    assert print_.statistics["title"] == "ball"
     assert 0 < print_.statistics["seconds_first_slice"] <= print_.statistics["seconds_total"] < 60
 
 
