@@ -84,10 +84,10 @@ class Gallery : public ::testing::TestWithParam<Exhibit> {
         if (!long_run()) GTEST_SKIP() << "takes a minute to compile";
         binary_ = *scratch_ / exhibit.program;
         if (std::filesystem::exists(binary_)) return;
-        const Outcome built = run({program("openflc").string(), "build",
-                                   (folder_ / fmt::format("{}.fl", exhibit.program)).string(), "-o",
-                                   binary_.string()},
-                                  environment());
+        const Outcome built = run(
+            {program("openflc").string(), "build",
+             (folder_ / fmt::format("{}.fl", exhibit.program)).string(), "-o", binary_.string()},
+            environment());
         ASSERT_EQ(built.exit_code, 0) << built.err;
     }
 
