@@ -46,6 +46,8 @@ std::vector<Group> groups_of(const std::vector<lower::FuncSites>& sites) {
         if (group.pattern != stem && static_cast<size_t>(others) == group.names.size())
             group.names = {group.pattern};
     }
+    // What computes the fablet's values comes last among the Funcs, and takes most of the time.
+    std::reverse(out.begin(), out.end());
     return out;
 }
 
@@ -88,10 +90,7 @@ void Space::add_params(const schedule::Schedule& bound) {
 
 void Space::add_placements(const std::vector<lower::FuncSites>& sites) {
     std::vector<Knob> storing;
-    // What computes the fablet's values comes last among the Funcs, and takes most of the time.
-    std::vector<Group> groups = groups_of(sites);
-    std::reverse(groups.begin(), groups.end());
-    for (const Group& group : groups) {
+    for (const Group& group : groups_of(sites)) {
         Knob knob{"place " + group.pattern, {}};
         const lower::FuncSites& func = *group.first;
         for (size_t k = 0; k < func.sites.size(); ++k) {
