@@ -103,7 +103,7 @@ class Expander : public internal::IRMutator {
     struct Sequence {
         std::vector<Item> items;
         std::map<Expr, Expr, internal::IRDeepCompare> lets;  ///< by value
-        std::set<std::string> loads;                         ///< buffers that those values load from
+        std::set<std::string> loads;  ///< buffers that those values load from
         std::map<const ir::Stage*, Known> known;
     };
 
@@ -228,7 +228,8 @@ class Expander : public internal::IRMutator {
         for (size_t k = 0; k < reads.size(); ++k) {
             const auto before = known.reads.find(value.reads[k]);
             // Of other lanes, or of memory that was written since.
-            if (before != known.reads.end() && !internal::equal(before->second, reads[k])) known = {};
+            if (before != known.reads.end() && !internal::equal(before->second, reads[k]))
+                known = {};
         }
         for (size_t k = 0; k < reads.size(); ++k) {
             const ValueId id = value.reads[k];
@@ -256,7 +257,7 @@ class Expander : public internal::IRMutator {
             for (const ValueId arg : instr.args)
                 args.push_back(values->at(arg));
             Value value = compute(instr, args);
-            // Of all that is inside, too; lower_kernel's target marks what Halide has seen.
+            // Of all that is inside, too: the target feature marks what Halide's passes see.
             if (!internal::is_const(value.expr) && instr.op != Op::kConst)
                 value.expr = add_let(Halide::strict_float(value.expr));
             values->emplace(id, value);
@@ -296,12 +297,12 @@ Value Deferred::value(const ir::Stage& stage, const std::string& prefix, ValueId
         }
     }
     // The same value may be asked for before and after some of what it needs is stored.
-    const std::string name = fmt::format("{}_{}", prefix, id);
+    const std::string name = fmt::format("{}.{}", prefix, id);
     std::string unique = name;
     for (int k = 1;; ++k) {
         const auto [place, is_new] = values_.emplace(unique, value);
         if (is_new || place->second.reads == value.reads) break;
-        unique = fmt::format("{}.{}", name, k);
+        unique = fmt::format("{}_{}", name, k);
     }
     return {wanted.type, internal::Call::make(halide_type(wanted.type), unique, args,
                                               internal::Call::PureExtern)};

@@ -20,7 +20,7 @@
 //   others      vertices | patches | bounds (lane, group)    8 elements of n at a time
 //               store(n)                                     the output, from the Func above;
 //                                                            writes only what n holds
-//   all         values_k(lane, …)    what later Funcs need of a run of the stage's operations
+//   all         values_k(lane, …)    what is computed before a lookup and needed after it
 //   each lookup k in a picture (one per distinct coordinate, up to four channels)
 //               requests_k(lane, field, …) the coordinates, see texture/sample.h
 //               samples_k(lane, result, …) the results: an extern stage
@@ -31,7 +31,8 @@
 //               texture_k(lane, …)       the result; its update loops over trips
 // where lane is z where groups are columns, and the dots are the other loop. Values that a lookup in a
 // picture may need are named values_early_k, texture_early_k and so on: they are computed for as
-// many lanes at once as the lookup. The directives that keep kernels inside their buffers (bounds
+// many lanes at once as the lookup. What a Func stores of the stage's operations is a call like
+// values.17, of instruction 17 (compiler/lower/deferred.h). The directives that keep kernels inside their buffers (bounds
 // of 8, clamped addresses, guarded tails) are set here, and no schedule can undo them.
 
 #include <Halide.h>
@@ -56,8 +57,8 @@ struct NamedFunc {
 struct Kernel {
     Halide::Func output;
     std::vector<Halide::Argument> arguments;
-    std::vector<NamedFunc> funcs;  ///< consumers first
-    std::shared_ptr<Deferred> deferred;
+    std::vector<NamedFunc> funcs;        ///< consumers first
+    std::shared_ptr<Deferred> deferred;  ///< what the Funcs' calls of operations stand for
 };
 
 /// Returns the name of the schedule file: "slab", "surface_bounds".

@@ -6,7 +6,8 @@
 // compiler/ir/arithmetic.h, which Halide's own operators do not: they fold `x + 1 > x` on ints,
 // call `a >= b` true on NaN, lose the sign of -0, round integer division down. All kernels are
 // compiled with the target feature strict_float; what that leaves open is closed here by going
-// through uint32, which Halide neither reorders nor assumes anything about.
+// through uint32, which Halide neither reorders nor assumes anything about. Exprs may be vectors;
+// a scalar beside one stands for each of its lanes.
 //
 // Ways that Halide 14 folds floats wrongly even then, and the form used instead:
 //   !(a < b)      becomes b <= a        Not is xor with true

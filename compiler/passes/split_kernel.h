@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Compiling a kernel takes a time that grows with the square of its operations, and of the states
-// that it reads and writes: 1,000 operations take about a second, 4,000 a quarter of a minute. A
-// long segment is therefore split into pieces that run one after the other and pass values through
-// states. Results do not change.
+// Compiling a kernel takes a time that grows faster than the states that it reads and writes, and
+// memory and stack that grow with its operations. A long segment is therefore split into pieces that
+// run one after the other and pass values through states. Results do not change.
 
 #include <cstddef>
 #include <vector>
