@@ -21,8 +21,8 @@ class Deadline {
     Deadline(const Deadline&) = delete;
     Deadline& operator=(const Deadline&) = delete;
 
-    /// Allows that many seconds from now on, once. On a machine that has no time for this process, those
-    /// are seconds of the processor, up to ten times as many.
+    /// Allows that many seconds from now on, whatever was allowed before. On a machine that has no time
+    /// for this process, those are seconds of the processor, up to ten times as many.
     void start(double seconds);
     const std::atomic<bool>& passed() const { return passed_; }
 

@@ -22,12 +22,12 @@ namespace openfab::program {
 
 namespace {
 
-/// A coarse print: its voxels at most, and the seconds that it is given after its set-up.
+/// A coarse print: its voxels at most, and the seconds that its set-up and then its slices are given.
 struct CoarsePrint {
-    double voxels, seconds;
+    double voxels, set_up_seconds, seconds;
 };
 /// Most worlds take a second or less for the first; the other is for those that take long.
-constexpr std::array<CoarsePrint, 2> kCoarsePrints{{{4e6, 1.4}, {1e5, 0.6}}};
+constexpr std::array<CoarsePrint, 2> kCoarsePrints{{{4e6, 2.0, 1.4}, {1e5, 1.0, 0.6}}};
 /// Seconds for slabs at the print's own pitch.
 constexpr double kTimeSeconds = 1.0;
 
@@ -45,10 +45,15 @@ Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
     input.pitch_mm = input.pitch_mm * coarser;
     Deadline deadline(interrupt);
     pipeline.interrupt = &deadline.passed();
+    deadline.start(coarse.set_up_seconds);
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(std::move(input), std::move(pipeline));
     // Memory that the print at its own pitch gave back may still count as taken.
-    if (!print && print.error().code == ErrorCode::kUserInput) return false;
+    const auto is_too_much = [&](const Error& error) {
+        return error.code == ErrorCode::kUserInput ||
+               (error.code == ErrorCode::kInterrupted && !interrupt.load());
+    };
+    if (!print && is_too_much(print.error())) return false;
     if (!print) return print.error();
     deadline.start(coarse.seconds);
     backends::NullSink sink;

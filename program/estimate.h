@@ -3,7 +3,7 @@
 #pragma once
 
 // Makes the report of `--estimate`: sizes and memory from the set-up, materials from a coarse print
-// without output, time from some slabs. Both are given up to 3 s together, and are scaled from what
+// without output, time from some slabs. They are given a few seconds together, and are scaled from what
 // is done by then.
 
 #include <atomic>

@@ -51,12 +51,7 @@ Expr widened(const Expr& e, int lanes) {
     return e.type().lanes() == lanes ? e : Halide::Internal::Broadcast::make(e, lanes);
 }
 Expr choose(const Expr& condition, const Expr& a, const Expr& b) {
-<<<<<<< HEAD
-    const int lanes =
-        std::max({condition.type().lanes(), a.type().lanes(), b.type().lanes()});
-=======
     const int lanes = std::max({condition.type().lanes(), a.type().lanes(), b.type().lanes()});
->>>>>>> c08137b8 (lower: a stage's operations take their places after Halide's last pass)
     return Halide::select(condition, widened(a, lanes), widened(b, lanes));
 }
 
@@ -146,13 +141,8 @@ Expr divide_by_zero(const Expr& a, uint32_t zero) {
 /// sqrt(x) >= 0 and dropped a later lower bound. It does not analyse a select.
 Expr square_root(const Expr& a) {
     // Halide::sqrt takes scalars only.
-<<<<<<< HEAD
-    const Expr root = Halide::Internal::Call::make(a.type(), "sqrt_f32", {a},
-                                                   Halide::Internal::Call::PureExtern);
-=======
     const Expr root =
         Halide::Internal::Call::make(a.type(), "sqrt_f32", {a}, Halide::Internal::Call::PureExtern);
->>>>>>> c08137b8 (lower: a stage's operations take their places after Halide's last pass)
     return choose((as_uint(a) & u32(kMagnitude)) == u32(0), a, root);
 }
 
@@ -473,12 +463,8 @@ Value convert(const Value& value, Type to) {
 
 Value bit_cast(const Value& value, Type to) {
     if (value.type == to) return value;
-<<<<<<< HEAD
-    return {to, Halide::reinterpret(halide_type(to).with_lanes(value.expr.type().lanes()), value.expr)};
-=======
     return {to,
             Halide::reinterpret(halide_type(to).with_lanes(value.expr.type().lanes()), value.expr)};
->>>>>>> c08137b8 (lower: a stage's operations take their places after Halide's last pass)
 }
 
 Value float_bits(const Value& value) {

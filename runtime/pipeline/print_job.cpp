@@ -33,6 +33,9 @@ namespace openfab::pipeline {
 
 namespace {
 
+/// Of an estimate: seconds for the coverage of the first slab that it tries.
+constexpr double kCoverageSeconds = 3;
+
 /// Returns the bits of slices [first, end) of one slab, as SlabRun::run takes them.
 uint8_t bits_of_slices(int32_t first, int32_t end) {
     return static_cast<uint8_t>(((1 << (end - first)) - 1) << (first & 7));
@@ -328,8 +331,8 @@ PrintEstimate PrintJobImpl::estimate() const {
     return estimate;
 }
 
-/// Tries as much of a slab as is printed before `deadline`, which begins with the blocks of the
-/// first slab: its time is not known without some of them.
+/// Tries as much of a slab as is printed before `deadline`, which begins again with the blocks of
+/// the first slab: its time is not known without some of them.
 Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, double seconds, Deadline* deadline) {
     const auto evaluated = [&] {
         int64_t blocks = 0;
@@ -340,6 +343,7 @@ Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, double seconds, Deadline*
     const int64_t before = evaluated();
     SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
     const double start = seconds_now();
+    if (before == 0) deadline->start(kCoverageSeconds);
     abi::KernelStatus status = run->begin(slab, &evaluators_);
     const double begun = seconds_now();
     if (before == 0) deadline->start(seconds);

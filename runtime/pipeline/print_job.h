@@ -147,7 +147,8 @@ class PrintJob {
     /// them, too.
     virtual const std::vector<std::string>& warnings() const = 0;
     /// Estimates the time of the print from a few slabs, which it prints without a sink for up to
-    /// that many seconds after the coverage of the first. Once, and not after run.
+    /// that many seconds after the coverage of the first, which may take three. Once, and not after
+    /// run.
     virtual Result<TimeSample> sample_time(double seconds, const std::atomic<bool>& interrupt) = 0;
     /// Runs to the end, or until `interrupt` is set or the sink fails; slices that were written
     /// stay. The statistics are valid in every case; the error says why it ended early. Calls

@@ -94,8 +94,10 @@ abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator
     active->seconds_coverage = 0;
     {
         const StageTimer timer(Stage::kCoverage, &active->seconds_coverage);
-        part.voxeliser->coverage(slab_, &active->mask);
+        part.voxeliser->coverage(slab_, &active->mask, setup_.interrupt);
     }
+    if (setup_.interrupt != nullptr && setup_.interrupt->load())
+        return abi::KernelStatus::stopped();
     if (!active->covers()) return {};
     return active->cull.run(part, slab_, active->mask, setup_.culling, evaluator, room);
 }

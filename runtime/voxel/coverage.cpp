@@ -297,7 +297,7 @@ Voxeliser::~Voxeliser() {
     delete impl_;
 }
 
-void Voxeliser::coverage(int32_t slab, SlabMask* out) const {
+void Voxeliser::coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop) const {
     const Impl& impl = *impl_;
     std::unique_ptr<Scratch> scratch;
     {
@@ -318,6 +318,7 @@ void Voxeliser::coverage(int32_t slab, SlabMask* out) const {
         return first <= slab && slab < end;
     };
     impl.index->find(meets, [&](int32_t patch) {
+        if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
         if (meets(impl.surface.patches()[patch].bounds))
             impl.take_patch(patch, slab, window, scratch.get());
     });

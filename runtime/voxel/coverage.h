@@ -7,6 +7,7 @@
 // A voxel is inside if the winding number of its center, perturbed by an infinitesimal (e, e^2,
 // e^3), is above zero; vertices are snapped to floor(256 v + 0.5) in voxel units.
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -41,8 +42,9 @@ class Voxeliser {
     Voxeliser(const Voxeliser&) = delete;
     Voxeliser& operator=(const Voxeliser&) = delete;
 
-    /// Computes the coverage of slices [8 slab, 8 slab + 8) into `out`, reusing its memory.
-    void coverage(int32_t slab, SlabMask* out) const;
+    /// Computes the coverage of slices [8 slab, 8 slab + 8) into `out`, reusing its memory. Once
+    /// `stop` is set, it ends soon, and what is in `out` is of no use.
+    void coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop = nullptr) const;
     /// Returns the part's conservative box in voxels of the grid, hi exclusive.
     Box3i voxel_box() const;
     /// Returns the bytes held now: by set-up and by waiting crossings, without surface and index.

@@ -26,6 +26,14 @@ TEST(Deadline, PassesOnceTheTimeIsOver) {
     EXPECT_TRUE(passes(deadline));
 }
 
+TEST(Deadline, StartsAgain) {
+    const std::atomic<bool> interrupt{false};
+    Deadline deadline(interrupt);
+    deadline.start(1e9);
+    deadline.start(0.001);
+    EXPECT_TRUE(passes(deadline));
+}
+
 TEST(Deadline, PassesAtAnInterrupt) {
     std::atomic<bool> interrupt{false};
     Deadline deadline(interrupt);

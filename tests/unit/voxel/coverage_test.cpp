@@ -131,6 +131,20 @@ TEST(Coverage, AnEmptyGroupHasNoMask) {
     EXPECT_EQ(voxeliser.voxel_box(), (Box3i{{2, 2, 2}, {5, 5, 5}}));
 }
 
+TEST(Coverage, EndsWhenItIsStopped) {
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                               {.transform = moved(2, 5, 7)});
+    auto surface = std::move(*surface::Surface::create(part, {}));
+    const voxel::Voxeliser voxeliser(part, *surface, grid({16, 16, 16}));
+    std::atomic<bool> stop{false};
+    voxel::SlabMask mask;
+    voxeliser.coverage(0, &mask, &stop);
+    EXPECT_EQ(mask.width, 8);
+    stop = true;
+    voxeliser.coverage(0, &mask, &stop);
+    EXPECT_EQ(mask.width, 0);
+}
+
 TEST(Coverage, HugeTrianglesDoNotOverflow) {
     // 12000 voxels along x and 10000 along y: plane tests pass 64 bits.
     Affine3d turned = moved(6000, 100, 20);
