@@ -100,9 +100,9 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
         scheduled = std::get<ScheduledKernel>(std::move(applied));
         Halide::Pipeline pipeline(kernel.output);
         pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
-        Halide::Module module = pipeline.compile_to_module(
-            kernel.arguments, request.function, target_of(request),
-            Halide::LinkageType::ExternalPlusArgv);
+        Halide::Module module =
+            pipeline.compile_to_module(kernel.arguments, request.function, target_of(request),
+                                       Halide::LinkageType::ExternalPlusArgv);
         const int64_t places = most_places(request.stage->kind);
         KernelMemory memory;
         if (checked) {

@@ -73,7 +73,8 @@ constexpr const char* kSnippets[][2] = {
      "@Volume(@varying { VolumeAttributes attr })\n{\n    MaterialComposition mc;\n    $0\n    "
      "return mc;\n}"},
     {"@Dither",
-     "@Dither(@varying { DitherAttributes attr })\n{\n    int largest = 0;\n    for (int i = 1; i < "
+     "@Dither(@varying { DitherAttributes attr })\n{\n    int largest = 0;\n    for (int i = 1; i "
+     "< "
      "attr.count; ++i) {\n        if (attr.Fraction(i) > attr.Fraction(largest)) largest = i;\n    "
      "}\n    return ${0:largest};\n}"},
     {"@uniform", "@uniform {\n    $0\n}"},
@@ -99,7 +100,8 @@ void complete_members(const Analysis& analysis, const check::Type& type, Items* 
                        m.span.file == 0 ? std::string() : analysis.comment_above(m.span), '0');
     };
     if (type.is_attributes()) add(check::attribute_members(type));
-    if (type.is(check::Base::kDitherAttributes)) add_reference("Fraction", Kind::kMethod, '0', items);
+    if (type.is(check::Base::kDitherAttributes))
+        add_reference("Fraction", Kind::kMethod, '0', items);
     if (type.is(check::Base::kStruct) && type.record != nullptr) add(type.record->members);
     if (type.is(check::Base::kSurfacePoint)) {
         add(check::common_point_members());

@@ -23,7 +23,8 @@ constexpr Marker kMarkers[] = {
      "`float3` in mm."},
     {"Volume", "The volume stage: runs for each voxel and returns its `MaterialComposition`."},
     {"Dither",
-     "The dither rule: runs for each voxel that is a mixture and returns the number of the fraction "
+     "The dither rule: runs for each voxel that is a mixture and returns the number of the "
+     "fraction "
      "that it becomes; 0 is void."},
     {"varying",
      "What a stage reads: the mesh's attributes in a surface stage, those of the nearest surface "

@@ -55,7 +55,8 @@ class Outline {
                 leaf(v.name, Symbol::kProperty, v.span, "uniform " + std::string(v.type.text));
             scope(fablet.scope, Symbol::kMethod);
             for (const ast::Stage& stage : fablet.stages)
-                leaf(fmt::format("@{}", ast::stage_name(stage.kind)), Symbol::kMethod, stage.span, "stage");
+                leaf(fmt::format("@{}", ast::stage_name(stage.kind)), Symbol::kMethod, stage.span,
+                     "stage");
             end();
         }
         out_->end_array();

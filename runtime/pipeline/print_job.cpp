@@ -451,8 +451,7 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     }
     const std::function<void(const ProgressEvent&)> no_progress;
     const std::function<void(const std::string&)> no_lines;
-    SliceCommitter committer(sink, no_progress, interrupt, info, no_lines,
-                             options_.began_seconds);
+    SliceCommitter committer(sink, no_progress, interrupt, info, no_lines, options_.began_seconds);
     SlabsRun run;
     if (const Result<void> begun = sink.begin(info); !begun) return begun.error();
     const double processor = processor_seconds();
