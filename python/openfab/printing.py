@@ -470,7 +470,9 @@ def preview(
     words = _words(
         {"uniforms": uniforms, "voxel": voxel, "draft": draft, "printer": printer, "memory": memory, "threads": threads}
     )
-    words += [f"--preview=x.png,view={view}" for view in views or ("model:30:30",)]
+    # The options want names of files; none is written.
+    views = views or ("model:30:30",)
+    words += [f"--preview=.openfab-picture-{number}.png,view={view}" for number, view in enumerate(views)]
     with Print(world, words, _core.Target.PICTURES, progress=progress) as running:
         running._end()
         return running._core.pictures
