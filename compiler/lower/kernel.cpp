@@ -441,7 +441,7 @@ class StageLowering {
         context_.funcs = funcs;
         std::swap(stage_, dither_);
         lower_values("choice");
-        const Expr number = to_storage(values_[stage_->outputs[0].value]);
+        const Expr number = to_storage(value(stage_->outputs[0].value));
         std::swap(stage_, dither_);
         Expr code = normalised.largest();
         for (int channel = 0; channel <= static_cast<int>(slots); ++channel) {

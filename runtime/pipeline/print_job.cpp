@@ -460,9 +460,11 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
                                     static_cast<size_t>(threads_));
     tbb::task_arena arena(threads_);
     size_t next = 0;
+    setup_.interrupt = &interrupt;
     arena.execute([&] {
         print_all([&] { return next < all.size() ? all[next++] : SlabSlices{}; }, sink, &committer);
     });
+    setup_.interrupt = options_.interrupt;
     run.end = seconds_now();
     run.processor_seconds = processor_seconds() - processor;
     run.hash = committer.totals().hash;

@@ -215,6 +215,7 @@ class Tuner {
     /// Measures each once, between two runs of the first schedule.
     Result<void> measure(const std::vector<Candidate*>& candidates) {
         Result<double> before = stand_->run(nullptr, seen_, interrupt_);
+        if (interrupt_.load()) return {};
         for (Candidate* candidate : candidates) {
             if (!candidate->usable()) continue;
             if (!before) return before.error();

@@ -35,7 +35,7 @@ TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
     options.dither = "ordered";
     expect_refused(
         testing::make_input(box()), options, ErrorCode::kUsage,
-        "no dither `ordered`; one of: floyd_steinberg, decorrelated, blue_noise, majority");
+        "no dither `ordered`; one of: own, floyd_steinberg, decorrelated, blue_noise, majority");
 }
 
 TEST(PrintRefuses, MoreMaterialsThanCodes) {
