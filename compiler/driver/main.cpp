@@ -173,6 +173,7 @@ int openflc_main(int argc, char** argv) {
     clean_up_on_signals();
     CLI::App app{"The OpenFL compiler: fablets in, kernels or a print program out.", "openflc"};
     app.require_subcommand(1);
+    app.set_version_flag("--version", "openflc " OPENFAB_VERSION);
     CommonOptions common;
     std::string diagnostics = "text";
     app.add_option("--diagnostics", diagnostics, "how errors and warnings are printed")
@@ -201,6 +202,8 @@ int openflc_main(int argc, char** argv) {
         code = action ? action() : kExitUsage;
     } catch (const CLI::CallForHelp&) {
         show(app.help());
+    } catch (const CLI::CallForVersion& version) {
+        show(std::string(version.what()) + "\n");
     } catch (const CLI::ParseError& error) {
         return fail(command_line_error(app, error, "openflc").text(), kExitUsage);
     }

@@ -233,6 +233,7 @@ int tool_main(int argc, char** argv) {
     }
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
     app.require_subcommand(1);
+    app.set_version_flag("--version", "openfab " OPENFAB_VERSION);
     Action action;
     // Listed for --help; handled above.
     app.add_subcommand("print",
@@ -257,6 +258,8 @@ int tool_main(int argc, char** argv) {
         show(app.help());
     } catch (const CLI::CallForAllHelp&) {
         show(app.help("", CLI::AppFormatMode::All));
+    } catch (const CLI::CallForVersion& version) {
+        show(std::string(version.what()) + "\n");
     } catch (const CLI::ParseError& error) {
         done = command_line_error(app, error, "openfab");
     }

@@ -190,6 +190,15 @@ TEST_F(OpenfabPrint, MistakesAreFoundBeforeAnythingIsCompiled) {
     EXPECT_FALSE(fs::exists(path("cache")));
 }
 
+TEST(Programs, SayTheirVersion) {
+    for (const std::string program : {OPENFAB_PROGRAM, OPENFAB_OPENFLC}) {
+        const Outcome outcome = run({program, "--version"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::string name = fs::path(program).filename().string();
+        EXPECT_THAT(outcome.out, ::testing::MatchesRegex(name + " [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+    }
+}
+
 TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
     // An option of the compiler whose value is a program beside the world.
     fs::create_directory(scratch_ / "--linker=.");
