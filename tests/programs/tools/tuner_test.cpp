@@ -15,10 +15,8 @@
 namespace openfab::testing {
 namespace {
 
-using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
-using ::testing::Not;
 using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
