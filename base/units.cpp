@@ -81,4 +81,11 @@ std::string format_seconds(double seconds) {
     return fmt::format("{} h {:02d} min", whole / 3600, whole % 3600 / 60);
 }
 
+Result<int64_t> parse_memory_option(const std::string& text) {
+    if (text.empty()) return kDefaultMemoryBytes;
+    Result<int64_t> bytes = parse_bytes(text);
+    if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
+    return bytes;
+}
+
 }  // namespace openfab

@@ -19,6 +19,8 @@ constexpr int64_t kDefaultMemoryBytes = 1'500'000'000;
 Result<double> parse_length_mm(std::string_view text);
 /// Parses a size in bytes: B, kB, MB, GB (powers of 1000), KiB, MiB, GiB.
 Result<int64_t> parse_bytes(std::string_view text);
+/// Parses the text of `--memory`; empty: the default.
+Result<int64_t> parse_memory_option(const std::string& text);
 /// Parses a duration in seconds: ms, s, min or m, h.
 Result<double> parse_duration(std::string_view text);
 /// Formats a size: "1.5 GB", "300 MB", "12 kB".

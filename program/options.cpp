@@ -245,11 +245,9 @@ Result<void> validate_grid(const Raw& raw, Options* o) {
 }
 
 Result<void> validate_options(const Raw& raw, Options* o) {
-    if (!raw.memory.empty()) {
-        Result<int64_t> bytes = parse_bytes(raw.memory);
-        if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
-        o->memory_bytes = *bytes;
-    }
+    const Result<int64_t> bytes = parse_memory_option(raw.memory);
+    if (!bytes) return bytes.error();
+    o->memory_bytes = *bytes;
     for (const std::string& text : o->settings) {
         const size_t equals = text.find('=');
         if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;

@@ -15,6 +15,7 @@
 #include <unordered_map>
 
 #include "base/json.h"
+#include "base/json_text.h"
 #include "tools/openfab/stock.h"
 #include "tools/openfab/up_axis.h"
 
@@ -28,18 +29,7 @@ constexpr size_t kMostMaterials = 64;
 
 /// Quotes a JSON string. Names come from files and may contain anything.
 std::string json_text(std::string_view text) {
-    std::string out = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') {
-            out += '\\';
-            out += c;
-        } else if (static_cast<unsigned char>(c) < 0x20) {
-            out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
-        } else {
-            out += c;
-        }
-    }
-    return out + "\"";
+    return JsonText().value(text).take();
 }
 
 template <typename Things, typename Text>

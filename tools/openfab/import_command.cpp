@@ -14,7 +14,6 @@
 #include "mesh/model/mesh_memory.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
-#include "tools/openfab/memory_option.h"
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
 
@@ -88,7 +87,7 @@ Result<void> run_import(ImportArguments arguments) {
             read_length("--picture-size", arguments.picture_size, &arguments.import.picture_mm);
         !read)
         return read;
-    const Result<int64_t> memory = memory_of(arguments.memory);
+    const Result<int64_t> memory = parse_memory_option(arguments.memory);
     if (!memory) return memory.error();
     arguments.import.y_up = arguments.up == "y";
     if (!arguments.up.empty() && mesh::format_says_up(mesh)) {

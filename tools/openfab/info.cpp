@@ -17,7 +17,6 @@
 #include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
-#include "tools/openfab/memory_option.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -257,7 +256,7 @@ Result<void> info_of_mesh(const std::string& file, int64_t memory_bytes) {
 
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
                   const std::string& memory) {
-    const Result<int64_t> bytes = memory_of(memory);
+    const Result<int64_t> bytes = parse_memory_option(memory);
     if (!bytes) return bytes.error();
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);

@@ -20,7 +20,6 @@
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
-#include "tools/openfab/memory_option.h"
 #include "tools/openfab/receiver.h"
 
 namespace openfab::tools {
@@ -75,7 +74,7 @@ Result<void> run_receive(const ReceiveArguments& a) {
     }
     const Result<double> layer_seconds = parse_seconds(a.layer_time);
     if (!layer_seconds) return layer_seconds.error();
-    const Result<int64_t> memory = memory_of(a.memory);
+    const Result<int64_t> memory = parse_memory_option(a.memory);
     if (!memory) return memory.error();
 
     program::Options print;

@@ -9,7 +9,6 @@
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/known_printer.h"
-#include "tools/openfab/memory_option.h"
 
 namespace openfab::tools {
 
@@ -47,7 +46,7 @@ Result<int64_t> prepare_copy(ExportOptions* options) {
     }
     if (options->print.output.empty() && options->previews.empty())
         return usage_error("no output given; write `-o FOLDER` or `--preview FILE.png`");
-    return memory_of(options->memory);
+    return parse_memory_option(options->memory);
 }
 
 Result<void> check_copy(ExportOptions* options, const std::vector<std::string>& inputs,

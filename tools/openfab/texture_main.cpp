@@ -98,10 +98,10 @@ int texture_main(int argc, char** argv) {
     for (std::filesystem::path& root : limits.roots)
         root = openfab::without_links(root);
     openfab::Result<void> done;
-    if (const openfab::Result<int64_t> bytes = openfab::parse_bytes(memory); bytes) {
+    if (const openfab::Result<int64_t> bytes = openfab::parse_memory_option(memory); bytes) {
         limits.memory_bytes = *bytes;
-    } else if (!memory.empty()) {
-        done = openfab::usage_error("`--memory`: " + bytes.error().text());
+    } else {
+        done = bytes.error();
     }
     std::error_code none;
     if (done && std::filesystem::equivalent(image, output, none)) {

@@ -10,13 +10,13 @@
 #include "backends/ofr/ofr_reader.h"
 #include "base/say.h"
 #include "base/text.h"
+#include "base/units.h"
 #include "tools/openfab/commands.h"
-#include "tools/openfab/memory_option.h"
 
 namespace openfab::tools {
 
 Result<void> verify(const std::string& file, const std::string& memory) {
-    const Result<int64_t> bytes = memory_of(memory);
+    const Result<int64_t> bytes = parse_memory_option(memory);
     if (!bytes) return bytes.error();
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, *bytes);
     if (!reader) return reader.error();

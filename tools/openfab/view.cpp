@@ -3,14 +3,14 @@
 
 // `openfab view FILE`: the viewer (tools/viewer) with the options of the command line.
 
+#include "base/units.h"
 #include "tools/openfab/commands.h"
-#include "tools/openfab/memory_option.h"
 #include "tools/openfab/programs.h"
 
 namespace openfab::tools {
 
 Result<void> run_view(ViewArguments arguments) {
-    const Result<int64_t> memory = memory_of(arguments.memory);
+    const Result<int64_t> memory = parse_memory_option(arguments.memory);
     if (!memory) return memory.error();
     Result<std::filesystem::path> programs = program_folder();
     if (!programs) return programs.error();

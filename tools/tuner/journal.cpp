@@ -3,8 +3,6 @@
 #include "tools/tuner/journal.h"
 
 #include <fmt/format.h>
-#include <rapidjson/stringbuffer.h>
-#include <rapidjson/writer.h>
 
 #include <cerrno>
 #include <cstring>
@@ -13,6 +11,7 @@
 
 #include "base/hash.h"
 #include "base/json.h"
+#include "base/json_text.h"
 #include "base/text.h"
 
 namespace openfab::tuner {
@@ -25,40 +24,21 @@ std::string name_of(uint64_t hash) {
     return fmt::format("{:016x}", hash);
 }
 
-void write(rapidjson::Writer<rapidjson::StringBuffer>& w, const char* key,
-           const std::string& value) {
-    w.Key(key);
-    w.String(valid_utf8(value).c_str());
-}
-
 std::string first_line(const std::string& key) {
-    rapidjson::StringBuffer buffer;
-    rapidjson::Writer<rapidjson::StringBuffer> w(buffer);
-    w.StartObject();
-    write(w, "tunes", key);
-    w.EndObject();
-    return buffer.GetString();
+    return JsonText().begin_object().member("tunes", key).end_object().take();
 }
 
 std::string line_of(uint64_t hash, const Trial& trial) {
-    rapidjson::StringBuffer buffer;
-    rapidjson::Writer<rapidjson::StringBuffer> w(buffer);
-    w.SetMaxDecimalPlaces(6);
-    w.StartObject();
-    write(w, "schedule", name_of(hash));
-    w.Key("changes");
-    w.StartArray();
+    JsonText out;
+    out.begin_object().member("schedule", name_of(hash)).key("changes").begin_array();
     for (const std::string& change : trial.changes)
-        w.String(valid_utf8(change).c_str());
-    w.EndArray();
-    if (!trial.refused.empty()) write(w, "refused", trial.refused);
-    w.Key("ratios");
-    w.StartArray();
+        out.value(change);
+    out.end_array();
+    if (!trial.refused.empty()) out.member("refused", trial.refused);
+    out.key("ratios").begin_array();
     for (const double ratio : trial.ratios)
-        w.Double(ratio);
-    w.EndArray();
-    w.EndObject();
-    return buffer.GetString();
+        out.value(ratio);
+    return out.end_array().end_object().take();
 }
 
 std::string text_of(const JsonValue& object, const char* key) {

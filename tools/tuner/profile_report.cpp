@@ -4,12 +4,11 @@
 // A profile as a table for people, and as JSON.
 
 #include <fmt/format.h>
-#include <rapidjson/prettywriter.h>
-#include <rapidjson/stringbuffer.h>
 
 #include <algorithm>
 #include <numeric>
 
+#include "base/json_text.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "tools/tuner/profile.h"
@@ -17,8 +16,6 @@
 namespace openfab::tuner {
 
 namespace {
-
-using Writer = rapidjson::PrettyWriter<rapidjson::StringBuffer>;
 
 double percent(double part, double whole) {
     return whole > 0 ? 100 * part / whole : 0;
@@ -61,37 +58,20 @@ constexpr const char* kHead =
     " "
     "bound by\n";
 
-void number(Writer& w, const char* key, double value) {
-    w.Key(key);
-    w.Double(value);
-}
-void number(Writer& w, const char* key, int64_t value) {
-    w.Key(key);
-    w.Int64(value);
-}
-void text(Writer& w, const char* key, const std::string& value) {
-    w.Key(key);
-    w.String(valid_utf8(value).c_str());
-}
-
-void write_stage(Writer& w, const StageCost& stage, double whole) {
-    w.StartObject();
-    text(w, "name", stage.name);
-    number(w, "seconds", stage.seconds);
-    number(w, "share", whole > 0 ? stage.seconds / whole : 0);
+void write_stage(JsonText* out, const StageCost& stage, double whole) {
+    out->begin_object();
+    out->member("name", stage.name).member("seconds", stage.seconds);
+    out->member("share", whole > 0 ? stage.seconds / whole : 0);
     if (!stage.by_thread.empty()) {
-        w.Key("seconds_by_thread");
-        w.StartArray();
+        out->key("seconds_by_thread").begin_array();
         for (const double seconds : stage.by_thread)
-            w.Double(seconds);
-        w.EndArray();
+            out->value(seconds);
+        out->end_array();
     }
-    number(w, "voxels", stage.voxels);
-    number(w, "bytes_read", stage.bytes_read);
-    number(w, "bytes_written", stage.bytes_written);
-    if (stage.operations > 0) number(w, "operations", stage.operations);
-    text(w, "bound", stage.bound);
-    w.EndObject();
+    out->member("voxels", stage.voxels);
+    out->member("bytes_read", stage.bytes_read).member("bytes_written", stage.bytes_written);
+    if (stage.operations > 0) out->member("operations", stage.operations);
+    out->member("bound", stage.bound).end_object();
 }
 
 double sum(const std::vector<StageCost>& stages) {
@@ -151,44 +131,27 @@ std::string profile_table(const Profile& p) {
 }
 
 std::string profile_json(const Profile& p) {
-    rapidjson::StringBuffer buffer;
-    Writer w(buffer);
-    w.SetIndent(' ', 2);
-    w.SetMaxDecimalPlaces(6);
-    w.StartObject();
-    text(w, "title", p.title);
-    w.Key("whole");
-    w.Bool(p.whole);
-    number(w, "slabs", int64_t{p.slabs});
-    number(w, "slabs_total", int64_t{p.slabs_total});
-    number(w, "voxels", p.voxels);
-    number(w, "threads", int64_t{p.machine.threads});
-    number(w, "set_up_seconds", p.set_up_seconds);
-    number(w, "seconds", p.seconds);
-    number(w, "processor_seconds", p.processor_seconds);
-    number(w, "thread_seconds", p.thread_seconds());
-    w.Key("machine");
-    w.StartObject();
-    number(w, "bytes_per_second", p.machine.bandwidth_all);
-    number(w, "bytes_per_second_one_thread", p.machine.bandwidth_one);
-    number(w, "operations_per_second", p.machine.operations_all);
-    number(w, "operations_per_second_one_thread", p.machine.operations_one);
-    w.EndObject();
-    w.Key("stages");
-    w.StartArray();
+    JsonText out;
+    out.begin_object().member("title", p.title).member("whole", p.whole);
+    out.member("slabs", p.slabs).member("slabs_total", p.slabs_total).member("voxels", p.voxels);
+    out.member("threads", p.machine.threads).member("set_up_seconds", p.set_up_seconds);
+    out.member("seconds", p.seconds).member("processor_seconds", p.processor_seconds);
+    out.member("thread_seconds", p.thread_seconds());
+    out.key("machine").begin_object();
+    out.member("bytes_per_second", p.machine.bandwidth_all);
+    out.member("bytes_per_second_one_thread", p.machine.bandwidth_one);
+    out.member("operations_per_second", p.machine.operations_all);
+    out.member("operations_per_second_one_thread", p.machine.operations_one).end_object();
+    out.key("stages").begin_array();
     for (const StageCost& stage : p.stages)
-        write_stage(w, stage, p.thread_seconds());
-    w.EndArray();
-    w.Key("slab_funcs");
-    w.StartArray();
+        write_stage(&out, stage, p.thread_seconds());
+    out.end_array().key("slab_funcs").begin_array();
     for (const StageCost& func : p.funcs)
-        write_stage(w, func, sum(p.funcs));
-    w.EndArray();
-    number(w, "samples", p.samples);
-    number(w, "alone_seconds", p.alone_seconds);
-    number(w, "print_seconds", p.print_seconds);
-    w.EndObject();
-    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+        write_stage(&out, func, sum(p.funcs));
+    out.end_array();
+    out.member("samples", p.samples);
+    out.member("alone_seconds", p.alone_seconds).member("print_seconds", p.print_seconds);
+    return out.end_object().take() + "\n";
 }
 
 }  // namespace openfab::tuner

@@ -37,16 +37,11 @@ int vdb_main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
         return openfab::say_error(openfab::command_line_error(app, error, "openfab-vdb"));
     }
-    int64_t memory_bytes = openfab::kDefaultMemoryBytes;
-    if (!memory.empty()) {
-        const Result<int64_t> bytes = openfab::parse_bytes(memory);
-        if (!bytes)
-            return openfab::say_error(openfab::usage_error("`--memory`: " + bytes.error().text()));
-        memory_bytes = *bytes;
-    }
-    const Result<void> done =
-        input.ends_with(".npy") ? openfab::tools::make_vdb_of_fractions(input, output, memory_bytes)
-                                : openfab::tools::make_vdb_of_print(input, output, memory_bytes);
+    const Result<int64_t> bytes = openfab::parse_memory_option(memory);
+    if (!bytes) return openfab::say_error(bytes.error());
+    const Result<void> done = input.ends_with(".npy")
+                                  ? openfab::tools::make_vdb_of_fractions(input, output, *bytes)
+                                  : openfab::tools::make_vdb_of_print(input, output, *bytes);
     return done ? 0 : openfab::say_error(done.error());
 }
 

@@ -8,68 +8,32 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "abi/fablet_table.h"
-#include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/interp/evaluate.h"
+#include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
 namespace {
 
-using Vec = std::array<double, 3>;
+LibraryFunction function(const std::string& expression) {
+    return LibraryFunction::of("conformal lattice", expression);
+}
 
-class Point : public interp::Environment {
-  public:
-    std::array<float, 3> values{};
-    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
-        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
+Vec gradient(const LibraryFunction& function, const Vec& p) {
+    constexpr double kStep = 0.02;
+    Vec out;
+    for (size_t k = 0; k < 3; ++k) {
+        Vec more = p, less = p;
+        more[k] += kStep;
+        less[k] -= kStep;
+        out[k] = (function(more) - function(less)) / (2 * kStep);
     }
-    interp::TextureView texture(int32_t) const override { return {}; }
-};
-
-/// A function of p that returns a float.
-class Function {
-  public:
-    explicit Function(const std::string& body) {
-        const std::string text =
-            "import conformal;\nimport lattice;\nfablet T { @uniform { float3 p; Material m; }\n"
-            "float f() { " +
-            body + " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
-        source::SourceManager sources;
-        diag::Sink sink;
-        module_ = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
-        EXPECT_TRUE(module_.has_value()) << diag::render_text(sink, sources);
-    }
-    double operator()(const Vec& p) const {
-        Point point;
-        for (size_t a = 0; a < 3; ++a)
-            point.values[a] = static_cast<float>(p[a]);
-        return static_cast<double>(
-            std::bit_cast<float>(interp::evaluate(module_->fablets[0].volume, point)[0]));
-    }
-    Vec gradient(const Vec& p) const {
-        constexpr double kStep = 0.02;
-        Vec out;
-        for (size_t k = 0; k < 3; ++k) {
-            Vec more = p, less = p;
-            more[k] += kStep;
-            less[k] -= kStep;
-            out[k] = ((*this)(more) - (*this)(less)) / (2 * kStep);
-        }
-        return out;
-    }
-
-  private:
-    std::optional<ir::Module> module_;
-};
+    return out;
+}
 
 double dot(const Vec& a, const Vec& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -86,8 +50,10 @@ struct Case {
 
 class Conformal : public ::testing::TestWithParam<Case> {
   protected:
-    std::string body(const std::string& result) const {
-        return std::string("Cells c = ") + GetParam().cells + "; return " + result + ";";
+    /// Returns an expression of the cells `c`.
+    LibraryFunction of_cells(const std::string& result) const {
+        return {"conformal lattice",
+                std::string("Cells c = ") + GetParam().cells + "; return " + result + ";"};
     }
     std::vector<Vec> points(int count) const {
         std::mt19937 random(7);
@@ -105,15 +71,15 @@ class Conformal : public ::testing::TestWithParam<Case> {
 
 TEST_P(Conformal, SizesAreWhatTheCoordinatesChangeBy) {
     const std::array<const char*, 3> axes = {"x", "y", "z"};
-    std::vector<Function> at, size;
+    std::vector<LibraryFunction> at, size;
     for (const char* axis : axes) {
-        at.emplace_back(body(std::string("c.at.") + axis));
-        size.emplace_back(body(std::string("c.size.") + axis));
+        at.push_back(of_cells(std::string("c.at.") + axis));
+        size.push_back(of_cells(std::string("c.size.") + axis));
     }
     for (const Vec& p : points(40)) {
         std::array<Vec, 3> slopes;
         for (size_t k = 0; k < 3; ++k) {
-            slopes[k] = at[k].gradient(p);
+            slopes[k] = gradient(at[k], p);
             EXPECT_NEAR(std::sqrt(dot(slopes[k], slopes[k])) * size[k](p), 1, 2e-3) << axes[k];
         }
         for (size_t k = 0; k < 3; ++k) {
@@ -126,16 +92,16 @@ TEST_P(Conformal, SizesAreWhatTheCoordinatesChangeBy) {
 /// From points on the surface half a wall to either side.
 TEST_P(Conformal, WallsAreAsThickAsAsked) {
     constexpr double kWall = 0.6;
-    const Function wall(body("gyroid_distance(c.at * c.size, c.size)"));
+    const LibraryFunction wall = of_cells("gyroid_distance(c.at * c.size, c.size)");
     int measured = 0;
     double sum = 0;
     for (Vec p : points(60)) {
         for (int step = 0; step < 6; ++step) {
-            const Vec n = wall.gradient(p);
+            const Vec n = gradient(wall, p);
             p = along(p, n, -wall(p) / std::max(dot(n, n), 0.25));
         }
         if (std::abs(wall(p)) > 1e-3) continue;
-        Vec n = wall.gradient(p);
+        Vec n = gradient(wall, p);
         n = along({}, n, 1 / std::sqrt(dot(n, n)));
         const double thickness = wall(along(p, n, kWall / 2)) - wall(along(p, n, -kWall / 2));
         EXPECT_NEAR(thickness, kWall, 0.04 * kWall);
@@ -166,16 +132,16 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ConformalCells, CloseWhole) {
     for (const char* cells : {"cells_cylinder(p, 20, 4.7)", "cells_sphere(p, 20, 4.7)",
                               "cells_growing(p, 20, 27, 4)"}) {
-        const Function x(std::string("return ") + cells + ".at.x;");
+        const LibraryFunction x = function(std::string(cells) + ".at.x");
         const double turn = x({-20, 1e-4, 0}) - x({-20, -1e-4, 0});
         EXPECT_NEAR(turn, std::round(turn), 1e-3) << cells;
         EXPECT_NEAR(turn, 27, 0.5) << cells;
     }
-    const Function poles("return cells_sphere(p, 20, 4.7).at.y;");
+    const LibraryFunction poles = function("cells_sphere(p, 20, 4.7).at.y");
     EXPECT_NEAR(poles({1e-3, 0, 20}) - poles({1e-3, 0, -20}), 13, 0.02);
-    EXPECT_NEAR(Function("return cells_fit(20, 6);")({}), 20.0 / 3, 1e-5);
-    EXPECT_NEAR(Function("return cells_fit(2, 6);")({}), 2, 1e-6);
-    const Function between("return cells_between(p.x, p.y, 3, 0, 1).at.z;");
+    EXPECT_NEAR(function("cells_fit(20, 6)")({}), 20.0 / 3, 1e-5);
+    EXPECT_NEAR(function("cells_fit(2, 6)")({}), 2, 1e-6);
+    const LibraryFunction between = function("cells_between(p.x, p.y, 3, 0, 1).at.z");
     EXPECT_NEAR(between({0, 5, 0}), 0, 1e-6);
     EXPECT_NEAR(between({5, 0, 0}), 3, 1e-6);
 }
@@ -183,8 +149,10 @@ TEST(ConformalCells, CloseWhole) {
 /// The phase is the integral of 1 / size, across both ends, and for sizes that hardly change.
 TEST(ConformalCells, GradedPhasesAreIntegrals) {
     for (const char* sizes : {"2, 6", "6, 2", "4, 4", "4, 4.01"}) {
-        const Function phase(std::string("return cells_graded(p.x, 10, 30, ") + sizes + ").x;");
-        const Function size(std::string("return cells_graded(p.x, 10, 30, ") + sizes + ").y;");
+        const LibraryFunction phase =
+            function(std::string("cells_graded(p.x, 10, 30, ") + sizes + ").x");
+        const LibraryFunction size =
+            function(std::string("cells_graded(p.x, 10, 30, ") + sizes + ").y");
         constexpr double kStep = 0.05;
         double sum = 0;
         for (int k = 0; k < 1000; ++k) {

@@ -9,24 +9,17 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "abi/fablet_table.h"
-#include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/interp/evaluate.h"
+#include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
 namespace {
-
-using Vec = std::array<double, 3>;
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr double kPeriod = 8;  // mm
@@ -185,15 +178,6 @@ class Surface {
     std::map<Cell, std::vector<Vec>> cells_;
 };
 
-class Point : public interp::Environment {
-  public:
-    std::array<float, 3> values{};
-    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
-        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
-    }
-    interp::TextureView texture(int32_t) const override { return {}; }
-};
-
 struct Case {
     const char* name;
     Field field;
@@ -214,36 +198,19 @@ const Surface& reference_of(Field field) {
     return made.try_emplace(field, field).first->second;
 }
 
-std::optional<ir::Module> compile(const std::string& expression) {
-    const std::string text =
-        "import lattice;\nfablet T { @uniform { float3 p; Material m; }"
-        "@Volume() { MaterialComposition mc; mc.Set(m, " +
-        expression + "); return mc; } }\n";
-    source::SourceManager sources;
-    diag::Sink sink;
-    auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
-    EXPECT_TRUE(module.has_value()) << diag::render_text(sink, sources);
-    return module;
+LibraryFunction function(const std::string& expression) {
+    return LibraryFunction::of("lattice", expression);
 }
 
 Vec in_mm(const Vec& q) {
     return {q[0] * kPeriod / kTwoPi, q[1] * kPeriod / kTwoPi, q[2] * kPeriod / kTwoPi};
 }
 
-double value(const ir::Module& module, const Vec& p) {
-    Point point;
-    for (size_t a = 0; a < 3; ++a)
-        point.values[a] = static_cast<float>(p[a]);
-    return static_cast<double>(
-        std::bit_cast<float>(interp::evaluate(module.fablets[0].volume, point)[0]));
-}
-
 class Lattice : public ::testing::TestWithParam<Case> {};
 
 TEST_P(Lattice, WallsAndSolidsAreAsThickAsAsked) {
     const Case& surface = GetParam();
-    const auto module = compile(surface.expression());
-    ASSERT_TRUE(module.has_value());
+    const LibraryFunction distance = function(surface.expression());
     const Surface& reference = reference_of(surface.field);
     const int samples = surface.steps ? 5'000 : 12'000;
     std::mt19937 random(23);
@@ -254,7 +221,7 @@ TEST_P(Lattice, WallsAndSolidsAreAsThickAsAsked) {
         const Vec q = {place(random), place(random), place(random)};
         const double unsigned_mm = reference.distance(q) * kPeriod / kTwoPi;
         const double exact = surface.field(q) < 0 ? -unsigned_mm : unsigned_mm;
-        const double found = value(*module, in_mm(q));
+        const double found = distance(in_mm(q));
         EXPECT_LE(std::abs(found), surface.largest * kPeriod);
         if (std::abs(exact) > 1e-3) {
             EXPECT_EQ(found < 0, exact < 0) << exact;
@@ -303,13 +270,12 @@ TEST_P(Lattice, LevelsAndWallsFillTheShareThatWasAsked) {
                    std::ranges::count_if(values, [&](double v) { return v < most; })) /
                static_cast<double>(values.size());
     };
-    const auto level = compile(std::string(surface.name) + "_level(p.x)");
-    const auto wall = compile(std::string(surface.name) + "_wall(p.x, p.y)");
-    ASSERT_TRUE(level && wall);
+    const LibraryFunction level = function(std::string(surface.name) + "_level(p.x)");
+    const LibraryFunction wall = function(std::string(surface.name) + "_wall(p.x, p.y)");
     for (const double fraction : {0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9})
-        EXPECT_NEAR(share(fields, value(*level, {fraction, 0, 0})), fraction, 0.01);
+        EXPECT_NEAR(share(fields, level({fraction, 0, 0})), fraction, 0.01);
     for (const double fraction : {0.05, 0.15, 0.3, 0.5, 0.65, 0.8}) {
-        const double thickness = value(*wall, {fraction, 3, 0}) / 3;
+        const double thickness = wall({fraction, 3, 0}) / 3;
         const double sampled = std::sqrt(fraction * (1 - fraction) / kSamples);
         EXPECT_NEAR(share(distances, thickness / 2), fraction, 0.01 + 3 * sampled);
     }

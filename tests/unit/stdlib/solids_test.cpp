@@ -7,34 +7,19 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "abi/fablet_table.h"
-#include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/interp/evaluate.h"
+#include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
 namespace {
 
-using Vec = std::array<double, 3>;
 using Corner = std::array<double, 2>;
-
-class Point : public interp::Environment {
-  public:
-    std::array<float, 3> values{};
-    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
-        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
-    }
-    interp::TextureView texture(int32_t) const override { return {}; }
-};
 
 struct Case {
     const char* name;
@@ -101,26 +86,13 @@ class Solids : public ::testing::TestWithParam<Case> {};
 
 TEST_P(Solids, AreExactOnBothSides) {
     const Case& solid = GetParam();
-    const std::string text =
-        "import solids;\nfablet T { @uniform { float3 p; Material m; }\n"
-        "float f() { " +
-        solid.body +
-        " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; "
-        "} }\n";
-    source::SourceManager sources;
-    diag::Sink sink;
-    const auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
-    ASSERT_TRUE(module.has_value()) << diag::render_text(sink, sources);
+    const LibraryFunction function("solids", solid.body);
     std::mt19937 random(5);
     std::uniform_real_distribution<double> place(-4, 4);
     int inside = 0;
     for (int k = 0; k < 2000; ++k) {
         const Vec p = {place(random), place(random), place(random)};
-        Point point;
-        for (size_t a = 0; a < 3; ++a)
-            point.values[a] = static_cast<float>(p[a]);
-        const double found = static_cast<double>(
-            std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, point)[0]));
+        const double found = function(p);
         const double exact = from_outline(solid.outline, std::hypot(p[0], p[1]), p[2]);
         EXPECT_NEAR(std::abs(found), exact, 2e-5) << p[0] << ' ' << p[1] << ' ' << p[2];
         if (exact > 1e-4) {
@@ -135,16 +107,7 @@ INSTANTIATE_TEST_SUITE_P(All, Solids, ::testing::ValuesIn(cases()),
                          [](const auto& info) { return info.param.name; });
 
 double value(const std::string& expression) {
-    const std::string text =
-        "import solids;\nfablet T { @uniform { Material m; }\n"
-        "@Volume() { MaterialComposition mc; mc.Set(m, " +
-        expression + "); return mc; } }\n";
-    source::SourceManager sources;
-    diag::Sink sink;
-    const auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
-    EXPECT_TRUE(module.has_value()) << diag::render_text(sink, sources);
-    return static_cast<double>(
-        std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, Point())[0]));
+    return LibraryFunction::of("solids", expression)({});
 }
 
 TEST(SolidsByHand, BoxesCapsulesAndExtrusions) {

@@ -11,48 +11,18 @@
 #include <cmath>
 #include <random>
 
-#include "abi/fablet_table.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/frontend.h"
 #include "compiler/driver/modules.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/attach_footprints.h"
+#include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
 namespace {
 
-/// Uniforms p (3 floats), t.
-class Point : public interp::Environment {
-  public:
-    std::array<float, 4> values{};
-    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
-        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
-    }
-    interp::TextureView texture(int32_t) const override { return {}; }
-};
-
-/// `body` ends a function that returns a float, with float3 p and float t in scope.
-std::optional<ir::Module> compile(const std::string& modules, const std::string& body) {
-    std::string text;
-    for (const char* name :
-         {"color", "conformal", "dither", "foam", "grade", "halftone", "lattice", "lens", "mapping",
-          "marble", "pattern", "shell", "solids", "struts", "voronoi", "wood"}) {
-        if (modules.find(name) != std::string::npos) text += std::string("import ") + name + ";\n";
-    }
-    text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +
-            " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
-    source::SourceManager sources;
-    diag::Sink sink;
-    const uint32_t file = sources.add("test.fl", text);
-    auto module = driver::compile_to_ir(sources, file, sink);
-    EXPECT_TRUE(module.has_value()) << body << '\n' << diag::render_text(sink, sources);
-    return module;
-}
-
-float value(const std::string& modules, const std::string& body) {
-    const auto module = compile(modules, body);
-    if (!module) return std::nanf("");
-    return std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, Point())[0]);
+double value(const std::string& modules, const std::string& expression) {
+    return LibraryFunction::of(modules, expression)({});
 }
 
 struct Range {
@@ -144,15 +114,12 @@ TEST(Stdlib, FunctionsStayInTheirRangesAndFillThem) {
     std::uniform_real_distribution<float> place(-30, 30);
     std::uniform_real_distribution<float> unit(0, 1);
     for (const Range& range : kRanges) {
-        const auto module = compile(range.modules, std::string("return ") + range.expression + ";");
-        if (!module) continue;
-        float least = 1e30F;
-        float most = -1e30F;
+        const LibraryFunction function = LibraryFunction::of(range.modules, range.expression);
+        double least = 1e30;
+        double most = -1e30;
         for (int i = 0; i < 1500; ++i) {
-            Point point;
-            point.values = {place(random), place(random), place(random), unit(random)};
-            const float v =
-                std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, point)[0]);
+            const Vec p = {place(random), place(random), place(random)};
+            const double v = function(p, unit(random));
             ASSERT_FALSE(std::isnan(v)) << range.expression;
             least = std::min(least, v);
             most = std::max(most, v);
@@ -167,23 +134,22 @@ TEST(Stdlib, FunctionsStayInTheirRangesAndFillThem) {
 }
 
 TEST(Stdlib, KnownValues) {
-    EXPECT_NEAR(value("color", "return rgb_to_lab(1).x;"), 100, 1e-3);
-    EXPECT_NEAR(value("color", "return rgb_to_lab(float3(1, 0, 0)).x;"), 53.24, 0.02);
-    EXPECT_NEAR(value("color", "return rgb_to_lab(float3(1, 0, 0)).y;"), 80.09, 0.05);
-    EXPECT_NEAR(value("color", "return srgb_to_linear(0.5);"), 0.21404, 1e-5);
-    EXPECT_NEAR(value("color", "return hsv_to_rgb(float3(0.5, 1, 1)).y;"), 1, 1e-6);
-    EXPECT_NEAR(value("color", "return rgb_to_cmyk(float3(1, 1, 0.0316), 1.5, 1).z;"), 1, 1e-3);
-    EXPECT_NEAR(value("lens", "return asphere_sag(3, 5, 0, 0);"), 1, 1e-6);     // a ball
-    EXPECT_NEAR(value("lens", "return asphere_sag(2, 4, -1, 0);"), 0.5, 1e-6);  // r^2 / 2R
-    EXPECT_NEAR(value("foam", "return foam_radius_bcc(2, 0.68017);"), 0.866, 1e-3);
-    EXPECT_EQ(value("shell", "return shell_index(-2.5, 1);"), 2);
-    EXPECT_EQ(value("shell", "return shell_onion(-0.5, 1) + 2 * shell_onion(-1.5, 1);"), 1);
-    EXPECT_EQ(value("halftone", "return bayer8(0, 0);"), 0.5F / 64);
+    EXPECT_NEAR(value("color", "rgb_to_lab(1).x"), 100, 1e-3);
+    EXPECT_NEAR(value("color", "rgb_to_lab(float3(1, 0, 0)).x"), 53.24, 0.02);
+    EXPECT_NEAR(value("color", "rgb_to_lab(float3(1, 0, 0)).y"), 80.09, 0.05);
+    EXPECT_NEAR(value("color", "srgb_to_linear(0.5)"), 0.21404, 1e-5);
+    EXPECT_NEAR(value("color", "hsv_to_rgb(float3(0.5, 1, 1)).y"), 1, 1e-6);
+    EXPECT_NEAR(value("color", "rgb_to_cmyk(float3(1, 1, 0.0316), 1.5, 1).z"), 1, 1e-3);
+    EXPECT_NEAR(value("lens", "asphere_sag(3, 5, 0, 0)"), 1, 1e-6);     // a ball
+    EXPECT_NEAR(value("lens", "asphere_sag(2, 4, -1, 0)"), 0.5, 1e-6);  // r^2 / 2R
+    EXPECT_NEAR(value("foam", "foam_radius_bcc(2, 0.68017)"), 0.866, 1e-3);
+    EXPECT_EQ(value("shell", "shell_index(-2.5, 1)"), 2);
+    EXPECT_EQ(value("shell", "shell_onion(-0.5, 1) + 2 * shell_onion(-1.5, 1)"), 1);
+    EXPECT_EQ(value("halftone", "bayer8(0, 0)"), 0.5F / 64);
     // Like F, Z is not its own mirror image.
-    EXPECT_EQ(value("pattern", "return glyph(float2(1.9, 2), 7, GLYPH_Z);"), 1);
-    EXPECT_EQ(value("pattern", "return glyph(float2(-1.9, 2), 7, GLYPH_Z);"), 0);
-    EXPECT_EQ(value("pattern", "return arrow(float2(4, 0), 5, 1) + arrow(float2(-1, 0), 5, 1);"),
-              1);
+    EXPECT_EQ(value("pattern", "glyph(float2(1.9, 2), 7, GLYPH_Z)"), 1);
+    EXPECT_EQ(value("pattern", "glyph(float2(-1.9, 2), 7, GLYPH_Z)"), 0);
+    EXPECT_EQ(value("pattern", "arrow(float2(4, 0), 5, 1) + arrow(float2(-1, 0), 5, 1)"), 1);
 }
 
 /// Where edges of a box of pictures meet, both sides are exactly at a border.
@@ -197,27 +163,27 @@ TEST(Stdlib, PicturesEndAtTheEdgesOfTheirBox) {
                                        ((corner & 2) != 0 ? "1.65, " : "-1.65, ") +
                                        ((corner & 4) != 0 ? "4.05)" : "-4.05)") + ", " + side +
                                        ", float3(0.7, 3.3, 8.1))." + component;
-                const float v = value("mapping", "return " + at + ";");
+                const double v = value("mapping", "" + at + "");
                 EXPECT_TRUE(v == 0 || v == 1) << at << " is " << v;
             }
         }
     }
     // Of equal components z goes first, then y; signs do not matter.
-    EXPECT_EQ(value("mapping", "return map_side(float3(1, -1, -1));"), 5);
-    EXPECT_EQ(value("mapping", "return map_side(float3(-1, -1, 0.5));"), 0);
-    EXPECT_EQ(value("mapping", "return map_weights(0, 4).z;"), 1);
-    EXPECT_EQ(value("mapping", "return map_weights(float3(0, 0.6, 0.8), 1).x;"), 0) << "edge on";
+    EXPECT_EQ(value("mapping", "map_side(float3(1, -1, -1))"), 5);
+    EXPECT_EQ(value("mapping", "map_side(float3(-1, -1, 0.5))"), 0);
+    EXPECT_EQ(value("mapping", "map_weights(0, 4).z"), 1);
+    EXPECT_EQ(value("mapping", "map_weights(float3(0, 0.6, 0.8), 1).x"), 0) << "edge on";
 }
 
 /// p is a varying here, at place (x, y, z) with the axes' changes; the normal is the uniform.
-class Place : public Point {
+class Place : public PointEnvironment {
   public:
     std::array<float, 3> at{};
     uint32_t input(int32_t kind, int32_t a, int32_t b) const override {
         if (kind == OPENFAB_ARG_NEAREST) return std::bit_cast<uint32_t>(at.at(size_t(b)));
         if (kind == OPENFAB_ARG_NEAREST_GRAD)
             return std::bit_cast<uint32_t>(b / 3 == b % 3 ? 1.0F : 0.0F);
-        return Point::input(kind, a, b);
+        return PointEnvironment::input(kind, a, b);
     }
 };
 
@@ -277,15 +243,13 @@ TEST(Stdlib, GyroidLevels) {
     std::mt19937 random(11);
     std::uniform_real_distribution<float> place(0, 10);
     for (float fraction : {0.15F, 0.3F, 0.5F, 0.8F}) {
-        const auto module = compile("lattice", "return gyroid(p, 10) < gyroid_level(t) ? 1 : 0;");
-        ASSERT_TRUE(module);
+        const LibraryFunction function =
+            LibraryFunction::of("lattice", "gyroid(p, 10) < gyroid_level(t) ? 1 : 0");
         int below = 0;
         constexpr int kSamples = 20'000;
         for (int i = 0; i < kSamples; ++i) {
-            Point point;
-            point.values = {place(random), place(random), place(random), fraction};
-            below +=
-                std::bit_cast<float>(interp::evaluate(module->fablets[0].volume, point)[0]) > 0;
+            const Vec p = {place(random), place(random), place(random)};
+            below += function(p, static_cast<double>(fraction)) > 0 ? 1 : 0;
         }
         EXPECT_NEAR(static_cast<float>(below) / kSamples, fraction, 0.02) << fraction;
     }

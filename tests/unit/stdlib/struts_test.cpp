@@ -8,23 +8,16 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "abi/fablet_table.h"
-#include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/interp/evaluate.h"
+#include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
 namespace {
-
-using Vec = std::array<double, 3>;
 
 double length(const Vec& v) {
     return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
@@ -164,33 +157,8 @@ std::vector<Bond> reentrant(double lean) {
     return out;
 }
 
-class Point : public interp::Environment {
-  public:
-    std::array<float, 3> values{};
-    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
-        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
-    }
-    interp::TextureView texture(int32_t) const override { return {}; }
-};
-
-std::optional<ir::Module> compile(const std::string& expression) {
-    const std::string text =
-        "import lattice;\nimport struts;\nfablet T { @uniform { float3 p; Material m; }"
-        "@Volume() { MaterialComposition mc; mc.Set(m, " +
-        expression + "); return mc; } }\n";
-    source::SourceManager sources;
-    diag::Sink sink;
-    auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
-    EXPECT_TRUE(module.has_value()) << diag::render_text(sink, sources);
-    return module;
-}
-
-double value(const ir::Module& module, const Vec& p) {
-    Point point;
-    for (size_t a = 0; a < 3; ++a)
-        point.values[a] = static_cast<float>(p[a]);
-    return static_cast<double>(
-        std::bit_cast<float>(interp::evaluate(module.fablets[0].volume, point)[0]));
+LibraryFunction function(const std::string& expression) {
+    return LibraryFunction::of("lattice struts", expression);
 }
 
 struct Case {
@@ -211,11 +179,10 @@ TEST_P(Struts, AreAsThickAsAskedAwayFromNodes) {
             bond = {times(bond.from, cell), times(bond.to, cell), bond.thickness};
         for (const double fillet : {0.0, 0.6}) {
             SCOPED_TRACE(::testing::Message() << "cell.y " << cell[1] << ", fillet " << fillet);
-            const auto module = compile(std::string("strut_") + lattice.name + "(p, float3(" +
-                                        std::to_string(cell[0]) + ", " + std::to_string(cell[1]) +
-                                        ", " + std::to_string(cell[2]) + "), 0.4, " +
-                                        std::to_string(fillet) + lattice.more + ")");
-            ASSERT_TRUE(module);
+            const LibraryFunction strut = function(
+                std::string("strut_") + lattice.name + "(p, float3(" + std::to_string(cell[0]) +
+                ", " + std::to_string(cell[1]) + ", " + std::to_string(cell[2]) + "), 0.4, " +
+                std::to_string(fillet) + lattice.more + ")");
             std::mt19937 random(3);
             std::uniform_real_distribution<double> place(-0.5, 0.5);
             int alone = 0;
@@ -229,7 +196,7 @@ TEST_P(Struts, AreAsThickAsAskedAwayFromNodes) {
                 }
                 // A fifth of the shortest edge: as far as diamond's holds in such cells.
                 if (cell[0] != cell[1] && least > 1) continue;
-                const double found = value(*module, p);
+                const double found = strut(p);
                 EXPECT_LT(found, least + 3e-5);
                 // Inside, a strut that goes on beyond its node is one strut there.
                 if (second >= fillet) {
@@ -258,18 +225,16 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// Between two struts at a right angle a fillet is a circle.
 TEST(Fillets, AreRoundAtRightAngles) {
-    const auto module = compile("strut_cubic(p, 20, 1, 0.5)");
-    ASSERT_TRUE(module);
+    const LibraryFunction strut = function("strut_cubic(p, 20, 1, 0.5)");
     for (double turn = 0.1; turn < 1.5; turn += 0.2) {
         const Vec p = {1.5 - 0.5 * std::cos(turn), 1.5 - 0.5 * std::sin(turn), 0};
-        EXPECT_NEAR(value(*module, p), 0, 1e-5) << turn;
+        EXPECT_NEAR(strut(p), 0, 1e-5) << turn;
     }
 }
 
 /// Pieces of which the middle of the walls is made, in edges of a cell, at z = 0.
 void expect_walls(const std::string& expression, const Vec& cell, const std::vector<Bond>& walls) {
-    const auto module = compile(expression);
-    ASSERT_TRUE(module);
+    const LibraryFunction strut = function(expression);
     std::mt19937 random(3);
     std::uniform_real_distribution<double> place(-0.5, 0.5);
     for (int k = 0; k < 600; ++k) {
@@ -277,7 +242,7 @@ void expect_walls(const std::string& expression, const Vec& cell, const std::vec
         double least = 1e9;
         for (const Bond& wall : walls)
             least = std::min(least, distance(p, {times(wall.from, cell), times(wall.to, cell)}));
-        EXPECT_NEAR(value(*module, p), least - 0.25, 2e-4) << expression;
+        EXPECT_NEAR(strut(p), least - 0.25, 2e-4) << expression;
     }
 }
 
@@ -317,16 +282,15 @@ TEST(Plates, HoneycombsAreExact) {
 }
 
 TEST(Plates, PlanesPassThroughTheirNodes) {
-    const auto octet = compile("plates_octet(p, float3(4, 5, 6), 0.5)");
-    const auto cubic = compile("plates_cubic(p, float3(4, 5, 6), 0.5)");
-    ASSERT_TRUE(octet && cubic);
+    const LibraryFunction octet = function("plates_octet(p, float3(4, 5, 6), 0.5)");
+    const LibraryFunction cubic = function("plates_cubic(p, float3(4, 5, 6), 0.5)");
     // The middle of an octahedron is half-way along an edge of the cell.
     const double planes = 0.5 / length({0.25, 0.2, 1.0 / 6});
-    EXPECT_NEAR(value(*octet, {2, 0, 0}), planes - 0.25, 1e-5);
-    EXPECT_NEAR(value(*octet, {2, 2.5, 0}), -0.25, 1e-5);
-    EXPECT_NEAR(value(*octet, {1, 1.25, 1.5}), 0.5 * planes - 0.25, 1e-5);
-    EXPECT_NEAR(value(*cubic, {1.5, 2, 3}), 1.25, 1e-5);
-    EXPECT_NEAR(value(*cubic, {1.5, 2, -6.25}), 0, 1e-5);
+    EXPECT_NEAR(octet({2, 0, 0}), planes - 0.25, 1e-5);
+    EXPECT_NEAR(octet({2, 2.5, 0}), -0.25, 1e-5);
+    EXPECT_NEAR(octet({1, 1.25, 1.5}), 0.5 * planes - 0.25, 1e-5);
+    EXPECT_NEAR(cubic({1.5, 2, 3}), 1.25, 1e-5);
+    EXPECT_NEAR(cubic({1.5, 2, -6.25}), 0, 1e-5);
 }
 
 }  // namespace

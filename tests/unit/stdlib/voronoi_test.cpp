@@ -8,55 +8,19 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "abi/fablet_table.h"
-#include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/interp/evaluate.h"
+#include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
 namespace {
 
-using Vec = std::array<double, 3>;
-
-class Point : public interp::Environment {
-  public:
-    std::array<float, 3> values{};
-    uint32_t input(int32_t kind, int32_t a, int32_t) const override {
-        return kind == OPENFAB_ARG_UNIFORM ? std::bit_cast<uint32_t>(values.at(size_t(a))) : 0;
-    }
-    interp::TextureView texture(int32_t) const override { return {}; }
-};
-
-class Function {
-  public:
-    explicit Function(const std::string& expression) {
-        const std::string text =
-            "import voronoi;\nfablet T { @uniform { float3 p; Material m; }\n"
-            "@Volume() { MaterialComposition mc; mc.Set(m, " +
-            expression + "); return mc; } }\n";
-        source::SourceManager sources;
-        diag::Sink sink;
-        module_ = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
-        EXPECT_TRUE(module_.has_value()) << diag::render_text(sink, sources);
-    }
-    double operator()(const Vec& p) const {
-        Point point;
-        for (size_t a = 0; a < 3; ++a)
-            point.values[a] = static_cast<float>(p[a]);
-        return static_cast<double>(
-            std::bit_cast<float>(interp::evaluate(module_->fablets[0].volume, point)[0]));
-    }
-
-  private:
-    std::optional<ir::Module> module_;
-};
+LibraryFunction function(const std::string& expression) {
+    return LibraryFunction::of("voronoi", expression);
+}
 
 double dot(const Vec& a, const Vec& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -116,9 +80,9 @@ std::array<double, 2> nearest_edge(const std::vector<Plane>& planes) {
 
 TEST(Voronoi, FacesAndEdgesAreThoseOfThePolyhedra) {
     constexpr double kCell = 4;
-    const std::array<Function, 3> site = {Function("voronoi_site(p, 4, 0.6, 3).x"),
-                                          Function("voronoi_site(p, 4, 0.6, 3).y"),
-                                          Function("voronoi_site(p, 4, 0.6, 3).z")};
+    const std::array<LibraryFunction, 3> site = {function("voronoi_site(p, 4, 0.6, 3).x"),
+                                                 function("voronoi_site(p, 4, 0.6, 3).y"),
+                                                 function("voronoi_site(p, 4, 0.6, 3).z")};
     std::vector<Vec> sites;
     for (int x = -3; x <= 3; ++x) {
         for (int y = -3; y <= 3; ++y) {
@@ -132,8 +96,8 @@ TEST(Voronoi, FacesAndEdgesAreThoseOfThePolyhedra) {
             }
         }
     }
-    const Function walls("voronoi_walls(p, 4, 0.6, 0.5, 3)");
-    const Function struts("voronoi_struts(p, 4, 0.6, 0.4, 3)");
+    const LibraryFunction walls = function("voronoi_walls(p, 4, 0.6, 0.5, 3)");
+    const LibraryFunction struts = function("voronoi_struts(p, 4, 0.6, 0.4, 3)");
     std::mt19937 random(5);
     std::uniform_real_distribution<double> place(-kCell, kCell);
     int edges = 0;
