@@ -21,6 +21,7 @@
 #include "compiler/functions/trigonometry.h"
 #include "compiler/lower/args.h"
 #include "compiler/lower/compile.h"
+#include "compiler/lower/load_code.h"
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::bench {
@@ -74,8 +75,11 @@ class Compiled {
         request.stage = &cut.kernels[0];
         request.function = "amounts";
         request.isa = OPENFAB_ISA_AVX2;
-        auto loaded = lower::compile_in_memory(request);
-        if (std::holds_alternative<lower::Fault>(loaded)) std::exit(4);
+        const auto object = lower::compile_object(request);
+        if (std::holds_alternative<lower::Fault>(object)) std::exit(4);
+        auto loaded = lower::load_code(std::get<lower::CompiledKernel>(object).code,
+                                       request.function + "_argv");
+        if (std::holds_alternative<std::string>(loaded)) std::exit(4);
         code_ = std::get<lower::LoadedKernel>(std::move(loaded));
         args_ = lower::collect_args(cut.kernels[0]).all();
         const openfab_kernel kernel{
