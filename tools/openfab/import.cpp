@@ -233,10 +233,12 @@ class Importer {
 
     std::string add_material(const std::string& name, const std::array<double, 3>& linear) {
         const Key key = key_of(linear);
+        // Pictures have a white ground, on which white would not show.
+        constexpr Key kPaper{255, 255, 255}, kOffWhite{244, 242, 236};
         std::string unique_name = material_names_.unique(name);
         materials_.push_back(fmt::format("        {}: {{\"key\": \"{}\", \"preview\": \"{}ff\"}}",
                                          json_text(unique_name), hex(free_key(key, &keys_)),
-                                         hex(key)));
+                                         hex(key == kPaper ? kOffWhite : key)));
         return unique_name;
     }
 

@@ -216,6 +216,9 @@ TEST(Import, BindsPicturesByGroup) {
     EXPECT_THAT(import->world, HasSubstr("\"map_of\": [0, -1]"));
     EXPECT_THAT(import->world, HasSubstr("\"tints\": [[1, 1, 1], [1, 0, 0]]"));
     EXPECT_THAT(import->world, HasSubstr("\"wrap\": \"clamp\""));
+    // It shows on the white ground of pictures.
+    EXPECT_THAT(import->world,
+                HasSubstr("\"white\": {\"key\": \"#ffffff\", \"preview\": \"#f4f2ecff\"}"));
 }
 
 TEST(Import, GivesEveryGroupAMaterialOfItsOwn) {
