@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "tests/support/load_module.h"
 
 namespace openfab::bench {
@@ -21,7 +21,7 @@ inline ir::Module load_module(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
     std::optional<ir::Module> module =
-        driver::compile_to_ir(sources, sources.add("bench.fl", text), sink);
+        frontend::compile_to_ir(sources, sources.add("bench.fl", text), sink);
     if (!module) {
         fmt::print(stderr, "{}", diag::render_text(sink, sources));
         std::exit(4);

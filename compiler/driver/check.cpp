@@ -10,7 +10,7 @@
 
 #include "base/say.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::driver {
 
@@ -20,7 +20,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
     for (const std::string& file : files) {
         diag::Sink own;
         std::string fault;
-        const bool ok = compile_to_ir(sources, file, own, &fault, {false}).has_value();
+        const bool ok = frontend::compile_to_ir(sources, file, own, &fault, {false}).has_value();
         print_diagnostics(own, sources, common);
         if (!fault.empty()) {
             exit_code = std::max(exit_code, fail(fault, unread_exit_code(file)));

@@ -33,7 +33,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common);
 /// `fmt`: lays files out in one style, or with `check` says which are not. (format.cpp)
 int format_files(const FormatOptions& options, const CommonOptions& common);
 
-/// `lsp`: serves an editor over standard input and output. (compiler/server/serve.cpp)
+/// `lsp`: serves an editor over standard input and output. (compiler/driver/serve.cpp)
 int serve_editor();
 
 /// `describe`: prints the interface of a file's fablets as JSON. (describe.cpp)

@@ -11,7 +11,7 @@
 
 #include "base/hash.h"
 #include "base/say.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::driver {
 
@@ -91,8 +91,8 @@ std::string kernel_report(const std::vector<lower::KernelTime>& kernels) {
 void Compilation::run_front_end(Outcome* out) {
     const Clock::time_point begin = Clock::now();
     for (const std::string& path : options_.files) {
-        std::optional<ir::Module> module = compile_to_ir(sources_, path, out->sink, &out->fault,
-                                                         {.enable_printf = options_.enable_printf});
+        std::optional<ir::Module> module = frontend::compile_to_ir(
+            sources_, path, out->sink, &out->fault, {.enable_printf = options_.enable_printf});
         if (!out->fault.empty()) {
             out->code = unread_exit_code(path);
             return;

@@ -8,7 +8,7 @@
 
 #include "base/say.h"
 #include "compiler/driver/commands.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/syntax/parser.h"
 
 namespace openfab::driver {
@@ -64,7 +64,7 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
-    const std::optional<ir::Module> module = compile_to_ir(
+    const std::optional<ir::Module> module = frontend::compile_to_ir(
         sources, options.file, sink, &fault, {.enable_printf = options.enable_printf});
     print_diagnostics(sink, sources, common);
     if (!fault.empty()) return fail(fault, unread_exit_code(options.file));

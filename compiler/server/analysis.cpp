@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/translate/translate.h"
 
 namespace openfab::server {
@@ -52,7 +52,7 @@ Analysis::Analysis(const std::filesystem::path& path, const std::string& text,
         found_ = {};
         stopped_ = true;
         const uint32_t again = add_document(&sources_in_error_, path, text, open);
-        driver::compile_to_ir(sources_in_error_, again, found_, {false});
+        frontend::compile_to_ir(sources_in_error_, again, found_, {false});
     }
     match_brackets();
 }

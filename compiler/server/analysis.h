@@ -15,7 +15,7 @@
 
 #include "compiler/check/check.h"
 #include "compiler/diag/sink.h"
-#include "compiler/driver/modules.h"
+#include "compiler/frontend/modules.h"
 #include "compiler/source/source_manager.h"
 #include "compiler/syntax/token.h"
 
@@ -76,7 +76,7 @@ class Analysis {
     source::SourceManager sources_, sources_in_error_;
     diag::Sink found_, lexer_;
     bool stopped_ = false;  ///< the messages are those of `sources_in_error_`
-    driver::Modules modules_{&sources_, &found_, driver::OnError::kContinue};
+    frontend::Modules modules_{&sources_, &found_, frontend::OnError::kContinue};
     const std::vector<check::Unit>* units_ = nullptr;
     check::Uses uses_;
     check::Program program_;

@@ -158,11 +158,11 @@ void complete_names(const Query& query, Items* items) {
 }
 
 void complete_modules(const Query& query, Items* items) {
-    for (const std::string& name : driver::modules_beside(query.document->path.parent_path())) {
+    for (const std::string& name : frontend::modules_beside(query.document->path.parent_path())) {
         if (name != query.document->path.stem())
             items->add(name, Kind::kModule, name + ".fl", "", '0');
     }
-    for (const std::string& name : driver::library_modules())
+    for (const std::string& name : frontend::library_modules())
         items->add(name, Kind::kModule, "standard library", "", '1');
 }
 

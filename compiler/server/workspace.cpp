@@ -114,7 +114,7 @@ std::string Workspace::library_text(std::string_view uri) {
     constexpr std::string_view kFolder = "openfl:/stdlib/";
     if (!uri.starts_with(kFolder) || !uri.ends_with(".fl")) return {};
     uri.remove_prefix(kFolder.size());
-    return driver::library_text(uri.substr(0, uri.size() - 3));
+    return frontend::library_text(uri.substr(0, uri.size() - 3));
 }
 
 void Workspace::write(JsonText* out, const Position& position) const {

@@ -9,8 +9,8 @@
 #include "abi/kernel_call.h"
 #include "compiler/diag/render.h"
 #include "compiler/driver/compilation.h"
-#include "compiler/driver/frontend.h"
 #include "compiler/driver/interface.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/lower/compile.h"
 #include "compiler/lower/kernel_cache.h"
 #include "program/options.h"
@@ -41,7 +41,7 @@ Diagnostics render(int code, const diag::Sink& sink, const source::SourceManager
 
 Interface interface_of(source::SourceManager* sources, uint32_t file) {
     diag::Sink sink;
-    const std::optional<ir::Module> module = driver::compile_to_ir(*sources, file, sink);
+    const std::optional<ir::Module> module = frontend::compile_to_ir(*sources, file, sink);
     Interface out;
     out.diagnostics = render(module ? 0 : driver::kExitUserInput, sink, *sources);
     if (module) out.json = driver::describe(*module);

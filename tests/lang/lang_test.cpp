@@ -14,7 +14,7 @@
 #include <iterator>
 #include <set>
 
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "tests/support/lang/expectations.h"
 
 namespace openfab::testing {
@@ -48,7 +48,7 @@ struct Compiled {
 
 void compile(const std::string& name, const std::string& text, Compiled* out) {
     const uint32_t file = out->sources.add(name, text, folder() / "modules");
-    const std::optional<ir::Module> module = driver::compile_to_ir(out->sources, file, out->sink);
+    const std::optional<ir::Module> module = frontend::compile_to_ir(out->sources, file, out->sink);
     out->ok = module.has_value();
     if (!module) return;
     for (const ir::Fablet& fablet : module->fablets) {

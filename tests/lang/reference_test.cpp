@@ -13,8 +13,8 @@
 #include "compiler/check/builtins.h"
 #include "compiler/check/type.h"
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/driver/modules.h"
+#include "compiler/frontend/frontend.h"
+#include "compiler/frontend/modules.h"
 
 namespace openfab::testing {
 namespace {
@@ -61,8 +61,8 @@ TEST(Reference, ItsExamplesCompile) {
         source::SourceManager sources;
         diag::Sink sink;
         const uint32_t file = sources.add("example.fl", text);
-        (void)driver::compile_to_ir(sources, file, sink,
-                                    {.need_fablet = false, .enable_printf = true});
+        (void)frontend::compile_to_ir(sources, file, sink,
+                                      {.need_fablet = false, .enable_printf = true});
         const std::string messages = diag::render_text(sink, sources);
         if (block.kind.rfind("wrong ", 0) != 0) {
             EXPECT_EQ(messages, "") << "the block at line " << block.line;
@@ -83,7 +83,7 @@ TEST(Reference, NamesAllThatIsBuiltIn) {
     };
     for (const std::string& name : check::function_names())
         EXPECT_TRUE(named(name)) << name;
-    for (const std::string& name : driver::library_modules())
+    for (const std::string& name : frontend::library_modules())
         EXPECT_TRUE(named(name)) << name;
     for (const std::string& name : check::type_names())
         EXPECT_NE(text.find(name.substr(0, name.find_first_of("234"))), std::string::npos) << name;

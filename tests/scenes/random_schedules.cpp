@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/lower/fablet_data.h"
 #include "compiler/lower/kernel.h"
 #include "tests/support/schedules/schedule_space.h"
@@ -20,7 +20,7 @@ bool write_random_schedules(const std::filesystem::path& source,
     diag::Sink sink;
     std::string fault;
     const std::optional<ir::Module> module =
-        driver::compile_to_ir(sources, source.string(), sink, &fault);
+        frontend::compile_to_ir(sources, source.string(), sink, &fault);
     EXPECT_TRUE(module.has_value()) << fault;
     if (!module || module->fablets.size() != 1) return false;
     const passes::PipelineResult result = passes::run_pipeline(module->fablets[0]);

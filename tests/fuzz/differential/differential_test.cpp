@@ -17,7 +17,7 @@
 #include <random>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/expand_functions.h"
 #include "compiler/passes/form_demand.h"
@@ -114,7 +114,7 @@ std::optional<ir::Module> compile_text(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
     std::optional<ir::Module> module =
-        driver::compile_to_ir(sources, sources.add("random.fl", text), sink);
+        frontend::compile_to_ir(sources, sources.add("random.fl", text), sink);
     if (!module) ADD_FAILURE() << diag::render_text(sink, sources) << text;
     return module;
 }

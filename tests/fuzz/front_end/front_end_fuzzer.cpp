@@ -9,14 +9,14 @@
 
 #include "compiler/diag/json.h"
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     openfab::source::SourceManager sources;
     openfab::diag::Sink sink;
     const uint32_t file =
         sources.add("fuzz.fl", std::string(reinterpret_cast<const char*>(data), size));
-    const auto module = openfab::driver::compile_to_ir(sources, file, sink);
+    const auto module = openfab::frontend::compile_to_ir(sources, file, sink);
     if (module) {
         for (const openfab::ir::Fablet& fablet : module->fablets) {
             if (!openfab::ir::verify(fablet.volume).empty()) std::abort();

@@ -13,7 +13,7 @@
 #include <random>
 
 #include "base/vec.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/form_volume_bounds.h"
 
@@ -99,7 +99,7 @@ TEST(QueryInterval, HoldsWhatVoxelsGet) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
-    const auto module = driver::compile_to_ir(
+    const auto module = frontend::compile_to_ir(
         sources, OPENFAB_SOURCE_DIR "/tests/property/passes/query_interval.fl", sink, &fault);
     ASSERT_TRUE(module) << fault;
     const ir::Stage& volume = module->fablets[0].volume;

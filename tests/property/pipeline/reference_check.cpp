@@ -14,7 +14,7 @@
 
 #include "abi/kernel_call.h"
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "runtime/pipeline/print_job.h"
 #include "tests/support/load_module.h"
 #include "tests/support/prints/box_print.h"
@@ -36,7 +36,7 @@ Compiled compile(const std::filesystem::path& file) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
-    std::optional<ir::Module> module = driver::compile_to_ir(sources, file, sink, &fault);
+    std::optional<ir::Module> module = frontend::compile_to_ir(sources, file, sink, &fault);
     if (!module) {
         ADD_FAILURE() << file << " does not compile: " << fault;
         return compiled;

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 namespace {
@@ -13,7 +13,7 @@ std::string check(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
     const uint32_t file = sources.add("test.fl", text);
-    (void)driver::compile_to_ir(sources, file, sink);
+    (void)frontend::compile_to_ir(sources, file, sink);
     return difference(expected_diagnostics(text), actual_diagnostics(sink, sources));
 }
 
@@ -77,7 +77,7 @@ TEST(Expectations, UpdatingGivesAFileThatPasses) {
         source::SourceManager sources;
         diag::Sink sink;
         const uint32_t file = sources.add("test.fl", text);
-        (void)driver::compile_to_ir(sources, file, sink);
+        (void)frontend::compile_to_ir(sources, file, sink);
         text = with_expectations(text, sink, sources);
     }
     EXPECT_EQ(check(text), "");

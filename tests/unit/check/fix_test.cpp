@@ -8,7 +8,7 @@
 #include <algorithm>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 namespace {
@@ -26,7 +26,7 @@ std::string apply(std::string text, std::vector<diag::Edit> edits) {
 std::string fixed(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
-    (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
+    (void)frontend::compile_to_ir(sources, sources.add("t.fl", text), sink);
     const std::vector<diag::Diagnostic> found = sink.sorted();
     EXPECT_EQ(found.size(), 1u) << diag::render_text(sink, sources);
     if (found.empty()) return text;
@@ -52,7 +52,7 @@ TEST(Fixes, MendTheProgram) {
         const std::string text = fixed(program(body));
         source::SourceManager sources;
         diag::Sink sink;
-        (void)driver::compile_to_ir(sources, sources.add("t.fl", text), sink);
+        (void)frontend::compile_to_ir(sources, sources.add("t.fl", text), sink);
         EXPECT_EQ(diag::render_text(sink, sources), "") << body;
     }
 }
@@ -71,7 +71,7 @@ TEST(Fixes, MendADeclaration) {
     EXPECT_EQ(fixed("Fablet A { @uniform { Material m; }" + volume), right);
     source::SourceManager sources;
     diag::Sink sink;
-    (void)driver::compile_to_ir(sources, sources.add("t.fl", right), sink);
+    (void)frontend::compile_to_ir(sources, sources.add("t.fl", right), sink);
     EXPECT_EQ(diag::render_text(sink, sources), "");
 }
 

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/driver/modules.h"
+#include "compiler/frontend/modules.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 namespace {
@@ -26,11 +26,11 @@ class ModuleFiles : public ::testing::Test {
         std::ofstream(folder_ / name, std::ios::binary) << text;
     }
     /// Returns the diagnostics of a file.
-    std::string check(const std::string& name, const driver::FrontEndOptions& options = {}) {
+    std::string check(const std::string& name, const frontend::FrontEndOptions& options = {}) {
         source::SourceManager sources;
         diag::Sink sink;
         std::string fault;
-        const auto module = driver::compile_to_ir(sources, folder_ / name, sink, &fault, options);
+        const auto module = frontend::compile_to_ir(sources, folder_ / name, sink, &fault, options);
         EXPECT_EQ(module.has_value(), sink.errors() == 0 && fault.empty());
         return fault + diag::render_text(sink, sources);
     }
@@ -56,7 +56,7 @@ TEST_F(ModuleFiles, StandBesideTheImportingFileNotTheProgram) {
 }
 
 TEST_F(ModuleFiles, AFileWinsOverTheLibrary) {
-    for (const std::string& name : driver::library_modules()) {
+    for (const std::string& name : frontend::library_modules()) {
         write("main.fl", "import " + name + ";\n" + kProgram);
         write(name + ".fl", "float f() { return 1; }");
         EXPECT_EQ(check("main.fl"), "") << name;
@@ -72,7 +72,7 @@ TEST_F(ModuleFiles, TheProgramIsNoModuleOfItsOwn) {
 TEST_F(ModuleFiles, AnUnknownOneListsTheLibrary) {
     write("main.fl", "import qqqqqqqqqqqq;\n" + kProgram);
     const std::string text = check("main.fl");
-    for (const std::string& name : driver::library_modules())
+    for (const std::string& name : frontend::library_modules())
         EXPECT_NE(text.find("`" + name + "`"), std::string::npos) << text;
 }
 

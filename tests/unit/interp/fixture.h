@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
 
 namespace openfab::testing {
@@ -86,7 +86,7 @@ inline ir::Fablet compile(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
     const uint32_t file = sources.add("test.fl", text);
-    std::optional<ir::Module> module = driver::compile_to_ir(sources, file, sink);
+    std::optional<ir::Module> module = frontend::compile_to_ir(sources, file, sink);
     EXPECT_TRUE(module.has_value()) << diag::render_text(sink, sources);
     if (!module || module->fablets.empty()) return {};
     EXPECT_EQ(ir::verify(module->fablets[0].surface), "");

@@ -173,7 +173,7 @@ std::string errors_of(const std::string& body) {
     const uint32_t file = sources.add(
         "test.fl", "fablet A { @uniform { float x; int i; Material m; }\nfloat f() {" + body +
                        "}\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }");
-    driver::compile_to_ir(sources, file, sink);
+    frontend::compile_to_ir(sources, file, sink);
     return diag::render_text(sink, sources);
 }
 

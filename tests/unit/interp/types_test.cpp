@@ -215,7 +215,7 @@ std::vector<std::pair<std::string, size_t>> prints_of(const std::string& body, b
         "attr }) {" +
             body + " MaterialComposition mc; return mc; } }");
     const std::optional<ir::Module> module =
-        driver::compile_to_ir(sources, file, sink, {.enable_printf = on});
+        frontend::compile_to_ir(sources, file, sink, {.enable_printf = on});
     EXPECT_TRUE(module.has_value()) << diag::render_text(sink, sources);
     std::vector<std::pair<std::string, size_t>> out;
     if (!module) return out;

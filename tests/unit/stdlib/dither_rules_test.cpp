@@ -14,7 +14,7 @@
 
 #include "abi/voxel_hash.h"
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
 
 namespace openfab {
@@ -55,7 +55,7 @@ std::optional<ir::Stage> rule(const std::string& expression) {
                                       "@Volume() { MaterialComposition mc; return mc; }\n"
                                       "@Dither(@varying { DitherAttributes attr }) { return " +
                                           expression + "; } }\n");
-    const auto module = driver::compile_to_ir(sources, file, sink);
+    const auto module = frontend::compile_to_ir(sources, file, sink);
     EXPECT_TRUE(module.has_value()) << expression << '\n' << diag::render_text(sink, sources);
     if (!module) return std::nullopt;
     return module->fablets[0].dither;

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 
@@ -21,7 +21,7 @@ LibraryFunction::LibraryFunction(const std::string& modules, const std::string& 
             " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
     source::SourceManager sources;
     diag::Sink sink;
-    const auto module = driver::compile_to_ir(sources, sources.add("test.fl", text), sink);
+    const auto module = frontend::compile_to_ir(sources, sources.add("test.fl", text), sink);
     EXPECT_TRUE(module.has_value()) << body << '\n' << diag::render_text(sink, sources);
     if (module) stage_ = module->fablets[0].volume;
 }

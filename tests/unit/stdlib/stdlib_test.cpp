@@ -12,8 +12,8 @@
 #include <random>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
-#include "compiler/driver/modules.h"
+#include "compiler/frontend/frontend.h"
+#include "compiler/frontend/modules.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/attach_footprints.h"
 #include "tests/unit/stdlib/library_function.h"
@@ -198,7 +198,7 @@ TEST(Stdlib, PicturesOfABoxStandUprightOnEachSide) {
     source::SourceManager sources;
     diag::Sink sink;
     const uint32_t file = sources.add("test.fl", text);
-    auto module = driver::compile_to_ir(sources, file, sink);
+    auto module = frontend::compile_to_ir(sources, file, sink);
     ASSERT_TRUE(module) << diag::render_text(sink, sources);
     ir::Stage& stage = module->fablets[0].volume;
     passes::attach_footprints(&stage);

@@ -14,7 +14,7 @@
 #include <random>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 namespace {
@@ -29,7 +29,7 @@ void survive(const std::string& text) {
     source::SourceManager sources;
     diag::Sink sink;
     const uint32_t file = sources.add("t.fl", text);
-    const std::optional<ir::Module> module = driver::compile_to_ir(sources, file, sink);
+    const std::optional<ir::Module> module = frontend::compile_to_ir(sources, file, sink);
     const std::string printed = diag::render_text(sink, sources);
     EXPECT_EQ(module.has_value(), sink.errors() == 0) << printed;
     EXPECT_LT(printed.size(), 100000u);

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "compiler/diag/render.h"
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 namespace {
@@ -21,7 +21,7 @@ struct Case {
 void expect_ids(const std::string& program, const Case& item) {
     source::SourceManager sources;
     diag::Sink sink;
-    (void)driver::compile_to_ir(sources, sources.add("t.fl", program), sink);
+    (void)frontend::compile_to_ir(sources, sources.add("t.fl", program), sink);
     std::string ids;
     for (const diag::Diagnostic& d : sink.sorted())
         ids += std::string(" ") + diag::id_text(d.id);

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::testing {
 namespace {
@@ -237,7 +237,7 @@ TEST(RandomLoops, AreNeverSilentWhereAReadFindsNoValue) {
         program += "mc.Set(m, s); return mc; } }\n";
         source::SourceManager sources;
         diag::Sink sink;
-        (void)driver::compile_to_ir(sources, sources.add("t.fl", program), sink);
+        (void)frontend::compile_to_ir(sources, sources.add("t.fl", program), sink);
         const bool says = !sink.sorted().empty();
         const bool reads = reads_nothing(loops, generator.elements(), least_c, most_c);
         EXPECT_TRUE(says || !reads) << "seed " << seed << "\n" << program;

@@ -12,7 +12,7 @@
 #include "compiler/ir/ir.h"
 #include "compiler/source/source_manager.h"
 
-namespace openfab::driver {
+namespace openfab::frontend {
 
 struct FrontEndOptions {
     bool need_fablet = true;     ///< false: a module of functions is enough
@@ -30,4 +30,4 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
                                         diag::Sink& sink, const FrontEndOptions& options = {});
 
-}  // namespace openfab::driver
+}  // namespace openfab::frontend

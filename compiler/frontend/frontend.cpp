@@ -1,12 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/driver/frontend.h"
+#include "compiler/frontend/frontend.h"
 
 #include "compiler/check/check.h"
-#include "compiler/driver/modules.h"
+#include "compiler/frontend/modules.h"
 #include "compiler/translate/translate.h"
 
-namespace openfab::driver {
+namespace openfab::frontend {
 
 namespace {
 
@@ -47,4 +47,4 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t
     return module;
 }
 
-}  // namespace openfab::driver
+}  // namespace openfab::frontend

@@ -17,7 +17,7 @@
 #include "compiler/diag/sink.h"
 #include "compiler/source/source_manager.h"
 
-namespace openfab::driver {
+namespace openfab::frontend {
 
 /// Returns the names of the modules of the standard library, sorted.
 std::vector<std::string> library_modules();
@@ -60,4 +60,4 @@ class Modules {
     std::map<std::string, Entry> known_;  ///< by path, or by name in the library
 };
 
-}  // namespace openfab::driver
+}  // namespace openfab::frontend

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/driver/modules.h"
+#include "compiler/frontend/modules.h"
 
 #include <fmt/format.h>
 
@@ -9,10 +9,10 @@
 #include <iterator>
 
 #include "base/input_file.h"
-#include "compiler/driver/library_modules.h"
+#include "compiler/frontend/library_modules.h"
 #include "compiler/syntax/parser.h"
 
-namespace openfab::driver {
+namespace openfab::frontend {
 
 namespace {
 
@@ -151,4 +151,4 @@ void Modules::report_unknown(const ast::Import& import, uint32_t from) {
                              import.name, listed(library)));
 }
 
-}  // namespace openfab::driver
+}  // namespace openfab::frontend
