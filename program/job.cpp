@@ -36,6 +36,13 @@ std::string title_of(const std::string& input) {
     return mesh::is_mesh_file(name) ? std::filesystem::path(name).stem().string() : name;
 }
 
+/// Returns whether voxels have the pitch of meshes: not where the printer's own format is a mesh, for
+/// which its pitch is meant.
+bool has_mesh_pitch(const Options& options, const world::Printer& printer,
+                    const std::string& format) {
+    return is_mesh_format(format) && (format != printer.native_format || options.mesh_pitch_mm);
+}
+
 Result<world::Printer> printer_of(const Options& options, const world::World& world,
                                   std::vector<std::string>* notes) {
     std::string name = options.printer.empty() ? world.printer : options.printer;
@@ -45,7 +52,7 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     if (!printer) return printer;
     Result<std::string> format = choose_format(options, *printer);
     if (!format) return format.error();
-    if (is_mesh_format(*format)) {
+    if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
             notes->push_back(fmt::format(
                 "the meshes are made from voxels of {} mm; `--mesh-pitch` sets another size",
@@ -153,7 +160,8 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.input.support_code = *support;
     Result<std::string> format = choose_format(options, job.printer);
     if (!format) return format.error();
-    job.input.pitch_mm = print_pitch(options, job.printer.pitch_mm, is_mesh_format(*format));
+    job.input.pitch_mm =
+        print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));
     job.input.printer = job.printer.name;
     job.input.title = valid_utf8(title_of(options.input));
     job.input.warnings = world->warnings;

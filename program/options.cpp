@@ -131,13 +131,13 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "system's)")
         ->type_name("FILE");
     app.add_option("--printer", o.printer,
-                   "connex500, j750, j750_hq, generic, or a .printer.json file")
+                   "connex500, j750, j750_hq, filament, generic, or a .printer.json file")
         ->type_name("PRINTER");
     app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
     app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
     app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
     app.add_option("--mesh-pitch", raw.mesh_pitch,
-                   "size of the voxels that 3mf and stl are made from (default: 0.1mm)")
+                   "size of the voxels that meshes are made from (default: 0.1mm)")
         ->type_name("LENGTH");
     app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
         ->check(CLI::Range(1, 1000))

@@ -63,7 +63,7 @@ struct Options {
 };
 
 /// The formats of outputs, as `--format` takes them.
-inline constexpr std::array kFormats{"ofr", "png", "bmp", "gcvf", "npy", "3mf", "stl"};
+inline constexpr std::array kFormats{"ofr", "png", "bmp", "gcvf", "npy", "3mf", "filament", "stl"};
 /// Returns them as a text: `ofr, png or bmp`.
 std::string format_names();
 

@@ -120,7 +120,7 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
         info.materials = materials;
         for (size_t m = 0; m < materials.size(); ++m)
             whole("-o", boundary::stl_path(options.output, info, m));
-    } else if (format == "3mf" || format == "gcvf") {
+    } else if (format == "3mf" || format == "filament" || format == "gcvf") {
         whole("-o", options.output);
     } else if (!options.output.empty() && options.output != "-" &&
                !stream::is_address(options.output)) {

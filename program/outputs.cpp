@@ -67,8 +67,9 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
     }
     if (is_mesh_format(format)) {
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<boundary::MeshSink>(
-            format == "stl" ? boundary::make_stl_writer(options.output)
-                            : boundary::make_threemf_writer(options.output)));
+            format == "stl"        ? boundary::make_stl_writer(options.output)
+            : format == "filament" ? boundary::make_filament_writer(options.output)
+                                   : boundary::make_threemf_writer(options.output)));
     }
     if (format == "gcvf") {
         return std::unique_ptr<pipeline::SliceSink>(
@@ -100,6 +101,8 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
     if (options.output == "-" || stream::is_address(options.output)) return std::string("ofr");
     const std::filesystem::path path(options.output);
     const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
+    // A printer that wants painted triangles wants them in its 3MF.
+    if (extension == ".3mf" && printer.native_format == "filament") return printer.native_format;
     for (const char* known : {".ofr", ".gcvf", ".npy", ".stl", ".3mf"}) {
         if (extension == known) return std::string(known + 1);
     }
@@ -139,14 +142,15 @@ bool is_folder_format(const std::string& format) {
 }
 
 bool is_mesh_format(const std::string& format) {
-    return format == "stl" || format == "3mf";
+    return format == "stl" || format == "3mf" || format == "filament";
 }
 
 Result<std::string> choose_format(const Options& options, const world::Printer& printer) {
     Result<std::string> format = name_format(options, printer);
     if (format && options.mesh_pitch_mm && !is_mesh_format(*format)) {
         return usage_error(
-            "`--mesh-pitch` is for the formats stl and 3mf; `--voxel` sets the pitch of slices");
+            "`--mesh-pitch` is for the formats stl, 3mf and filament; `--voxel` sets the pitch of "
+            "slices");
     }
     return format;
 }
@@ -160,6 +164,7 @@ bool can_be_resumed(const Options& options, const std::string& format) {
 }
 
 int64_t output_bytes_per_column(const std::string& format, size_t materials) {
+    if (format == "filament") return boundary::kSolidMesherBytesPerColumn;
     if (is_mesh_format(format)) return boundary::kMesherBytesPerColumn;
     if (format == "gcvf") return gcvf::kBytesPerColumn;
     // What slices that wait for their turn take beyond their packed rows: a bit for each material, or

@@ -16,7 +16,7 @@ namespace openfab::program {
 /// Returns whether the format is a folder of slices ("png", "bmp").
 bool is_folder_format(const std::string& format);
 
-/// Returns whether the format is one of boundary meshes ("stl", "3mf").
+/// Returns whether the format is one of boundary meshes ("stl", "3mf", "filament").
 bool is_mesh_format(const std::string& format);
 
 /// Returns one of kFormats: from --format, else by OUT's extension, else the printer's

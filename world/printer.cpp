@@ -89,7 +89,7 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
         out.max_materials = json.integer(p->value, "`max_materials`", 1, 64);
     }
     if (const JsonMember* p = root->find("native_format")) {
-        const std::vector<std::string> formats = {"ofr", "png", "bmp"};
+        const std::vector<std::string> formats = {"ofr", "png", "bmp", "filament"};
         out.native_format = formats[json.choice(p->value, "`native_format`", formats)];
     }
     if (const JsonMember* p = root->find("makes_support")) {

@@ -29,7 +29,7 @@ struct Printer {
     Vec3d pitch_mm{0.1, 0.1, 0.1};
     Vec3d build_volume_mm{1000, 1000, 1000};
     int32_t max_materials = 64;
-    std::string native_format = "ofr";  ///< "ofr", "png" or "bmp"
+    std::string native_format = "ofr";  ///< "ofr", "png", "bmp" or "filament"
     bool makes_support = true;  ///< the printer's front end adds support, so slices contain none
     SupportMaterial support_material;
     double layer_time_s = 0;  ///< 0: unknown
@@ -39,7 +39,7 @@ struct Printer {
 /// Returns the names of the built-in profiles, sorted.
 std::vector<std::string> printer_names();
 
-/// Loads a printer by name (`connex500`, `j750`, `j750_hq`, `generic`) or by path of a
+/// Loads a printer by name (`connex500`, `j750`, `j750_hq`, `filament`, `generic`) or by path of a
 /// `.printer.json` file.
 Result<Printer> load_printer(const std::string& name_or_path);
 

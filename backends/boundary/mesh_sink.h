@@ -55,6 +55,16 @@ std::unique_ptr<MeshWriter> make_stl_writer(const std::filesystem::path& path);
 /// files beside it.
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path);
 
+/// The most filaments that slicers number in painted triangles.
+/// Source: PrusaSlicer 2.5, EnforcerBlockerType in libslic3r/TriangleSelector.hpp.
+constexpr size_t kMostFilaments = 15;
+
+/// Writes one 3MF package for printers of filament: the solid as one object, each triangle painted
+/// with its material, which is filament 1 for the first of info.materials and so on; as colours for
+/// any reader, and as the slicers of the Slic3r family store painting. Fails for more than
+/// kMostFilaments materials.
+std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path);
+
 /// Returns the file of a material's mesh: `stem_material.stl`, with unsafe characters replaced;
 /// `material` is its index in info.materials. All are different.
 std::filesystem::path stl_path(const std::filesystem::path& path, const pipeline::PrintInfo& info,

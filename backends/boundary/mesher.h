@@ -22,6 +22,9 @@
 // are no T-junctions: each rectangle has on its sides the corners of all others. Along edges where
 // sheets touch all lattice points are vertices, and where both ends of such an edge join the
 // sheets, so is the midpoint of the edge, or the edge would have four triangles.
+//
+// Or one mesh: the boundary of all material as one solid, each triangle with the material that it
+// bounds.
 
 #include <array>
 #include <cstdint>
@@ -54,6 +57,9 @@ class MeshReceiver {
     /// Returns whether vertices are identified by position, so that coincident ones must be
     /// separated.
     virtual bool identifies_by_position() const { return false; }
+    /// Returns what is meshed: a mesh for each material; or the solid, whose vertices come with code
+    /// 1 and whose triangles come with their materials' codes.
+    virtual Faces faces() const { return Faces::kOfEachMaterial; }
     virtual Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) = 0;
     virtual Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) = 0;
 };
@@ -62,6 +68,8 @@ class MeshReceiver {
 /// points, and vertex indices. Slices in which every voxel differs from its neighbours take half a
 /// byte more for each material.
 constexpr int64_t kMesherBytesPerColumn = 6;
+/// Slices of one solid are kept twice, with and without their materials.
+constexpr int64_t kSolidMesherBytesPerColumn = kMesherBytesPerColumn + 3;
 
 class Mesher {
   public:
@@ -87,7 +95,17 @@ class Mesher {
         uint32_t vertices = 0;  ///< total so far
     };
 
+    /// The mesh that a material is in.
+    uint8_t mesh_of(uint8_t code) const {
+        return faces_ == Faces::kOfEachMaterial ? code : static_cast<uint8_t>(code != 0);
+    }
+    /// A slice with the codes of meshes: what decides where surfaces touch.
     Layer& layer(int32_t z) { return layers_[static_cast<size_t>(z + 3) % 3]; }
+    /// A slice with the codes of materials: what faces are cut by.
+    Layer& materials(int32_t z) {
+        return (faces_ == Faces::kOfEachMaterial ? layers_
+                                                 : materials_)[static_cast<size_t>(z + 3) % 3];
+    }
     Plane& plane(int32_t z) { return planes_[static_cast<size_t>(z + 3) % 3]; }
 
     Result<void> step();
@@ -112,11 +130,13 @@ class Mesher {
 
     int32_t width_, height_, first_slice_;
     int32_t z_ = 0;  ///< of the latest slice, from 0
+    Faces faces_;
     MeshReceiver* receiver_;
     bool by_position_;
-    std::vector<Layer> layers_;  ///< the last three, by z modulo 3
-    std::vector<Plane> planes_;  ///< below, at and above the last slice's lower plane
-    BitPlane midpoints_z_;       ///< of the slice before the last
+    std::vector<Layer> layers_;     ///< the last three, by z modulo 3
+    std::vector<Layer> materials_;  ///< of the same slices; none where they are the same
+    std::vector<Plane> planes_;     ///< below, at and above the last slice's lower plane
+    BitPlane midpoints_z_;          ///< of the slice before the last
     VertexTable z_table_;
     FaceFinder finder_;
     std::vector<Pending> pending_;  ///< by code

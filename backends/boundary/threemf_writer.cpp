@@ -36,14 +36,34 @@ constexpr std::string_view kRelationships =
 </Relationships>
 )";
 
+/// Returns the attributes that paint a whole triangle with a filament. PrusaSlicer has its own name for
+/// what OrcaSlicer and Bambu Studio call paint_color; the value is the same: four bits a hexadecimal
+/// digit, the last digit first; two bits 0, the triangle is whole; two bits of the filament, where
+/// it is 1 or 2, else 3 and a digit of the filament less 3.
+/// Source: PrusaSlicer, TriangleSelector::serialize; OrcaSlicer, Format/bbs_3mf.cpp.
+std::string painted_with(size_t filament) {
+    const std::string value =
+        filament < 3 ? fmt::format("{:X}", filament << 2) : fmt::format("{:X}C", filament - 3);
+    return fmt::format(" paint_color=\"{0}\" slic3rpe:mmu_segmentation=\"{0}\"", value);
+}
+
 class ThreemfWriter final : public MeshWriter {
   public:
-    explicit ThreemfWriter(std::filesystem::path path) : path_(std::move(path)) {}
+    ThreemfWriter(std::filesystem::path path, Faces faces)
+        : path_(std::move(path)), faces_(faces) {}
+
+    Faces faces() const override { return faces_; }
 
     Result<void> begin(const pipeline::PrintInfo& info) override {
+        if (is_painted() && info.materials.size() > kMostFilaments) {
+            return user_error(fmt::format(
+                "the print has {} materials, but slicers number at most {} filaments; write "
+                "`--format 3mf`, a mesh for each material",
+                info.materials.size(), kMostFilaments));
+        }
         info_ = info;
         coordinates_ = Coordinates(info);
-        meshes_.resize(info.materials.size());
+        meshes_.resize(is_painted() ? 1 : info.materials.size());
         // Reports an unwritable output now, not after the last slice.
         Result<std::unique_ptr<backends::PartFile>> file = backends::PartFile::create(path_);
         if (!file) return file.error();
@@ -52,7 +72,7 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override {
-        Mesh& mesh = meshes_[code - 1u];
+        Mesh& mesh = mesh_of(code);
         if (Result<void> counted = count(code, &mesh.vertex_count, points.size()); !counted)
             return counted;
         if (mesh.vertices == nullptr) {
@@ -69,17 +89,19 @@ class ThreemfWriter final : public MeshWriter {
     }
 
     Result<void> take_triangles(uint8_t code, std::span<const MeshTriangle> triangles) override {
-        Mesh& mesh = meshes_[code - 1u];
+        Mesh& mesh = mesh_of(code);
         if (Result<void> counted = count(code, &mesh.triangle_count, triangles.size()); !counted)
             return counted;
         if (mesh.triangles == nullptr) {
             if (Result<void> made = make_spool(&mesh.triangles); !made) return made;
         }
         text_.clear();
+        const std::string paint =
+            is_painted() ? fmt::format(" p1=\"{}\"{}", code - 1, painted_with(code)) : "";
         for (const MeshTriangle& t : triangles) {
             fmt::format_to(std::back_inserter(text_),
-                           FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>\n"), t[0].vertex,
-                           t[1].vertex, t[2].vertex);
+                           FMT_COMPILE("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"{}/>\n"),
+                           t[0].vertex, t[1].vertex, t[2].vertex, paint);
         }
         return mesh.triangles->append({text_.data(), text_.size()});
     }
@@ -118,13 +140,20 @@ class ThreemfWriter final : public MeshWriter {
         int64_t vertex_count = 0, triangle_count = 0;
     };
 
+    bool is_painted() const { return faces_ == Faces::kOfTheSolid; }
+    Mesh& mesh_of(uint8_t code) { return meshes_[is_painted() ? 0 : code - 1u]; }
+    /// Names the mesh of a material.
+    const std::string& name_of(size_t material) const {
+        return is_painted() ? info_.title : info_.materials[material].name;
+    }
+
     Result<void> count(uint8_t code, int64_t* sum, size_t more) {
         *sum += static_cast<int64_t>(more);
         if (*sum <= kMostIndices) return {};
         return user_error(
             fmt::format("the mesh of `{}` is larger than 3MF can hold; use a coarser "
                         "`--mesh-pitch`",
-                        info_.materials[code - 1u].name));
+                        name_of(code - 1u)));
     }
 
     Result<void> make_spool(std::unique_ptr<backends::DeflateSpool>* spool) {
@@ -152,10 +181,11 @@ class ThreemfWriter final : public MeshWriter {
         std::string text = fmt::format(
             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
             "<model unit=\"millimeter\" xml:lang=\"en-US\" "
-            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">\n"
+            "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"{}>\n"
             "<metadata name=\"Title\">{}</metadata>\n"
             "<metadata name=\"Application\">OpenFab</metadata>\n"
             "<resources>\n<basematerials id=\"{}\">\n",
+            is_painted() ? " xmlns:slic3rpe=\"http://schemas.slic3r.org/3mf/2017/06\"" : "",
             backends::escape_xml(info_.title), kMaterialsId);
         for (const pipeline::SliceMaterial& m : info_.materials) {
             text += fmt::format("<base name=\"{}\" displaycolor=\"#{:02X}{:02X}{:02X}{:02X}\"/>\n",
@@ -175,29 +205,34 @@ class ThreemfWriter final : public MeshWriter {
             ++id;
             components += fmt::format("<component objectid=\"{}\"/>\n", id);
             if (done) {
-                done = put(fmt::format(
-                    "<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" "
-                    "pindex=\"{}\">\n<mesh>\n<vertices>\n",
-                    id, backends::escape_xml(info_.materials[m].name), kMaterialsId, m));
+                done =
+                    put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\" pid=\"{}\" "
+                                    "pindex=\"{}\">\n<mesh>\n<vertices>\n",
+                                    id, backends::escape_xml(name_of(m)), kMaterialsId, m));
             }
             if (done) done = put(*mesh.vertices);
             if (done) done = put("</vertices>\n<triangles>\n");
             if (done) done = put(*mesh.triangles);
             if (done) done = put("</triangles>\n</mesh>\n</object>\n");
         }
-        ++id;
+        if (done && !is_painted()) {
+            ++id;
+            done =
+                put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\">\n<components>\n{}"
+                                "</components>\n</object>\n",
+                                id, backends::escape_xml(info_.title), components));
+        }
         if (!done) return done;
-        return put(fmt::format("<object id=\"{}\" type=\"model\" name=\"{}\">\n<components>\n{}"
-                               "</components>\n</object>\n</resources>\n"
-                               "<build>\n<item objectid=\"{}\"/>\n</build>\n</model>\n",
-                               id, backends::escape_xml(info_.title), components, id),
-                   true);
+        return put(
+            fmt::format("</resources>\n<build>\n<item objectid=\"{}\"/>\n</build>\n</model>\n", id),
+            true);
     }
 
     std::filesystem::path path_;
+    Faces faces_;
     pipeline::PrintInfo info_;
     Coordinates coordinates_;
-    std::vector<Mesh> meshes_;  ///< by material
+    std::vector<Mesh> meshes_;  ///< by material; or that of the solid
     std::unique_ptr<backends::PartFile> file_;
     std::unique_ptr<backends::Package> package_;  ///< declared after file_, so destroyed before it
     backends::TextSum sum_;
@@ -207,7 +242,11 @@ class ThreemfWriter final : public MeshWriter {
 }  // namespace
 
 std::unique_ptr<MeshWriter> make_threemf_writer(const std::filesystem::path& path) {
-    return std::make_unique<ThreemfWriter>(path);
+    return std::make_unique<ThreemfWriter>(path, Faces::kOfEachMaterial);
+}
+
+std::unique_ptr<MeshWriter> make_filament_writer(const std::filesystem::path& path) {
+    return std::make_unique<ThreemfWriter>(path, Faces::kOfTheSolid);
 }
 
 }  // namespace openfab::boundary

@@ -48,6 +48,8 @@ int64_t triangles(const CollectedMeshes& meshes) {
 std::string trouble(const VoxelBlock& block, Crossings crossings = Crossings::kLookedFor) {
     const std::string wrong = check_meshes(block, mesh_block(block));
     if (!wrong.empty()) return wrong;
+    const std::string painted = check_painted(block, mesh_block_as_solid(block));
+    if (!painted.empty()) return "as a solid: " + painted;
     return check_meshes_by_position(block, mesh_block_by_position(block), crossings);
 }
 
@@ -252,6 +254,33 @@ TEST(BoundaryMesher, ABallHasFewTriangles) {
     EXPECT_EQ(check_meshes(block, meshes), "");
     EXPECT_LT(triangles(meshes), 22'000);
     std::printf("%d triangles\n", static_cast<int>(triangles(meshes)));
+}
+
+/// Flat faces of one material stay whole, whatever lies inside.
+TEST(BoundaryMesher, ASolidIsCutByItsSkinOnly) {
+    Random random(5);
+    const VoxelBlock block = filled({40, 30, 20}, [&](Vec3i v) {
+        const bool skin = v.x % 39 == 0 || v.y % 29 == 0 || v.z % 19 == 0;
+        return static_cast<uint8_t>(skin ? 1 : 1 + below(&random, 3));
+    });
+    const PaintedMesh painted = mesh_block_as_solid(block);
+    EXPECT_EQ(check_painted(block, painted), "");
+    // Two at the bottom and at the top, and eight around each slice.
+    EXPECT_EQ(painted.mesh.triangles.size(), 4u + 20 * 8);
+}
+
+TEST(BoundaryCheck, FindsDamageOfASolid) {
+    const VoxelBlock block =
+        filled({3, 3, 3}, [](Vec3i v) { return static_cast<uint8_t>(v.x == 1 ? 2 : 1); });
+    const PaintedMesh fine = mesh_block_as_solid(block);
+    ASSERT_EQ(check_painted(block, fine), "");
+    PaintedMesh repainted = fine;
+    repainted.codes[3] = static_cast<uint8_t>(3 - repainted.codes[3]);
+    EXPECT_NE(check_painted(block, repainted), "");
+    PaintedMesh open = fine;
+    open.mesh.triangles.pop_back();
+    open.codes.pop_back();
+    EXPECT_NE(check_painted(block, open), "");
 }
 
 /// The checker itself reports each kind of damage.

@@ -10,6 +10,18 @@
 
 namespace openfab::testing {
 
+namespace {
+
+uint8_t code_of(const mesh::MeshSource& source, size_t triangle, const pipeline::PrintInfo& info) {
+    const std::string& material = source.groups[source.face_groups[triangle]].material;
+    uint8_t code = 1;
+    while (code < info.materials.size() && info.materials[code - 1u].name != material)
+        ++code;
+    return code;
+}
+
+}  // namespace
+
 Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info) {
     Vec3i p;
     for (int a = 0; a < 3; ++a)
@@ -27,10 +39,7 @@ CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::Pr
     CollectedMeshes meshes;
     std::map<uint8_t, std::map<int32_t, uint32_t>> numbers;
     for (size_t t = 0; t < source->mesh.triangles.size(); ++t) {
-        const std::string& material = source->groups[source->face_groups[t]].material;
-        uint8_t code = 1;
-        while (code < info.materials.size() && info.materials[code - 1u].name != material)
-            ++code;
+        const uint8_t code = code_of(*source, t, info);
         std::array<uint32_t, 3> corners{};
         for (size_t c = 0; c < 3; ++c) {
             const int32_t v = source->mesh.triangles[t][c];
@@ -43,6 +52,25 @@ CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::Pr
         meshes[code].triangles.push_back(corners);
     }
     return meshes;
+}
+
+PaintedMesh read_painted_threemf(const std::string& bytes, const pipeline::PrintInfo& info) {
+    const Result<mesh::MeshSource> source = mesh::parse_threemf(bytes, "print.3mf");
+    if (!source) {
+        ADD_FAILURE() << source.error().text();
+        return {};
+    }
+    PaintedMesh painted;
+    for (const Vec3d& p : source->mesh.positions)
+        painted.mesh.points.push_back(half_voxels(p, info));
+    for (size_t t = 0; t < source->mesh.triangles.size(); ++t) {
+        const auto& corners = source->mesh.triangles[t];
+        painted.mesh.triangles.push_back({static_cast<uint32_t>(corners[0]),
+                                          static_cast<uint32_t>(corners[1]),
+                                          static_cast<uint32_t>(corners[2])});
+        painted.codes.push_back(code_of(*source, t, info));
+    }
+    return painted;
 }
 
 }  // namespace openfab::testing

@@ -18,4 +18,7 @@ Vec3i half_voxels(const Vec3d& mm, const pipeline::PrintInfo& info);
 /// none if our reader rejects it.
 CollectedMeshes read_threemf_meshes(const std::string& bytes, const pipeline::PrintInfo& info);
 
+/// Reads the painted solid of a 3MF, likewise; materials by the colours that any reader sees.
+PaintedMesh read_painted_threemf(const std::string& bytes, const pipeline::PrintInfo& info);
+
 }  // namespace openfab::testing

@@ -137,15 +137,18 @@ void for_each_face(const VoxelBlock& block, Visit visit) {
 }
 
 std::string check_faces(const VoxelBlock& block, uint8_t code, const CollectedMesh& mesh,
-                        int32_t unit) {
+                        int32_t unit, boundary::Faces faces = boundary::Faces::kOfEachMaterial) {
     Coverage coverage(block.size, unit);
     for (const auto& triangle : mesh.triangles) {
         if (std::string wrong = coverage.add(corners(mesh, triangle)); !wrong.empty()) return wrong;
     }
     std::string wrong;
     for_each_face(block, [&](const Vec3i& face, int axis, uint8_t low, uint8_t high) {
-        const std::array<int32_t, 2> expected{low == code && high != code ? 1 : 0,
-                                              high == code && low != code ? 1 : 0};
+        const auto bounds = [&](uint8_t other) {
+            return faces == boundary::Faces::kOfTheSolid ? other == 0 : other != code;
+        };
+        const std::array<int32_t, 2> expected{low == code && bounds(high) ? 1 : 0,
+                                              high == code && bounds(low) ? 1 : 0};
         for (size_t s = 0; s < kSamples.size() && wrong.empty(); ++s) {
             const std::array<int32_t, 2> found = coverage.count(face, axis, s);
             if (found == expected) continue;
@@ -210,6 +213,28 @@ class PlaceCollector : public boundary::MeshReceiver {
 
   private:
     std::map<uint8_t, std::map<std::array<int32_t, 3>, uint32_t>> numbers_;
+};
+
+class SolidCollector : public boundary::MeshReceiver {
+  public:
+    PaintedMesh painted;
+    std::vector<boundary::MeshTriangle> taken;
+
+    boundary::Faces faces() const override { return boundary::Faces::kOfTheSolid; }
+    Result<void> take_vertices(uint8_t code, std::span<const Vec3i> points) override {
+        if (code != 1) return internal_error("a vertex of another mesh");
+        std::vector<Vec3i>* all = &painted.mesh.points;
+        all->insert(all->end(), points.begin(), points.end());
+        return {};
+    }
+    Result<void> take_triangles(uint8_t code,
+                                std::span<const boundary::MeshTriangle> triangles) override {
+        for (const boundary::MeshTriangle& t : triangles)
+            painted.mesh.triangles.push_back({t[0].vertex, t[1].vertex, t[2].vertex});
+        painted.codes.resize(painted.mesh.triangles.size(), code);
+        taken.insert(taken.end(), triangles.begin(), triangles.end());
+        return {};
+    }
 };
 
 Result<void> send(const VoxelBlock& block, boundary::MeshReceiver* receiver) {
@@ -398,6 +423,40 @@ CollectedMeshes mesh_block(const VoxelBlock& block) {
 CollectedMeshes mesh_block_by_position(const VoxelBlock& block) {
     PlaceCollector collector;
     return send(block, &collector) ? collector.meshes : CollectedMeshes();
+}
+
+PaintedMesh mesh_block_as_solid(const VoxelBlock& block) {
+    SolidCollector collector;
+    if (!send(block, &collector)) return {};
+    for (const boundary::MeshTriangle& t : collector.taken) {
+        for (const boundary::MeshCorner& c : t) {
+            const std::vector<Vec3i>& points = collector.painted.mesh.points;
+            if (c.vertex >= points.size() || points[c.vertex] != c.point) return {};
+        }
+    }
+    return collector.painted;
+}
+
+std::string check_painted(const VoxelBlock& block, const PaintedMesh& painted) {
+    const CollectedMesh& mesh = painted.mesh;
+    if (std::string wrong = check_manifold(mesh); !wrong.empty()) return wrong;
+    const auto voxels = static_cast<int64_t>(block.codes.size()) - block.count(0);
+    if (six_volumes(mesh) != 48 * voxels)
+        return fmt::format("a volume of {}/48 voxels of {}", six_volumes(mesh), voxels);
+    std::map<uint8_t, CollectedMesh> parts;
+    for (const uint8_t code : block.codes) {
+        if (code != 0) parts[code].points = mesh.points;
+    }
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto part = parts.find(painted.codes[t]);
+        if (part == parts.end()) return "a triangle has a material that is not there";
+        part->second.triangles.push_back(mesh.triangles[t]);
+    }
+    for (const auto& [code, part] : parts) {
+        std::string wrong = check_faces(block, code, part, 2, boundary::Faces::kOfTheSolid);
+        if (!wrong.empty()) return fmt::format("material {}: {}", code, wrong);
+    }
+    return {};
 }
 
 std::string check_manifold(const CollectedMesh& mesh) {

@@ -96,6 +96,54 @@ TEST_F(MeshFiles, A3mfCanBePrinted) {
     EXPECT_EQ(mesh->groups[0].first, "white");
 }
 
+TEST_F(MeshFiles, A3mfForFilamentsHoldsThePaintedSolid) {
+    SamplePrint print = exact_sample({13, 7, 9}, 8);
+    // More filaments than a digit of the painting holds without its longer form.
+    while (print.info.materials.size() < boundary::kMostFilaments) {
+        pipeline::SliceMaterial more = print.info.materials[0];
+        more.name = fmt::format("m{}", print.info.materials.size() + 1);
+        print.info.materials.push_back(more);
+    }
+    for (size_t i = 0; i < print.codes.size(); ++i) {
+        if (print.codes[i] == 3) print.codes[i] = static_cast<uint8_t>(3 + i % 13);
+    }
+    boundary::MeshSink sink(boundary::make_filament_writer(scratch_ / "part.3mf"));
+    ASSERT_TRUE(print.send(&sink));
+    const std::string bytes = read_file(scratch_ / "part.3mf");
+    const PaintedMesh painted = read_painted_threemf(bytes, print.info);
+    EXPECT_EQ(check_painted(block_of(print), painted), "");
+
+    // What slicers read: the values that they write themselves, by filament from 1.
+    const char* const kWritten[] = {"4",  "8",  "0C", "1C", "2C", "3C", "4C", "5C",
+                                    "6C", "7C", "8C", "9C", "AC", "BC", "CC"};
+    const Result<mesh::ZipFile> zip = mesh::ZipFile::open(bytes, "part.3mf");
+    ASSERT_TRUE(zip) << zip.error().text();
+    const Result<std::string> model = zip->read("3D/3dmodel.model");
+    ASSERT_TRUE(model) << model.error().text();
+    size_t at = 0;
+    for (const uint8_t code : painted.codes) {
+        at = model->find(" p1=", at);
+        ASSERT_NE(at, std::string::npos);
+        const std::string expected =
+            fmt::format(" p1=\"{}\" paint_color=\"{}\" slic3rpe:mmu_segmentation=\"{}\"/>",
+                        code - 1, kWritten[code - 1], kWritten[code - 1]);
+        ASSERT_EQ(model->substr(at, expected.size()), expected);
+        at += expected.size();
+    }
+    EXPECT_EQ(model->find(" p1=", at), std::string::npos);
+}
+
+TEST_F(MeshFiles, SlicersNumberFewFilaments) {
+    SamplePrint print = exact_sample({4, 4, 4});
+    print.info.materials.resize(boundary::kMostFilaments + 1, print.info.materials[0]);
+    boundary::MeshSink sink(boundary::make_filament_writer(scratch_ / "part.3mf"));
+    const Result<void> done = print.send(&sink);
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
+    EXPECT_THAT(done.error().text(), HasSubstr("at most 15 filaments"));
+    EXPECT_THAT(files(), UnorderedElementsAre());
+}
+
 TEST_F(MeshFiles, AnStlHasTheTrianglesOfItsMaterial) {
     const SamplePrint print = exact_sample({13, 7, 9});
     ASSERT_TRUE(write(print, "part.stl"));

@@ -327,7 +327,7 @@ TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
 
 TEST(Printer, HasTheProfilesOfTheDesign) {
     EXPECT_EQ(printer_names(),
-              (std::vector<std::string>{"connex500", "generic", "j750", "j750_hq"}));
+              (std::vector<std::string>{"connex500", "filament", "generic", "j750", "j750_hq"}));
     const Result<Printer> j750 = load_printer("j750");
     ASSERT_TRUE(j750) << j750.error().text();
     EXPECT_EQ(j750->pitch_mm, (Vec3d{25.4 / 600, 25.4 / 300, 0.027}));
