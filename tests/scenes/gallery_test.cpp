@@ -61,6 +61,7 @@ constexpr Exhibit kExhibits[] = {
     {"library", "color_spaces", "color_spaces", "0.25mm"},
     {"library", "inks", "inks", "0.25mm"},
     {"halftones", "halftones", "halftones", "0.25mm"},
+    {"filament_vase", "vase", "filament_vase", "0.4mm"},
 };
 
 struct Contents {
