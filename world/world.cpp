@@ -16,9 +16,9 @@
 #include "base/near_miss.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
-#include "mesh/model/primitives.h"
 #include "world/build_reader.h"
 #include "world/json_reader.h"
+#include "world/primitive_reader.h"
 #include "world/uniform_values.h"
 #include "world/world_files.h"
 
@@ -32,7 +32,6 @@ constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
 /// Each placement searches them linearly.
 constexpr size_t kMostTextures = 4096;
-constexpr double kLargestPrimitive_mm = 1e5;
 
 class WorldReader {
   public:
@@ -226,7 +225,9 @@ class WorldReader {
         const std::string what = fmt::format("mesh `{}`", m.key);
         if (!json_.object(m.value, world_keys("mesh"), what)) return;
         const JsonMember* source = nullptr;
-        for (const char* key : {"file", "box", "sphere", "cylinder", "plane"}) {
+        std::vector<std::string> sources = primitive_keys();
+        sources.insert(sources.begin(), "file");
+        for (const std::string& key : sources) {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr) continue;
             if (source != nullptr) {
@@ -237,8 +238,9 @@ class WorldReader {
             source = p;
         }
         if (source == nullptr) {
-            return json_.fail(m.value, fmt::format("{} has no `file`", what),
-                              "give one, or a `box`, `sphere`, `cylinder` or `plane` in mm");
+            return json_.fail(
+                m.value, fmt::format("{} has no `file`", what),
+                fmt::format("give one, or in mm one of `{}`", fmt::join(primitive_keys(), "`, `")));
         }
         if (source->key == "file") {
             mesh_file(m, source->value, what);
@@ -267,31 +269,10 @@ class WorldReader {
     }
 
     void primitive(const JsonMember& source, const std::string& what) {
-        const std::string name = fmt::format("`{}` of {}", source.key, what);
-        const auto sizes = [&](size_t count) {
-            std::vector<double> out =
-                json_.numbers(source.value, name, count, kLargestPrimitive_mm);
-            for (size_t i = 0; i < count && json_.ok(); ++i) {
-                if (!(out[i] > 0))
-                    json_.fail(source.value.items[i], name + " has a size that is not above 0 mm");
-            }
-            return out;
-        };
-        mesh::Mesh mesh;
-        if (source.key == "box") {
-            const std::vector<double> s = sizes(3);
-            mesh = mesh::make_box({s[0], s[1], s[2]});
-        } else if (source.key == "sphere") {
-            mesh = mesh::make_sphere(json_.number(source.value, name, 1e-6, kLargestPrimitive_mm));
-        } else if (source.key == "cylinder") {
-            const std::vector<double> s = sizes(2);
-            mesh = mesh::make_cylinder(s[0], s[1]);
-        } else {
-            const std::vector<double> s = sizes(2);
-            mesh = mesh::make_plane(s[0], s[1]);
-        }
-        if (!take_memory(source.value, mesh::mesh_bytes(mesh::counts_of(mesh)))) return;
-        world_.meshes.push_back(std::move(mesh));
+        std::optional<mesh::Mesh> mesh =
+            read_primitive(source, fmt::format("`{}` of {}", source.key, what), &json_);
+        if (!mesh || !take_memory(source.value, mesh::mesh_bytes(mesh::counts_of(*mesh)))) return;
+        world_.meshes.push_back(std::move(*mesh));
     }
 
     /// Objects are read after the meshes; a mesh that one of them repairs is repaired for all.

@@ -3,61 +3,18 @@
 #include "mesh/model/primitives.h"
 
 #include "base/rotation.h"
+#include "mesh/model/primitive_builder.h"
 
 namespace openfab::mesh {
 namespace {
 
-constexpr int32_t kAround = 128;
+constexpr int32_t kAround = kFacetsAround;
 constexpr int32_t kStacks = 64;
-
-/// Builds a mesh corner by corner; attribute values of equal index are shared.
-class Builder {
-  public:
-    explicit Builder(std::string name) {
-        mesh_.name = std::move(name);
-        mesh_.attributes.resize(3);
-        mesh_.attributes[0].name = "uv";
-        mesh_.attributes[0].components = 2;
-        mesh_.attributes[1].name = "n";
-        mesh_.attributes[1].components = 3;
-        mesh_.attributes[2].name = "face";
-        mesh_.attributes[2].is_int = true;
-    }
-    int32_t position(const Vec3d& p) {
-        mesh_.positions.push_back(p);
-        return static_cast<int32_t>(mesh_.positions.size()) - 1;
-    }
-    int32_t uv(double u, double v) { return value(0, {u, v}); }
-    int32_t normal(const Vec3d& n) { return value(1, {n.x, n.y, n.z}); }
-    void triangle(const std::array<int32_t, 3>& p, const std::array<int32_t, 3>& uv,
-                  const std::array<int32_t, 3>& n, int32_t face) {
-        mesh_.triangles.push_back(p);
-        mesh_.attributes[0].corners.push_back(uv);
-        mesh_.attributes[1].corners.push_back(n);
-        mesh_.attributes[2].faces.push_back(face);
-    }
-    /// Corners counter-clockwise from outside; split along the first corner's diagonal.
-    void quad(const std::array<int32_t, 4>& p, const std::array<int32_t, 4>& uv,
-              const std::array<int32_t, 4>& n, int32_t face) {
-        triangle({p[0], p[1], p[2]}, {uv[0], uv[1], uv[2]}, {n[0], n[1], n[2]}, face);
-        triangle({p[0], p[2], p[3]}, {uv[0], uv[2], uv[3]}, {n[0], n[2], n[3]}, face);
-    }
-    Mesh take() { return std::move(mesh_); }
-
-  private:
-    int32_t value(size_t attribute, std::initializer_list<double> numbers) {
-        MeshAttribute& a = mesh_.attributes[attribute];
-        for (double number : numbers)
-            a.values.push_back(static_cast<float>(number));
-        return static_cast<int32_t>(a.values.size() / static_cast<size_t>(a.components)) - 1;
-    }
-    Mesh mesh_;
-};
 
 }  // namespace
 
 Mesh make_box(const Vec3d& size_mm) {
-    Builder b("box");
+    PrimitiveBuilder b("box");
     const double x = size_mm.x / 2;
     const double y = size_mm.y / 2;
     const double z = size_mm.z;
@@ -83,7 +40,7 @@ Mesh make_box(const Vec3d& size_mm) {
 }
 
 Mesh make_sphere(double diameter_mm) {
-    Builder b("sphere");
+    PrimitiveBuilder b("sphere");
     const double r = diameter_mm / 2;
     const int32_t south = b.position({0, 0, 0});
     const int32_t south_n = b.normal({0, 0, -1});
@@ -128,7 +85,7 @@ Mesh make_sphere(double diameter_mm) {
 }
 
 Mesh make_cylinder(double diameter_mm, double height_mm) {
-    Builder b("cylinder");
+    PrimitiveBuilder b("cylinder");
     const double r = diameter_mm / 2;
     const int32_t bottom = b.position({0, 0, 0});
     const int32_t top = b.position({0, 0, height_mm});
@@ -163,7 +120,7 @@ Mesh make_cylinder(double diameter_mm, double height_mm) {
 }
 
 Mesh make_plane(double x_mm, double y_mm) {
-    Builder b("plane");
+    PrimitiveBuilder b("plane");
     const double x = x_mm / 2;
     const double y = y_mm / 2;
     const std::array<int32_t, 4> p{b.position({0 - x, 0 - y, 0}), b.position({x, 0 - y, 0}),

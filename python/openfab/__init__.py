@@ -27,7 +27,21 @@ from .errors import (
 )
 from .fablet import Fablet, Uniform, Varying, compile
 from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
-from .shapes import FileMesh, Mesh, Primitive, Texture, box, cylinder, plane, sphere
+from .shapes import (
+    FileMesh,
+    Mesh,
+    Primitive,
+    Texture,
+    box,
+    capsule,
+    cone,
+    cylinder,
+    extrusion,
+    plane,
+    revolution,
+    sphere,
+    torus,
+)
 from .world import VOID, FileWorld, Material, Object, World, load
 
 __version__ = _version("openfab")
@@ -64,12 +78,17 @@ __all__ = [
     "Varying",
     "World",
     "box",
+    "capsule",
     "compile",
+    "cone",
     "cylinder",
+    "extrusion",
     "load",
     "plane",
     "preview",
     "print_world",
+    "revolution",
     "sample",
     "sphere",
+    "torus",
 ]

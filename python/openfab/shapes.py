@@ -93,9 +93,10 @@ class FileMesh:
 
 
 class Primitive:
-    """A shape that needs no file, centred in x and y and standing on z = 0; see box, sphere, cylinder and plane."""
+    """A shape that needs no file and stands on z = 0; see box, sphere, cylinder, plane, cone, torus, capsule, extrusion
+    and revolution."""
 
-    def __init__(self, kind: str, size: float | Sequence[float]) -> None:
+    def __init__(self, kind: str, size: Any) -> None:
         self.kind = kind
         self.size = size
 
@@ -124,6 +125,37 @@ def cylinder(diameter: float, height: float) -> Primitive:
 def plane(width: float, depth: float) -> Primitive:
     """A sheet closed by its own back, for displacement; `face` is 0 in front, 1 on the back."""
     return Primitive("plane", [width, depth])
+
+
+def cone(low_diameter: float, high_diameter: float, height: float) -> Primitive:
+    """A cone, cut off or, with a diameter of 0, pointed; `face` is 0 on its top, 1 on its bottom and 2 around it."""
+    return Primitive("cone", [low_diameter, high_diameter, height])
+
+
+def torus(diameter: float, section: float) -> Primitive:
+    """A ring of round section; the diameters are those of its middle and of the section."""
+    return Primitive("torus", [diameter, section])
+
+
+def capsule(diameter: float, length: float) -> Primitive:
+    """A cylinder along z with a half ball on each end; the length includes them."""
+    return Primitive("capsule", [diameter, length])
+
+
+def _corners(polygon: Any) -> list[list[float]]:
+    return [[float(x), float(y)] for x, y in polygon]
+
+
+def extrusion(polygons: Sequence[Any], height: float) -> Primitive:
+    """What an area sweeps from z = 0 up to a height. A polygon is a sequence, or an array of shape (n, 2), of its corners
+    in mm; one that lies within another bounds a hole. `face` is 0 on the top, 1 on the bottom and 2 around."""
+    return Primitive("extrusion", {"polygons": [_corners(polygon) for polygon in polygons], "height": float(height)})
+
+
+def revolution(polygon: Any) -> Primitive:
+    """What a polygon of (distance from the axis, z) sweeps around the z axis, in mm, with 128 facets around; `face` is 0
+    where it faces straight up, 1 straight down and 2 elsewhere."""
+    return Primitive("revolution", _corners(polygon))
 
 
 AnyMesh = Mesh | FileMesh | Primitive

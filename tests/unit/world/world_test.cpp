@@ -165,8 +165,30 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"sphere\": 8", "\"sphere\": 8, \"box\": [1, 1, 1]",
          "12:14: mesh `ball` has `box` and `sphere`; it is one of them"},
         {"{\"sphere\": 8}", "{}",
-         "12:13: mesh `ball` has no `file`; give one, or a `box`, `sphere`, `cylinder` or `plane` "
-         "in mm"},
+         "12:13: mesh `ball` has no `file`; give one, or in mm one of `box`, `sphere`, `cylinder`, "
+         "`plane`, `cone`, `torus`, `capsule`, `extrusion`, `revolution`"},
+        {"\"sphere\": 8", "\"cone\": [0, 0, 3]",
+         "12:22: `cone` of mesh `ball` has no diameter above 0 mm"},
+        {"\"sphere\": 8", "\"torus\": [4, 4]",
+         "12:23: `torus` of mesh `ball` has a section as wide as its ring, or wider"},
+        {"\"sphere\": 8", "\"capsule\": [4, 3]",
+         "12:25: `capsule` of mesh `ball` is shorter than its diameter; give the diameter, then "
+         "the length with both ends"},
+        {"\"sphere\": 8", "\"revolution\": [[-1, 0], [1, 0], [1, 1]]",
+         "12:29: `revolution` of mesh `ball` has a corner beyond the axis; give [distance from the "
+         "axis, z], the distance 0 or more"},
+        {"\"sphere\": 8", "\"revolution\": [[0, 0], [1, 1], [1, 0], [0, 1]]",
+         "12:28: `revolution` of mesh `ball`: the polygon meets itself: the side from (0, 0) to "
+         "(1, "
+         "1) and that from (1, 0) to (0, 1)"},
+        {"\"sphere\": 8", "\"revolution\": 3",
+         "12:28: `revolution` of mesh `ball` is not a polygon; write [[x, y], [x, y], [x, y]] in "
+         "mm"},
+        {"\"sphere\": 8", "\"extrusion\": {\"polygons\": [], \"height\": 3}",
+         "12:40: `polygons` of `extrusion` of mesh `ball` is not an array of polygons; write [[[x, "
+         "y], [x, y], [x, y]]] in mm; one within another is a hole"},
+        {"\"sphere\": 8", "\"extrusion\": {\"polygons\": [[[0, 0], [1, 0]]], \"height\": 3}",
+         "12:40: `extrusion` of mesh `ball`: the polygon has fewer than 3 corners"},
         {"\"sphere\": 8", "\"sphere\": -1",
          "12:24: `sphere` of mesh `ball` is -1; it must be between 1e-06 and 100000"},
         {"[10, 20, 30]", "[10, 0, 30]",
