@@ -71,6 +71,9 @@ int print_command(int argc, char** argv);
 /// Runs `openfab texture …`: replaces the process by `openfab-texture`, beside this program.
 int texture_command(char** argv);
 
+/// Runs `openfab text …`: replaces the process by `openfab-text`, beside this program.
+int text_command(char** argv);
+
 /// Runs `openfab profile …` or `openfab tune …`: replaces the process by `openfab-tuner`, beside
 /// this program.
 int tuner_command(char** argv);

@@ -30,6 +30,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab print --help                         all options of a print
   openfab import robot.obj -o robot            a world of a mesh with its pictures
   openfab new soft_toy                         a folder with a fablet and a world
+  openfab text Ada -o name.obj --size 8mm      a mesh of a name
   openfab info card.ofr                        size, materials, amounts
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
@@ -228,6 +229,7 @@ int tool_main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN);  // a file above the limit is an error with a message
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
+    if (argc > 1 && std::string_view(argv[1]) == "text") return text_command(argv);
     for (const char* const command : {"profile", "tune"}) {
         if (argc > 1 && std::string_view(argv[1]) == command) return tuner_command(argv);
     }
@@ -248,6 +250,7 @@ int tool_main(int argc, char** argv) {
     add_receive(app, &action);
     app.add_subcommand("profile", "say where the time of a print goes, and what bounds each stage");
     app.add_subcommand("tune", "search the schedule that prints a world fastest on this machine");
+    app.add_subcommand("text", "make a mesh or a picture of a text");
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");
     app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;

@@ -184,6 +184,10 @@ int texture_command(char** argv) {
     return start_helper("openfab-texture", argv + 1);
 }
 
+int text_command(char** argv) {
+    return start_helper("openfab-text", argv + 1);
+}
+
 int tuner_command(char** argv) {
     return start_helper("openfab-tuner", argv);
 }

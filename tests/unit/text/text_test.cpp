@@ -1,0 +1,167 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Texts as meshes and pictures: the meshes are closed, the picture and the mesh, which two libraries
+// fill, cover the same area, and what cannot be drawn is told.
+
+#include "tools/text/text_shapes.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "mesh/load/load_mesh.h"
+#include "tests/support/meshes/meshes.h"
+#include "tests/support/process/process.h"
+#include "tests/unit/backends/sample_print.h"
+
+namespace openfab::text {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kFont = "DejaVu Sans";
+
+Layout layout_of(const std::string& words, double size_mm = 10, Align align = Align::kCenter,
+                 const std::string& name = kFont) {
+    const Result<std::unique_ptr<Font>> font = Font::open(name, size_mm);
+    EXPECT_TRUE(font) << font.error().text();
+    const Result<Layout> layout = lay_out(font->get(), words, align);
+    EXPECT_TRUE(layout) << layout.error().text();
+    return layout ? *layout : Layout();
+}
+
+std::string refusal(const std::string& words, const std::string& name = kFont) {
+    const Result<std::unique_ptr<Font>> font = Font::open(name, 10);
+    if (!font) return font.error().text();
+    const Result<Layout> layout = lay_out(font->get(), words, Align::kCenter);
+    return layout ? "fine" : layout.error().text();
+}
+
+TEST(Text, ACapitalHasItsSize) {
+    const Layout h = layout_of("H", 7);
+    EXPECT_NEAR(h.size_mm.y, 7, 1e-6);
+    for (const mesh::Point2& p : h.glyphs[0][0])
+        EXPECT_LE(std::abs(p.y), 3.5 + 1e-6) << "centred";
+    EXPECT_EQ(layout_of("o").glyphs[0].size(), 2u) << "a hole";
+    EXPECT_EQ(layout_of("Ada Lovelace").glyphs.size(), 11u) << "a space has no outline";
+}
+
+TEST(Text, KerningMovesLettersTogether) {
+    const double apart = layout_of("HV").size_mm.x + layout_of("HA").size_mm.x;
+    const double pairs = layout_of("HVA").size_mm.x + layout_of("H").size_mm.x;
+    EXPECT_LT(pairs, apart - 0.3);
+}
+
+TEST(Text, LinesAreAligned) {
+    const auto ends = [](const Layout& layout, size_t glyph) {
+        double lo = 1e9, hi = -1e9;
+        for (const mesh::Outline& outline : layout.glyphs[glyph]) {
+            for (const mesh::Point2& p : outline) {
+                lo = std::min(lo, p.x);
+                hi = std::max(hi, p.x);
+            }
+        }
+        return std::pair(lo, hi);
+    };
+    const std::string words = "HHH\n\nI";
+    const Layout left = layout_of(words, 10, Align::kLeft);
+    EXPECT_NEAR(ends(left, 0).first, ends(left, 3).first, 1e-9);
+    const Layout right = layout_of(words, 10, Align::kRight);
+    EXPECT_NEAR(ends(right, 2).second, ends(right, 3).second, 1e-9);
+    const Layout center = layout_of(words);
+    EXPECT_NEAR(ends(center, 3).first, -ends(center, 3).second, 1e-9);
+    // Three baselines apart by twice the pitch, for the empty line.
+    EXPECT_GT(center.size_mm.y, 10 + 2 * 10);
+}
+
+/// What FreeType's rasteriser covers is what our triangles cover.
+TEST(Text, PictureAndMeshCoverTheSameArea) {
+    for (const char* words : {"OpenFab", "8@%&Bg", "Ä\xC3\xA9\xC3\xB8 \xCE\xA9\xD0\x96"}) {
+        const Layout layout = layout_of(words);
+        const Result<mesh::Mesh> mesh = make_text_mesh(layout, 2);
+        ASSERT_TRUE(mesh) << mesh.error().text();
+        const double area = testing::signed_volume(*mesh) / 2;
+        const double dots = 20;
+        const Result<Picture> picture = draw_text(layout, dots, 0.5);
+        ASSERT_TRUE(picture) << picture.error().text();
+        const testing::ScratchFolder folder;
+        folder.write("text.png", std::string(picture->png.begin(), picture->png.end()));
+        const testing::ReadPng read = testing::read_png(folder / "text.png");
+        ASSERT_EQ(read.width, picture->width);
+        EXPECT_NEAR(read.pixels_per_metre_x, dots * 1000, 1);
+        double covered = 0;
+        for (const std::array<uint8_t, 4>& pixel : read.rgba)
+            covered += pixel[0] / 255.0;
+        EXPECT_NEAR(covered / (dots * dots), area, 2e-3 * area) << words;
+        EXPECT_EQ(read.at(0, 0)[0], 0) << "a margin";
+    }
+}
+
+TEST(Text, AMeshIsClosedAndPrintable) {
+    for (const char* name : {"DejaVu Sans:bold", "DejaVu Serif", "DejaVu Sans Mono"}) {
+        std::string words;
+        for (char c = '!'; c <= '~'; ++c)
+            words += std::string(1, c) + (c % 16 == 0 ? "\n" : "");
+        const Layout layout = layout_of(words, 10, Align::kCenter, name);
+        const Result<mesh::Mesh> mesh = make_text_mesh(layout, 1.5);
+        ASSERT_TRUE(mesh) << mesh.error().text();
+        const testing::ScratchFolder folder;
+        folder.write("text.obj", obj_text(*mesh));
+        const Result<mesh::LoadedMesh> loaded = mesh::load_mesh(folder / "text.obj", {});
+        ASSERT_TRUE(loaded) << loaded.error().text();
+        EXPECT_TRUE(loaded->checks.edges.fine());
+        EXPECT_EQ(loaded->checks.turned, 0);
+        EXPECT_NEAR(testing::signed_volume(loaded->mesh), testing::signed_volume(*mesh), 1e-2);
+        ASSERT_EQ(loaded->groups.size(), 3u);
+        EXPECT_EQ(loaded->groups[2].first, "side");
+        const mesh::MeshAttribute* uv = loaded->mesh.find("uv");
+        ASSERT_NE(uv, nullptr);
+        for (const float value : uv->values)
+            ASSERT_TRUE(value >= -1e-6F && value <= 1 + 1e-6F) << value;
+    }
+}
+
+TEST(Text, WhatCannotBeDrawnIsTold) {
+    EXPECT_EQ(refusal("fine"), "fine");
+    EXPECT_THAT(refusal("a\xE6\xBC\xA2"
+                        "b"),
+                HasSubstr("has no `\xE6\xBC\xA2`; choose another"));
+    EXPECT_THAT(refusal(" \n "), HasSubstr("no letters"));
+    EXPECT_THAT(refusal("a\xFF"), HasSubstr("not UTF-8"));
+    EXPECT_THAT(refusal("a", "./none.ttf"), HasSubstr("no font file"));
+    const testing::ScratchFolder folder;
+    folder.write("not.ttf", "not a font");
+    EXPECT_THAT(refusal("a", (folder / "not.ttf").string()), HasSubstr("is not a font"));
+    const Result<Picture> large = draw_text(layout_of("wide"), 4000, 0);
+    ASSERT_FALSE(large);
+    EXPECT_THAT(large.error().text(), HasSubstr("at most 16000 along a side"));
+}
+
+TEST(Text, IsACommandOfTheTool) {
+    const testing::ScratchFolder folder;
+    const auto text = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {OPENFAB_BIN_DIR "/openfab", "text"});
+        testing::RunOptions options;
+        options.folder = folder.path();
+        return testing::run(arguments, options);
+    };
+    const testing::Outcome made = text({"Ada", "-o", "a.obj", "--font", kFont, "--size", "5mm"});
+    EXPECT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_THAT(made.out, HasSubstr("a.obj: "));
+    EXPECT_THAT(made.out, HasSubstr("x 5."));  // the d is taller than the A
+    EXPECT_EQ(text({"Ada", "-o", "a.png", "--margin", "1mm"}).exit_code, 0);
+    for (const std::vector<std::string>& wrong : {std::vector<std::string>{"Ada", "-o", "a.pdf"},
+                                                  {"Ada", "-o", "a.obj", "--size", "5"},
+                                                  {"Ada", "-o", "a.obj", "--depth", "0mm"},
+                                                  {"-o", "a.obj"},
+                                                  {"Ada"}}) {
+        const testing::Outcome outcome = text(wrong);
+        EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+        EXPECT_THAT(outcome.err, HasSubstr("error: "));
+    }
+}
+
+}  // namespace
+}  // namespace openfab::text

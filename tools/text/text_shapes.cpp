@@ -1,0 +1,250 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/text/text_shapes.h"
+
+#include <fmt/compile.h>
+#include <fmt/format.h>
+#include <ft2build.h>
+#include FT_FREETYPE_H
+#include FT_OUTLINE_H
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "backends/raster/png_encode.h"
+#include "base/text.h"
+#include "mesh/model/sweeps.h"
+
+namespace openfab::text {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr int32_t kMostPixels = 16'000;  // along a side: what FreeType's coordinates hold
+constexpr int kPngLevel = 6;
+
+struct Box2 {
+    mesh::Point2 lo{kFar, kFar}, hi{-kFar, -kFar};
+    void add(const mesh::Point2& p) {
+        lo = {std::min(lo.x, p.x), std::min(lo.y, p.y)};
+        hi = {std::max(hi.x, p.x), std::max(hi.y, p.y)};
+    }
+    void add(const Glyph& glyph) {
+        for (const mesh::Outline& outline : glyph) {
+            for (const mesh::Point2& p : outline)
+                add(p);
+        }
+    }
+};
+
+void move(Glyph* glyph, double x, double y) {
+    for (mesh::Outline& outline : *glyph) {
+        for (mesh::Point2& p : outline)
+            p = {p.x + x, p.y + y};
+    }
+}
+
+/// Appends the triangles of a mesh with the attributes of all primitives.
+void append(const mesh::Mesh& part, mesh::Mesh* out) {
+    if (out->triangles.empty()) {
+        *out = part;
+        return;
+    }
+    const auto first = static_cast<int32_t>(out->positions.size());
+    out->positions.insert(out->positions.end(), part.positions.begin(), part.positions.end());
+    for (std::array<int32_t, 3> t : part.triangles) {
+        for (int32_t& corner : t)
+            corner += first;
+        out->triangles.push_back(t);
+    }
+    for (size_t a = 0; a < part.attributes.size(); ++a) {
+        const mesh::MeshAttribute& from = part.attributes[a];
+        mesh::MeshAttribute& to = out->attributes[a];
+        to.faces.insert(to.faces.end(), from.faces.begin(), from.faces.end());
+        if (from.is_int) continue;
+        const auto value =
+            static_cast<int32_t>(to.values.size() / static_cast<size_t>(to.components));
+        to.values.insert(to.values.end(), from.values.begin(), from.values.end());
+        for (std::array<int32_t, 3> corners : from.corners) {
+            for (int32_t& corner : corners)
+                corner += value;
+            to.corners.push_back(corners);
+        }
+    }
+}
+
+/// FreeType's library, without a font: for its rasteriser.
+class Rasteriser {
+  public:
+    Rasteriser() { FT_Init_FreeType(&library_); }
+    ~Rasteriser() { FT_Done_FreeType(library_); }
+    Rasteriser(const Rasteriser&) = delete;
+    Rasteriser& operator=(const Rasteriser&) = delete;
+
+    /// Draws a glyph whose points are in pixels from the lower left corner. `rows`: the top one first.
+    bool draw(const Glyph& glyph, int32_t width, int32_t height, std::vector<uint8_t>* rows) {
+        size_t points = 0;
+        for (const mesh::Outline& outline : glyph)
+            points += outline.size();
+        if (points > std::numeric_limits<short>::max()) return false;
+        FT_Outline outline{};
+        if (FT_Outline_New(library_, static_cast<FT_UInt>(points),
+                           static_cast<FT_Int>(glyph.size()), &outline) != 0)
+            return false;
+        size_t at = 0;
+        for (size_t c = 0; c < glyph.size(); ++c) {
+            for (const mesh::Point2& p : glyph[c]) {
+                outline.points[at] = {std::lround(p.x * 64), std::lround(p.y * 64)};
+                outline.tags[at++] = FT_CURVE_TAG_ON;
+            }
+            outline.contours[c] = static_cast<short>(at - 1);
+        }
+        outline.flags |= FT_OUTLINE_EVEN_ODD_FILL;
+        FT_Bitmap bitmap{};
+        bitmap.width = static_cast<unsigned>(width);
+        bitmap.rows = static_cast<unsigned>(height);
+        bitmap.pitch = width;
+        bitmap.buffer = rows->data();
+        bitmap.num_grays = 256;
+        bitmap.pixel_mode = FT_PIXEL_MODE_GRAY;
+        const bool drawn = FT_Outline_Get_Bitmap(library_, &outline, &bitmap) == 0;
+        FT_Outline_Done(library_, &outline);
+        return drawn;
+    }
+
+  private:
+    FT_Library library_ = nullptr;
+};
+
+}  // namespace
+
+Result<Layout> lay_out(Font* font, const std::string& text, Align align) {
+    if (valid_utf8(text) != text) return user_error("the text is not UTF-8");
+    std::vector<std::vector<Glyph>> lines;
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t end = std::min(text.find('\n', begin), text.size());
+        Result<std::vector<Glyph>> line = font->shape(text.substr(begin, end - begin));
+        if (!line) return line.error();
+        lines.push_back(std::move(*line));
+        begin = end + 1;
+    }
+    Layout layout;
+    Box2 all;
+    for (size_t l = 0; l < lines.size(); ++l) {
+        Box2 box;
+        for (const Glyph& glyph : lines[l])
+            box.add(glyph);
+        if (box.lo.x > box.hi.x) continue;  // of spaces
+        const double x = align == Align::kLeft    ? -box.lo.x
+                         : align == Align::kRight ? -box.hi.x
+                                                  : -(box.lo.x + box.hi.x) / 2;
+        for (Glyph& glyph : lines[l]) {
+            move(&glyph, x, -static_cast<double>(l) * font->line_pitch_mm());
+            all.add(glyph);
+            layout.glyphs.push_back(std::move(glyph));
+        }
+    }
+    if (layout.glyphs.empty()) return user_error("the text has no letters");
+    for (Glyph& glyph : layout.glyphs)
+        move(&glyph, -(all.lo.x + all.hi.x) / 2, -(all.lo.y + all.hi.y) / 2);
+    layout.size_mm = {all.hi.x - all.lo.x, all.hi.y - all.lo.y};
+    return layout;
+}
+
+Result<mesh::Mesh> make_text_mesh(const Layout& layout, double depth_mm) {
+    mesh::Mesh out;
+    for (const Glyph& glyph : layout.glyphs) {
+        if (const Result<void> fine = mesh::check_outlines(glyph); !fine) {
+            return user_error("a letter of this font cannot be drawn out: " + fine.error().message,
+                              "choose another font with `--font`");
+        }
+        append(mesh::make_extrusion(glyph, depth_mm), &out);
+    }
+    out.name = "text";
+    mesh::MeshAttribute& uv = out.attributes[0];
+    for (size_t t = 0; t < out.triangles.size(); ++t) {
+        if (out.attributes[2].faces[t] == 2) continue;
+        for (size_t c = 0; c < 3; ++c) {
+            const Vec3d& p = out.positions[out.triangles[t][c]];
+            float* value = &uv.values[static_cast<size_t>(uv.corners[t][c]) * 2];
+            value[0] = static_cast<float>(p.x / layout.size_mm.x + 0.5);
+            value[1] = static_cast<float>(p.y / layout.size_mm.y + 0.5);
+        }
+    }
+    return out;
+}
+
+std::string obj_text(const mesh::Mesh& mesh) {
+    fmt::memory_buffer text;
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "# Made by OpenFab, in mm.\n");
+    for (const Vec3d& p : mesh.positions)
+        fmt::format_to(out, FMT_COMPILE("v {} {} {}\n"), static_cast<float>(p.x),
+                       static_cast<float>(p.y), static_cast<float>(p.z));
+    const mesh::MeshAttribute &uv = mesh.attributes[0], &n = mesh.attributes[1],
+                              &face = mesh.attributes[2];
+    for (size_t v = 0; v < uv.values.size(); v += 2)
+        fmt::format_to(out, FMT_COMPILE("vt {} {}\n"), uv.values[v], uv.values[v + 1]);
+    for (size_t v = 0; v < n.values.size(); v += 3)
+        fmt::format_to(out, FMT_COMPILE("vn {} {} {}\n"), n.values[v], n.values[v + 1],
+                       n.values[v + 2]);
+    constexpr const char* kGroups[] = {"front", "back", "side"};
+    for (int32_t group = 0; group < 3; ++group) {
+        fmt::format_to(out, "g {}\n", kGroups[group]);
+        for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+            if (face.faces[t] != group) continue;
+            fmt::format_to(out, "f");
+            for (size_t c = 0; c < 3; ++c)
+                fmt::format_to(out, FMT_COMPILE(" {}/{}/{}"), mesh.triangles[t][c] + 1,
+                               uv.corners[t][c] + 1, n.corners[t][c] + 1);
+            fmt::format_to(out, "\n");
+        }
+    }
+    return {text.data(), text.size()};
+}
+
+Result<Picture> draw_text(const Layout& layout, double dots_per_mm, double margin_mm) {
+    const auto pixels = [&](double mm) { return std::ceil((mm + 2 * margin_mm) * dots_per_mm); };
+    const double width = pixels(layout.size_mm.x), height = pixels(layout.size_mm.y);
+    if (!(width <= kMostPixels && height <= kMostPixels)) {
+        return user_error(
+            fmt::format("the picture has {:.0f} x {:.0f} pixels; at most {} along a side are drawn",
+                        width, height, kMostPixels),
+            "choose a lower `--dpi`");
+    }
+    Picture picture;
+    picture.width = static_cast<int32_t>(width);
+    picture.height = static_cast<int32_t>(height);
+    const size_t row = static_cast<size_t>(picture.width);
+    std::vector<uint8_t> grey(row * static_cast<size_t>(picture.height));
+    Rasteriser rasteriser;
+    for (Glyph glyph : layout.glyphs) {
+        for (mesh::Outline& outline : glyph) {
+            for (mesh::Point2& p : outline)
+                p = {p.x * dots_per_mm + width / 2, p.y * dots_per_mm + height / 2};
+        }
+        if (!rasteriser.draw(glyph, picture.width, picture.height, &grey))
+            return user_error("a letter of this font cannot be drawn",
+                              "choose another font with `--font`");
+    }
+    std::vector<uint8_t> rows;
+    rows.reserve(grey.size() + static_cast<size_t>(picture.height));
+    for (int32_t y = 0; y < picture.height; ++y) {
+        rows.push_back(0);
+        const auto begin = grey.begin() + static_cast<std::ptrdiff_t>(row * static_cast<size_t>(y));
+        rows.insert(rows.end(), begin, begin + static_cast<std::ptrdiff_t>(row));
+    }
+    raster::PngImage image;
+    image.width = picture.width;
+    image.height = picture.height;
+    image.color = raster::PngColor::kGrey;
+    image.rows = rows;
+    image.pixels_per_metre_x = image.pixels_per_metre_y = dots_per_mm * 1000;
+    picture.png = raster::encode_png(image, kPngLevel);
+    if (picture.png.empty()) return outside_error("out of memory");
+    return picture;
+}
+
+}  // namespace openfab::text
