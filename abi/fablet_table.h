@@ -34,7 +34,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 8
+#define OPENFAB_ABI_VERSION 9
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -207,8 +207,11 @@ enum openfab_arg_kind {
                                   which there are one more than slots */
     OPENFAB_ARG_NEAREST_SOURCE = 44, /* an openfab_nearest_source (abi/nearest_stage.h) */
     /* slab of a fablet with a dither rule. The rule reads FRACTION values as int32. */
-    OPENFAB_ARG_GRID = 45,   /* scalar; a = openfab_grid_value */
-    OPENFAB_ARG_CHOICE = 46, /* out, 8 bits of a uint: the code that the rule chooses */
+    OPENFAB_ARG_GRID = 45,       /* scalar; a = openfab_grid_value */
+    OPENFAB_ARG_CHOICE = 46,     /* out, 8 bits of a uint: the code that the rule chooses */
+    OPENFAB_ARG_BLUE_NOISE = 47, /* 16 bits (8, pixel), a mask of abi/blue_noise.h; a = 0: inside a
+                                    region, 1: of its sides. The rule reads thresholds as int32, with
+                                    a = openfab::abi::BlueNoiseFace */
 };
 
 struct openfab_arg {

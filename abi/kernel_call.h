@@ -40,7 +40,8 @@ inline halide_type_t halide_type(const openfab_arg& arg) {
     if (arg.kind == OPENFAB_ARG_CODE || arg.kind == OPENFAB_ARG_DEMAND ||
         arg.kind == OPENFAB_ARG_CHOICE)
         return {halide_type_uint, 8, 1};
-    if (arg.kind == OPENFAB_ARG_FRACTION || arg.kind == OPENFAB_ARG_UNUSABLE)
+    if (arg.kind == OPENFAB_ARG_FRACTION || arg.kind == OPENFAB_ARG_UNUSABLE ||
+        arg.kind == OPENFAB_ARG_BLUE_NOISE)
         return {halide_type_uint, 16, 1};
     return halide_type(arg.scalar);
 }

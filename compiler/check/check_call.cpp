@@ -365,24 +365,34 @@ ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
                : lookup(expr, std::move(object), std::move(args));
 }
 
-/// `attr.Fraction(i)`.
+/// `attr.Fraction(i)` and `attr.BlueNoise(face)`.
 ExprPtr ExpressionChecker::dither_method(const ast::Expr& expr, std::vector<ExprPtr> args) {
+    struct Method {
+        std::string_view name;
+        ExprKind kind;
+        const char* takes;
+    };
+    constexpr Method kMethods[] = {
+        {"Fraction", ExprKind::kFraction, "1 argument, a number from 0 to `count` - 1"},
+        {"BlueNoise", ExprKind::kBlueNoise, "1 argument, a face from 0 to 4"}};
     const ast::Expr& callee = *expr.args[0];
-    if (callee.text != "Fraction") {
+    const auto* method = std::ranges::find(kMethods, callee.text, &Method::name);
+    if (method == std::end(kMethods)) {
         sink_->report(callee.text_span, diag::kUnknownMember, "DitherAttributes", callee.text)
-            .suggest(callee.text_span, callee.text, std::vector<std::string>{"Fraction"},
-                     "it has `Fraction(i)`, of 0 to `count` - 1");
+            .suggest(callee.text_span, callee.text,
+                     std::vector<std::string>{"Fraction", "BlueNoise"},
+                     "it has `Fraction(i)`, of 0 to `count` - 1, and `BlueNoise(face)`, of 0 to 4");
         return poison(expr.span);
     }
     if (args.size() != 1) {
-        wrong_count(expr, callee.text, "1 argument, a number from 0 to `count` - 1", args.size());
+        wrong_count(expr, callee.text, method->takes, args.size());
         return poison(expr.span);
     }
     if (!args[0]->type.is_scalar()) {
         sink_->report(args[0]->span, diag::kNoConversion, type_name(args[0]->type), "int");
         return poison(expr.span);
     }
-    ExprPtr out = make(ExprKind::kFraction, kIntType, expr.span);
+    ExprPtr out = make(method->kind, kIntType, expr.span);
     out->args.push_back(convert(std::move(args[0]), kIntType));
     return any_error(out->args) ? poison(expr.span) : std::move(out);
 }

@@ -104,7 +104,7 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Get          args {composition, material}
 ///   Clear        args {composition}; Total the same
 ///   Over         args {above, below}
-///   Fraction     args {number}, of a dither rule
+///   Fraction     args {number}, of a dither rule; BlueNoise: args {face}
 ///   Printf       text: the format, one conversion per component; args {values}; with `is_assert`
 ///                args {condition, values}
 struct Expr {

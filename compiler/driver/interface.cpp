@@ -72,8 +72,8 @@ std::string json_fablet(const ir::Fablet& f) {
                            json_string(v.type_name), json_source(f.surface_outputs, v.source));
     };
     return fmt::format(
-        R"({{"name":{},"has_surface":{},"uniforms":{},"surface_inputs":{},"surface_outputs":{},"nearest":{},"uses_void":{}}})",
-        json_string(f.name), f.has_surface, json_list(f.uniforms, json_uniform),
+        R"({{"name":{},"has_surface":{},"has_dither":{},"uniforms":{},"surface_inputs":{},"surface_outputs":{},"nearest":{},"uses_void":{}}})",
+        json_string(f.name), f.has_surface, f.has_dither, json_list(f.uniforms, json_uniform),
         json_list(f.surface_inputs, input), json_list(f.surface_outputs, output),
         json_list(f.nearest, nearest), f.void_slot >= 0);
 }

@@ -62,8 +62,9 @@ constexpr const char* kKindNames[] = {
     "nearest_source",
     "grid",
     "choice",
+    "blue_noise",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_CHOICE + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_BLUE_NOISE + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",        "surface_bounds", "volume",        "volume_bounds", "surface_segment",
@@ -136,7 +137,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_CHOICE) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_BLUE_NOISE) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelIndex) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }

@@ -29,6 +29,14 @@ void add_instr(const ir::Instr& instr, std::vector<openfab_arg>* out) {
                 [[fallthrough]];
             case OPENFAB_ARG_FRACTION:
                 return;  // made in the kernel
+            case OPENFAB_ARG_BLUE_NOISE:
+                for (int32_t a = 0; a < 3; ++a)
+                    out->push_back(make_arg(OPENFAB_ARG_GRID, OPENFAB_INT, a, 0));
+                out->push_back(make_arg(OPENFAB_ARG_GRID, OPENFAB_UINT, OPENFAB_GRID_SEED, 0));
+                out->push_back(make_arg(OPENFAB_ARG_BLOCKS, OPENFAB_INT, 0, 0));
+                out->push_back(
+                    make_arg(OPENFAB_ARG_BLUE_NOISE, OPENFAB_UINT, instr.a == 0 ? 0 : 1, 0));
+                return;
             case ir::kVoxelIndex:
                 out->push_back(make_arg(OPENFAB_ARG_GRID, OPENFAB_INT, instr.a, 0));
                 [[fallthrough]];

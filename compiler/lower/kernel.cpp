@@ -8,6 +8,7 @@
 #include <array>
 #include <optional>
 
+#include "compiler/lower/blue_noise.h"
 #include "compiler/lower/normalise.h"
 #include "compiler/lower/sample_parts.h"
 #include "texture/sample.h"
@@ -111,11 +112,13 @@ class StageLowering {
         const bool texture = arg.kind == OPENFAB_ARG_TEXTURE;
         const bool blocks = arg.kind == OPENFAB_ARG_BLOCKS;
         const bool channels = arg.kind == OPENFAB_ARG_CHANNELS;
-        const int dimensions = blocks || channels ? 2 : 1;
-        Halide::ImageParam image(type, dimensions, name);
+        const bool mask = arg.kind == OPENFAB_ARG_BLUE_NOISE;
+        const int dimensions = blocks || channels || mask ? 2 : 1;
+        Halide::ImageParam image(mask ? Halide::UInt(16) : type, dimensions, name);
         for (int d = 0; d < dimensions; ++d)
             image.dim(d).set_min(0);
         if (blocks) image.dim(0).set_extent(3);
+        if (mask) shape_blue_noise(&image);
         arguments_.push_back(image);
         if (texture) {
             context_.textures.emplace(std::pair(arg.a, arg.b), image);
@@ -187,7 +190,26 @@ class StageLowering {
         return convert(index, Type::kFloat) + constant(0.5f);
     }
 
+    /// Returns the threshold that the mask of a face has at the voxel. Its column is a row of the
+    /// mask's table, from the pixel of the column's lowest voxel on.
+    Value blue_noise(int32_t face) const {
+        const Halide::ImageParam& blocks = buffers_.at({OPENFAB_ARG_BLOCKS, 0, 0});
+        std::array<Expr, 3> lowest;
+        for (int32_t axis = 0; axis < 3; ++axis) {
+            const Value in_part = axis == 2
+                                      ? Value{Type::kInt, blocks(axis, index_along(blocks, 1))}
+                                      : voxel_index(axis);
+            lowest.at(static_cast<size_t>(axis)) =
+                (in_part + Value{Type::kInt, scalars_.at({OPENFAB_ARG_GRID, axis, 0})}).expr;
+        }
+        return {Type::kInt,
+                blue_noise_threshold(buffers_.at({OPENFAB_ARG_BLUE_NOISE, face == 0 ? 0 : 1, 0}),
+                                     face, scalars_.at({OPENFAB_ARG_GRID, OPENFAB_GRID_SEED, 0}),
+                                     lowest, lane_)};
+    }
+
     Value input(const ir::Instr& instr) const {
+        if (instr.kind == OPENFAB_ARG_BLUE_NOISE) return blue_noise(instr.a);
         if (instr.kind == ir::kVoxelIndex) {
             return voxel_index(instr.a) +
                    Value{Type::kInt, scalars_.at({OPENFAB_ARG_GRID, instr.a, 0})};

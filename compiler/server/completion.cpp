@@ -100,8 +100,10 @@ void complete_members(const Analysis& analysis, const check::Type& type, Items* 
                        m.span.file == 0 ? std::string() : analysis.comment_above(m.span), '0');
     };
     if (type.is_attributes()) add(check::attribute_members(type));
-    if (type.is(check::Base::kDitherAttributes))
-        add_reference("Fraction", Kind::kMethod, '0', items);
+    if (type.is(check::Base::kDitherAttributes)) {
+        for (const char* name : {"Fraction", "BlueNoise"})
+            add_reference(name, Kind::kMethod, '0', items);
+    }
     if (type.is(check::Base::kStruct) && type.record != nullptr) add(type.record->members);
     if (type.is(check::Base::kSurfacePoint)) {
         add(check::common_point_members());

@@ -84,17 +84,17 @@ Value StageTranslator::sample(const check::Expr& expr) {
     return out;
 }
 
-/// A number beyond the fractions is the nearest, as of an array.
-Value StageTranslator::fraction(const check::Expr& expr) {
+/// Reads the one of a rule's `count` inputs of a kind that the argument names. A number beyond them
+/// is the nearest, as of an array.
+Value StageTranslator::numbered(const check::Expr& expr, int32_t kind, int32_t count) {
     const ValueId number = scalar(*expr.args[0]);
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
-    const int32_t count = fablet_.ir.slot_count + 1;
-    ValueId out = emit_.input(ir::Type::kInt, OPENFAB_ARG_FRACTION, 0, 0);
+    ValueId out = emit_.input(ir::Type::kInt, kind, 0, 0);
     for (int32_t k = 1; k < count; ++k) {
         const ValueId from_here = emit_.binary(Op::kGe, number, emit_.constant(k));
         if (emit_.is_false(from_here)) break;
-        out = emit_.select(from_here, emit_.input(ir::Type::kInt, OPENFAB_ARG_FRACTION, k, 0), out);
+        out = emit_.select(from_here, emit_.input(ir::Type::kInt, kind, k, 0), out);
     }
     return {out};
 }

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "abi/blue_noise.h"
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
@@ -149,7 +150,9 @@ Value StageTranslator::expression(const check::Expr& expr) {
         case check::ExprKind::kSample:
             return sample(expr);
         case check::ExprKind::kFraction:
-            return fraction(expr);
+            return numbered(expr, OPENFAB_ARG_FRACTION, fablet_.ir.slot_count + 1);
+        case check::ExprKind::kBlueNoise:
+            return numbered(expr, OPENFAB_ARG_BLUE_NOISE, abi::kBlueNoiseFaces);
         case check::ExprKind::kDistance:
             return distance(expr);
         case check::ExprKind::kNearestPoint:

@@ -171,7 +171,7 @@ class StageTranslator : private Paths {
     // translate_builtin.cpp
     Value intrinsic(const check::Expr& expr);
     Value sample(const check::Expr& expr);
-    Value fraction(const check::Expr& expr);
+    Value numbered(const check::Expr& expr, int32_t kind, int32_t count);
 
     // translate_functions.cpp
     static bool is_function_intrinsic(check::Intrinsic id);

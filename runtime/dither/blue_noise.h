@@ -16,23 +16,18 @@
 
 #include <cstdint>
 
-#include "abi/voxel_hash.h"
+#include "abi/blue_noise.h"
 #include "base/vec.h"
 
 namespace openfab::dither {
 
-/// Pixel x - kBlueNoiseRow y, modulo the number of pixels, is at (x, y). So squares of that many rows
-/// tile the plane, each one pixel off its neighbours: a line of voxels goes on in the next line of
-/// the mask instead of repeating its own, which averages the errors of long thin features.
-constexpr uint32_t kBlueNoiseRow = 64;
-constexpr uint32_t kBlueNoisePixels = kBlueNoiseRow * kBlueNoiseRow + 1;
-/// The pixels that the mask moves by from one slice to the next: copies of a pixel in nearby slices
-/// are far apart, 21 pixels for up to 5 slices, and a column of 64 voxels meets all parts of it.
-constexpr uint32_t kBlueNoiseSliceStep = 1273;
+using abi::BlueNoiseFace;
+using abi::BlueNoiseMask;
+using abi::kBlueNoisePixels;
+using abi::kBlueNoiseRow;
+using abi::kBlueNoiseSliceStep;
 
-/// void_and_cluster(kBlueNoiseRow, …) in 1/65536, generated at build time: the ranks of a pixel and
-/// of those that its place has in the next seven slices, which are a vector's lanes.
-using BlueNoiseMask = uint16_t[kBlueNoisePixels][8];
+/// void_and_cluster(kBlueNoiseRow, …), generated at build time.
 extern const BlueNoiseMask kBlueNoiseInside, kBlueNoiseSides;
 
 /// Returns an index modulo the number of pixels, also if it is negative.
@@ -41,37 +36,24 @@ inline uint32_t blue_noise_index(int32_t i) {
     return static_cast<uint32_t>(rest < 0 ? rest + static_cast<int32_t>(kBlueNoisePixels) : rest);
 }
 
-/// The direction that the border of a region faces at a voxel. Only neighbours in the slice count,
-/// since slices are independent; tops and bottoms are planes of the mask anyway.
-enum class BlueNoiseFace : uint32_t { kInside, kLowX, kHighX, kLowY, kHighY };
-
-/// The rotation of ranks from voxel to voxel, a 16th of the step between two ranks: it prints
-/// fractions below one level of the mask. Ten times as much would make the ends of a short rod use
-/// other pixels than its middle: 1 % in 8 x 8 x 64 voxels would err by 8 instead of 5 % (root mean
-/// square).
+/// The rotation of ranks from voxel to voxel.
 inline uint32_t blue_noise_drift(int32_t x, int32_t y, int32_t z) {
-    return static_cast<uint32_t>(x) + static_cast<uint32_t>(y) + static_cast<uint32_t>(z);
+    return abi::blue_noise_drift(static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                                 static_cast<uint32_t>(z));
 }
 
-/// The shift and rotation of the mask of one face by a seed (fold_seed of voxel_hash.h).
-struct BlueNoiseOffset {
-    uint32_t pixel, turn;
+/// The shift and rotation of the mask of one face by a seed (fold_seed of voxel_hash.h). Only
+/// neighbours in the slice decide the face, since slices are independent; tops and bottoms are
+/// planes of the mask anyway.
+struct BlueNoiseOffset : abi::BlueNoiseShift<uint32_t> {
+    using BlueNoiseShift::BlueNoiseShift;
 
-    BlueNoiseOffset(uint32_t seed, BlueNoiseFace face) {
-        const uint32_t shift = abi::mix32(seed + static_cast<uint32_t>(face) * 0x9e3779b1u);
-        pixel = (shift & 0xffff) % kBlueNoisePixels;
-        turn = shift >> 16;
-    }
-    /// Returns a voxel's pixel in the mask inside a region.
     uint32_t inside(int32_t x, int32_t y, int32_t z) const {
-        return (upright(x, y) + kBlueNoiseSliceStep * blue_noise_index(z)) % kBlueNoisePixels;
+        return BlueNoiseShift::inside(blue_noise_index(x), blue_noise_index(y),
+                                      blue_noise_index(z));
     }
-    /// Returns a voxel's pixel in the vertical mask of a side, `along` which y runs where the side
-    /// faces x, x where it faces y.
     uint32_t upright(int32_t along, int32_t z) const {
-        return (pixel + blue_noise_index(along) +
-                (kBlueNoisePixels - kBlueNoiseRow) * blue_noise_index(z)) %
-               kBlueNoisePixels;
+        return BlueNoiseShift::upright(blue_noise_index(along), blue_noise_index(z));
     }
 };
 

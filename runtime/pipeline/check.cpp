@@ -28,7 +28,7 @@ bool volume_argument(openfab_arg_kind kind) {
 
 bool slab_argument(openfab_arg_kind kind) {
     return common_argument(kind) || kind == OPENFAB_ARG_GROUPS ||
-           (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_CHOICE);
+           (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_BLUE_NOISE);
 }
 
 /// Of a slab kernel that takes the amounts of segments.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/check.h"
+#include "runtime/dither/blue_noise.h"
 
 namespace openfab::volume {
 
@@ -20,6 +21,11 @@ const void* part_argument(const PlacedPart& part, const openfab_arg& arg,
             return &part.part->instance;
         case OPENFAB_ARG_GRID:
             return &part.rule_inputs[a];
+        case OPENFAB_ARG_BLUE_NOISE:
+            buffer->set_dense(abi::halide_type(arg),
+                              a == 0 ? dither::kBlueNoiseInside : dither::kBlueNoiseSides,
+                              {8, static_cast<int32_t>(dither::kBlueNoisePixels)});
+            return buffer->raw();
         case OPENFAB_ARG_TEXTURE: {
             const texture::Pyramid& pyramid = *part.part->textures[a];
             if (arg.b == OPENFAB_TEXTURE_INFO) {

@@ -17,7 +17,7 @@
 namespace openfab::volume {
 
 /// Returns the address of an argument that is the same for all blocks: a scalar, or `buffer`,
-/// filled, for a texture. Null for others.
+/// filled, for a texture or a mask. Null for others.
 const void* part_argument(const PlacedPart& part, const openfab_arg& arg,
                           abi::KernelBuffer* buffer);
 

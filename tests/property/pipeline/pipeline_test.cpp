@@ -276,6 +276,20 @@ TEST(Pipeline, ARuleDoesWhatTheSameBuiltInDoes) {
     testing::expect_same_dithers(made.parts, {0.1, 0.12, 0.09}, 15, {"own", "blue_noise"}, false);
 }
 
+// The mask of every side, and that inside, are what the runtime's own code takes.
+TEST(Pipeline, ARuleThatKnowsItsSidesIsBlueNoise) {
+    testing::PartOptions box;
+    box.slot_material = {3, 1, 2};
+    box.uniform_values = {21, 17, 0};
+    const Made made = make({{&rules(), "Boxed", testing::cube(2.2), box}});
+    for (const uint64_t seed : {0, 77}) {
+        testing::expect_same_dithers(made.parts, {0.1, 2.2 / 18, 0.07}, seed, {"own", "blue_noise"},
+                                     true);
+    }
+    testing::expect_same_dithers(made.parts, {0.1, 2.2 / 17, 0.07}, 77, {"own", "blue_noise"},
+                                 false);
+}
+
 TEST(Pipeline, ARuleOfOneMixtureIsTheReference) {
     testing::PartOptions options;
     options.slot_material = {2, 1};

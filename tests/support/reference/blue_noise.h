@@ -20,7 +20,7 @@ inline int32_t blue_noise_threshold(const Vec3i& voxel, dither::BlueNoiseFace fa
                                 : dither::kBlueNoiseSides[offset.upright(along, voxel.z)];
     const uint32_t rank =
         ranks[0] + offset.turn + dither::blue_noise_drift(voxel.x, voxel.y, voxel.z);
-    return static_cast<int32_t>(abi::fraction_threshold(rank << 16));
+    return static_cast<int32_t>(abi::blue_noise_threshold(rank));
 }
 
 }  // namespace openfab::reference

@@ -17,6 +17,7 @@
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/engine/exact.h"
 #include "runtime/nearest/tree/triangle.h"
+#include "tests/support/reference/blue_noise.h"
 #include "tests/support/reference/dice.h"
 #include "tests/support/reference/dither.h"
 #include "tests/support/reference/inside.h"
@@ -248,6 +249,9 @@ class RuleEnvironment final : public PartEnvironment {
                 return fraction(a);
             case OPENFAB_ARG_GRID:
                 return abi::fold_seed(seed_);
+            case OPENFAB_ARG_BLUE_NOISE:
+                return static_cast<uint32_t>(blue_noise_threshold(
+                    voxel_, static_cast<dither::BlueNoiseFace>(a), abi::fold_seed(seed_)));
             default:
                 return 0;
         }

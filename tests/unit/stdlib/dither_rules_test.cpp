@@ -16,6 +16,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
+#include "tests/support/reference/blue_noise.h"
 
 namespace openfab {
 namespace {
@@ -32,6 +33,10 @@ class RuleVoxel final : public interp::Environment {
                 return static_cast<uint32_t>(fractions.at(index));
             case OPENFAB_ARG_GRID:
                 return abi::fold_seed(5);
+            case OPENFAB_ARG_BLUE_NOISE:
+                return static_cast<uint32_t>(reference::blue_noise_threshold(
+                    {at[0], at[1], at[2]}, static_cast<dither::BlueNoiseFace>(a),
+                    abi::fold_seed(5)));
             case OPENFAB_ARG_FRAME:
                 return std::bit_cast<uint32_t>(kSize.at(index - OPENFAB_FRAME_VOXEL_SIZE));
             default:
@@ -67,9 +72,9 @@ int32_t choose(const ir::Stage& stage, const RuleVoxel& voxel) {
 
 TEST(DitherRules, KeepTheMeanOfEachMaterial) {
     constexpr int32_t kSide = 100;
-    for (const char* expression :
-         {"dither_dots(attr, 1, 0.4)", "dither_lines(attr, 0.9, 1.1)", "dither_scatter(attr)",
-          "dither_threshold(attr, (int)(hash(attr.voxel) * 70000))"}) {
+    for (const char* expression : {"dither_dots(attr, 1, 0.4)", "dither_lines(attr, 0.9, 1.1)",
+                                   "dither_scatter(attr)", "dither_blue_noise(attr, 0)",
+                                   "dither_threshold(attr, (int)(hash(attr.voxel) * 70000))"}) {
         const auto stage = rule(expression);
         ASSERT_TRUE(stage);
         RuleVoxel voxel;
