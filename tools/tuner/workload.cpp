@@ -103,7 +103,10 @@ void use_slab_kernels(const openfab_fablet_list& from, const openfab_fablet_list
     for (int32_t k = 0; k < to.count; ++k) {
         // The tables of a loaded program are its own memory; only the view of them is constant.
         auto& kernel = const_cast<openfab_kernel&>(to.fablets[k]->slab);
-        kernel.fn[isa] = from.fablets[k]->slab.fn[isa];
+        const openfab_kernel& other = from.fablets[k]->slab;
+        kernel.fn[isa] = other.fn[isa];
+        kernel.arg_count = other.arg_count;
+        kernel.args = other.args;
     }
 }
 
