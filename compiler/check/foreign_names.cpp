@@ -240,6 +240,7 @@ constexpr ForeignName kDitherAttributes[] = {
     {"index", "the voxel's index in the print is `voxel`, an `int3`"},
     {"fractions", "the fractions are `Fraction(0)` to `Fraction(count - 1)`"},
     {"fraction", "the fractions are `Fraction(0)` to `Fraction(count - 1)`"},
+    {"blueNoise", "the mask's threshold is `BlueNoise(face)`, of face 0 inside a mixture"},
     {"voxelCenter", "a dither rule has the voxel's index, `voxel`, and its sides, `voxelSize`"},
 };
 constexpr ForeignName kSurfaceAttributes[] = {
