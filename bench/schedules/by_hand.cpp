@@ -214,13 +214,13 @@ Result<HandKernel> Writer::finish(const std::vector<Real>& amounts, openfab_isa 
     buffers[0].dim(0).set_bounds(0, 8);
     buffers[0].dim(1).set_min(0);
     // A vector is a column. Amounts and codes in loops of their own over a batch, which stays in the
-    // first cache; what is small is written out four times.
+    // first cache; amounts of two columns at a time, codes of four.
     const Var batch("batch"), member("member");
     slab.bound(z, 0, 8).align_bounds(column, OPENFAB_LISTED_COLUMNS);
     slab.split(column, batch, member, OPENFAB_LISTED_COLUMNS, Halide::TailStrategy::GuardWithIf)
         .vectorize(z)
         .unroll(member, 4);
-    weights.bound(z, 0, 8).compute_at(slab, batch).vectorize(z);
+    weights.bound(z, 0, 8).compute_at(slab, batch).vectorize(z).unroll(column, 2);
     for (Func& func : kept_)
         func.bound(z, 0, 8).compute_at(weights, column).vectorize(z);
 
