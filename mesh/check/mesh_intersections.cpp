@@ -2,8 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/check/mesh_intersections.h"
 
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "mesh/check/mesh_edges.h"
@@ -15,6 +20,8 @@ namespace {
 constexpr int64_t kMaxFound = 100'000;
 constexpr int64_t kMaxTests = 20'000'000;
 constexpr int64_t kMaxBoxes = 400'000'000;
+/// Parts of the search, which threads share.
+constexpr size_t kParts = 256;
 
 /// A plane through three points, to classify others by side.
 class Plane {
@@ -51,26 +58,82 @@ class Plane {
 
 using Corners = std::array<Vec3d, 3>;
 
+/// What a search found, and the work it took.
+struct Found {
+    Intersections out;
+    int64_t tests = 0, boxes = 0;
+
+    bool within_limits() const {
+        return out.all && tests <= kMaxTests && boxes <= kMaxBoxes && out.pairs < kMaxFound;
+    }
+    void add(const Intersections& other) {
+        out.pairs += other.pairs;
+        out.all = out.all && other.all;
+        const bool lower = out.first < 0 ||
+                           std::pair(other.first, other.second) < std::pair(out.first, out.second);
+        if (other.first < 0 || !lower) return;
+        out.first = other.first;
+        out.second = other.second;
+        out.point = other.point;
+    }
+};
+
+/// The only other triangle at each edge of a mesh, if it uses it in the opposite direction; else -1.
+/// Found when first asked for.
+class Neighbours {
+  public:
+    explicit Neighbours(const Mesh& mesh) : mesh_(mesh) {}
+
+    int32_t at(int32_t triangle, size_t edge) {
+        // Isolated: a thread that waits in here must not begin another part of the search, which
+        // might wait for this.
+        std::call_once(once_, [&] { tbb::this_task_arena::isolate([&] { find(); }); });
+        return neighbours_[triangle][edge];
+    }
+
+  private:
+    void find() {
+        neighbours_.assign(mesh_.triangles.size(), {-1, -1, -1});
+        const std::vector<Edge> edges = sorted_edges(mesh_);
+        const auto neighbour = [&](const Edge& e) -> int32_t& {
+            const auto t = static_cast<size_t>(e.triangle);
+            size_t i = 0;
+            while (mesh_.triangles[t][i] != (e.forward ? e.a : e.b) ||
+                   mesh_.triangles[t][(i + 1) % 3] != (e.forward ? e.b : e.a))
+                ++i;
+            return neighbours_[t][i];
+        };
+        for_each_edge(edges, [&](const Edge* first, const Edge* last) {
+            if (last - first != 2 || first[0].forward == first[1].forward) return;
+            neighbour(first[0]) = first[1].triangle;
+            neighbour(first[1]) = first[0].triangle;
+        });
+    }
+
+    const Mesh& mesh_;
+    std::once_flag once_;
+    std::vector<std::array<int32_t, 3>> neighbours_;
+};
+
+/// Searches a part of the tree on one thread.
 class Search {
   public:
-    explicit Search(const Mesh& mesh) : mesh_(mesh), tree_(mesh) {}
+    Search(const Mesh& mesh, const TriangleTree& tree, Neighbours* neighbours)
+        : mesh_(mesh), tree_(tree), neighbours_(*neighbours) {}
 
-    Intersections run() {
-        tree_.for_each_pair([&](int32_t t, int32_t other) {
-            if (++boxes_ > kMaxBoxes) out_.all = false;
+    /// Ends early at a limit, or where `stop` is set.
+    Found run(const TriangleTree::NodePair& part, const std::atomic<bool>& stop) {
+        tree_.for_each_pair(part, [&](int32_t t, int32_t other) {
+            if (++found_.boxes > kMaxBoxes) found_.out.all = false;
             if (cross(t, other)) found(t, other);
-            return out_.all;
+            return found_.out.all && !stop.load(std::memory_order_relaxed);
         });
-        return out_;
+        return found_;
     }
 
   private:
     void found(int32_t t, int32_t other) {
-        if (++out_.pairs == kMaxFound) out_.all = false;
-        if (out_.first >= 0 && std::pair(out_.first, out_.second) < std::pair(t, other)) return;
-        out_.first = t;
-        out_.second = other;
-        out_.point = point_;
+        found_.add({1, found_.out.pairs + 1 < kMaxFound, t, other, point_});
     }
 
     Corners corners(int32_t t) const {
@@ -94,8 +157,8 @@ class Search {
             }
         }
         if (shared > 1) return false;
-        if (++tests_ > kMaxTests) {
-            out_.all = false;
+        if (++found_.tests > kMaxTests) {
+            found_.out.all = false;
             return false;
         }
         const Corners of_a = corners(a);
@@ -152,7 +215,7 @@ class Search {
         // Passes through the triangle's border within rounding: a crossing if it passes through the
         // neighbour's plane in the same direction, else a touch.
         if (unsure == 1) {
-            const int32_t neighbour = neighbour_at(t, border);
+            const int32_t neighbour = neighbours_.at(t, border);
             if (neighbour < 0 || goes_through_plane(p, q, corners(neighbour)) != before)
                 return false;
         }
@@ -168,44 +231,35 @@ class Search {
         return side != 0 && plane.side(q) == -side ? side : 0;
     }
 
-    /// Returns the only other triangle at an edge, if it uses it in the opposite direction; else
-    /// -1.
-    int32_t neighbour_at(int32_t t, size_t edge) {
-        if (neighbours_.empty()) find_neighbours();
-        return neighbours_[t][edge];
-    }
-
-    void find_neighbours() {
-        neighbours_.assign(mesh_.triangles.size(), {-1, -1, -1});
-        const std::vector<Edge> edges = sorted_edges(mesh_);
-        const auto neighbour = [&](const Edge& e) -> int32_t& {
-            const auto t = static_cast<size_t>(e.triangle);
-            size_t i = 0;
-            while (mesh_.triangles[t][i] != (e.forward ? e.a : e.b) ||
-                   mesh_.triangles[t][(i + 1) % 3] != (e.forward ? e.b : e.a))
-                ++i;
-            return neighbours_[t][i];
-        };
-        for_each_edge(edges, [&](const Edge* first, const Edge* last) {
-            if (last - first != 2 || first[0].forward == first[1].forward) return;
-            neighbour(first[0]) = first[1].triangle;
-            neighbour(first[1]) = first[0].triangle;
-        });
-    }
-
     const Mesh& mesh_;
-    TriangleTree tree_;
-    Intersections out_;
-    std::vector<std::array<int32_t, 3>> neighbours_;  ///< computed on first use
+    const TriangleTree& tree_;
+    Neighbours& neighbours_;
+    Found found_;
     Vec3d point_;
-    int64_t tests_ = 0;
-    int64_t boxes_ = 0;
 };
 
 }  // namespace
 
 Intersections find_intersections(const Mesh& mesh) {
-    return Search(mesh).run();
+    const TriangleTree tree(mesh);
+    Neighbours neighbours(mesh);
+    std::atomic<bool> stop{false};
+    Found all;
+    std::mutex mutex;
+    const std::vector<TriangleTree::NodePair> parts = tree.parts_of_search(kParts);
+    tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
+        if (stop.load(std::memory_order_relaxed)) return;
+        const Found found = Search(mesh, tree, &neighbours).run(parts[i], stop);
+        const std::lock_guard lock(mutex);
+        all.add(found.out);
+        all.tests += found.tests;
+        all.boxes += found.boxes;
+        if (!all.within_limits()) stop.store(true, std::memory_order_relaxed);
+    });
+    if (all.within_limits()) return all.out;
+    // Where a limit ends the search depends on its order: in that of one thread.
+    stop.store(false);
+    return Search(mesh, tree, &neighbours).run({}, stop).out;
 }
 
 }  // namespace openfab::mesh

@@ -18,7 +18,7 @@ namespace openfab::mesh {
 /// The hierarchy of one mesh.
 class TriangleTree {
   public:
-    /// Builds the tree in O(n log n); keeps no reference to the mesh.
+    /// Builds the tree in O(n log n), in parallel; keeps no reference to the mesh.
     explicit TriangleTree(const Mesh& mesh);
 
     const Box3d& box(int32_t triangle) const { return boxes_[triangle]; }
@@ -46,31 +46,25 @@ class TriangleTree {
         }
     }
 
-    /// Calls visit(lower, higher) once for each two triangles whose boxes touch, until it returns
-    /// false. The order depends on the mesh alone.
+    /// Two nodes whose triangles are to be paired, or one with itself.
+    struct NodePair {
+        int32_t a = 0, b = 0;
+    };
+    /// Divides the search for pairs of triangles whose boxes touch into `count` parts or more, or
+    /// into as many as there are. They depend on the mesh alone.
+    std::vector<NodePair> parts_of_search(size_t count) const;
+
+    /// Calls visit(lower, higher) once for each two triangles of a part whose boxes touch, until it
+    /// returns false. The order depends on the mesh alone. The part `{}` is the whole search.
     template <typename Visit>
-    void for_each_pair(Visit visit) const {
-        std::vector<std::pair<int32_t, int32_t>> waiting;  // of nodes, or one node with itself
-        if (!nodes_.empty()) waiting.emplace_back(0, 0);
+    void for_each_pair(const NodePair& part, Visit visit) const {
+        std::vector<NodePair> waiting;
+        if (!nodes_.empty()) waiting.push_back(part);
         while (!waiting.empty()) {
-            const auto [i, j] = waiting.back();
+            const NodePair pair = waiting.back();
             waiting.pop_back();
-            const Node& a = nodes_[i];
-            const Node& b = nodes_[j];
-            if (i != j && !a.box.overlaps(b.box)) continue;
-            if (i == j && !a.leaf) {
-                waiting.emplace_back(a.first, a.first + 1);
-                waiting.emplace_back(a.first + 1, a.first + 1);
-                waiting.emplace_back(a.first, a.first);
-            } else if (!a.leaf && (b.leaf || a.size >= b.size)) {
-                waiting.emplace_back(a.first, j);
-                waiting.emplace_back(a.first + 1, j);
-            } else if (!b.leaf) {
-                waiting.emplace_back(i, b.first);
-                waiting.emplace_back(i, b.first + 1);
-            } else if (!visit_pairs(a, b, visit)) {
-                return;
-            }
+            if (!overlap(pair) || expand(pair, &waiting)) continue;
+            if (!visit_pairs(nodes_[pair.a], nodes_[pair.b], visit)) return;
         }
     }
 
@@ -99,7 +93,31 @@ class TriangleTree {
         Vec3d at;
         int32_t triangle;
     };
-    void split(size_t node, int32_t first, std::span<Center> centers);
+    /// Makes a node and those below it, which begin at `children`; returns where they end.
+    size_t split(size_t node, int32_t first, std::span<Center> centers, size_t children);
+    bool overlap(const NodePair& pair) const {
+        return pair.a == pair.b || nodes_[pair.a].box.overlaps(nodes_[pair.b].box);
+    }
+    /// Adds the pairs that a pair consists of; false if it is of leaves.
+    bool expand(const NodePair& pair, std::vector<NodePair>* out) const {
+        const auto [i, j] = pair;
+        const Node& a = nodes_[i];
+        const Node& b = nodes_[j];
+        if (i == j && !a.leaf) {
+            out->push_back({a.first, a.first + 1});
+            out->push_back({a.first + 1, a.first + 1});
+            out->push_back({a.first, a.first});
+        } else if (!a.leaf && (b.leaf || a.size >= b.size)) {
+            out->push_back({a.first, j});
+            out->push_back({a.first + 1, j});
+        } else if (!b.leaf) {
+            out->push_back({i, b.first});
+            out->push_back({i, b.first + 1});
+        } else {
+            return false;
+        }
+        return true;
+    }
 
     std::vector<Box3d> boxes_;  ///< by triangle
     std::vector<int32_t> order_;

@@ -19,6 +19,9 @@ constexpr size_t kMinCacheBytes = 24u << 20;
 constexpr size_t kMaxCacheBytes = 800u << 20;
 constexpr size_t kMaxCrossingBytes = 16u << 20;
 
+// The part of a budget that a slab may take which no thread works at.
+constexpr int64_t kWaitingShare = 16;
+
 // Smaller allocations are always made; the plan then states the needed budget to the megabyte.
 constexpr int64_t kWorthRefusing = 200 << 20;
 
@@ -99,9 +102,9 @@ Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const Cach
     plan.caches = caches;
     // One row in evaluation, one waiting, and the one that the dither holds.
     plan.rows_in_flight = threads_ > 1 ? threads_ + 1 : 1;
+    const int64_t slab = needs.per_slab + (plan.rows_in_flight + 1) * needs.per_row;
     const auto total = [&](int32_t in_flight) {
-        return needs.fixed + resident_caches(caches, diced) +
-               in_flight * (needs.per_slab + (plan.rows_in_flight + 1) * needs.per_row) +
+        return needs.fixed + resident_caches(caches, diced) + in_flight * slab +
                threads_ * needs.per_thread;
     };
     if (total(1) > budget_.bytes) {
@@ -110,8 +113,12 @@ Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const Cach
                                      sufficient(total(1)), threads_, one ? "" : "s"),
                          one ? "" : ", or lower `--threads`");
     }
+    // With one more than threads, the thread of a slab that waits for the one below goes on. That is
+    // worth some memory, but no part of what caches need.
+    const bool waits = threads_ > 1 && slab <= budget_.bytes / kWaitingShare;
+    const int32_t usual = threads_ + (waits ? 1 : 0);
     plan.slabs_in_flight =
-        std::clamp(max_slabs_in_flight > 0 ? max_slabs_in_flight : threads_, 1, std::max(slabs, 1));
+        std::clamp(max_slabs_in_flight > 0 ? max_slabs_in_flight : usual, 1, std::max(slabs, 1));
     while (plan.slabs_in_flight > 1 && total(plan.slabs_in_flight) > budget_.bytes)
         --plan.slabs_in_flight;
     plan.total_bytes = total(plan.slabs_in_flight);

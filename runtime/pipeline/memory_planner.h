@@ -61,8 +61,8 @@ class MemoryPlanner {
 
     /// Plans the print of `slabs` slabs whose caches were chosen for `displaced` surfaces, of which
     /// the `diced` ones need theirs. If the budget is too small, caches shrink to their minimum;
-    /// any rest goes to the trees. `max_slabs_in_flight` 0: as many as there are threads. The error
-    /// names the smallest sufficient budget.
+    /// any rest goes to the trees. `max_slabs_in_flight` 0: as many as there are threads, and one
+    /// more where that takes little of the budget. The error names the smallest sufficient budget.
     Result<MemoryPlan> plan(const MemoryNeeds& needs, const CacheBudgets& caches,
                             const SurfaceCounts& displaced, const SurfaceCounts& diced,
                             int32_t slabs, int32_t max_slabs_in_flight) const;

@@ -22,8 +22,11 @@ SlabRun::SlabRun(const SlabSetup& setup)
 
 abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
                                const StopFlags& stop) {
-    if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
-        return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
+    {
+        const StageTimer timer(Stage::kPack);
+        if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
+            return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
+    }
     OPENFAB_CHECK_NE(slices, 0);
     slices_ = slices * 0x0101010101010101u;
     abi::KernelStatus status;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/voxel/coverage.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -9,6 +11,7 @@
 #include <limits>
 #include <mutex>
 
+#include "base/stage_timer.h"
 #include "runtime/surface/transform_box.h"
 #include "runtime/voxel/crossings.h"
 #include "runtime/voxel/snapping.h"
@@ -54,6 +57,7 @@ struct Scratch {
     std::vector<std::array<int32_t, 2>> rows;  ///< first_row of y and z
     std::vector<Crossing> crossings, sorted;
     std::vector<int32_t> row_first;
+    std::vector<int32_t> patches;  ///< that meet the slab
 };
 
 }  // namespace
@@ -83,6 +87,9 @@ struct Voxeliser::Impl {
     }
 
     void find_box();
+    std::unique_ptr<Scratch> take_scratch() const;
+    void give_scratch(std::unique_ptr<Scratch> scratch) const;
+    void take_patches(int32_t slab, Scratch* scratch, const std::atomic<bool>* stop) const;
     void find_patch(int32_t patch, const Window& window, Scratch* scratch,
                     std::vector<Crossing>* out) const;
     void take_patch(int32_t patch, int32_t slab, const Window& window, Scratch* scratch) const;
@@ -215,6 +222,62 @@ void Voxeliser::Impl::take_patch(int32_t patch, int32_t slab, const Window& wind
                               found->crossings.begin() + found->first[g + 1]);
 }
 
+std::unique_ptr<Scratch> Voxeliser::Impl::take_scratch() const {
+    const std::lock_guard lock(scratch_mutex);
+    if (idle.empty()) return std::make_unique<Scratch>();
+    std::unique_ptr<Scratch> scratch = std::move(idle.back());
+    idle.pop_back();
+    return scratch;
+}
+
+void Voxeliser::Impl::give_scratch(std::unique_ptr<Scratch> scratch) const {
+    const std::lock_guard lock(scratch_mutex);
+    idle.push_back(std::move(scratch));
+}
+
+/// Sets scratch->crossings to those of all patches in one slab. Threads that have nothing else to do
+/// help: a slab that dices many patches, as the first one may, would keep them waiting.
+void Voxeliser::Impl::take_patches(int32_t slab, Scratch* scratch,
+                                   const std::atomic<bool>* stop) const {
+    // A task takes far longer than it costs to hand it out, where patches are diced or not.
+    constexpr size_t kDicedTogether = 4, kPlainTogether = 2048;
+    scratch->crossings.clear();
+    scratch->patches.clear();
+    const auto meets = [&](const Box3f& bounds) {
+        const auto [first, end] = slabs_of(bounds);
+        return first <= slab && slab < end;
+    };
+    index->find(meets, [&](int32_t patch) {
+        if (meets(surface.patches()[patch].bounds)) scratch->patches.push_back(patch);
+    });
+    Window window = grid;
+    window.lo.z = std::max(window.lo.z, slab * kSlabSlices);
+    window.hi.z = std::min(window.hi.z, (slab + 1) * kSlabSlices);
+    const auto take = [&](size_t first, size_t end, Scratch* own) {
+        for (size_t i = first; i < end; ++i) {
+            if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
+            take_patch(scratch->patches[i], slab, window, own);
+        }
+    };
+    const size_t count = scratch->patches.size();
+    const size_t together = surface.identity() ? kPlainTogether : kDicedTogether;
+    if (count <= together) return take(0, count, scratch);
+    // Any order of patches gives the same rows of crossings.
+    std::mutex mutex;
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, together), [&](const auto& range) {
+        const StageTimer timer(Stage::kCoverage);
+        std::unique_ptr<Scratch> own = take_scratch();
+        own->crossings.clear();
+        take(range.begin(), range.end(), own.get());
+        {
+            const std::lock_guard lock(mutex);
+            scratch->crossings.insert(scratch->crossings.end(), own->crossings.begin(),
+                                      own->crossings.end());
+        }
+        give_scratch(std::move(own));
+    });
+}
+
 /// Turns crossings into bits: the inside state of each row is toggled where its winding number
 /// passes between 0 and 1, and a running XOR along x spreads the toggles of all 8 slices at once.
 void Voxeliser::Impl::fill(int32_t slab, Scratch* scratch, SlabMask* out) const {
@@ -299,32 +362,10 @@ Voxeliser::~Voxeliser() {
 
 void Voxeliser::coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop) const {
     const Impl& impl = *impl_;
-    std::unique_ptr<Scratch> scratch;
-    {
-        const std::lock_guard lock(impl.scratch_mutex);
-        if (!impl.idle.empty()) {
-            scratch = std::move(impl.idle.back());
-            impl.idle.pop_back();
-        }
-    }
-    if (!scratch) scratch = std::make_unique<Scratch>();
-    scratch->crossings.clear();
-    Window window = impl.grid;
-    window.lo.z = std::max(window.lo.z, slab * kSlabSlices);
-    window.hi.z = std::min(window.hi.z, (slab + 1) * kSlabSlices);
-    // Any order of patches gives the same rows of crossings.
-    const auto meets = [&](const Box3f& bounds) {
-        const auto [first, end] = impl.slabs_of(bounds);
-        return first <= slab && slab < end;
-    };
-    impl.index->find(meets, [&](int32_t patch) {
-        if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
-        if (meets(impl.surface.patches()[patch].bounds))
-            impl.take_patch(patch, slab, window, scratch.get());
-    });
+    std::unique_ptr<Scratch> scratch = impl.take_scratch();
+    impl.take_patches(slab, scratch.get(), stop);
     impl.fill(slab, scratch.get(), out);
-    const std::lock_guard lock(impl.scratch_mutex);
-    impl.idle.push_back(std::move(scratch));
+    impl.give_scratch(std::move(scratch));
 }
 
 Box3i Voxeliser::voxel_box() const {

@@ -107,10 +107,10 @@ TEST(BackPressure, SlicesAreEncodedSideBySide) {
     EXPECT_GT(sink.most_encoding_, 1);
 }
 
-TEST(BackPressure, UnlessToldAsManyGroupsWaitAsThereAreThreads) {
+TEST(BackPressure, UnlessToldOneSlabMoreWaitsThanThereAreThreads) {
     CountingSink sink;
     sink.slow_z_ = 8;
-    sink.expected_ = 8 + 8 * 3;
+    sink.expected_ = 8 + 8 * 4;
     const Result<PrintStatistics> printed = print_into(&sink, with_slabs(0));
     ASSERT_TRUE(printed) << printed.error().text();
     EXPECT_EQ(sink.encoded_then_, sink.expected_);

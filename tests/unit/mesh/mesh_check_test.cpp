@@ -3,6 +3,7 @@
 #include "mesh/check/mesh_check.h"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
 #include "mesh/check/mesh_intersections.h"
 #include "mesh/check/triangle_tree.h"
@@ -196,6 +197,31 @@ TEST(MeshCheck, CrossingsAreFoundAsByBruteForce) {
     }
     EXPECT_GT(expected, 50);
     EXPECT_EQ(find_intersections(soup).pairs, expected);
+}
+
+TEST(MeshCheck, ASearchAtItsLimitFindsTheSameWithAnyThreads) {
+    // Strips along x across strips along y, a little steeper: each two cross.
+    constexpr int kStrips = 330;
+    Mesh grid;
+    const auto add = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+        const auto first = static_cast<int32_t>(grid.positions.size());
+        grid.positions.insert(grid.positions.end(), {a, b, c});
+        grid.triangles.push_back({first, first + 1, first + 2});
+    };
+    for (int i = 0; i < kStrips; ++i) {
+        const double at = i + 0.5;
+        add({-500, at, -1}, {1000, at, -1}, {250, at, 500});
+        add({at, -500, -2}, {at, 1000, -2}, {at, 250, 600});
+    }
+    std::vector<Intersections> found;
+    for (const size_t threads : {1, 4}) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+        found.push_back(find_intersections(grid));
+        EXPECT_FALSE(found.back().all);
+        EXPECT_EQ(found.back().pairs, 100'000);
+    }
+    EXPECT_EQ(found[0].first, found[1].first);
+    EXPECT_EQ(found[0].second, found[1].second);
 }
 
 TEST(MeshCheck, TellsOfMeshesThatCannotBePrinted) {
