@@ -64,15 +64,26 @@ ir::ValueId IntervalForm::finite(Id value) {
 }
 
 Interval IntervalForm::finish_if(Id known, Id lo, Id hi) {
-    const Id ok = both(known, both(finite(lo), finite(hi)));
-    const Id unknown = nan();
-    return {b_.select(ok, lo, unknown), b_.select(ok, hi, unknown), ir::kNoValue};
+    return select_known(both(known, bounded(lo, hi)), lo, hi);
 }
 
 Interval IntervalForm::finish(Id lo, Id hi) {
-    const Id ok = both(finite(lo), finite(hi));
+    return select_known(bounded(lo, hi), lo, hi);
+}
+
+Interval IntervalForm::select_known(Id known, Id lo, Id hi) {
     const Id unknown = nan();
-    return {b_.select(ok, lo, unknown), b_.select(ok, hi, unknown), ir::kNoValue};
+    return {b_.select(known, lo, unknown), b_.select(known, hi, unknown), ir::kNoValue};
+}
+
+/// One test for both ends: their distance is infinite or NaN where one of them is.
+ir::ValueId IntervalForm::bounded(Id lo, Id hi) {
+    if (lo == hi) return finite(lo);
+    return emit(Op::kLt, emit(Op::kSub, hi, lo), b_.constant(kInfinity));
+}
+
+ir::ValueId IntervalForm::is_known(const Interval& a) {
+    return a.is_point() ? finite(a.lo) : negate(emit(Op::kIsNan, a.lo));
 }
 
 /// A NaN candidate only occurs beside others that are not finite, or all are NaN: see
@@ -182,7 +193,7 @@ Interval IntervalForm::hull(const Interval& a, const Interval& b, Type type) {
     const Id lo = emit(Op::kMin, a.lo, b.lo);
     const Id hi = emit(Op::kMax, a.hi, b.hi);
     if (type != Type::kFloat) return {lo, hi, ir::kNoValue};
-    return finish_if(both(finite(a.lo), finite(b.lo)), lo, hi);
+    return select_known(both(is_known(a), is_known(b)), lo, hi);
 }
 
 Interval IntervalForm::select_interval(const Instr& instr) {
@@ -264,11 +275,11 @@ Interval IntervalForm::float_interval(const Instr& instr) {
         case Op::kMul:
             return product_interval(instr, a, b);
         case Op::kDiv:
-            return quotient_interval(a, b);
+            return quotient_interval(instr, a, b);
         case Op::kMod:
             return remainder_interval(a, b);
         case Op::kNeg:
-            return finish(emit(Op::kNeg, a.hi), emit(Op::kNeg, a.lo));
+            return {emit(Op::kNeg, a.hi), emit(Op::kNeg, a.lo), ir::kNoValue};
         case Op::kAbs:
             return magnitude_interval(a);
         case Op::kSqrt:
@@ -276,8 +287,8 @@ Interval IntervalForm::float_interval(const Instr& instr) {
         case Op::kMin:
         case Op::kMax: {
             // With a NaN the result is the second operand or NaN: unknown either way.
-            const Id known = both(finite(a.lo), finite(b.lo));
-            return finish_if(known, emit(instr.op, a.lo, b.lo), emit(instr.op, a.hi, b.hi));
+            const Id known = both(is_known(a), is_known(b));
+            return select_known(known, emit(instr.op, a.lo, b.lo), emit(instr.op, a.hi, b.hi));
         }
         case Op::kIsNan: {
             const Id known = both(finite(a.lo), finite(a.hi));
@@ -297,16 +308,35 @@ Interval IntervalForm::square_interval(const Interval& a) {
     return finish(least, emit(Op::kMax, lo, hi));
 }
 
-/// An infinite or NaN point operand makes all four candidates infinite or NaN, which `finish`
-/// detects.
+/// An infinite or NaN point operand makes all candidates infinite or NaN, which `finish` detects.
 Interval IntervalForm::product_interval(const Instr& instr, const Interval& a, const Interval& b) {
     if (instr.args[0] == instr.args[1]) return square_interval(a);
+    if (a.is_point()) return by_point(Op::kMul, instr.args[0], b, a);
+    if (b.is_point()) return by_point(Op::kMul, instr.args[1], a, b);
     const Interval ends = extremes({emit(Op::kMul, a.lo, b.lo), emit(Op::kMul, a.lo, b.hi),
                                     emit(Op::kMul, a.hi, b.lo), emit(Op::kMul, a.hi, b.hi)});
     return finish(ends.lo, ends.hi);
 }
 
-Interval IntervalForm::quotient_interval(const Interval& a, const Interval& b) {
+/// A product with a point, or a quotient by one other than 0: of a constant the sign tells which
+/// end is which.
+Interval IntervalForm::by_point(Op op, Id id, const Interval& a, const Interval& point) {
+    const Id first = emit(op, a.lo, point.lo);
+    const Id last = emit(op, a.hi, point.lo);
+    const Instr& instr = from_.instrs[id];
+    if (instr.op != Op::kConst)
+        return finish(emit(Op::kMin, first, last), emit(Op::kMax, first, last));
+    return std::bit_cast<float>(instr.bits) < 0 ? finish(last, first) : finish(first, last);
+}
+
+Interval IntervalForm::quotient_interval(const Instr& instr, const Interval& a, const Interval& b) {
+    const Instr& divisor = from_.instrs[instr.args[1]];
+    if (divisor.op == Op::kConst && std::bit_cast<float>(divisor.bits) != 0)
+        return by_point(Op::kDiv, instr.args[1], a, b);
+    return general_quotient(a, b);
+}
+
+Interval IntervalForm::general_quotient(const Interval& a, const Interval& b) {
     const Id zero = b_.constant(0.0f);
     const Id known = either(emit(Op::kGt, b.lo, zero), emit(Op::kLt, b.hi, zero));
     const Interval ends = extremes({emit(Op::kDiv, a.lo, b.lo), emit(Op::kDiv, a.lo, b.hi),
@@ -318,7 +348,7 @@ Interval IntervalForm::quotient_interval(const Interval& a, const Interval& b) {
 
 /// a - b * trunc(a / b), composed as it is defined.
 Interval IntervalForm::remainder_interval(const Interval& a, const Interval& b) {
-    const Interval quotient = quotient_interval(a, b);
+    const Interval quotient = general_quotient(a, b);
     const Interval whole = finish(emit(Op::kTrunc, quotient.lo), emit(Op::kTrunc, quotient.hi));
     const Interval part =
         extremes({emit(Op::kMul, b.lo, whole.lo), emit(Op::kMul, b.lo, whole.hi),
@@ -330,16 +360,17 @@ Interval IntervalForm::remainder_interval(const Interval& a, const Interval& b) 
 Interval IntervalForm::magnitude_interval(const Interval& a) {
     const Id lo = emit(Op::kAbs, a.lo);
     if (a.is_point()) return {lo, lo, ir::kNoValue};
+    // NaN ends stay NaN: neither comparison holds.
     const Id hi = emit(Op::kAbs, a.hi);
     const Id zero = b_.constant(0.0f);
     const Id straddles = both(emit(Op::kLe, a.lo, zero), emit(Op::kGe, a.hi, zero));
     const Id least = b_.select(straddles, zero, emit(Op::kMin, lo, hi));
-    return finish(least, emit(Op::kMax, lo, hi));
+    return {least, emit(Op::kMax, lo, hi), ir::kNoValue};
 }
 
 Interval IntervalForm::root_interval(const Interval& a) {
     const Id known = emit(Op::kGe, a.lo, b_.constant(0.0f));
-    return finish_if(known, emit(Op::kSqrt, a.lo), emit(Op::kSqrt, a.hi));
+    return select_known(known, emit(Op::kSqrt, a.lo), emit(Op::kSqrt, a.hi));
 }
 
 Interval IntervalForm::exact_or(Op op, const Interval& a, const Interval& b,

@@ -82,7 +82,9 @@ class IntervalForm {
     Interval comparison_interval(Op op, const Interval& a, const Interval& b);
     Interval float_interval(const ir::Instr& instr);
     Interval product_interval(const ir::Instr& instr, const Interval& a, const Interval& b);
-    Interval quotient_interval(const Interval& a, const Interval& b);
+    Interval by_point(Op op, Id id, const Interval& a, const Interval& point);
+    Interval quotient_interval(const ir::Instr& instr, const Interval& a, const Interval& b);
+    Interval general_quotient(const Interval& a, const Interval& b);
     Interval remainder_interval(const Interval& a, const Interval& b);
     Interval magnitude_interval(const Interval& a);
     Interval square_interval(const Interval& a);
@@ -94,9 +96,15 @@ class IntervalForm {
 
     Interval make_point(Id value);
     Interval make_bool(Id may_be_false, Id may_be_true);
-    /// Returns both ends if both are finite, else unknown.
+    /// Returns both ends if they are `bounded`, else unknown.
     Interval finish(Id lo, Id hi);
     Interval finish_if(Id known, Id lo, Id hi);
+    /// Returns both ends where `known`, else unknown; for ends that are finite then.
+    Interval select_known(Id known, Id lo, Id hi);
+    /// Returns whether both ends are finite, and a finite distance apart.
+    Id bounded(Id lo, Id hi);
+    /// Returns whether something is known of a float.
+    Id is_known(const Interval& a);
     Interval extremes(const std::array<Id, 4>& candidates);
     Interval hull(const Interval& a, const Interval& b, Type type);
     Interval full_range(Type type);

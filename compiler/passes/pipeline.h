@@ -18,9 +18,10 @@ namespace openfab::passes {
 
 struct PipelineOptions {
     std::set<std::string> disabled;  ///< names of optional passes
-    /// Limit of the operations of an interval form, which is several times as long as its stage and
-    /// takes milliseconds to compile for each; a longer one is dropped: no culling, same output.
-    size_t longest_bounds = 2000;
+    /// Limit of the operations of an interval form, which is several times as long as its stage; a
+    /// longer one is dropped: no culling, same output. One of this length, some ten struts with
+    /// fillets, takes half a second to compile.
+    size_t longest_bounds = 4000;
     /// Called after each pass on a stage, with the result.
     std::function<void(const std::string& pass, const ir::Stage& stage)> after;
 };
