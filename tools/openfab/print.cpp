@@ -7,13 +7,17 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "abi/kernel_call.h"
@@ -32,26 +36,46 @@ namespace openfab::tools {
 
 namespace {
 
-/// Removes `--fablet FILE` from the arguments: the only option that a print binary does not have.
-Result<std::string> take_fablet(std::vector<std::string>* arguments) {
-    constexpr std::string_view kOption = "--fablet";
+/// Options that a print binary does not have: they are for its compilation.
+struct CompileOptions {
     std::string fablet;
-    for (size_t i = 0; i < arguments->size();) {
-        const std::string argument = (*arguments)[i];
-        const auto at = arguments->begin() + static_cast<std::ptrdiff_t>(i);
-        if (argument == kOption) {
-            if (i + 1 == arguments->size())
-                return usage_error("`--fablet` needs a file of OpenFL source");
-            fablet = (*arguments)[i + 1];
-            arguments->erase(at, at + 2);
-        } else if (argument.starts_with(std::string(kOption) + "=")) {
-            fablet = argument.substr(kOption.size() + 1);
-            arguments->erase(at);
+    ScheduleArguments schedules;
+};
+
+/// Removes those options from the arguments.
+Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments) {
+    CompileOptions taken;
+    struct Option {
+        std::string_view name, needs;
+        std::function<void(std::string value)> take;
+    };
+    const std::array<Option, 3> options{{
+        {"--fablet", "a file of OpenFL source",
+         [&](std::string value) { taken.fablet = std::move(value); }},
+        {"--schedule", "a schedule, or a folder of them",
+         [&](std::string value) { taken.schedules.paths.push_back(std::move(value)); }},
+        {"--param", "NAME=NUMBER",
+         [&](std::string value) { taken.schedules.params.push_back(std::move(value)); }},
+    }};
+    std::vector<std::string> others;
+    for (size_t i = 0; i < arguments->size(); ++i) {
+        const std::string& argument = (*arguments)[i];
+        const auto option = std::find_if(options.begin(), options.end(), [&](const Option& each) {
+            return argument.starts_with(each.name) &&
+                   (argument.size() == each.name.size() || argument[each.name.size()] == '=');
+        });
+        if (option == options.end()) {
+            others.push_back(argument);
+        } else if (argument.size() > option->name.size()) {
+            option->take(argument.substr(option->name.size() + 1));
+        } else if (i + 1 < arguments->size()) {
+            option->take((*arguments)[++i]);
         } else {
-            ++i;
+            return usage_error(fmt::format("`{}` needs {}", option->name, option->needs));
         }
     }
-    return fablet;
+    *arguments = std::move(others);
+    return taken;
 }
 
 /// The sources to compile, and their folder if it is temporary.
@@ -100,21 +124,6 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
     return sources;
 }
 
-/// Lists the sources and all modules beside them.
-std::vector<std::filesystem::path> with_modules(const std::vector<std::filesystem::path>& sources) {
-    std::vector<std::filesystem::path> files = sources;
-    for (const std::filesystem::path& source : sources) {
-        std::error_code status;
-        std::filesystem::path folder = source.parent_path();
-        if (folder.empty()) folder = ".";
-        for (std::filesystem::directory_iterator entry(folder, status), end;
-             !status && entry != end; entry.increment(status)) {
-            if (entry->path().extension() == ".fl") files.push_back(entry->path());
-        }
-    }
-    return files;
-}
-
 /// Replaces this process by the print binary; returns only on failure.
 Error exec_print_binary(const PrintBinary& program, const std::vector<std::string>& arguments) {
     const std::string name = program.path.empty() ? "openfab print" : program.path.string();
@@ -135,8 +144,8 @@ Error exec_print_binary(const PrintBinary& program, const std::vector<std::strin
 }
 
 Result<void> print_world(std::vector<std::string> arguments) {
-    Result<std::string> fablet = take_fablet(&arguments);
-    if (!fablet) return fablet.error();
+    const Result<CompileOptions> compilation = take_compile_options(&arguments);
+    if (!compilation) return compilation.error();
     std::vector<const char*> argv{"openfab print"};
     for (const std::string& argument : arguments)
         argv.push_back(argument.c_str());
@@ -144,21 +153,26 @@ Result<void> print_world(std::vector<std::string> arguments) {
         program::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
     if (!options) return options.error();
     if (options->help) {
-        show(fmt::format("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n",
-                         options->text, stock_fablet_names()));
+        show(
+            fmt::format("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n"
+                        "--schedule FILE.sched, or a folder of such files, and --param NAME=NUMBER "
+                        "are for the\ncompilation of its kernels (repeatable).\n",
+                        options->text, stock_fablet_names()));
         return {};
     }
-    Result<Sources> sources = sources_of(*options, *fablet);
+    Result<Sources> sources = sources_of(*options, compilation->fablet);
     if (!sources) return sources.error();
+    // It runs here: the other sets are for programs that somebody builds to take elsewhere.
+    const PrintProgram wanted{sources->files,
+                              abi::best_isa(options->isa.value_or(program::kUsualIsa)),
+                              compilation->schedules};
     // The print binary checks again, with all that the world names, but does not know these files.
-    if (Result<void> apart = program::check_outputs(program::outputs_of(*options, "", {}),
-                                                    with_modules(sources->files));
+    if (Result<void> apart =
+            program::check_outputs(program::outputs_of(*options, "", {}), inputs_of(wanted));
         !apart)
         return apart.error();
-    // It runs here: the other sets are for programs that somebody builds to take elsewhere.
-    const Result<PrintBinary> program = find_or_build_print_binary(
-        sources->files, abi::best_isa(options->isa.value_or(program::kUsualIsa)),
-        options->progress == program::ProgressMode::kNone);
+    const Result<PrintBinary> program =
+        find_or_build_print_binary(wanted, options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();
     sources->folder.reset();  // exec runs no destructors
     return exec_print_binary(*program, arguments);

@@ -77,25 +77,65 @@ std::vector<fs::path> files_of(const fs::path& folder, const std::set<std::strin
     return files;
 }
 
-Result<uint64_t> program_hash(const std::vector<fs::path>& sources, openfab_isa isa,
-                              const fs::path& programs) {
-    SourcesHash hash;
-    hash.add_text(abi::isa_name(isa));
+/// Returns the folder of a file.
+fs::path folder_of(const fs::path& file) {
+    const fs::path folder = file.parent_path();
+    return folder.empty() ? "." : folder;
+}
+
+/// Lists what files of these folders may name. Only the compiler knows what they do name, so all of
+/// them count.
+std::vector<fs::path> files_beside(const std::set<fs::path>& folders, const char* extension) {
+    std::vector<fs::path> files;
+    for (const fs::path& folder : folders) {
+        const std::vector<fs::path> here = files_of(folder, {extension});
+        files.insert(files.end(), here.begin(), here.end());
+    }
+    return files;
+}
+
+/// Lists modules, which `import` reads.
+std::vector<fs::path> modules_of(const PrintProgram& program) {
     std::set<fs::path> folders;
-    for (const fs::path& source : sources) {
+    for (const fs::path& source : program.sources)
+        folders.insert(folder_of(source));
+    return files_beside(folders, ".fl");
+}
+
+/// Lists what a folder of schedules holds, and what `include` reads.
+std::vector<fs::path> schedules_of(const PrintProgram& program) {
+    std::set<fs::path> folders;
+    for (const fs::path path : program.schedules.paths) {
+        std::error_code status;
+        folders.insert(fs::is_directory(path, status) ? path : folder_of(path));
+    }
+    return files_beside(folders, ".sched");
+}
+
+Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& programs) {
+    SourcesHash hash;
+    hash.add_text(abi::isa_name(wanted.isa));
+    for (const fs::path& source : wanted.sources) {
         if (Result<void> added = hash.add_content(source); !added) {
             return with_context(added.error(), fmt::format("cannot read the fablet source `{}`: ",
                                                            source.string()));
         }
-        const fs::path folder = source.parent_path();
-        folders.insert(folder.empty() ? "." : folder);
     }
-    // `import` reads modules beside the source. Only the compiler knows which, so all of them
-    // count, except unreadable ones.
-    for (const fs::path& folder : folders) {
-        for (const fs::path& module : files_of(folder, {".fl"})) {
-            if (!hash.add_content(module, {reading_root(folder)}))
-                hash.add_text("unreadable " + module.filename().string());
+    for (const fs::path path : wanted.schedules.paths) {
+        std::error_code status;
+        hash.add_text(path.filename().string());
+        if (fs::is_directory(path, status)) continue;
+        if (Result<void> added = hash.add_content(path); !added) {
+            return with_context(added.error(),
+                                fmt::format("cannot read the schedule `{}`: ", path.string()));
+        }
+    }
+    for (const std::string& param : wanted.schedules.params)
+        hash.add_text(param);
+    for (const std::vector<fs::path>& beside : {modules_of(wanted), schedules_of(wanted)}) {
+        for (const fs::path& file : beside) {
+            if (!hash.add_content(file, {reading_root(folder_of(file))}))
+                hash.add_text("unreadable " + file.filename().string());
         }
     }
     hash.add_stamp(programs / "openflc");
@@ -185,11 +225,16 @@ std::string cached_name(const fs::path& source, uint64_t hash) {
 }
 
 /// Compiles into a file of its own.
-Result<void> compile(const fs::path& compiler, const std::vector<fs::path>& sources,
-                     openfab_isa isa, const fs::path& program) {
-    std::vector<std::string> arguments{
-        compiler.string(), "build", "--target", abi::isa_name(isa), "-o", program.string(), "--"};
-    for (const fs::path& source : sources)
+Result<void> compile(const fs::path& compiler, const PrintProgram& wanted,
+                     const fs::path& program) {
+    std::vector<std::string> arguments{compiler.string(),         "build", "--target",
+                                       abi::isa_name(wanted.isa), "-o",    program.string()};
+    for (const std::string& path : wanted.schedules.paths)
+        arguments.push_back("--schedule=" + path);
+    for (const std::string& param : wanted.schedules.params)
+        arguments.push_back("--param=" + param);
+    arguments.emplace_back("--");
+    for (const fs::path& source : wanted.sources)
         arguments.push_back(as_argument(source));
     const Result<int> exit_status = run_program(arguments);
     if (!exit_status) return exit_status.error();
@@ -206,8 +251,15 @@ Result<fs::path> program_folder() {
     return self.parent_path();
 }
 
-Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sources,
-                                               openfab_isa isa, bool quiet) {
+std::vector<fs::path> inputs_of(const PrintProgram& program) {
+    std::vector<fs::path> files = program.sources;
+    files.insert(files.end(), program.schedules.paths.begin(), program.schedules.paths.end());
+    for (const std::vector<fs::path>& beside : {modules_of(program), schedules_of(program)})
+        files.insert(files.end(), beside.begin(), beside.end());
+    return files;
+}
+
+Result<PrintBinary> find_or_build_print_binary(const PrintProgram& wanted, bool quiet) {
     const Result<fs::path> programs = program_folder();
     if (!programs) return programs.error();
     const fs::path compiler = *programs / "openflc";
@@ -215,9 +267,9 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
         return outside_error(fmt::format(
             "the compiler `openflc` is not beside this program, in `{}`", programs->string()));
     }
-    const Result<uint64_t> hash = program_hash(sources, isa, *programs);
+    const Result<uint64_t> hash = program_hash(wanted, *programs);
     if (!hash) return hash.error();
-    const std::string name = cached_name(sources.front(), *hash);
+    const std::string name = cached_name(wanted.sources.front(), *hash);
     const Result<fs::path> cache = texture::cache_folder("prints");
     if (cache) {
         if (Result<PrintBinary> found = open_print_binary(*cache / name)) return found;
@@ -225,15 +277,14 @@ Result<PrintBinary> find_or_build_print_binary(const std::vector<fs::path>& sour
     } else if (!quiet) {
         note(fmt::format("the compiled program is not cached: {}", cache.error().text()));
     }
-    if (!quiet) say(fmt::format("compiling {} ...\n", sources.front().filename().string()));
+    if (!quiet) say(fmt::format("compiling {} ...\n", wanted.sources.front().filename().string()));
     // In a folder of its own, so that concurrent prints do not see each other's partial programs,
     // and none is left behind if this process dies.
     const Result<std::unique_ptr<TemporaryFolder>> folder =
         TemporaryFolder::create(cache ? *cache : fs::path());
     if (!folder) return folder.error();
     const fs::path made = (*folder)->path() / name;
-    if (Result<void> compiled = compile(compiler, sources, isa, made); !compiled)
-        return compiled.error();
+    if (Result<void> compiled = compile(compiler, wanted, made); !compiled) return compiled.error();
     std::error_code status;
     if (cache) fs::rename(made, *cache / name, status);
     if (status) {

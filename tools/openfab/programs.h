@@ -17,18 +17,32 @@ namespace openfab::tools {
 /// Returns the folder of the running program.
 Result<std::filesystem::path> program_folder();
 
+/// Schedules as `openflc` takes them: files or folders of `--schedule`, and values of `--param`.
+struct ScheduleArguments {
+    std::vector<std::string> paths, params;
+};
+
+/// What a print binary is made of.
+struct PrintProgram {
+    std::vector<std::filesystem::path> sources;  ///< of OpenFL
+    openfab_isa isa;
+    ScheduleArguments schedules;
+};
+
+/// Lists the sources and schedules, and all modules and schedules beside them, which they may name.
+std::vector<std::filesystem::path> inputs_of(const PrintProgram& program);
+
 /// A print binary whose hash was verified.
 struct PrintBinary {
     InputFile file;
     std::filesystem::path path;  ///< in the cache; empty where it was already deleted
 };
 
-/// Returns the print binary of these OpenFL sources for one instruction set, compiled unless the
-/// cache has it. Its name there is a hash of all its inputs: the sources and modules beside them,
-/// the set, the standard library, openflc, and the libraries it links; it ends in a hash of itself,
-/// so that a damaged one is rebuilt. Compile errors are printed by openflc; the error then has an
-/// empty message.
-Result<PrintBinary> find_or_build_print_binary(const std::vector<std::filesystem::path>& sources,
-                                               openfab_isa isa, bool quiet);
+/// Returns the print binary, compiled unless the cache has it. Its name there is a hash of all its
+/// inputs: the sources and modules beside them, the set, schedules and the files beside them, the
+/// standard library, openflc, and the libraries it links; it ends in a hash of itself, so that a
+/// damaged one is rebuilt. Compile errors are printed by openflc; the error then has an empty
+/// message.
+Result<PrintBinary> find_or_build_print_binary(const PrintProgram& wanted, bool quiet);
 
 }  // namespace openfab::tools

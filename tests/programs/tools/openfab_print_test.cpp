@@ -80,6 +80,47 @@ TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
 }
 
+TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
+    scratch_.write("tuned.sched", "pipeline slab\ninclude \"base.sched\"\n");
+    scratch_.write("base.sched", "include \"slab.sched\"\nparam strip = 16 in {8, 16}\n");
+    const auto tuned = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), {path("world.fab.json"), "-o", path("b.ofr"), "--schedule",
+                                   path("tuned.sched")});
+        return print(more);
+    };
+    const auto compiles = [&](const std::vector<std::string>& more = {}) {
+        const Outcome outcome = tuned(more);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
+        return outcome.err.find("compiling plain.fl") != std::string::npos;
+    };
+    ASSERT_EQ(print({path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
+    EXPECT_TRUE(compiles());
+    EXPECT_FALSE(compiles());
+    EXPECT_TRUE(compiles({"--param=strip=8"}));
+    EXPECT_FALSE(compiles({"--param", "strip=8"}));
+
+    const Outcome unknown = tuned({"--param", "strap=8"});
+    EXPECT_NE(unknown.exit_code, 0);
+    EXPECT_THAT(unknown.err, HasSubstr("no schedule in use has a parameter of that name"));
+    const Outcome over = print({path("world.fab.json"), "-o", path("base.sched"), "--format", "ofr",
+                                "--schedule", path("tuned.sched")});
+    EXPECT_EQ(over.exit_code, 1) << "an output in the place of an input";
+    EXPECT_THAT(read_file(path("base.sched")), HasSubstr("strip"));
+    const Outcome bare = print({path("world.fab.json"), "-o", path("b.ofr"), "--schedule"});
+    EXPECT_EQ(bare.exit_code, 2);
+    EXPECT_THAT(bare.err, HasSubstr("`--schedule` needs a schedule"));
+    const Outcome missing =
+        print({path("world.fab.json"), "-o", path("b.ofr"), "--schedule", path("none.sched")});
+    EXPECT_NE(missing.exit_code, 0);
+    EXPECT_THAT(missing.err, HasSubstr("none.sched"));
+
+    scratch_.write("base.sched", "include \"slab.sched\"\nnowhere.unroll(column)\n");
+    const Outcome wrong = tuned({});
+    EXPECT_EQ(wrong.exit_code, 1) << "an included file changed";
+    EXPECT_THAT(wrong.err, HasSubstr("base.sched:2:"));
+}
+
 TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
     const fs::path temporary = path("temporary");
     fs::create_directory(temporary);
