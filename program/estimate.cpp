@@ -13,6 +13,7 @@
 #include "backends/common/output_file.h"
 #include "backends/common/tee_sink.h"
 #include "base/deadline.h"
+#include "base/own_folder.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -29,7 +30,7 @@ struct CoarsePrint {
 /// Most worlds take a second or less for the first; the other is for those that take long.
 constexpr std::array<CoarsePrint, 2> kCoarsePrints{{{4e6, 2.0, 1.4}, {1e5, 1.0, 0.6}}};
 /// Seconds for slabs at the print's own pitch.
-constexpr double kTimeSeconds = 1.0;
+constexpr double kTimeSeconds = 2.5;
 
 /// Prints with that many voxels; returns false if it takes too long or too much memory.
 Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
@@ -67,6 +68,25 @@ Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
     return true;
 }
 
+/// Samples the time with an output like the print's own, in a temporary folder. A receiver gets what a
+/// file does.
+Result<pipeline::TimeSample> sample_time(pipeline::PrintJob* print, const Options& options,
+                                         const std::string& format, const world::Printer& printer,
+                                         const std::atomic<bool>& interrupt) {
+    // Slices alone are better than nothing.
+    const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+    if (!folder || format.empty()) return print->sample_time(kTimeSeconds, nullptr, interrupt);
+    Options like = options;
+    like.format = format;
+    like.output =
+        ((*folder)->path() / (is_folder_format(format) ? "slices" : "print." + format)).string();
+    like.previews.clear();
+    like.resume = false;
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(like, printer);
+    if (!sink) return sink.error();
+    return print->sample_time(kTimeSeconds, sink->get(), interrupt);
+}
+
 /// "about 2 h", or as much as is known about it.
 std::string describe_time(const Estimate& e) {
     const std::string time = format_seconds(e.seconds());
@@ -75,12 +95,28 @@ std::string describe_time(const Estimate& e) {
     return fmt::format("roughly {}, from {:.2g} % of 8 slices", time, 100 * e.time.share);
 }
 
+/// Whether slices are ready when the printer needs them.
+std::string describe_pace(const Estimate& e) {
+    if (e.time.places == 0) return "";
+    const std::string slice = format_seconds(e.slowest_slice_seconds());
+    const std::string layer = format_seconds(e.print_seconds / e.slices);
+    return e.keeps_up() ? fmt::format(
+                              ", which this machine keeps up with: it takes up to {} for a "
+                              "slice, the printer {}",
+                              slice, layer)
+                        : fmt::format(
+                              ", which this machine does not keep up with: it takes up to "
+                              "{} for a slice, the printer {}",
+                              slice, layer);
+}
+
 }  // namespace
 
 Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
                                const pipeline::PrintInput& input,
                                const pipeline::PrintOptions& pipeline, const Options& options,
-                               const world::Printer& printer, const std::atomic<bool>& interrupt) {
+                               const std::string& format, const world::Printer& printer,
+                               const std::atomic<bool>& interrupt) {
     const pipeline::PrintInfo info = print->info();
     Estimate out;
     out.set_up = print->estimate();
@@ -90,7 +126,8 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     out.warnings = input.warnings;
     out.warnings.insert(out.warnings.end(), print->warnings().begin(), print->warnings().end());
     if (!options.estimate) return out;
-    const Result<pipeline::TimeSample> time = print->sample_time(kTimeSeconds, interrupt);
+    const Result<pipeline::TimeSample> time =
+        sample_time(print.get(), options, format, printer, interrupt);
     if (!time) return time.error();
     out.time = *time;
     print.reset();
@@ -111,8 +148,8 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
                     size.x * info.pitch_mm.x, size.y * info.pitch_mm.y, size.z * info.pitch_mm.z));
     say(fmt::format("memory {}, time {}\n", format_bytes(e.memory_bytes), describe_time(e)));
     if (e.print_seconds > 0) {
-        say(fmt::format("{} slices, {} on `{}`\n", e.slices, format_seconds(e.print_seconds),
-                        printable(info.printer)));
+        say(fmt::format("{} slices, {} on `{}`{}\n", e.slices, format_seconds(e.print_seconds),
+                        printable(info.printer), describe_pace(e)));
     }
     if (e.time.places > 0 && e.sample.voxels_by_code.empty())
         say("materials are not known: even a coarse print takes too long, or too much memory, for "
@@ -153,7 +190,13 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
     w.Key("memory_bytes");
     w.Int64(e.memory_bytes);
     number("seconds_total", e.seconds());
+    if (e.time.places > 0) number("processor_seconds", e.time.processor_seconds);
     if (e.print_seconds > 0) number("print_seconds", e.print_seconds);
+    if (e.print_seconds > 0 && e.time.places > 0) {
+        number("slowest_slice_seconds", e.slowest_slice_seconds());
+        w.Key("keeps_up");
+        w.Bool(e.keeps_up());
+    }
     for (const bool mass : {false, true}) {
         w.Key(mass ? "g_by_material" : "ml_by_material");
         w.StartObject();

@@ -34,14 +34,20 @@ struct Estimate {
 
     /// The time that the print will take here.
     double seconds() const { return time.places > 0 ? time.seconds : set_up.seconds; }
+    /// Of the slabs that were sampled.
+    double slowest_slice_seconds() const { return time.slowest_slab_seconds / 8; }
+    /// Returns whether a printer whose layer time is known never waits, once it has the first
+    /// slices.
+    bool keeps_up() const { return slowest_slice_seconds() * slices <= print_seconds; }
 };
 
 /// Makes an estimate; `input` is that of `print`, for a second print at a coarser pitch, which gets
-/// the memory of the first.
+/// the memory of the first; `format`: see choose_format.
 Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
                                const pipeline::PrintInput& input,
                                const pipeline::PrintOptions& pipeline, const Options& options,
-                               const world::Printer& printer, const std::atomic<bool>& interrupt);
+                               const std::string& format, const world::Printer& printer,
+                               const std::atomic<bool>& interrupt);
 
 /// Writes the estimate to stderr.
 void show_estimate(const Estimate& estimate, const pipeline::PrintInfo& info);

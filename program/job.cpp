@@ -60,7 +60,8 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
         }
         return printer;
     }
-    const bool pitch_given = options.voxel_mm || (options.dpi && options.layer_mm);
+    const bool pitch_given =
+        options.pitch_mm || options.voxel_mm || (options.dpi && options.layer_mm);
     if (!chosen && !pitch_given) {
         notes->push_back(fmt::format(
             "no printer was named: `{}` prints voxels of {} x {} x {} mm; `--printer` and "

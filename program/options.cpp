@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <functional>
 #include <string_view>
 #include <utility>
@@ -101,10 +102,27 @@ Result<Vec2<int32_t>> parse_slices(const std::string& text) {
                                 });
 }
 
+/// `X,Y,Z`
+Result<Vec3d> parse_vector(const char* option, const std::string& text, const char* example) {
+    Vec3d out;
+    size_t from = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const size_t to = axis < 2 ? text.find(',', from) : text.size();
+        const bool fine =
+            to != std::string::npos && from <= to &&
+            parse_number(std::string_view(text).substr(from, to - from), &out[axis]) &&
+            std::isfinite(out[axis]);
+        if (!fine) return bad_value(option, text, "not three numbers", example);
+        from = to + 1;
+    }
+    return out;
+}
+
 /// Option texts as typed, before they are parsed.
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
                                                                         png = "rgba", isa;
+    std::string pitch, probe;
     std::vector<std::string> previews;
     std::string crop = "parts";
     bool no_cull = false;
@@ -182,6 +200,10 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--fractions", o.fractions_file,
                    "an .npy file for the materials' fractions in each voxel, before the dither")
         ->type_name("FILE");
+    app.add_option("--probe", raw.probe,
+                   "print nothing but the materials' fractions in the voxel at this point, in mm, "
+                   "before the dither, as JSON")
+        ->type_name("X,Y,Z");
     app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
         ->type_name("FILE");
     app.add_option("--progress", raw.progress,
@@ -195,6 +217,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->group("")
         ->check(CLI::Range(1, 1024));
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
+    app.add_option("--pitch", raw.pitch, "")->group("");
     app.add_option("--isa", raw.isa, "")
         ->group("")
         ->check(CLI::IsMember({"sse41", "avx2", "avx512"}));
@@ -228,6 +251,20 @@ Result<void> validate_grid(const Raw& raw, Options* o) {
         Result<double> mm = parse_pitch("--mesh-pitch", raw.mesh_pitch);
         if (!mm) return mm.error();
         o->mesh_pitch_mm = *mm;
+    }
+    if (!raw.pitch.empty()) {
+        Result<Vec3d> pitch = parse_vector("--pitch", raw.pitch, "0.1,0.1,0.1");
+        if (!pitch) return pitch.error();
+        for (int axis = 0; axis < 3; ++axis) {
+            if (!((*pitch)[axis] >= 1e-4 && (*pitch)[axis] <= 1e5))
+                return bad_value("--pitch", raw.pitch, "outside 0.1um to 100m", "0.1,0.1,0.1");
+        }
+        o->pitch_mm = *pitch;
+    }
+    if (!raw.probe.empty()) {
+        Result<Vec3d> point = parse_vector("--probe", raw.probe, "1.5,2,0.25");
+        if (!point) return point.error();
+        o->probe_mm = *point;
     }
     if (!raw.z.empty() && !raw.slices.empty())
         return usage_error("give one of `--z` and `--slices`");
@@ -311,7 +348,7 @@ Result<void> validate_options(const Raw& raw, Options* o) {
 
 bool has_output(const Options& o) {
     return !o.output.empty() || !o.previews.empty() || !o.stats_file.empty() ||
-           !o.fractions_file.empty() || o.estimate || o.dry_run;
+           !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm;
 }
 
 }  // namespace
@@ -349,10 +386,11 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
 }
 
 bool pitch_is_given(const Options& options) {
-    return options.voxel_mm || options.dpi || options.layer_mm;
+    return options.voxel_mm || options.dpi || options.layer_mm || options.pitch_mm;
 }
 
 Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to_meshes) {
+    if (options.pitch_mm) return *options.pitch_mm;
     Vec3d pitch = printer_pitch_mm;
     if (to_meshes && !pitch_is_given(options)) {
         const double mm = options.mesh_pitch_mm.value_or(kMeshPitchMm);

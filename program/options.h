@@ -34,6 +34,8 @@ struct Options {
     std::optional<Vec2<double>> dpi;
     std::optional<double> layer_mm;
     std::optional<double> mesh_pitch_mm;  ///< for stl and 3mf
+    std::optional<Vec3d> pitch_mm;        ///< of a print that was made already; no draft of it
+    std::optional<Vec3d> probe_mm;        ///< evaluate the voxel at this point of build space alone
     int32_t draft = 1;
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;

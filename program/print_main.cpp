@@ -19,6 +19,7 @@
 #include "program/outputs.h"
 #include "program/part_sizes.h"
 #include "program/prepare.h"
+#include "program/probe.h"
 #include "program/progress.h"
 #include "program/statistics.h"
 #include "runtime/pipeline/print_job.h"
@@ -107,6 +108,7 @@ Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& 
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,
                        std::vector<std::filesystem::path>* files) {
+    if (options.probe_mm) return run_probe(options, fablets, interrupt);
     program::Progress progress(options.progress, stderr);
     PrintHooks hooks{.interrupt = interrupt};
     hooks.loaded = [&](const Job& job) {
@@ -132,8 +134,9 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     Job& job = ready->job;
     if (!prints) {
         const pipeline::PrintInfo info = ready->print->info();
-        Result<Estimate> estimate = make_estimate(std::move(ready->print), job.input,
-                                                  ready->options, options, job.printer, interrupt);
+        Result<Estimate> estimate =
+            make_estimate(std::move(ready->print), job.input, ready->options, options,
+                          ready->format, job.printer, interrupt);
         if (!estimate) return estimate.error();
         show_estimate(*estimate, info);
         if (options.stats_file.empty()) return {};

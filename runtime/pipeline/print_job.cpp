@@ -52,6 +52,12 @@ Error interrupted_early() {
     return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
 }
 
+/// Takes slices of slabs on trial as if they followed each other.
+struct TrialSlices {
+    pipeline::SliceSink* sink;  ///< may be null
+    int32_t next;
+};
+
 class PrintJobImpl final : public PrintJob {
   public:
     PrintJobImpl(PrintInput input, PrintOptions options)
@@ -61,7 +67,8 @@ class PrintJobImpl final : public PrintJob {
     const pipeline::PrintInfo& info() const override { return info_; }
     PrintEstimate estimate() const override;
     const std::vector<std::string>& warnings() const override { return warnings_; }
-    Result<TimeSample> sample_time(double seconds, const std::atomic<bool>& interrupt) override;
+    Result<TimeSample> sample_time(double seconds, pipeline::SliceSink* sink,
+                                   const std::atomic<bool>& interrupt) override;
     Result<void> run(pipeline::SliceSink& sink,
                      const std::function<void(const ProgressEvent&)>& progress,
                      const std::atomic<bool>& interrupt, PrintStatistics* statistics) override;
@@ -101,7 +108,9 @@ class PrintJobImpl final : public PrintJob {
                                 const pipeline::SliceSink& sink, SliceCommitter* committer);
     void encode(const pipeline::SliceSink& sink, const SlabRun& run, int32_t shift,
                 FinishedSlices* finished);
-    Result<SlabTrial> try_slab(int32_t slab, double seconds, Deadline* deadline);
+    Result<SlabTrial> try_slab(int32_t slab, int32_t pieces, double seconds,
+                               const std::atomic<bool>& interrupt, TrialSlices* slices);
+    int64_t patches_diced() const;
     void fill_statistics(const SliceCommitter& committer, PrintStatistics* statistics);
 
     PrintInput input_;
@@ -331,55 +340,106 @@ PrintEstimate PrintJobImpl::estimate() const {
     return estimate;
 }
 
-/// Tries as much of a slab as is printed before `deadline`, which begins again with the blocks of
-/// the first slab: its time is not known without some of them.
-Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, double seconds, Deadline* deadline) {
+int64_t PrintJobImpl::patches_diced() const {
+    int64_t diced = 0;
+    for (size_t i = 0; i < surfaces_.size(); ++i)
+        diced += owns_surface(i) ? surfaces_[i]->counts().cache_misses : 0;
+    return diced;
+}
+
+/// Does what TrySlab says. The coverage of the first slab has time of its own, and its seconds begin
+/// with its blocks: its time is not known without some of them.
+Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, int32_t pieces, double seconds,
+                                         const std::atomic<bool>& interrupt, TrialSlices* slices) {
     const auto evaluated = [&] {
         int64_t blocks = 0;
         for (const auto& e : evaluators_.all())
             blocks += e->counts.evaluated;
         return blocks;
     };
-    const int64_t before = evaluated();
+    const bool first = evaluators_.all().empty();
+    const int64_t before = evaluated(), diced = patches_diced();
+    const double start = seconds_now(), start_processor = processor_seconds();
+    Deadline deadline(interrupt);
+    setup_.interrupt = &deadline.passed();  // checked from one batch of blocks to the next
+    deadline.start(first ? kCoverageSeconds : seconds);
     SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
-    const double start = seconds_now();
-    if (before == 0) deadline->start(kCoverageSeconds);
     abi::KernelStatus status = run->begin(slab, &evaluators_);
-    const double begun = seconds_now();
-    if (before == 0) deadline->start(seconds);
-    const uint8_t slices =
-        bits_of_slices(std::max(8 * slab, range_.x), std::min(8 * slab + 8, range_.y));
-    const StopFlags flags{deadline->passed()};
-    if (status.ok()) status = run->run(slices, &evaluators_, flags);
-    const double end = seconds_now();
-    const int64_t blocks = run->blocks_to_evaluate();
+    SlabTrial trial;
+    trial.blocks = status.ok() ? run->blocks_to_evaluate() : -1;
+    trial.processor_seconds_begun = processor_seconds() - start_processor;
+    trial.patches_begun = patches_diced() - diced;
+    if (first) deadline.start(seconds);
+    FinishedSlices finished;
+    const SlabSlices of_slab = slices_of(slab);
+    finished.first = of_slab.first;
+    finished.end = of_slab.end;
+    const StopFlags flags{deadline.passed()};
+    trial.pieces = pieces;
+    if (status.ok()) {
+        status = run->try_rows(bits_of_slices(of_slab.first, of_slab.end), &evaluators_, flags,
+                               &trial.pieces);
+    }
+    setup_.interrupt = options_.interrupt;
     volume::PrintfLog dropped;
     if (!run->log().empty()) dropped.append(&run->log());
+    Result<void> taken;
+    if (status.ok() && pieces == kAllPieces && slices->sink != nullptr) {
+        encode(*slices->sink, *run, slices->next - of_slab.first, &finished);
+        for (FinishedSlices::Slice& slice : finished.slices) {
+            // In low prints slabs are tried again.
+            if (slices->next == range_.y || !taken) break;
+            taken = slices->sink->commit(slices->next++, std::move(slice.bytes));
+        }
+    }
     runs_.give(run);
-    if (status.ok()) return SlabTrial{end - start, 1, blocks};
-    if (!status.is_stopped()) {
+    if (!taken) return taken.error();
+    if (!status.ok() && !status.is_stopped()) {
         return internal_error(fmt::format("slices from {}: a kernel failed with code {}: {}",
                                           8 * slab, status.code(), abi::take_kernel_error()));
     }
-    const double share = std::min(1.0, static_cast<double>(evaluated() - before) /
-                                           static_cast<double>(std::max<int64_t>(blocks, 1)));
-    return SlabTrial{begun - start + (end - begun) / (share > 0 ? share : 1), share, blocks};
+    if (!status.ok() || pieces != kAllPieces) {
+        trial.share = std::min(1.0, static_cast<double>(evaluated() - before) /
+                                        static_cast<double>(std::max<int64_t>(trial.blocks, 1)));
+    }
+    trial.seconds = seconds_now() - start;
+    trial.processor_seconds = processor_seconds() - start_processor;
+    trial.patches_diced = patches_diced() - diced;
+    return trial;
 }
 
-Result<TimeSample> PrintJobImpl::sample_time(double seconds, const std::atomic<bool>& interrupt) {
-    Deadline deadline(interrupt);
+Result<TimeSample> PrintJobImpl::sample_time(double seconds, pipeline::SliceSink* sink,
+                                             const std::atomic<bool>& interrupt) {
+    const double began = process_age_seconds() - options_.began_seconds;
+    const double began_processor = processor_seconds();
+    if (sink != nullptr) {
+        if (const Result<void> begun = sink->begin(info_); !begun) return begun.error();
+    }
+    int64_t patches = 0;
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (owns_surface(i) && !surfaces_[i]->identity())
+            patches += static_cast<int64_t>(surfaces_[i]->patches().size());
+    }
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(threads_));
     tbb::task_arena arena(threads_);
-    setup_.interrupt = &deadline.passed();  // checked from one batch of blocks to the next
+    TrialSlices slices{sink, range_.x};
     Result<TimeSample> sample = arena.execute([&] {
-        return pipeline::sample_time(slabs(), deadline.passed(), [&](int32_t slab) {
-            return try_slab(slab, seconds, &deadline);
-        });
+        return pipeline::sample_time(slabs(), seconds, patches,
+                                     [&](int32_t slab, int32_t pieces, double time) {
+                                         return try_slab(slab, pieces, time, interrupt, &slices);
+                                     });
     });
-    setup_.interrupt = options_.interrupt;
+    if (sink != nullptr) {
+        // It is told that the print ended early, and may say so.
+        const Result<void> ended = sink->finish(pipeline::PrintTotals());
+        (void)ended;
+    }
     if (interrupt.load()) return Error{ErrorCode::kInterrupted, "interrupted"};
-    if (sample) sample->seconds += seconds_set_up_;
+    if (sample) {
+        sample->seconds += began;
+        sample->processor_seconds += began_processor;
+    }
     return sample;
 }
 

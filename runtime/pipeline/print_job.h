@@ -146,10 +146,12 @@ class PrintJob {
     /// Returns warnings that set-up found, such as of parts that take long. The statistics have
     /// them, too.
     virtual const std::vector<std::string>& warnings() const = 0;
-    /// Estimates the time of the print from a few slabs, which it prints without a sink for up to
-    /// that many seconds after the coverage of the first, which may take three. Once, and not after
-    /// run.
-    virtual Result<TimeSample> sample_time(double seconds, const std::atomic<bool>& interrupt) = 0;
+    /// Estimates the time of the print, from the start of the process, from a few slabs, which it
+    /// prints for up to that many seconds after the coverage of the first, which may take three. The
+    /// sink, which may be null, is begun and takes slices as if they followed each other. Once, and
+    /// not after run.
+    virtual Result<TimeSample> sample_time(double seconds, pipeline::SliceSink* sink,
+                                           const std::atomic<bool>& interrupt) = 0;
     /// Runs to the end, or until `interrupt` is set or the sink fails; slices that were written
     /// stay. The statistics are valid in every case; the error says why it ended early. Calls
     /// sink.begin, resume, encode, commit and finish.

@@ -20,16 +20,16 @@ SlabRun::SlabRun(const SlabSetup& setup)
     : setup_(setup),
       dither_(setup.channels, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
 
-abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
-                               const StopFlags& stop) {
-    {
-        const StageTimer timer(Stage::kPack);
-        if (!planes_.reset(setup_.size.x, setup_.size.y, setup_.bits))
-            return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
-    }
+/// Returns false where memory ran out.
+bool SlabRun::prepare(uint8_t slices) {
     OPENFAB_CHECK_NE(slices, 0);
     slices_ = slices * 0x0101010101010101u;
-    abi::KernelStatus status;
+    const StageTimer timer(Stage::kPack);
+    return planes_.reset(setup_.size.x, setup_.size.y, setup_.bits);
+}
+
+/// Returns the rows of blocks that have something to print: [x, y).
+Vec2<int32_t> SlabRun::rows_in_use() const {
     int32_t first = setup_.size.y, end = 0;
     for (const auto& active : active_) {
         first = std::min(first, active->cull.first_y());
@@ -42,11 +42,43 @@ abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* eva
         first = std::min(first, row);
         end = std::max(end, row + 1);
     }
-    if (first < end) status = run_rows(first, end, evaluators, stop);
+    return {first, end};
+}
+
+abi::KernelStatus SlabRun::run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
+                               const StopFlags& stop) {
+    if (!prepare(slices)) return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
+    abi::KernelStatus status;
+    const Vec2<int32_t> rows = rows_in_use();
+    if (rows.x < rows.y) status = run_rows(rows.x, rows.y, evaluators, stop);
     if (status.ok() && stop.requested()) status = abi::KernelStatus::stopped();
     times.dither = dither_.seconds_dither;
     times.support = dither_.seconds_support;
     times.pack = dither_.seconds_pack;
+    return status;
+}
+
+abi::KernelStatus SlabRun::try_rows(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
+                                    const StopFlags& stop, int32_t* pieces) {
+    // So many that a few are spread over the slab, and so large that all threads have work in one.
+    constexpr uint32_t kOrderBits = 4;
+    const int32_t most = std::exchange(*pieces, 0);
+    if (!prepare(slices)) return abi::KernelStatus::of_code(halide_error_code_out_of_memory);
+    const Vec2<int32_t> rows = rows_in_use();
+    const int32_t all = std::max(rows.y - rows.x, 0);
+    const int32_t length = std::max((all >> kOrderBits) + 1, 2 * setup_.rows_in_flight);
+    abi::KernelStatus status;
+    for (uint32_t k = 0; k < 1u << kOrderBits && status.ok() && *pieces < most; ++k) {
+        uint32_t place = 0;  // the bits of k in reverse
+        for (uint32_t bit = 0; bit < kOrderBits; ++bit)
+            place |= (k >> bit & 1) << (kOrderBits - 1 - bit);
+        const int32_t first = rows.x + static_cast<int32_t>(place) * length;
+        const int32_t end = std::min(first + length, rows.y);
+        if (first >= end) continue;
+        ++*pieces;
+        status = run_rows(first, end, evaluators, stop);
+        if (status.ok() && stop.requested()) status = abi::KernelStatus::stopped();
+    }
     return status;
 }
 

@@ -73,6 +73,10 @@ class SlabRun {
     /// the planes of the others are undefined.
     abi::KernelStatus run(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
                           const StopFlags& stop);
+    /// Prints them piece by piece, as TrySlab says; `pieces` becomes the number of those begun. The
+    /// planes have the rows of these alone.
+    abi::KernelStatus try_rows(uint8_t slices, Pool<volume::BlockEvaluator>* evaluators,
+                               const StopFlags& stop, int32_t* pieces);
 
     const dither::SlabPlanes& planes() const { return planes_; }
     /// Returns the printf lines of the slab's voxels, which the caller may move from.
@@ -108,6 +112,8 @@ class SlabRun {
                                    volume::BlockEvaluator* evaluator) const;
     abi::KernelStatus evaluate_part(const ActivePart& active, Row* scratch,
                                     volume::BlockEvaluator* evaluator) const;
+    bool prepare(uint8_t slices);
+    Vec2<int32_t> rows_in_use() const;
     abi::KernelStatus run_rows(int32_t first, int32_t end, Pool<volume::BlockEvaluator>* evaluators,
                                const StopFlags& stop);
 

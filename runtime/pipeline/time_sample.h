@@ -4,7 +4,6 @@
 
 // Estimates the time of a print from a few of its slabs.
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 
@@ -13,25 +12,39 @@
 
 namespace openfab::pipeline {
 
-/// The time that one slab took on trial.
+/// What it took to print a slab, or some of its rows, on trial.
 struct SlabTrial {
-    double seconds = 0;  ///< of the whole slab, scaled up from the share
-    double share = 1;    ///< of the slab's blocks, those that were printed before it was stopped
-    int64_t blocks = 0;  ///< that culling left
+    double seconds = 0, processor_seconds = 0;  ///< of the trial itself
+    int64_t patches_diced = 0;                  ///< of displaced surfaces
+    /// The part of these that went into coverage and culling, which are of the whole slab.
+    double processor_seconds_begun = 0;
+    int64_t patches_begun = 0;
+    double share = 1;    ///< of the slab's blocks, those that were printed
+    int32_t pieces = 0;  ///< that were begun, see TrySlab
+    int64_t blocks = 0;  ///< that culling left in the whole slab; -1: stopped before
 };
+
+/// Prints a slab piece by piece until some seconds are over. Pieces are rows that lie side by side,
+/// in an order that spreads them over the slab: so many of them, or kAllPieces, or none, which
+/// counts its blocks.
+using TrySlab = std::function<Result<SlabTrial>(int32_t slab, int32_t pieces, double seconds)>;
+constexpr int32_t kAllPieces = INT32_MAX;
 
 /// The time of a print, estimated.
 struct TimeSample {
-    double seconds = 0;  ///< at least this long if `share` is 0
+    double seconds = 0;            ///< at least this long if `share` is 0
+    double processor_seconds = 0;  ///< of all threads
+    double slowest_slab_seconds = 0;
     double share = 1;    ///< of the only slab, if it was stopped
     int32_t places = 0;  ///< from which there is a time; 0: stopped before
 };
 
-/// Tries slabs of [slabs.x, slabs.y) spread over the height, the middle first, until there is a
-/// time from each of a few places or `stop` is set. A slab that is tried first builds what later
-/// slabs find cached, so two neighbours are tried and the second one counts. Where time is
-/// over before that, the blocks of the first count like those of the places before.
-Result<TimeSample> sample_time(const Vec2<int32_t>& slabs, const std::atomic<bool>& stop,
-                               const std::function<Result<SlabTrial>(int32_t slab)>& try_slab);
+/// Tries slabs of [slabs.x, slabs.y) spread over the height, the middle first, for so many seconds;
+/// of a low print all of them. What is diced once, and found cached by later slabs, is told from what
+/// every slab takes by trying two neighbours; the whole print dices `patches`, or what the trials
+/// did if that is more. Where time is over before a place was tried, its blocks count like those of
+/// the others.
+Result<TimeSample> sample_time(const Vec2<int32_t>& slabs, double seconds, int64_t patches,
+                               const TrySlab& try_slab);
 
 }  // namespace openfab::pipeline

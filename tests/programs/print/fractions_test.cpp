@@ -6,10 +6,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "base/vec.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/process/process.h"
 
@@ -82,6 +84,47 @@ TEST_F(Fractions, DependOnNothingButTheWorld) {
     const std::string some = fractions({"--slices", "5:19"}).substr(kHeaderBytes);
     const size_t slice = some.size() / 14;
     EXPECT_TRUE(expected.substr(kHeaderBytes + 5 * slice, some.size()) == some);
+}
+
+/// The numbers that follow a text.
+std::vector<double> numbers_after(const std::string& text, const std::string& before,
+                                  size_t count) {
+    std::vector<double> out;
+    size_t at = text.find(before) + before.size();
+    for (size_t i = 0; i < count; ++i) {
+        at = text.find_first_of("-0123456789", at);
+        char* end = nullptr;
+        out.push_back(std::strtod(text.c_str() + at, &end));
+        at = static_cast<size_t>(end - text.c_str());
+    }
+    return out;
+}
+
+TEST_F(Fractions, AProbeIsTheVoxelOfTheWholePrint) {
+    const std::string file = fractions({});
+    const std::string header = file.substr(0, kHeaderBytes);
+    const std::vector<double> shape = numbers_after(header, "'shape': (", 3);
+    const std::vector<double> origin =
+        numbers_after(read_file(path("f.npy.json")), "\"origin_mm\"", 3);
+    int64_t mixed = 0;
+    for (const Vec3i voxel : {Vec3i{15, 15, 2}, Vec3i{14, 9, 5}, Vec3i{3, 15, 14},
+                              Vec3i{15, 15, 15}, Vec3i{20, 7, 22}, Vec3i{0, 0, 0}}) {
+        const auto at = static_cast<size_t>((voxel.z * shape[1] + voxel.y) * shape[2] + voxel.x);
+        float expected[2];
+        std::memcpy(expected, file.data() + kHeaderBytes + at * sizeof expected, sizeof expected);
+        const std::string point =
+            fmt::format("{:.17g},{:.17g},{:.17g}", origin[0] + 0.2 * (voxel.x + 0.5),
+                        origin[1] + 0.2 * (voxel.y + 0.5), origin[2] + 0.2 * (voxel.z + 0.5));
+        const Outcome probed = print({"--probe", point});
+        ASSERT_EQ(probed.exit_code, 0) << probed.err;
+        EXPECT_EQ(numbers_after(probed.out, "\"white\":", 1)[0], double{expected[0]}) << probed.out;
+        EXPECT_EQ(numbers_after(probed.out, "\"black\":", 1)[0], double{expected[1]}) << probed.out;
+        mixed += expected[0] > 0 && expected[1] > 0 ? 1 : 0;
+    }
+    EXPECT_GE(mixed, 2);
+    const Outcome wrong = print({"--probe", "1,2"});
+    EXPECT_EQ(wrong.exit_code, 2);
+    EXPECT_THAT(wrong.err, HasSubstr("not three numbers"));
 }
 
 TEST_F(Fractions, TroubleIsTold) {

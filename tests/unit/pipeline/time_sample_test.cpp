@@ -5,96 +5,140 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <set>
 #include <vector>
 
 namespace openfab::pipeline {
 namespace {
 
-/// Samples where slab z takes seconds(z), and stops in trial number `last`, of which `share` is
-/// done.
-struct Sampled {
-    TimeSample sample;
-    std::vector<int32_t> tried;
+/// A print whose slab z takes seconds(z) for its blocks(z), and dices so many patches when something
+/// is first printed of it or a slab beside it, each of which takes `of_patch`.
+struct Print {
+    std::function<double(int32_t)> seconds = [](int32_t) { return 0.01; };
+    std::function<int64_t(int32_t)> blocks = [](int32_t) { return 1000; };
+    int64_t patches_a_slab = 0;
+    double of_patch = 0;
+
+    std::vector<int32_t> tried, counted;
+    std::set<int32_t> diced;
+
+    Result<SlabTrial> operator()(int32_t slab, int32_t pieces, double room) {
+        constexpr int32_t kPieces = 16;
+        SlabTrial trial;
+        trial.blocks = blocks(slab);
+        if (pieces == 0) {
+            counted.push_back(slab);
+            trial.share = 0;
+            return trial;
+        }
+        tried.push_back(slab);
+        int64_t patches = 0;
+        for (int32_t near = slab - 1; near <= slab + 1; ++near)
+            patches += diced.insert(near).second ? patches_a_slab : 0;
+        const double whole = seconds(slab) + of_patch * static_cast<double>(patches);
+        trial.share = std::min({1.0, room / whole, static_cast<double>(pieces) / kPieces});
+        trial.pieces = std::min(pieces, static_cast<int32_t>(std::ceil(kPieces * trial.share)));
+        trial.seconds = trial.processor_seconds = whole * trial.share;
+        trial.patches_diced = static_cast<int64_t>(trial.share * static_cast<double>(patches));
+        return trial;
+    }
+    TimeSample sample(const Vec2<int32_t>& slabs, double room, int64_t patches = 0) {
+        return *sample_time(slabs, room, patches, std::ref(*this));
+    }
 };
-template <typename Seconds>
-Sampled sampled(const Vec2<int32_t>& slabs, const Seconds& seconds, size_t last = 100,
-                double share = 1) {
-    Sampled out;
-    std::atomic<bool> stop{false};
-    out.sample = *sample_time(slabs, stop, [&](int32_t slab) -> Result<SlabTrial> {
-        out.tried.push_back(slab);
-        stop = out.tried.size() > last;
-        return SlabTrial{seconds(slab), stop ? share : 1, slab};
-    });
-    return out;
-}
 
 TEST(TimeSample, IsExactWhereTheTimeIsLinearInHeight) {
-    const Sampled s = sampled({100, 800}, [](int32_t slab) { return slab * 0.01; });
-    EXPECT_EQ(s.sample.places, 7);
-    EXPECT_EQ(s.sample.share, 1);
-    // From 1.00 to 7.99 s; what is tried is the upper neighbour of the middle of a seventh.
-    EXPECT_NEAR(s.sample.seconds, 700 * 4.495, 700 * 0.016);
-    EXPECT_EQ(s.tried[0], 450);
-    EXPECT_EQ(s.tried[1], 451);
-    const std::set<int32_t> once(s.tried.begin(), s.tried.end());
+    Print print;
+    print.seconds = [](int32_t slab) { return slab * 1e-4; };
+    const TimeSample sample = print.sample({100, 800}, 3);
+    EXPECT_EQ(sample.places, 7);
+    EXPECT_EQ(sample.share, 1);
+    // From 0.0100 to 0.0799 s; what is tried is the upper neighbour of the middle of a seventh.
+    EXPECT_NEAR(sample.seconds, 700 * 0.04495, 700 * 0.00016);
+    EXPECT_NEAR(sample.slowest_slab_seconds, 0.0751, 1e-9);
+    EXPECT_EQ(print.tried[0], 450);
+    EXPECT_EQ(print.tried[1], 451);
+    const std::set<int32_t> once(print.tried.begin(), print.tried.end());
     EXPECT_EQ(once.size(), 14u);
     EXPECT_GE(*once.begin(), 100);
     EXPECT_LT(*once.rbegin(), 800);
 }
 
-TEST(TimeSample, OfLowPrintsTriesNoSlabBeyondThem) {
+TEST(TimeSample, OfLowPrintsTriesEachSlabOnce) {
     for (int32_t count = 1; count < 20; ++count) {
-        const Sampled s = sampled({5, 5 + count}, [](int32_t) { return 2.0; });
-        EXPECT_GE(s.sample.places, 1);
-        EXPECT_LE(s.sample.places, count);
-        EXPECT_DOUBLE_EQ(s.sample.seconds, 2.0 * count);
-        EXPECT_GE(*std::min_element(s.tried.begin(), s.tried.end()), 5);
-        EXPECT_LT(*std::max_element(s.tried.begin(), s.tried.end()), 5 + count);
+        Print print;
+        const TimeSample sample = print.sample({5, 5 + count}, 3);
+        EXPECT_NEAR(sample.seconds, 0.01 * count, 1e-12);
+        EXPECT_GE(*std::min_element(print.tried.begin(), print.tried.end()), 5);
+        EXPECT_LT(*std::max_element(print.tried.begin(), print.tried.end()), 5 + count);
+        if (count <= 4) {
+            EXPECT_EQ(print.tried.size(), static_cast<size_t>(count));
+        }
     }
+    // What is diced is part of it, and the last slab, which is stopped, is scaled up.
+    Print print;
+    print.patches_a_slab = 100;
+    print.of_patch = 0.001;
+    const TimeSample sample = print.sample({0, 3}, 0.45, 500);
+    EXPECT_EQ(print.tried, (std::vector<int32_t>{0, 1, 2}));
+    EXPECT_NEAR(sample.seconds, 3 * 0.01 + 0.5, 1e-9);
 }
 
-TEST(TimeSample, CountsTheSecondOfTwoNeighbours) {
-    int32_t before = -2;
-    const Sampled s = sampled({0, 70}, [&](int32_t slab) {
-        const double seconds = slab == before + 1 ? 1 : 100;  // what is near is cached
-        before = slab;
-        return seconds;
-    });
-    EXPECT_DOUBLE_EQ(s.sample.seconds, 70);
+TEST(TimeSample, DicingCountsOncePerPatch) {
+    Print print;
+    print.patches_a_slab = 50;
+    print.of_patch = 0.0005;
+    const TimeSample sample = print.sample({0, 200}, 3, 200 * 50);
+    EXPECT_NEAR(sample.seconds, 200 * (0.01 + 50 * 0.0005), 0.01);
+}
+
+TEST(TimeSample, DicingIsToldFromStoppedTrials) {
+    Print print;
+    print.seconds = [](int32_t) { return 2.0; };
+    print.patches_a_slab = 1000;
+    print.of_patch = 0.005;
+    const TimeSample sample = print.sample({0, 200}, 3, 200 * 1000);
+    EXPECT_EQ(sample.places, 1);
+    EXPECT_LT(sample.share, 0.1);
+    EXPECT_NEAR(sample.seconds, 200 * (2 + 1000 * 0.005), 20);
+}
+
+TEST(TimeSample, PlacesThatWereNotTriedCountByTheirBlocks) {
+    // A cone: the middle has a third of the blocks that the mean has, by squares of the height.
+    Print print;
+    print.blocks = [](int32_t slab) { return int64_t{slab} * slab; };
+    print.seconds = [&](int32_t slab) { return 1e-3 * static_cast<double>(print.blocks(slab)); };
+    const TimeSample sample = print.sample({0, 70}, 2.9);
+    double whole = 0;
+    for (int32_t slab = 0; slab < 70; ++slab)
+        whole += print.seconds(slab);
+    EXPECT_LT(sample.places, 7);
+    EXPECT_GE(print.counted.size(), 3u);
+    EXPECT_NEAR(sample.seconds, whole, 0.1 * whole);
 }
 
 TEST(TimeSample, OfOneSlabThatWasStoppedIsMarkedSo) {
-    const Sampled s = sampled(
-        {0, 50}, [](int32_t) { return 9.0; }, 0, 0.1);
-    EXPECT_EQ(s.tried, std::vector<int32_t>{25});
-    EXPECT_EQ(s.sample.places, 1);
-    EXPECT_EQ(s.sample.share, 0.1);
-    EXPECT_DOUBLE_EQ(s.sample.seconds, 450);
+    Print print;
+    print.seconds = [](int32_t) { return 9.0; };
+    const TimeSample sample = print.sample({0, 1}, 0.9);
+    EXPECT_EQ(sample.places, 1);
+    EXPECT_NEAR(sample.share, 0.1, 1e-12);
+    EXPECT_NEAR(sample.seconds, 9, 1e-9);
 }
 
-TEST(TimeSample, BlocksOfAPlaceThatWasStoppedCountLikeThoseBefore) {
-    // The third trial, the first at its place, would tell 1000 s from one per cent.
-    const Sampled s = sampled(
-        {0, 70}, [](int32_t slab) { return slab > 30 ? slab * 0.5 : 1000; }, 2, 0.01);
-    ASSERT_EQ(s.tried, (std::vector<int32_t>{35, 36, 5}));
-    EXPECT_EQ(s.sample.places, 2);
-    EXPECT_EQ(s.sample.share, 1);
-    EXPECT_DOUBLE_EQ(s.sample.seconds, 70 * (18 + 2.5) / 2);
-}
-
-TEST(TimeSample, AlsoIfMostOfItWasDone) {
-    const Sampled s = sampled(
-        {0, 70}, [](int32_t slab) { return slab > 30 ? slab * 0.5 : 1000; }, 2, 0.9);
-    EXPECT_DOUBLE_EQ(s.sample.seconds, 70 * (18 + 2.5) / 2);
-}
-
-TEST(TimeSample, EndsAtOnce) {
-    const std::atomic<bool> stop{true};
-    const Result<TimeSample> sample =
-        sample_time({0, 50}, stop, [](int32_t) { return SlabTrial{}; });
-    EXPECT_EQ(sample->places, 0);
+TEST(TimeSample, OfCoverageAloneIsALeastTime) {
+    const TimeSample sample = *sample_time({0, 50}, 1, 0, [](int32_t, int32_t, double) {
+        SlabTrial trial;
+        trial.seconds = trial.processor_seconds = trial.processor_seconds_begun = 3;
+        trial.share = 0;
+        trial.blocks = -1;
+        return trial;
+    });
+    EXPECT_EQ(sample.share, 0);
+    EXPECT_GT(sample.places, 0);
+    EXPECT_GE(sample.seconds, 3);
 }
 
 }  // namespace
