@@ -178,6 +178,11 @@ void add_view(CLI::App& app, Action* action) {
         ->add_option("FILE", view.file, "an .ofr file, a folder of slices, or a world (.fab.json)")
         ->required();
     command->add_option("OTHER", view.compare, "a second print, to see the difference");
+    command
+        ->add_option("--world", view.world,
+                     "the world that a print was made from, to see its parts and what the dither "
+                     "was given")
+        ->type_name("WORLD");
     command->add_flag("--watch", view.watch,
                       "print a world again whenever it changes, and let the page change it");
     command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")

@@ -139,6 +139,7 @@ Live::Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolde
       folder_(std::move(folder)),
       compiler_(options_.programs, folder_->path() / "loop"),
       page_compiler_(options_.programs, folder_->path() / "page"),
+      prober_(options_.programs, folder_->path()),
       draft_(options_.draft) {
     thread_ = std::thread([this] { run(); });
 }
@@ -255,10 +256,10 @@ void Live::begin_print() {
             argv.emplace_back("--allow");
             argv.push_back(folder);
         }
-        std::vector<std::string> settings = options_.settings;
+        settings_ = options_.settings;
         for (const Override& one : overrides_)
-            settings.push_back(fmt::format("{}.{}={}", one.object, one.uniform, one.value));
-        for (const std::string& setting : settings) {
+            settings_.push_back(fmt::format("{}.{}={}", one.object, one.uniform, one.value));
+        for (const std::string& setting : settings_) {
             argv.emplace_back("--set");
             argv.push_back(setting);
         }
@@ -294,6 +295,8 @@ void Live::follow_print() {
             // The session has it open as long as it needs it.
             if (!shown_.empty()) fs::remove(shown_, ignored);
             shown_ = preview_;
+            const std::lock_guard lock(mutex_);
+            shown_settings_ = settings_;
         }
     }
     if (!code) return;
@@ -392,6 +395,16 @@ std::optional<std::string> Live::part_at(const Vec3d& point_mm) const {
         finder = finder_;
     }
     return finder == nullptr ? std::nullopt : std::optional(finder->at(point_mm));
+}
+
+Result<std::vector<double>> Live::fractions_at(const pipeline::PrintInfo& info,
+                                               const Vec3d& point_mm) {
+    ProbedWorld world{options_.file, options_.allow, {}};
+    {
+        const std::lock_guard lock(mutex_);
+        world.settings = shown_settings_;
+    }
+    return prober_.fractions(world, info, point_mm);
 }
 
 void Live::touch() {

@@ -23,6 +23,7 @@
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
 #include "tools/viewer/part_finder.h"
+#include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
 #include "tools/viewer/view.h"
 #include "world/world.h"
@@ -45,6 +46,9 @@ class Live {
     std::string details() const;
     /// Returns the part at a point of the preview, where parts are known.
     std::optional<std::string> part_at(const Vec3d& point_mm) const;
+    /// Returns the fractions of materials at a point of the preview, before the dither.
+    Result<std::vector<double>> fractions_at(const pipeline::PrintInfo& info,
+                                             const Vec3d& point_mm);
 
     // What the page asks for. Errors are the user's where a name or number is unknown.
 
@@ -94,6 +98,7 @@ class Live {
     FabletCompiler compiler_;       ///< of the loop
     FabletCompiler page_compiler_;  ///< of check(), with an output of its own
     std::mutex check_mutex_;
+    Prober prober_;
     std::atomic<bool> stop_{false};
 
     mutable std::mutex mutex_;  ///< of all below
@@ -107,6 +112,8 @@ class Live {
     std::vector<Override> overrides_;
     Read read_;
     std::shared_ptr<const PartFinder> finder_;
+    std::vector<std::string> settings_;        ///< of the print that runs, or ran last
+    std::vector<std::string> shown_settings_;  ///< of the print in view
 
     // Of the loop's thread alone.
     std::unique_ptr<Child> child_;

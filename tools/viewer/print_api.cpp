@@ -207,17 +207,52 @@ void describe_around(const pipeline::PrintInfo& info, const Slice& slice, size_t
     out->end_array();
 }
 
-Answer pick(const Session::Prints& prints, const PartAt& part_at, const Request& request) {
+/// The middle of a voxel, in build space.
+Vec3d middle_of(const pipeline::PrintInfo& info, const Vec3i& voxel) {
+    return {info.origin_mm.x + (voxel.x + 0.5) * info.pitch_mm.x,
+            info.origin_mm.y + (voxel.y + 0.5) * info.pitch_mm.y,
+            info.origin_mm.z + (voxel.z + 0.5) * info.pitch_mm.z};
+}
+
+std::optional<Answer> choose_voxel(const Session::Prints& prints, Parameters* in, Chosen* chosen,
+                                   Vec3i* voxel) {
+    *voxel = {in->whole("x", 0, kMostSide), in->whole("y", 0, kMostSide),
+              in->whole("z", 0, kMostSide)};
+    if (std::optional<Answer> wrong = choose(prints, in, chosen)) return wrong;
+    for (int a = 0; a < 3; ++a) {
+        if ((*voxel)[a] >= chosen->print->file().info().size[a])
+            return refusal(404, "that voxel lies beside the print");
+    }
+    return {};
+}
+
+Answer amounts(const Session::Prints& prints, const AmountsAt& amounts_at, const Request& request) {
     Parameters in(request);
-    const Vec3i voxel{in.whole("x", 0, kMostSide), in.whole("y", 0, kMostSide),
-                      in.whole("z", 0, kMostSide)};
     Chosen chosen;
-    if (std::optional<Answer> wrong = choose(prints, &in, &chosen)) return std::move(*wrong);
+    Vec3i voxel;
+    if (std::optional<Answer> wrong = choose_voxel(prints, &in, &chosen, &voxel))
+        return std::move(*wrong);
+    if (!amounts_at || chosen.which != kFirst)
+        return refusal(404, "the world of this print is not known");
+    const pipeline::PrintInfo& info = chosen.print->file().info();
+    const Result<std::vector<double>> fractions = amounts_at(info, middle_of(info, voxel));
+    if (!fractions) return failure(fractions.error());
+    JsonText out;
+    out.begin_object().key("fractions").begin_array();
+    for (const double fraction : *fractions)
+        out.value(fraction);
+    out.end_array().end_object();
+    return {200, "application/json", out.take()};
+}
+
+Answer pick(const Session::Prints& prints, const OfWorld& world, const Request& request) {
+    Parameters in(request);
+    Chosen chosen;
+    Vec3i voxel;
+    if (std::optional<Answer> wrong = choose_voxel(prints, &in, &chosen, &voxel))
+        return std::move(*wrong);
     const PrintFile& file = chosen.print->file();
     const pipeline::PrintInfo& info = file.info();
-    for (int a = 0; a < 3; ++a) {
-        if (voxel[a] >= info.size[a]) return refusal(404, "that voxel lies beside the print");
-    }
     const Result<std::shared_ptr<const Slice>> slice = chosen.print->slices().slice(voxel.z);
     if (!slice) return failure(slice.error());
     const auto code_in = [&](const PrintFile& print, const Slice& rows) {
@@ -234,13 +269,12 @@ Answer pick(const Session::Prints& prints, const PartAt& part_at, const Request&
         const Difference difference(info, chosen.other->file().info(), info.size.x);
         out.member("other", int32_t{difference.as_first(code_in(chosen.other->file(), **other))});
     }
-    const Vec3d mm{info.origin_mm.x + (voxel.x + 0.5) * info.pitch_mm.x,
-                   info.origin_mm.y + (voxel.y + 0.5) * info.pitch_mm.y,
-                   info.origin_mm.z + (voxel.z + 0.5) * info.pitch_mm.z};
+    const Vec3d mm = middle_of(info, voxel);
     vector_member(&out, "mm", mm);
-    if (part_at && chosen.which == kFirst) {
-        if (const std::optional<std::string> part = part_at(mm)) out.member("part", *part);
+    if (world.part_at && chosen.which == kFirst) {
+        if (const std::optional<std::string> part = world.part_at(mm)) out.member("part", *part);
     }
+    out.member("has_amounts", world.amounts_at && chosen.which == kFirst);
     describe_around(info, **slice, file.row_bytes(), voxel, &out);
     out.end_object();
     return {200, "application/json", out.take()};
@@ -329,11 +363,12 @@ void describe_prints(const Session::Prints& prints, JsonText* out) {
     }
 }
 
-std::optional<Answer> answer_on_prints(const Session& session, const PartAt& part_at,
+std::optional<Answer> answer_on_prints(const Session& session, const OfWorld& world,
                                        const Request& request) {
     const Session::Prints prints = session.prints();
     if (request.path == "/api/tile") return tile(prints, request);
-    if (request.path == "/api/pick") return pick(prints, part_at, request);
+    if (request.path == "/api/pick") return pick(prints, world, request);
+    if (request.path == "/api/amounts") return amounts(prints, world.amounts_at, request);
     if (request.path == "/api/slice") return slice(prints, request);
     if (request.path == "/api/volume") return volume(prints, request);
     return {};

@@ -7,6 +7,7 @@
 //   api/tile    a part of a slice or cut as a PNG: generation, print (0, 1 or diff), axis (x, y or
 //               z), at, lu, lv (levels), u, v, coarse, colors
 //   api/pick    a voxel: generation, print, x, y, z
+//   api/amounts fractions of the materials in a voxel before the dither: generation, print, x, y, z
 //   api/slice   voxels of a slice by code: generation, print, z
 //   api/volume  RGBA of cells, once more slices were read than `known`; else 204: generation,
 //               print (0 or 1), colors, known
@@ -14,6 +15,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/json_text.h"
 #include "base/vec.h"
@@ -26,8 +28,19 @@ namespace openfab::viewer {
 /// there is no such function.
 using PartAt = std::function<std::optional<std::string>(const Vec3d& point_mm)>;
 
+/// Returns the fraction of each material of the first print at a point in build space; where its
+/// world is unknown, there is no such function.
+using AmountsAt = std::function<Result<std::vector<double>>(const pipeline::PrintInfo& info,
+                                                            const Vec3d& point_mm)>;
+
+/// What is known of the world that the first print was made from.
+struct OfWorld {
+    PartAt part_at;
+    AmountsAt amounts_at;
+};
+
 /// Answers a request, or nothing where the path is none of these.
-std::optional<Answer> answer_on_prints(const Session& session, const PartAt& part_at,
+std::optional<Answer> answer_on_prints(const Session& session, const OfWorld& world,
                                        const Request& request);
 
 /// Writes `"generation": …, "prints": […], "difference": …` into an object.

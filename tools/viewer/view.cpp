@@ -7,13 +7,17 @@
 
 #include "base/input_file.h"
 #include "base/json_text.h"
+#include "base/own_folder.h"
 #include "base/say.h"
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/live_api.h"
+#include "tools/viewer/part_finder.h"
 #include "tools/viewer/print_api.h"
+#include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
 #include "tools/viewer/viewer_page.h"
+#include "world/world.h"
 
 namespace openfab::viewer {
 
@@ -41,6 +45,8 @@ Answer state(Session* session, const Live* live) {
 /// Opens the prints; of a world there is none yet.
 Result<void> open_prints(const ViewOptions& options, bool is_world, Session* session) {
     if (is_world) {
+        if (!options.world.empty())
+            return usage_error("`--world` is for a print; the file is a world itself");
         if (!options.compare.empty())
             return usage_error("a world cannot be compared; print it to an .ofr file first");
         // Whatever else is wrong with it can be mended while the page is open.
@@ -48,10 +54,33 @@ Result<void> open_prints(const ViewOptions& options, bool is_world, Session* ses
         if (world) return {};
         return with_context(world.error(), fmt::format("cannot open `{}`: ", options.file));
     }
-    if (options.watch || !options.settings.empty() || !options.allow.empty())
-        return usage_error("`--watch`, `--set` and `--allow` are for a world (.fab.json)");
+    if (options.watch) return usage_error("`--watch` is for a world (.fab.json)");
+    if (options.world.empty() && (!options.settings.empty() || !options.allow.empty())) {
+        return usage_error(
+            "`--set` and `--allow` are for a world (.fab.json), or for the `--world` of a print");
+    }
     if (Result<void> opened = session->open(options.file); !opened) return opened;
     return options.compare.empty() ? Result<void>() : session->open(options.compare);
+}
+
+/// Reads the world that a print was made from.
+Result<void> know_world(const ViewOptions& options, std::unique_ptr<TemporaryFolder>* scratch,
+                        OfWorld* out) {
+    Result<world::World> world = world::load_world(
+        options.world, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
+    if (!world) return world.error();
+    Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+    if (!folder) return folder.error();
+    *scratch = std::move(*folder);
+    const auto finder =
+        std::make_shared<const PartFinder>(std::make_shared<const world::World>(std::move(*world)));
+    out->part_at = [finder](const Vec3d& point_mm) { return finder->at(point_mm); };
+    const auto prober = std::make_shared<Prober>(options.programs, (*scratch)->path());
+    const ProbedWorld probed{options.world, options.allow, options.settings};
+    out->amounts_at = [prober, probed](const pipeline::PrintInfo& info, const Vec3d& point_mm) {
+        return prober->fractions(probed, info, point_mm);
+    };
+    return {};
 }
 
 }  // namespace
@@ -62,17 +91,23 @@ Result<void> view(const ViewOptions& options) {
     const bool is_world = options.file.ends_with(".json");
     if (Result<void> opened = open_prints(options, is_world, &session); !opened) return opened;
     std::unique_ptr<Live> live;
-    PartAt part_at;
+    std::unique_ptr<TemporaryFolder> scratch;
+    OfWorld world;
     if (is_world) {
         Result<std::unique_ptr<Live>> started = Live::start(options, &session);
         if (!started) return started.error();
         live = std::move(*started);
-        part_at = [&](const Vec3d& point_mm) { return live->part_at(point_mm); };
+        world.part_at = [&](const Vec3d& point_mm) { return live->part_at(point_mm); };
+        world.amounts_at = [&](const pipeline::PrintInfo& info, const Vec3d& point_mm) {
+            return live->fractions_at(info, point_mm);
+        };
+    } else if (!options.world.empty()) {
+        if (Result<void> known = know_world(options, &scratch, &world); !known) return known;
     }
     const Handler handler = [&](const Request& request) -> Answer {
         if (request.path == "/api/state") return state(&session, live.get());
         if (std::optional<Answer> answer = answer_on_world(live.get(), request)) return *answer;
-        if (std::optional<Answer> answer = answer_on_prints(session, part_at, request))
+        if (std::optional<Answer> answer = answer_on_prints(session, world, request))
             return *answer;
         return refusal(404, "there is nothing at this address");
     };

@@ -103,6 +103,40 @@ TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
         fmt::format("/api/pick?generation={}&print=0&y=5&z=5&x=", generation());
     EXPECT_EQ(member(viewer.get(pick + "45").json(), "part").text, "cube, 2 of 2");
     EXPECT_EQ(member(viewer.get(pick + "25").json(), "part").text, "");
+    // What the dither was given is asked for apart.
+    const auto amounts = [&](const std::string& x) {
+        const HttpAnswer answer = viewer.get(
+            fmt::format("/api/amounts?generation={}&print=0&y=5&z=5&x={}", generation(), x));
+        EXPECT_EQ(answer.status, 200) << answer.body;
+        return member(answer.json(), "fractions");
+    };
+    EXPECT_NEAR(amounts("45").items.at(0).number, 0.5, 1e-5);
+    EXPECT_NEAR(amounts("45").items.at(1).number, 0.5, 1e-5);
+    EXPECT_EQ(amounts("25").items.at(0).number, 0);
+}
+
+TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {
+    const std::string file = (scratch_ / "cube.ofr").string();
+    const Outcome printed = run({OPENFAB_PROGRAM, "print", world(), "-o", file, "--set",
+                                 "cube.share=0.125", "--draft", "2"},
+                                {{{"OPENFAB_CACHE", cache()}}, {}, {}});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    const std::string voxel = "?generation=1&print=0&x=5&y=5&z=5";
+    {
+        const Viewer viewer({file, "--world", world(), "--set", "cube.share=0.125"}, cache());
+        const JsonValue pick = viewer.get("/api/pick" + voxel).json();
+        EXPECT_EQ(member(pick, "part").text, "cube, 1 of 2");
+        const JsonValue amounts = viewer.get("/api/amounts" + voxel).json();
+        EXPECT_NEAR(member(amounts, "fractions").items.at(0).number, 0.125, 1e-5);
+        EXPECT_NEAR(member(amounts, "fractions").items.at(1).number, 0.875, 1e-5);
+    }
+    // Of another world, or none.
+    const Viewer other({file, "--world", world()}, cache());
+    const HttpAnswer refused = other.get("/api/amounts" + voxel);
+    EXPECT_EQ(refused.status, 422);
+    EXPECT_THAT(refused.body, HasSubstr("the world has changed since it was printed: uniforms"));
+    const Viewer alone({file});
+    EXPECT_EQ(alone.get("/api/amounts" + voxel).status, 404);
 }
 
 TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {

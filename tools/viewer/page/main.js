@@ -112,9 +112,29 @@ async function pick(voxel) {
         axisNames.forEach((axis, a) => { if (axis !== model.view) model.at[axis] = voxel[a]; });
         panels.showPick(model.picked);
         plane.draw();
+        if (picked.has_amounts) findAmounts();
     } catch (error) {
         fail(error);
     }
+}
+
+let findingAmounts = false;
+
+/** One voxel at a time: after it the one that was picked last. */
+async function findAmounts() {
+    if (findingAmounts) return;
+    findingAmounts = true;
+    let of;
+    do {
+        of = model.picked;
+        try {
+            of.amounts = (await getJson("api/amounts?" + query({ generation: model.generation(), print: "0", x: of.voxel[0], y: of.voxel[1], z: of.voxel[2] }))).fractions;
+        } catch (error) {
+            of.trouble = error.message;
+        }
+        if (model.picked === of) panels.showPick(of);
+    } while (model.picked && model.picked !== of && model.picked.has_amounts);
+    findingAmounts = false;
 }
 
 function setView(view) {

@@ -111,6 +111,15 @@ export class Panels {
         ];
         if (picked.other !== undefined) rows.splice(1, 0, ["in the other", this.named(picked.other)]);
         if (picked.part !== undefined) rows.push(["Part", picked.part || (picked.code ? "outside of the meshes" : "none")]);
+        if (picked.has_amounts) {
+            rows.push(["Before the dither:", picked.amounts || picked.trouble ? "" : "…", true]);
+            if (picked.trouble) rows.push([picked.trouble, "", true]);
+            const amounts = (picked.amounts ?? []).map((fraction, i) => [i + 1, fraction]);
+            const solid = amounts.reduce((sum, [, fraction]) => sum + fraction, 0);
+            for (const [code, fraction] of [...amounts, [0, 1 - solid]]) {
+                if (picked.amounts && fraction > 5e-6) rows.push([element("span", {}, ...this.named(code)), `${(100 * fraction).toFixed(3)} %`]);
+            }
+        }
         const around = picked.around.filter((a) => a.share > 0);
         if (around.length > 1) {
             rows.push([`Within ${picked.around_mm.map((v) => v.toFixed(2)).join(" × ")} mm of the slice:`, "", true]);
