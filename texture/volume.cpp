@@ -89,6 +89,18 @@ std::string three(const std::array<double, 3>& v) {
     return fmt::format("{:.17g},{:.17g},{:.17g}", v[0], v[1], v[2]);
 }
 
+/// The options as the converter takes them.
+std::vector<std::string> arguments(const VolumeOptions& options) {
+    std::vector<std::string> out = {"--volume"};
+    if (options.origin_mm) out.push_back("--origin=" + three(*options.origin_mm));
+    if (options.spacing_mm) out.push_back("--spacing=" + three(*options.spacing_mm));
+    if (!options.field.empty()) out.push_back("--field=" + options.field);
+    if (!options.unit.empty()) out.push_back("--unit=" + options.unit);
+    if (options.pitch_mm > 0) out.push_back(fmt::format("--pitch={:.17g}mm", options.pitch_mm));
+    if (options.outside) out.push_back(fmt::format("--outside={:.17g}", *options.outside));
+    return out;
+}
+
 }  // namespace
 
 Result<std::vector<fs::path>> volume_files(const fs::path& source) {
@@ -140,9 +152,9 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
                             const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
-    std::string text = fmt::format(
-        "volume, first row lowest|{}|{}|{}", options.origin_mm ? three(*options.origin_mm) : "",
-        options.spacing_mm ? three(*options.spacing_mm) : "", files->size());
+    std::string text = fmt::format("volume, first row lowest|{}", files->size());
+    for (const std::string& argument : arguments(options))
+        text += "|" + argument;
     for (const fs::path& file : *files) {
         const Result<uint64_t> key = content_key(file, options.image);
         if (!key) return key.error();
@@ -169,10 +181,7 @@ Result<std::shared_ptr<const Pyramid>> get_volume(const fs::path& source,
                                                   int32_t filter, const ReadLimits& limits) {
     const Result<uint64_t> key = volume_key(source, options, limits);
     if (!key) return key.error();
-    std::vector<std::string> more = {"--volume"};
-    if (options.origin_mm) more.push_back("--origin=" + three(*options.origin_mm));
-    if (options.spacing_mm) more.push_back("--spacing=" + three(*options.spacing_mm));
-    return find_or_make(*key, source, options.image, wrap, filter, limits, more);
+    return find_or_make(*key, source, options.image, wrap, filter, limits, arguments(options));
 }
 
 }  // namespace openfab::texture

@@ -24,6 +24,10 @@ struct VolumeOptions {
     /// 1.
     std::optional<std::array<double, 3>> origin_mm;
     std::optional<std::array<double, 3>> spacing_mm;
+    std::string field;  ///< the array or grid that is read of a file of several; empty: see there
+    std::string unit;  ///< of the file's lengths: mm, cm, m, um or in; empty: what it says, else mm
+    double pitch_mm = 0;            ///< of what is resampled; 0: see there
+    std::optional<double> outside;  ///< the value where a file has none
 };
 
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file

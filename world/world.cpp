@@ -32,6 +32,8 @@ constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
 /// Each placement searches them linearly.
 constexpr size_t kMostTextures = 4096;
+/// The names of units of length in files.
+const std::vector<std::string> kUnits = {"mm", "cm", "m", "um", "in"};
 
 class WorldReader {
   public:
@@ -207,6 +209,14 @@ class WorldReader {
             texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
         if (const JsonMember* p = m.value.find("spacing_mm"))
             texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
+        if (const JsonMember* p = m.value.find("field"))
+            texture.field = json_.string(p->value, "`field` of " + what);
+        if (const JsonMember* p = m.value.find("unit"))
+            texture.unit = kUnits[json_.choice(p->value, "`unit` of " + what, kUnits)];
+        if (const JsonMember* p = m.value.find("pitch_mm"))
+            texture.pitch_mm = json_.number(p->value, "`pitch_mm` of " + what, 1e-4, 1e6);
+        if (const JsonMember* p = m.value.find("outside"))
+            texture.outside = json_.number(p->value, "`outside` of " + what, -1e30, 1e30);
         texture.location = json_.location(m.value.find("file")->value);
         if (world_.textures.size() == kMostTextures) {
             json_.fail(m.value, fmt::format("more than {} textures; a world has at most that many",
@@ -216,9 +226,8 @@ class WorldReader {
     }
 
     double unit_mm(const JsonValue& value, const std::string& what) {
-        static const std::vector<std::string> kNames = {"mm", "cm", "m", "um", "in"};
         static constexpr double kSizes[] = {1, 10, 1000, 0.001, 25.4};
-        return kSizes[json_.choice(value, "`unit` of " + what, kNames)];
+        return kSizes[json_.choice(value, "`unit` of " + what, kUnits)];
     }
 
     void mesh(const JsonMember& m) {

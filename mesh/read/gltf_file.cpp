@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/base64.h"
 #include "base/input_file.h"
 
 namespace openfab::mesh {
@@ -66,28 +67,6 @@ uint32_t word_at(std::string_view bytes, size_t at) {
     uint32_t word = 0;
     std::memcpy(&word, bytes.data() + at, sizeof word);
     return word;
-}
-
-/// Returns the decoded bytes; empty if the text is not valid base64.
-std::string decode_base64(std::string_view text) {
-    std::string out;
-    out.reserve(text.size() / 4 * 3);
-    uint32_t bits = 0;
-    int held = 0;
-    while (text.ends_with('='))
-        text.remove_suffix(1);
-    for (char c : text) {
-        static constexpr std::string_view kDigits =
-            "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-        const size_t digit = kDigits.find(c);
-        if (digit == std::string_view::npos) return {};
-        bits = bits << 6 | static_cast<uint32_t>(digit);
-        held += 6;
-        if (held < 8) continue;
-        held -= 8;
-        out.push_back(static_cast<char>(bits >> held & 0xff));
-    }
-    return out;
 }
 
 /// Decodes `%20` and the like in a URI.

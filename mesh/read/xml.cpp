@@ -57,6 +57,11 @@ void on_end(void* data, const char* name) {
     parse->handler->end(without_prefix(name));
 }
 
+void on_text(void* data, const char* text, int bytes) {
+    auto* parse = static_cast<Parse*>(data);
+    if (parse->wrong.empty()) parse->handler->text({text, static_cast<size_t>(bytes)});
+}
+
 void on_document_type(void* data, const char*, const char*, const char*, int) {
     static_cast<Parse*>(data)->stop("a document type declaration, which is not allowed");
 }
@@ -84,6 +89,7 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     Parse parse{parser.get(), handler, 0, {file, 0, 0}, {}};
     XML_SetUserData(parser.get(), &parse);
     XML_SetElementHandler(parser.get(), on_start, on_end);
+    if (handler->wants_text()) XML_SetCharacterDataHandler(parser.get(), on_text);
     XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
     // Parses in pieces, as expat's length is an int.
     constexpr size_t kPiece = 1 << 24;

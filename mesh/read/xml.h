@@ -31,6 +31,9 @@ class XmlHandler {
     /// Begins an element; `name` is without namespace prefix. Returns an error text, empty if none.
     virtual Complaint start(std::string_view name, const XmlAttributes& attributes) = 0;
     virtual void end(std::string_view name) = 0;
+    /// Text between tags, in pieces, where `wants_text` says so before parsing begins.
+    virtual bool wants_text() const { return false; }
+    virtual void text(std::string_view) {}
 };
 
 /// Parses `text`; errors are located in `file`. Document types are refused: none is needed here,

@@ -210,9 +210,11 @@ class WorldBinder {
         const auto filter = static_cast<int32_t>(texture.filter);
         const texture::ReadLimits limits{memory_bytes_, world_.roots};
         Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-            volume ? texture::get_volume(texture.file,
-                                         {options, texture.origin_mm, texture.spacing_mm}, wrap,
-                                         filter, limits)
+            volume ? texture::get_volume(
+                         texture.file,
+                         {options, texture.origin_mm, texture.spacing_mm, texture.field,
+                          texture.unit, texture.pitch_mm, texture.outside},
+                         wrap, filter, limits)
                    : texture::get_pyramid(texture.file, options, wrap, filter, limits);
         if (!pyramid) {
             Error error =

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "texture/pyramid_file.h"
+#include "tools/texture/check_memory.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 

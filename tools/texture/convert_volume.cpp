@@ -4,17 +4,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <string_view>
 
 #include "base/input_file.h"
 #include "base/text.h"
-#include "texture/pyramid_file.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
+#include "tools/texture/write_volume.h"
 
 namespace openfab::tools {
 
@@ -109,9 +108,9 @@ class StackReader final : public VolumeReader {
 };
 
 /// By signature; only colour tables are recognized by their names.
-MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOptions& options,
+MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
-    if (files.size() != 1) return open_stack(files, options, limits);
+    if (files.size() != 1) return open_stack(files, options.image, limits);
     const Result<InputFile> file = InputFile::open(files[0]);
     if (!file) return file.error();
     std::array<char, 6> head{};
@@ -122,62 +121,11 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::ImageOpti
     if (begin == "\x93NUMPY") return open_npy(files[0]);
     const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
+    if (kind == ".vti") return open_vtk_image(files[0], options, limits);
+    if (kind == ".vtu") return open_vtk_mesh(files[0], options, limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");
     if (kind == ".npy") return user_error("it is not an NPY file");
-    if (kind == ".vdb") return user_error("VDB files are not read; write the grid as NPY or NRRD");
-    return open_stack(files, options, limits);
-}
-
-/// Checks that all slices are read and finite.
-Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
-    const auto wrote = [&](int64_t bytes) { writer->wrote(bytes); };
-    constexpr int64_t kAtOnce = 1 << 16;
-    for (int32_t z = 0; z < volume->size.z; ++z) {
-        const int64_t count = volume->slice_floats();
-        float* slice = writer->level0() + z * count;
-        if (Result<void> read = volume->read_slice(z, slice, wrote); !read) return read;
-        for (int64_t begin = 0; begin < count; begin += kAtOnce) {
-            const int64_t end = std::min(begin + kAtOnce, count);
-            if (!std::all_of(slice + begin, slice + end, [](float x) { return std::isfinite(x); }))
-                return user_error("it holds a value that is not a finite number");
-            wrote(4 * (end - begin));
-        }
-    }
-    return {};
-}
-
-Result<void> convert(const fs::path& source, const fs::path& out,
-                     const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
-    const auto bad = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", source.string()));
-    };
-    const Result<std::vector<fs::path>> files = texture::volume_files(source);
-    if (!files) return files.error();
-    MadeReader reader = open_any(*files, options.image, limits);
-    if (!reader) return bad(reader.error());
-    VolumeReader& volume = **reader;
-    const std::array<double, 3> one{1, 1, 1}, zero{};
-    const std::array<double, 3> spacing = options.spacing_mm.value_or(volume.spacing.value_or(one));
-    const std::array<double, 3> origin = options.origin_mm.value_or(volume.origin.value_or(zero));
-    texture::VolumeDomain domain;
-    domain.table = volume.table;
-    for (size_t a = 0; a < 3; ++a) {
-        domain.origin[a] = static_cast<float>(origin[a]);
-        domain.extent[a] = static_cast<float>(spacing[a] * volume.size[static_cast<int>(a)]);
-    }
-    const Result<texture::PyramidLayout> layout =
-        texture::volume_layout(volume.size, volume.channels, domain);
-    if (!layout) return bad(layout.error());
-    if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
-        !fits)
-        return bad(fits.error());
-    const Result<uint64_t> key = texture::volume_key(source, options, limits);
-    if (!key) return key.error();
-    Result<std::unique_ptr<texture::PyramidWriter>> writer =
-        texture::PyramidWriter::create(out, *layout, *key);
-    if (!writer) return writer.error();
-    if (Result<void> read = fill(&volume, writer->get()); !read) return bad(read.error());
-    return (*writer)->finish();
+    return open_stack(files, options.image, limits);
 }
 
 }  // namespace
@@ -189,16 +137,15 @@ MadeReader open_stack(const std::vector<fs::path>& files, const texture::ImageOp
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
 
-Result<void> make_volume_file(const fs::path& source, const fs::path& out,
+Result<void> make_volume_file(const std::filesystem::path& source, const std::filesystem::path& out,
                               const texture::VolumeOptions& options,
                               const texture::ReadLimits& limits) {
     OIIO::attribute("threads", 1);
     OIIO::attribute("limits:imagesize_MB", 5000);
-    try {
-        return convert(source, out, options, limits);
-    } catch (const std::exception& e) {
-        return user_error(fmt::format("cannot read {}: {}", source.string(), e.what()));
-    }
+    const Result<std::vector<fs::path>> files = texture::volume_files(source);
+    if (!files) return files.error();
+    return write_volume(source, out, options, limits,
+                        [&] { return open_any(*files, options, limits); });
 }
 
 }  // namespace openfab::tools

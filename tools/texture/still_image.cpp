@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/units.h"
+#include "tools/texture/check_memory.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/exr_header.h"
 
@@ -84,16 +85,6 @@ bool is_interlaced(const InputFile& png) {
 }
 
 }  // namespace
-
-Result<void> check_memory(int64_t needed_bytes, int64_t memory_bytes) {
-    if (needed_bytes <= memory_bytes) return {};
-    constexpr int64_t kStep = 100'000'000;
-    return user_error(
-        fmt::format("it takes {} of memory, more than the {} of `--memory`; scale it "
-                    "down, or give it `--memory {}MB`",
-                    format_bytes(needed_bytes), format_bytes(memory_bytes),
-                    (needed_bytes + kStep - 1) / kStep * (kStep / 1'000'000)));
-}
 
 Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64_t memory_bytes) {
     Result<InputFile> opened = InputFile::open(file);

@@ -58,7 +58,4 @@ class StillImage {
     int subimage_ = 0;  ///< of input_
 };
 
-/// Fails where `needed_bytes` exceed the memory; the error names them.
-Result<void> check_memory(int64_t needed_bytes, int64_t memory_bytes);
-
 }  // namespace openfab::tools

@@ -15,7 +15,7 @@
 
 #include "base/input_file.h"
 #include "base/scan_number.h"
-#include "tools/texture/still_image.h"
+#include "tools/texture/check_memory.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Readers of volumes: stacks of pictures, NRRD, NPY and .cube tables.
+// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti and .vtu.
 
 #include <array>
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "texture/cache.h"
+#include "texture/volume.h"
 
 namespace openfab::tools {
 
@@ -57,6 +58,14 @@ MadeReader open_npy(const std::filesystem::path& file);
 /// Opens a 3-D look-up table (LUT_3D_SIZE): red is x, DOMAIN_MIN and _MAX give the box; three
 /// channels.
 MadeReader open_cube(const std::filesystem::path& file, const texture::ReadLimits& limits);
+/// Opens VTK's image data (.vti): the field that the options name, of points or of cells, as it is;
+/// in place by its origin, spacing and direction, which may be turned (placed_grid.h).
+MadeReader open_vtk_image(const std::filesystem::path& file, const texture::VolumeOptions& options,
+                          const texture::ReadLimits& limits);
+/// Opens VTK's unstructured grid (.vtu) of tetrahedra, hexahedra and wedges (cell_field.h); lines and
+/// faces beside them are left out.
+MadeReader open_vtk_mesh(const std::filesystem::path& file, const texture::VolumeOptions& options,
+                         const texture::ReadLimits& limits);
 
 /// Number formats of NRRD and NPY.
 struct NumberFormat {

@@ -281,7 +281,8 @@ bool messages(std::string_view bytes) {
 constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "a.gltf",
                kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
-               kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube";
+               kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
+               kVtu[] = "a.vtu";
 
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
@@ -307,6 +308,8 @@ constexpr Reader kReaders[] = {
     {"npy", false, volume<kNpy>},
     {"nrrd", true, volume<kNrrd>},
     {"cube", true, volume<kCube>},
+    {"vti", true, volume<kVti>},
+    {"vtu", true, volume<kVtu>},
     {"sched", true, schedule},
 };
 

@@ -1,0 +1,496 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// VTK's files, written here as its own writers do: fields that are linear in space must come back as
+// such, wherever and however their cells lie.
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <random>
+
+#include "base/vec.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "texture/volume.h"
+#include "tools/texture/convert_volume.h"
+
+namespace openfab::tools {
+namespace {
+
+using texture::Pyramid;
+using texture::VolumeOptions;
+
+std::string base64(const std::string& bytes) {
+    constexpr const char* kDigits =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string out;
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        uint32_t bits = 0;
+        const size_t n = std::min<size_t>(3, bytes.size() - i);
+        for (size_t k = 0; k < 3; ++k)
+            bits = bits << 8 | (k < n ? static_cast<uint8_t>(bytes[i + k]) : 0U);
+        for (size_t k = 0; k < 4; ++k)
+            out += k <= n ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
+    }
+    return out;
+}
+
+template <typename T>
+std::string raw(T value) {
+    std::string out(sizeof value, '\0');
+    std::memcpy(out.data(), &value, sizeof value);
+    return out;
+}
+
+/// How a file holds its arrays.
+enum class Form { kText, kBase64, kPacked, kAppended, kAppendedBase64, kAppendedPacked };
+constexpr std::array kForms{Form::kText,     Form::kBase64,         Form::kPacked,
+                            Form::kAppended, Form::kAppendedBase64, Form::kAppendedPacked};
+
+/// Writes the parts of a VTK file.
+class Writer {
+  public:
+    explicit Writer(Form form) : form_(form) {}
+
+    template <typename T>
+    std::string array(const std::string& name, const std::string& type, int components,
+                      const std::vector<T>& values) {
+        std::string tag = "<DataArray type=\"" + type + "\" Name=\"" + name +
+                          "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"";
+        std::string bytes;
+        for (const T value : values)
+            bytes += raw(value);
+        switch (form_) {
+            case Form::kText: {
+                tag += "ascii\">\n";
+                for (const T value : values)
+                    tag += fmt::format("{} ", value);
+                return tag + "</DataArray>\n";
+            }
+            case Form::kBase64:
+                return tag + "binary\">\n  " + base64(raw<uint32_t>(bytes.size()) + bytes) +
+                       "\n</DataArray>\n";
+            case Form::kPacked: {
+                const auto [header, data] = packed(bytes);
+                return tag + "binary\">" + base64(header) + base64(data) + "</DataArray>\n";
+            }
+            case Form::kAppended:
+                tag += place();
+                appended_ += raw<uint32_t>(bytes.size()) + bytes;
+                return tag;
+            case Form::kAppendedBase64:
+                tag += place();
+                appended_ += base64(raw<uint32_t>(bytes.size()) + bytes);
+                return tag;
+            case Form::kAppendedPacked:
+                break;
+        }
+        tag += place();
+        const auto [header, data] = packed(bytes);
+        appended_ += header + data;
+        return tag;
+    }
+
+    std::string file(const std::string& kind, const std::string& content) const {
+        const bool is_packed = form_ == Form::kPacked || form_ == Form::kAppendedPacked;
+        std::string out = "<?xml version=\"1.0\"?>\n<VTKFile type=\"" + kind +
+                          "\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt32\"" +
+                          (is_packed ? " compressor=\"vtkZLibDataCompressor\"" : "") + ">\n" +
+                          content;
+        if (!appended_.empty()) {
+            out += std::string("<AppendedData encoding=\"") +
+                   (form_ == Form::kAppendedBase64 ? "base64" : "raw") + "\">\n  _" + appended_ +
+                   "\n</AppendedData>\n";
+        }
+        return out + "</VTKFile>\n";
+    }
+
+  private:
+    std::string place() const {
+        return "appended\" offset=\"" + std::to_string(appended_.size()) + "\"/>\n";
+    }
+    /// Blocks of 64 bytes, the last one shorter, as VTK writes them in larger ones.
+    static std::pair<std::string, std::string> packed(const std::string& bytes) {
+        constexpr size_t kBlock = 64;
+        std::string sizes, data;
+        const size_t blocks = (bytes.size() + kBlock - 1) / kBlock;
+        for (size_t i = 0; i < blocks; ++i) {
+            const std::string plain = bytes.substr(i * kBlock, kBlock);
+            std::string out(compressBound(plain.size()), '\0');
+            uLongf size = out.size();
+            EXPECT_EQ(compress(reinterpret_cast<Bytef*>(out.data()), &size,
+                               reinterpret_cast<const Bytef*>(plain.data()), plain.size()),
+                      Z_OK);
+            data += out.substr(0, size);
+            sizes += raw(static_cast<uint32_t>(size));
+        }
+        return {raw(static_cast<uint32_t>(blocks)) + raw(static_cast<uint32_t>(kBlock)) +
+                    raw(static_cast<uint32_t>(bytes.size() % kBlock)) + sizes,
+                data};
+    }
+
+    Form form_;
+    std::string appended_;
+};
+
+double linear(const Vec3d& p) {
+    return 3 + 0.5 * p.x - 2 * p.y + 0.25 * p.z;
+}
+
+struct Mesh {
+    std::vector<double> points;
+    std::vector<int64_t> corners, ends;
+    std::vector<uint8_t> types;
+
+    void add(uint8_t type, const std::vector<int64_t>& cell) {
+        corners.insert(corners.end(), cell.begin(), cell.end());
+        ends.push_back(static_cast<int64_t>(corners.size()));
+        types.push_back(type);
+    }
+    Vec3d point(size_t i) const { return {points[3 * i], points[3 * i + 1], points[3 * i + 2]}; }
+    size_t point_count() const { return points.size() / 3; }
+    std::string text(Writer* writer, const std::string& fields) const {
+        const std::string places = writer->array("Points", "Float64", 3, points);
+        const std::string cells = writer->array("connectivity", "Int64", 1, corners) +
+                                  writer->array("offsets", "Int64", 1, ends) +
+                                  writer->array("types", "UInt8", 1, types);
+        return "<UnstructuredGrid><Piece NumberOfPoints=\"" + std::to_string(point_count()) +
+               "\" NumberOfCells=\"" + std::to_string(types.size()) + "\">\n" + fields +
+               "<Points>" + places + "</Points><Cells>" + cells +
+               "</Cells></Piece></UnstructuredGrid>\n";
+    }
+};
+
+/// A block of 3 x 3 x 3 cubes of 1 mm from (-1, 0, 2) on, its inner points moved about, each cube as
+/// cells of one type.
+Mesh block(int type) {
+    Mesh mesh;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> moved(-0.2, 0.2);
+    const auto index = [](int x, int y, int z) { return int64_t{z} * 16 + y * 4 + x; };
+    for (int z = 0; z < 4; ++z) {
+        for (int y = 0; y < 4; ++y) {
+            for (int x = 0; x < 4; ++x) {
+                const auto at = [&](int i) {
+                    return i + (i > 0 && i < 3 && type != 11 ? moved(random) : 0.0);
+                };
+                mesh.points.insert(mesh.points.end(), {at(x) - 1, at(y), at(z) + 2});
+            }
+        }
+    }
+    for (int z = 0; z < 3; ++z) {
+        for (int y = 0; y < 3; ++y) {
+            for (int x = 0; x < 3; ++x) {
+                std::array<int64_t, 8> c{};
+                for (int k = 0; k < 8; ++k)
+                    c[static_cast<size_t>(k)] = index(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2));
+                if (type == 10) {  // six tetrahedra about the diagonal from 0 to 7
+                    for (const auto& [a, b] : std::vector<std::pair<size_t, size_t>>{
+                             {1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}})
+                        mesh.add(10, {c[0], c[a], c[b], c[7]});
+                } else if (type == 11) {
+                    mesh.add(11, {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]});
+                } else if (type == 12) {
+                    mesh.add(12, {c[0], c[1], c[3], c[2], c[4], c[5], c[7], c[6]});
+                } else {
+                    mesh.add(13, {c[0], c[1], c[3], c[4], c[5], c[7]});
+                    mesh.add(13, {c[0], c[3], c[2], c[4], c[7], c[6]});
+                }
+            }
+        }
+    }
+    return mesh;
+}
+
+class VtkTest : public ::testing::Test {
+  protected:
+    std::shared_ptr<const Pyramid> converted(const std::filesystem::path& file,
+                                             const VolumeOptions& options = {}) {
+        const std::filesystem::path out = folder_.path() / "out.oftx";
+        const Result<void> made = make_volume_file(file, out, options);
+        EXPECT_TRUE(made) << made.error().text();
+        if (!made) return nullptr;
+        const auto opened = Pyramid::open(out, 0, 0);
+        EXPECT_TRUE(opened) << opened.error().text();
+        return opened ? *opened : nullptr;
+    }
+    std::string trouble(const std::filesystem::path& file, const VolumeOptions& options = {},
+                        const texture::ReadLimits& limits = {}) {
+        const Result<void> made =
+            make_volume_file(file, folder_.path() / "out.oftx", options, limits);
+        if (made) return "no error";
+        const std::string start = "cannot read " + file.string() + ": ";
+        EXPECT_TRUE(made.error().text().starts_with(start)) << made.error().text();
+        return made.error().text().substr(start.size());
+    }
+    static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
+    static Vec3d origin(const Pyramid& p) {
+        const auto at = [&](size_t k) { return double(std::bit_cast<float>(p.info()[8 + k])); };
+        return {at(0), at(1), at(2)};
+    }
+    static Vec3d pitch(const Pyramid& p) {
+        const auto at = [&](int k) {
+            return double(std::bit_cast<float>(p.info()[size_t(11 + k)])) / size(p)[k];
+        };
+        return {at(0), at(1), at(2)};
+    }
+    /// Calls use(centre, values) for each texel.
+    static void each(const Pyramid& p, const std::function<void(const Vec3d&, const float*)>& use) {
+        const Vec3i n = size(p);
+        const Vec3d from = origin(p), step = pitch(p);
+        const float* at = p.texels().data();
+        for (int z = 0; z < n.z; ++z) {
+            for (int y = 0; y < n.y; ++y) {
+                for (int x = 0; x < n.x; ++x, at += p.channels())
+                    use({from.x + (x + 0.5) * step.x, from.y + (y + 0.5) * step.y,
+                         from.z + (z + 0.5) * step.z},
+                        at);
+            }
+        }
+    }
+
+    testing::TempFolder folder_;
+};
+
+TEST_F(VtkTest, ImageDataInEveryFormIsInPlace) {
+    for (const Form form : kForms) {
+        SCOPED_TRACE(static_cast<int>(form));
+        Writer writer(form);
+        // Points from (1, 0, -1) to (4, 2, 0): 4 x 3 x 2 of them.
+        std::vector<float> values;
+        for (int z = -1; z <= 0; ++z) {
+            for (int y = 0; y <= 2; ++y) {
+                for (int x = 1; x <= 4; ++x)
+                    values.push_back(
+                        static_cast<float>(linear({10 + 0.5 * x, 20 + 0.25 * y, 30 + 2.0 * z})));
+            }
+        }
+        const std::string content =
+            "<ImageData WholeExtent=\"1 4 0 2 -1 0\" Origin=\"10 20 30\" Spacing=\"0.5 0.25 2\">\n"
+            "<Piece Extent=\"1 4 0 2 -1 0\"><PointData Scalars=\"E\">" +
+            writer.array("other", "Float32", 1, std::vector<float>(24, 7)) +
+            writer.array("E", "Float32", 1, values) + "</PointData></Piece></ImageData>\n";
+        const auto p = converted(folder_.write("a.vti", writer.file("ImageData", content)));
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{4, 3, 2}));
+        EXPECT_EQ(origin(*p), (Vec3d{10.25, 19.875, 27}));
+        each(*p, [](const Vec3d& at, const float* value) {
+            EXPECT_FLOAT_EQ(*value, static_cast<float>(linear(at)));
+        });
+        VolumeOptions options;
+        options.field = "other";
+        options.unit = "cm";
+        const auto q = converted(folder_.path() / "a.vti", options);
+        ASSERT_NE(q, nullptr);
+        EXPECT_EQ(q->texels()[0], 7);
+        EXPECT_EQ(origin(*q), (Vec3d{102.5, 198.75, 270}));
+    }
+}
+
+TEST_F(VtkTest, ImageDataOfCellsAndVectorsAndIntegers) {
+    Writer writer(Form::kAppended);
+    const std::string content =
+        "<ImageData WholeExtent=\"0 2 0 1 0 1\" Origin=\"0 0 0\" Spacing=\"1 1 1\"><Piece>"
+        "<CellData>" +
+        writer.array("v", "Int16", 3, std::vector<int16_t>{1, -2, 300, 4, 5, 6}) +
+        "</CellData></Piece></ImageData>";
+    const auto p = converted(folder_.write("a.vti", writer.file("ImageData", content)));
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{2, 1, 1}));
+    EXPECT_EQ(p->channels(), 3);
+    EXPECT_EQ(origin(*p), (Vec3d{0, 0, 0}));
+    const std::vector<float> texels(p->texels().begin(), p->texels().begin() + 6);
+    EXPECT_EQ(texels, (std::vector<float>{1, -2, 300, 4, 5, 6}));
+}
+
+TEST_F(VtkTest, TurnedImageDataIsSampledInPlace) {
+    // Exchanged axes are put in order: index x runs along -y, y along z, z along x.
+    const auto image = [&](const std::string& direction, const std::array<double, 9>& d) {
+        std::vector<double> values;
+        for (int k = 0; k < 4; ++k) {
+            for (int j = 0; j < 5; ++j) {
+                for (int i = 0; i < 6; ++i) {
+                    const double a = i * 1.0, b = j * 0.5, c = k * 2.0;
+                    values.push_back(linear({1 + d[0] * a + d[1] * b + d[2] * c,
+                                             2 + d[3] * a + d[4] * b + d[5] * c,
+                                             3 + d[6] * a + d[7] * b + d[8] * c}));
+                }
+            }
+        }
+        Writer writer(Form::kAppendedPacked);
+        return writer.file(
+            "ImageData",
+            "<ImageData WholeExtent=\"0 5 0 4 0 3\" Origin=\"1 2 3\" Spacing=\"1 0.5 2\" "
+            "Direction=\"" +
+                direction + "\"><Piece><PointData>" + writer.array("f", "Float64", 1, values) +
+                "</PointData></Piece></ImageData>");
+    };
+    const auto p = converted(
+        folder_.write("p.vti", image("0 0 1 -1 0 0 0 1 0", {0, 0, 1, -1, 0, 0, 0, 1, 0})));
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{4, 6, 5}));
+    EXPECT_EQ(pitch(*p), (Vec3d{2, 1, 0.5}));
+    each(*p, [](const Vec3d& at, const float* value) {
+        EXPECT_FLOAT_EQ(*value, static_cast<float>(linear(at)));
+    });
+    // Turned by 30 degrees about z; texels well inside lie between centres.
+    const double c = std::sqrt(0.75), s = 0.5;
+    const std::array<double, 9> turn{c, -s, 0, s, c, 0, 0, 0, 1};
+    VolumeOptions options;
+    options.pitch_mm = 0.25;
+    options.outside = -99;
+    const auto q = converted(
+        folder_.write("q.vti", image(fmt::format("{} {} 0 {} {} 0 0 0 1", c, -s, s, c), turn)),
+        options);
+    ASSERT_NE(q, nullptr);
+    int inside = 0, outside = 0;
+    each(*q, [&](const Vec3d& at, const float* value) {
+        const double x = at.x - 1, y = at.y - 2;
+        const double i = c * x + s * y, j = (-s * x + c * y) / 0.5, k = (at.z - 3) / 2;
+        if (i > 0 && i < 5 && j > 0 && j < 4 && k > 0 && k < 3) {
+            EXPECT_NEAR(*value, linear(at), 4e-6);
+            ++inside;
+        } else if (i < -0.51 || i > 5.51 || j < -0.51 || j > 4.51) {
+            EXPECT_EQ(*value, -99);
+            ++outside;
+        }
+    });
+    EXPECT_GT(inside, 2000);
+    EXPECT_GT(outside, 1000);
+}
+
+TEST_F(VtkTest, LinearFieldsOnCellsComeBack) {
+    for (const int type : {10, 11, 12, 13}) {
+        for (const Form form : {Form::kText, Form::kAppendedPacked}) {
+            SCOPED_TRACE(type);
+            const Mesh mesh = block(type);
+            Writer writer(form);
+            std::vector<double> values;
+            for (size_t i = 0; i < mesh.point_count(); ++i) {
+                values.push_back(linear(mesh.point(i)));
+                values.push_back(mesh.point(i).y);
+            }
+            const std::string fields =
+                "<PointData>" + writer.array("E", "Float64", 2, values) + "</PointData>";
+            VolumeOptions options;
+            options.pitch_mm = 0.21;
+            const auto p = converted(
+                folder_.write("m.vtu", writer.file("UnstructuredGrid", mesh.text(&writer, fields))),
+                options);
+            ASSERT_NE(p, nullptr);
+            EXPECT_EQ(size(*p), (Vec3i{15, 15, 15}));
+            EXPECT_EQ(origin(*p), (Vec3d{-1, 0, 2}));
+            each(*p, [](const Vec3d& at, const float* value) {
+                const Vec3d in{std::min(at.x, 2.0), std::min(at.y, 3.0), std::min(at.z, 5.0)};
+                if (in == at) {
+                    EXPECT_NEAR(value[0], linear(at), 2e-6);
+                    EXPECT_NEAR(value[1], at.y, 1e-6);
+                }
+            });
+        }
+    }
+}
+
+TEST_F(VtkTest, CellsKeepTheirValueAndTheOutsideHasItsOwn) {
+    Mesh mesh;
+    mesh.points = {0, 0, 0, 4, 0, 0, 0, 4, 0, 0, 0, 4, 40, 40, 40};
+    mesh.add(5, {0, 1, 2});  // a face, as exporters write them
+    mesh.add(10, {0, 1, 2, 3});
+    Writer writer(Form::kBase64);
+    const std::string fields =
+        "<CellData>" + writer.array("E", "Float32", 1, std::vector<float>{1, 8}) + "</CellData>";
+    const auto file =
+        folder_.write("m.vtu", writer.file("UnstructuredGrid", mesh.text(&writer, fields)));
+    VolumeOptions options;
+    options.pitch_mm = 0.1;
+    options.outside = -5;
+    const auto p = converted(file, options);
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{40, 40, 40})) << "a point of no cell counts nothing";
+    each(*p, [](const Vec3d& at, const float* value) {
+        const double over = (at.x + at.y + at.z - 4) / std::sqrt(3.0);
+        if (over < 0) {
+            EXPECT_EQ(*value, 8);
+        } else if (over > 0.2) {  // two texels
+            EXPECT_EQ(*value, -5);
+        }
+    });
+}
+
+TEST_F(VtkTest, AFieldGoesOnPastTheSurface) {
+    // So that interpolation just under it is right; within the bounds of the field.
+    const Mesh mesh = block(12);
+    Writer writer(Form::kText);
+    std::vector<double> values;
+    for (size_t i = 0; i < mesh.point_count(); ++i)
+        values.push_back(mesh.point(i).x);
+    VolumeOptions options;
+    options.pitch_mm = 0.4;  // the last texels' centres lie at 2.0
+    options.outside = 50;
+    const std::string fields =
+        "<PointData>" + writer.array("x", "Float64", 1, values) + "</PointData>";
+    const auto p = converted(
+        folder_.write("m.vtu", writer.file("UnstructuredGrid", mesh.text(&writer, fields))),
+        options);
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p).x, 8);
+    each(*p, [](const Vec3d& at, const float* value) {
+        EXPECT_NEAR(*value, std::min(at.x, 2.0), 1e-6);
+    });
+}
+
+TEST_F(VtkTest, SaysWhatIsWrong) {
+    const Mesh mesh = block(12);
+    const auto with = [&](const std::string& fields, Writer* writer) {
+        return folder_.write("m.vtu", writer->file("UnstructuredGrid", mesh.text(writer, fields)));
+    };
+    Writer w(Form::kText);
+    const std::vector<float> field(64, 1), short_field(63, 1);
+    EXPECT_EQ(trouble(with("", &w)), "it has no field: no array of numbers on points or cells");
+    const std::string two = "<PointData>" + w.array("a", "Float32", 1, field) +
+                            w.array("b", "Float32", 1, field) + "</PointData>";
+    EXPECT_EQ(trouble(with(two, &w)),
+              "it has several fields, `a`, `b`, and none is named by `field`");
+    VolumeOptions options;
+    options.field = "c";
+    EXPECT_EQ(trouble(with(two, &w), options), "it has no field `c`; it has `a`, `b`");
+    EXPECT_EQ(
+        trouble(with("<PointData>" + w.array("a", "Float32", 1, short_field) + "</PointData>", &w)),
+        "it is cut short: an array has fewer numbers than it says");
+    EXPECT_EQ(trouble(with("<PointData>" + w.array("t", "Float32", 9, field) + "</PointData>", &w)),
+              "its field `t` has 9 components; 1 to 4 are possible");
+    options = {};
+    options.pitch_mm = 1e-4;
+    const std::string one = "<PointData>" + w.array("a", "Float32", 1, field) + "</PointData>";
+    EXPECT_EQ(
+        trouble(with(one, &w), options),
+        "resampled at 0.0001 mm it has 30000 texels along x, and 16384 are possible; give it a "
+        "coarser `pitch_mm`");
+    EXPECT_THAT(trouble(with(one, &w), {}, {20'000, {}}),
+                ::testing::HasSubstr("of memory, more than the 20 kB of `--memory`"));
+    Mesh quadratic;
+    quadratic.points.assign(30, 0);
+    quadratic.add(24, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+    EXPECT_THAT(trouble(folder_.write(
+                    "q.vtu", w.file("UnstructuredGrid",
+                                    quadratic.text(
+                                        &w, "<CellData>" +
+                                                w.array("a", "Float32", 1, std::vector<float>{1}) +
+                                                "</CellData>")))),
+                ::testing::HasSubstr("cell 0 is of VTK's type 24; tetrahedra (10)"));
+    EXPECT_EQ(trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
+              "line 1: it holds PolyData, where UnstructuredGrid is read; write it as ImageData "
+              "(.vti) or "
+              "UnstructuredGrid (.vtu)");
+    EXPECT_THAT(trouble(folder_.write("z.vtu",
+                                      "<VTKFile type=\"UnstructuredGrid\" "
+                                      "compressor=\"vtkLZ4DataCompressor\"></VTKFile>")),
+                ::testing::HasSubstr("its data is packed by vtkLZ4DataCompressor"));
+}
+
+}  // namespace
+}  // namespace openfab::tools

@@ -1,0 +1,131 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/command_line.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include "base/command_line.h"
+#include "base/input_file.h"
+#include "base/say.h"
+#include "base/units.h"
+
+namespace openfab::tools {
+
+namespace {
+
+/// Standard error, closed.
+class Silence {
+  public:
+    Silence() : kept_(::dup(STDERR_FILENO)) {
+#ifndef OPENFAB_SANITIZED  // sanitizers report there, too
+        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+        if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
+        if (nowhere >= 0) ::close(nowhere);
+#endif
+    }
+    ~Silence() {
+        if (kept_ < 0) return;
+        ::dup2(kept_, STDERR_FILENO);
+        ::close(kept_);
+    }
+    Silence(const Silence&) = delete;
+    Silence& operator=(const Silence&) = delete;
+
+  private:
+    int kept_;
+};
+
+}  // namespace
+
+std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
+    texture::VolumeOptions& volume = job->options;
+    texture::ImageOptions& options = volume.image;
+    texture::ReadLimits& limits = job->limits;
+    std::vector<double> origin, spacing;
+    std::string memory, pitch;
+    CLI::App app(
+        "Makes the filtered pyramid of an image; print binaries call it for images that are not in "
+        "their cache.",
+        "openfab texture");
+    app.add_option("IMAGE", job->input, "a picture: PNG, JPEG, TIFF, OpenEXR, Radiance HDR or PNM")
+        ->required();
+    app.add_option("-o,--output", job->output, "the .oftx file")->required();
+    app.add_option("--space", options.space, "auto, srgb, linear or data")
+        ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
+    app.add_flag("--luminance", options.luminance, "convert three channels to one");
+    app.add_flag(
+        "--volume", job->is_volume,
+        "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, .cube, .vti, "
+        ".vtu");
+    app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
+        ->delimiter(',')
+        ->expected(3);
+    app.add_option("--memory", memory, "memory budget (default: 1.5GB)");
+    app.add_option("--below", limits.roots,
+                   "a folder below which data files of NRRD may lie (default: its own)")
+        ->allow_extra_args(false);
+    app.add_option("--spacing", spacing, "the size of a volume's texels in mm, X,Y,Z")
+        ->delimiter(',')
+        ->expected(3);
+    app.add_option("--field", volume.field, "the array or grid that is read of a file of several");
+    app.add_option("--unit", volume.unit, "of a volume's lengths (default: what it says, else mm)")
+        ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    app.add_option("--pitch", pitch, "of texels of a volume that is resampled, such as 0.5mm");
+    app.add_option("--outside", volume.outside, "the value where a volume's file has none");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        show(app.help());
+        return 0;
+    } catch (const CLI::ParseError& error) {
+        return say_error(command_line_error(app, error, "openfab texture"));
+    }
+    const auto three = [](const std::vector<double>& v) {
+        return std::array<double, 3>{v[0], v[1], v[2]};
+    };
+    if (!origin.empty()) volume.origin_mm = three(origin);
+    if (!spacing.empty()) volume.spacing_mm = three(spacing);
+    for (std::filesystem::path& root : limits.roots)
+        root = without_links(root);
+    Result<void> done;
+    if (const Result<int64_t> bytes = parse_memory_option(memory); bytes) {
+        limits.memory_bytes = *bytes;
+    } else {
+        done = bytes.error();
+    }
+    std::error_code none;
+    if (done && !pitch.empty()) {
+        const Result<double> length = parse_length_mm(pitch);
+        if (!length) {
+            done = length.error();
+        } else if (!(*length > 0)) {
+            done = usage_error("`--pitch` must be above 0");
+        } else {
+            volume.pitch_mm = *length;
+        }
+    }
+    if (done && std::filesystem::equivalent(job->input, job->output, none)) {
+        done = user_error(
+            fmt::format("`-o {}` would overwrite the image; name another output", job->output));
+    }
+    if (!done) return say_error(done.error());
+    return std::nullopt;
+}
+
+int do_quietly(const std::function<Result<void>()>& make) {
+    Result<void> done;
+    {
+        const Silence silence;
+        done = make();
+    }
+    return done ? 0 : say_error(done.error());
+}
+
+}  // namespace openfab::tools

@@ -1,0 +1,75 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/optional_converter.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "base/input_file.h"
+#include "base/text.h"
+#include "texture/volume.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr OptionalConverter kDicom{
+    "openfab-texture-dicom", "DICOM",
+    "install GDCM (`scripts/setup --dicom`, or the package libgdcm-dev) and build again"};
+constexpr OptionalConverter kOpenVdb{
+    "openfab-texture-vdb", "OpenVDB",
+    "install it (`scripts/setup --vdb`, or the package libopenvdb-dev) and build again"};
+
+const OptionalConverter* by_content(const fs::path& path) {
+    constexpr size_t kDicomMark = 128;
+    std::array<char, kDicomMark + 4> head{};
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return nullptr;
+    const Result<size_t> got = file->read(0, head.data(), head.size());
+    if (!got) return nullptr;
+    const std::string_view bytes(head.data(), *got);
+    if (bytes.starts_with(" BDV")) return &kOpenVdb;
+    return bytes.ends_with("DICM") && bytes.size() == head.size() ? &kDicom : nullptr;
+}
+
+}  // namespace
+
+const OptionalConverter* optional_converter(const fs::path& volume) {
+    const Result<std::vector<fs::path>> files = texture::volume_files(volume);
+    if (!files) return nullptr;
+    constexpr size_t kFirst = 8;
+    for (size_t i = 0; i < std::min(files->size(), kFirst); ++i) {
+        if (const OptionalConverter* found = by_content((*files)[i])) return found;
+    }
+    const std::string kind = lower_ascii(files->front().extension().string());
+    if (kind == ".vdb") return &kOpenVdb;
+    return kind == ".dcm" ? &kDicom : nullptr;
+}
+
+Error execute(const OptionalConverter& converter, char** argv) {
+    std::error_code unknown;
+    const fs::path self = fs::read_symlink("/proc/self/exe", unknown);
+    if (unknown) return outside_error("cannot find the program's own folder: " + unknown.message());
+    const fs::path program = self.parent_path() / converter.program;
+    if (::access(program.c_str(), X_OK) != 0) {
+        Error error = outside_error(fmt::format(
+            "this `openfab` was built without its reader of {} volumes", converter.what));
+        error.help = converter.remedy;
+        return error;
+    }
+    ::execv(program.c_str(), argv);
+    return outside_error(
+        fmt::format("cannot start `{}`: {}", program.string(), std::strerror(errno)));
+}
+
+}  // namespace openfab::tools

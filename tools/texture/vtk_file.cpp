@@ -1,0 +1,298 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/vtk_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "base/scan_number.h"
+#include "mesh/read/xml.h"
+#include "tools/texture/check_memory.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kAppended = "<AppendedData";
+constexpr size_t kAtOnce = 1 << 20;
+
+/// What stands before the appended data, and where that begins.
+struct Head {
+    std::string text;
+    int64_t appended_at = -1;  ///< offset of `<AppendedData`
+};
+
+Result<Head> read_head(const InputFile& file, const texture::ReadLimits& limits) {
+    Head head;
+    // With it lie the arrays' own text, and what is made of it.
+    const int64_t most = limits.memory_bytes / 4;
+    std::string piece(kAtOnce, '\0');
+    for (int64_t at = 0;;) {
+        const Result<size_t> got = file.read(at, piece.data(), piece.size());
+        if (!got) return got.error();
+        const size_t before = head.text.size();
+        head.text.append(piece, 0, *got);
+        const size_t from = before < kAppended.size() ? 0 : before - kAppended.size();
+        const size_t found = head.text.find(kAppended, from);
+        if (found != std::string::npos) {
+            head.appended_at = static_cast<int64_t>(found);
+            head.text.resize(found);
+            return head;
+        }
+        if (*got == 0) return head;
+        at += static_cast<int64_t>(*got);
+        if (static_cast<int64_t>(head.text.size()) > most)
+            return check_memory(4 * file.bytes(), limits.memory_bytes).error();
+    }
+}
+
+constexpr std::string_view kBlanks = " \t\r\n";
+
+/// Removes and returns the next word; empty at the end.
+std::string_view take_word(std::string_view* text) {
+    text->remove_prefix(std::min(text->find_first_not_of(kBlanks), text->size()));
+    const std::string_view word = text->substr(0, text->find_first_of(kBlanks));
+    text->remove_prefix(word.size());
+    return word;
+}
+
+/// Parses just as many numbers.
+bool take_numbers(std::string_view text, double* out, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        if (!scan_number(take_word(&text), out++).empty()) return false;
+    }
+    return take_word(&text).empty();
+}
+
+constexpr std::array<std::string_view, 10> kTypes{
+    "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64"};
+
+class TextNumbers final : public VtkNumbers {
+  public:
+    explicit TextNumbers(std::string_view text) : text_(text) {}
+    Result<void> next(double* out, size_t count) override {
+        for (size_t i = 0; i < count; ++i) {
+            const std::string_view word = take_word(&text_);
+            if (word.empty()) return user_error(kVtkCutShort);
+            if (read_decimal(word, out++) != Decimal::kFine)
+                return user_error(
+                    fmt::format("`{}` in it is not a finite number", word.substr(0, 40)));
+        }
+        return {};
+    }
+
+  private:
+    std::string_view text_;
+};
+
+}  // namespace
+
+/// Receives the elements of the head.
+class VtkFile::Reading final : public mesh::XmlHandler {
+  public:
+    Reading(VtkFile* file, const std::string& kind) : file_(*file), kind_(kind) {}
+
+    Complaint start(std::string_view name, const mesh::XmlAttributes& a) override {
+        if (depth_++ == 0) return root(name, a);
+        if (name == kind_ && kind_ == "ImageData") return image(a);
+        if (name == "Piece") return piece(a);
+        if (name == "PointData" || name == "CellData") {
+            where_ = name == "PointData" ? Where::kPoints : Where::kCells;
+            if (const char* scalars = a.find("Scalars"))
+                (name == "PointData" ? file_.point_scalars_ : file_.cell_scalars_) = scalars;
+            inside_ = true;
+        } else if (name == "Points" || name == "Cells") {
+            where_ = name == "Points" ? Where::kPlaces : Where::kTopology;
+            inside_ = true;
+        } else if (name == "DataArray" && inside_) {
+            return array(a);
+        } else if (name == "AppendedData") {
+            const char* encoding = a.find("encoding");
+            file_.appended_base64_ = encoding != nullptr && std::string_view(encoding) == "base64";
+        }
+        return {};
+    }
+    void end(std::string_view name) override {
+        --depth_;
+        if (name == "DataArray") open_ = false;
+        if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells")
+            inside_ = false;
+    }
+    bool wants_text() const override { return true; }
+    void text(std::string_view piece) override {
+        if (open_) file_.arrays_.back().text += piece;
+    }
+    int pieces() const { return pieces_; }
+
+  private:
+    Complaint root(std::string_view name, const mesh::XmlAttributes& a) {
+        const char* type = a.find("type");
+        if (name != "VTKFile" || type == nullptr) return {"it is not an XML file of VTK"};
+        if (type != kind_) {
+            return {fmt::format("it holds {}, where {} is read", type, kind_),
+                    "write it as ImageData (.vti) or UnstructuredGrid (.vtu)"};
+        }
+        if (const char* order = a.find("byte_order"))
+            file_.swapped_ = std::string_view(order) == "BigEndian";
+        if (const char* header = a.find("header_type"))
+            file_.header_bytes_ = std::string_view(header) == "UInt64" ? 8 : 4;
+        if (const char* compressor = a.find("compressor");
+            compressor != nullptr && *compressor != 0) {
+            if (std::string_view(compressor) != "vtkZLibDataCompressor") {
+                return {fmt::format("its data is packed by {}", compressor),
+                        "write it with zlib (vtkZLibDataCompressor), or not compressed"};
+            }
+            file_.packed_ = true;
+        }
+        return {};
+    }
+    Complaint image(const mesh::XmlAttributes& a) {
+        const auto read = [&](const char* key, double* out, size_t count) {
+            const char* text = a.find(key);
+            return text == nullptr || take_numbers(text, out, count);
+        };
+        if (!read("WholeExtent", file_.extent.data(), 6) ||
+            !read("Origin", file_.origin.data(), 3) || !read("Spacing", file_.spacing.data(), 3) ||
+            !read("Direction", file_.direction.data(), 9))
+            return {"its extent, origin, spacing or direction are not so many numbers"};
+        return {};
+    }
+    Complaint piece(const mesh::XmlAttributes& a) {
+        if (++pieces_ > 1) return {"it has several pieces", "write it as one"};
+        const char* extent = a.find("Extent");
+        if (extent != nullptr && !take_numbers(extent, file_.extent.data(), 6))
+            return {"the extent of its piece is not six numbers"};
+        const auto count = [&](const char* key, int64_t* out) {
+            const char* text = a.find(key);
+            return text == nullptr || scan_integer(text, 0, INT32_MAX, out).empty();
+        };
+        if (!count("NumberOfPoints", &file_.points) || !count("NumberOfCells", &file_.cells))
+            return {fmt::format("its numbers of points and cells are not up to {}", INT32_MAX)};
+        return {};
+    }
+    Complaint array(const mesh::XmlAttributes& a) {
+        Array out;
+        out.where = where_;
+        if (const char* name = a.find("Name")) out.name = name;
+        const char* type = a.find("type");
+        const auto* const known =
+            std::find(kTypes.begin(), kTypes.end(), std::string_view(type == nullptr ? "" : type));
+        if (known == kTypes.end()) return {};  // text, of which no field is made
+        out.type = static_cast<VtkType>(known - kTypes.begin());
+        if (const char* n = a.find("NumberOfComponents");
+            n != nullptr && !scan_integer(n, 1, 1000, &out.components).empty())
+            return {fmt::format("array `{}` has an unusual number of components", out.name)};
+        const char* format = a.find("format");
+        const std::string_view coding = format == nullptr ? "ascii" : format;
+        out.coding = coding == "appended" ? Coding::kAppended
+                     : coding == "binary" ? Coding::kBase64
+                                          : Coding::kText;
+        if (const char* offset = a.find("offset");
+            offset != nullptr && !scan_integer(offset, 0, INT64_MAX / 2, &out.offset).empty())
+            return {fmt::format("array `{}` has an offset that is no whole number", out.name)};
+        file_.arrays_.push_back(std::move(out));
+        open_ = true;
+        return {};
+    }
+
+    VtkFile& file_;
+    const std::string& kind_;
+    int depth_ = 0, pieces_ = 0;
+    Where where_ = Where::kPoints;
+    bool inside_ = false;  ///< of one of the groups of arrays
+    bool open_ = false;    ///< in an array
+};
+
+Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path, const std::string& kind,
+                                               const texture::ReadLimits& limits) {
+    Result<InputFile> opened = InputFile::open(path);
+    if (!opened) return opened.error();
+    std::unique_ptr<VtkFile> out(new VtkFile(std::move(*opened)));
+    Result<Head> head = read_head(out->file_, limits);
+    if (!head) return head.error();
+    if (head->appended_at >= 0) {
+        // Its raw bytes are no XML: the tag is read as an empty one, the last.
+        std::string tag(4096, '\0');
+        const Result<size_t> got = out->file_.read(head->appended_at, tag.data(), tag.size());
+        if (!got) return got.error();
+        tag.resize(*got);
+        const size_t end = tag.find('>');
+        const size_t mark = tag.find('_', std::min(end, tag.size()));
+        if (end == std::string::npos || mark == std::string::npos)
+            return user_error("its appended data does not begin");
+        out->appended_at_ = head->appended_at + static_cast<int64_t>(mark) + 1;
+        head->text += tag.substr(0, end) + "/></VTKFile>";
+    }
+    Reading reading(out.get(), kind);
+    if (Result<void> parsed = mesh::parse_xml(head->text, {}, &reading); !parsed) {
+        Error error = parsed.error();
+        if (error.location.line > 0)
+            error.message = fmt::format("line {}: {}", error.location.line, error.message);
+        error.location = {};
+        return error;
+    }
+    if (reading.pieces() == 0) return user_error("it has no piece");
+    return out;
+}
+
+Result<const VtkFile::Array*> VtkFile::field(const std::string& name) const {
+    std::vector<const Array*> fields;
+    for (const Where where : {Where::kPoints, Where::kCells}) {
+        for (const Array& array : arrays_) {
+            if (array.where == where) fields.push_back(&array);
+        }
+    }
+    std::string names;
+    for (const Array* array : fields)
+        names += fmt::format("{}`{}`", names.empty() ? "" : ", ", array->name);
+    if (fields.empty())
+        return user_error("it has no field: no array of numbers on points or cells");
+    const std::string& wanted = !name.empty()             ? name
+                                : !point_scalars_.empty() ? point_scalars_
+                                                          : cell_scalars_;
+    if (wanted.empty() && fields.size() == 1) return fields.front();
+    for (const Array* array : fields) {
+        if (!wanted.empty() && array->name == wanted) return array;
+    }
+    if (wanted.empty()) {
+        return user_error("it has several fields, " + names + ", and none is named by `field`");
+    }
+    return user_error(fmt::format("it has no field `{}`; it has {}", wanted, names));
+}
+
+Result<const VtkFile::Array*> VtkFile::part(Where where, const std::string& name) const {
+    for (const Array& array : arrays_) {
+        if (array.where == where && (name.empty() || array.name == name)) return &array;
+    }
+    return user_error(name.empty() ? "it has no points"
+                                   : fmt::format("it has no `{}` of its cells", name));
+}
+
+Result<std::unique_ptr<VtkNumbers>> VtkFile::numbers(const Array& array, int64_t count) const {
+    if (array.coding == Coding::kText) {
+        // A digit and a blank for each.
+        if (static_cast<int64_t>(array.text.size()) + 1 < 2 * count)
+            return user_error(kVtkCutShort);
+        return std::unique_ptr<VtkNumbers>(std::make_unique<TextNumbers>(array.text));
+    }
+    VtkBytes bytes;
+    bytes.swapped = swapped_;
+    bytes.header_bytes = header_bytes_;
+    bytes.packed = packed_;
+    if (array.coding == Coding::kBase64) {
+        bytes.text = array.text;
+        bytes.base64 = true;
+    } else {
+        if (appended_at_ < 0) return user_error("its appended data is missing");
+        bytes.file = &file_;
+        bytes.begin = appended_at_ + array.offset;
+        bytes.base64 = appended_base64_;
+    }
+    return open_vtk_bytes(bytes, array.type, count);
+}
+
+}  // namespace openfab::tools

@@ -1,0 +1,244 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Volumes from VTK's image data (.vti) and unstructured grids (.vtu).
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/texture/cell_field.h"
+#include "tools/texture/check_memory.h"
+#include "tools/texture/placed_grid.h"
+#include "tools/texture/volume_reader.h"
+#include "tools/texture/vtk_file.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Where = VtkFile::Where;
+
+/// Numbers that are read at once.
+constexpr size_t kAtOnce = 4096;
+
+Result<void> read_floats(VtkNumbers* numbers, float* out, int64_t count) {
+    std::array<double, kAtOnce> buffer{};
+    for (int64_t at = 0; at < count;) {
+        const auto n = static_cast<size_t>(std::min<int64_t>(count - at, kAtOnce));
+        if (Result<void> got = numbers->next(buffer.data(), n); !got) return got;
+        for (size_t i = 0; i < n; ++i)
+            *out++ = static_cast<float>(buffer[i]);
+        at += static_cast<int64_t>(n);
+    }
+    return {};
+}
+
+Result<int32_t> channels_of(const VtkFile::Array& field) {
+    if (field.components <= 4) return static_cast<int32_t>(field.components);
+    return user_error(fmt::format("its field `{}` has {} components; 1 to 4 are possible",
+                                  field.name, field.components));
+}
+
+/// Image data along the axes, slice by slice.
+class ImageReader final : public VolumeReader {
+  public:
+    std::unique_ptr<VtkFile> file;
+    std::unique_ptr<VtkNumbers> numbers;
+
+    Result<void> read_slice(int32_t, float* out, const Wrote& wrote) override {
+        for (int32_t y = 0; y < size.y; ++y) {
+            if (Result<void> got = read_floats(numbers.get(), out, row_floats()); !got) return got;
+            out += row_floats();
+            wrote(4 * row_floats());
+        }
+        return {};
+    }
+};
+
+/// The size and place of image data; of cells their middles.
+Result<Vec3i> image_size(const VtkFile& file, bool of_points, double unit, GridFrame* frame) {
+    Vec3i size;
+    const auto& d = file.direction;
+    Vec3d first{file.origin[0] * unit, file.origin[1] * unit, file.origin[2] * unit};
+    for (int a = 0; a < 3; ++a) {
+        const auto i = static_cast<size_t>(a);
+        const double low = file.extent[2 * i], high = file.extent[2 * i + 1];
+        const double count = high - low + (of_points ? 1 : 0);
+        if (!(count >= 1 && count <= 16384 && low == std::floor(low) && high == std::floor(high)))
+            return user_error(fmt::format("its extent {:g} to {:g} is not possible", low, high));
+        if (!(std::abs(file.spacing[i]) > 0)) return user_error("its spacing is 0");
+        size[a] = static_cast<int32_t>(count);
+        const Vec3d step = Vec3d{d[i], d[3 + i], d[6 + i]} * (file.spacing[i] * unit);
+        frame->steps[i] = step;
+        first = first + step * (low + (of_points ? 0 : 0.5));
+    }
+    frame->first = first;
+    return size;
+}
+
+/// Reads points, in mm.
+Result<void> read_places(const VtkFile& file, double unit, CellMesh* mesh) {
+    const Result<const VtkFile::Array*> places = file.part(Where::kPlaces, {});
+    if (!places) return places.error();
+    if ((*places)->components != 3) return user_error("its points have not three coordinates");
+    Result<std::unique_ptr<VtkNumbers>> numbers = file.numbers(**places, 3 * file.points);
+    if (!numbers) return numbers.error();
+    mesh->points.resize(static_cast<size_t>(3 * file.points));
+    if (Result<void> got = (*numbers)->next(mesh->points.data(), mesh->points.size()); !got)
+        return got;
+    for (double& coordinate : mesh->points)
+        coordinate *= unit;
+    return {};
+}
+
+/// Lines and faces, which exporters write beside the cells that they bound.
+bool is_flat(int type) {
+    return (type >= 0 && type <= 9) || (type >= 21 && type <= 23) || type == 28 || type == 30 ||
+           type == 34;
+}
+
+/// Reads the cells with a volume, and which of all cells they are.
+Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
+    std::array<std::unique_ptr<VtkNumbers>, 2> parts;  // types and ends, read side by side
+    const VtkFile::Array* corners = nullptr;
+    for (size_t i = 0; i < 3; ++i) {
+        constexpr std::array kNames{"types", "offsets", "connectivity"};
+        const Result<const VtkFile::Array*> part = file.part(Where::kTopology, kNames[i]);
+        if (!part) return part.error();
+        if (i == 2) {
+            corners = *part;
+            continue;
+        }
+        Result<std::unique_ptr<VtkNumbers>> numbers = file.numbers(**part, file.cells);
+        if (!numbers) return numbers.error();
+        parts[i] = std::move(*numbers);
+    }
+    std::vector<int32_t> kept;
+    std::vector<int64_t> ends(static_cast<size_t>(file.cells));
+    std::vector<uint8_t> types(static_cast<size_t>(file.cells));
+    int64_t total = 0;
+    for (int64_t i = 0; i < file.cells; ++i) {
+        double type = 0, end = 0;
+        if (Result<void> got = parts[0]->next(&type, 1); !got) return got.error();
+        if (Result<void> got = parts[1]->next(&end, 1); !got) return got.error();
+        if (!(end >= static_cast<double>(total) && end <= 1e15 && type >= 0 && type < 256))
+            return user_error(fmt::format("cell {} is damaged", i));
+        const auto count = static_cast<int64_t>(end) - total;
+        const int wanted = corner_count(static_cast<int>(type));
+        if (wanted == 0 && !is_flat(static_cast<int>(type))) {
+            return user_error(
+                fmt::format("cell {} is of VTK's type {:.0f}; tetrahedra (10), hexahedra (11, 12) "
+                            "and wedges (13) "
+                            "are sampled; write linear cells",
+                            i, type));
+        }
+        if (wanted != 0 && count != wanted)
+            return user_error(
+                fmt::format("cell {} has {} corners instead of {}", i, count, wanted));
+        total = static_cast<int64_t>(end);
+        ends[static_cast<size_t>(i)] = total;
+        types[static_cast<size_t>(i)] = static_cast<uint8_t>(type);
+    }
+    Result<std::unique_ptr<VtkNumbers>> numbers = file.numbers(*corners, total);
+    if (!numbers) return numbers.error();
+    int64_t at = 0;
+    for (int64_t i = 0; i < file.cells; ++i) {
+        const int type = types[static_cast<size_t>(i)];
+        const bool solid = corner_count(type) != 0;
+        for (; at < ends[static_cast<size_t>(i)]; ++at) {
+            double point = 0;
+            if (Result<void> got = (*numbers)->next(&point, 1); !got) return got.error();
+            if (!(point >= 0 && point < static_cast<double>(file.points)))
+                return user_error(
+                    fmt::format("cell {} has a corner that is none of the points", i));
+            if (solid) mesh->corners.push_back(static_cast<int32_t>(point));
+        }
+        if (!solid) continue;
+        mesh->types.push_back(static_cast<CellType>(type));
+        kept.push_back(static_cast<int32_t>(i));
+    }
+    return kept;
+}
+
+}  // namespace
+
+MadeReader open_vtk_image(const fs::path& path, const texture::VolumeOptions& options,
+                          const texture::ReadLimits& limits) {
+    Result<std::unique_ptr<VtkFile>> file = VtkFile::open(path, "ImageData", limits);
+    if (!file) return file.error();
+    const Result<const VtkFile::Array*> field = (*file)->field(options.field);
+    if (!field) return field.error();
+    const Result<int32_t> channels = channels_of(**field);
+    if (!channels) return channels.error();
+    GridFrame frame;
+    const Result<Vec3i> size =
+        image_size(**file, (*field)->where == Where::kPoints, unit_mm(options), &frame);
+    if (!size) return size.error();
+    const int64_t count = int64_t{size->x} * size->y * size->z * *channels;
+    Result<std::unique_ptr<VtkNumbers>> numbers = (*file)->numbers(**field, count);
+    if (!numbers) return numbers.error();
+    const bool plain = frame.steps[0].x > 0 && frame.steps[1].y > 0 && frame.steps[2].z > 0;
+    if (!plain || !is_along_axes(frame)) {
+        if (Result<void> fits = check_memory(4 * count, limits.memory_bytes / 2); !fits)
+            return fits.error();
+        std::vector<float> values(static_cast<size_t>(count));
+        if (Result<void> got = read_floats(numbers->get(), values.data(), count); !got)
+            return got.error();
+        return open_placed_grid(*size, *channels, std::move(values), frame, options);
+    }
+    auto reader = std::make_unique<ImageReader>();
+    reader->size = *size;
+    reader->channels = *channels;
+    reader->origin.emplace();
+    reader->spacing.emplace();
+    for (int a = 0; a < 3; ++a) {
+        const auto i = static_cast<size_t>(a);
+        (*reader->spacing)[i] = frame.steps[i][a];
+        (*reader->origin)[i] = frame.first[a] - frame.steps[i][a] / 2;
+    }
+    reader->numbers = std::move(*numbers);
+    reader->file = std::move(*file);
+    return std::unique_ptr<VolumeReader>(std::move(reader));
+}
+
+MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& options,
+                         const texture::ReadLimits& limits) {
+    Result<std::unique_ptr<VtkFile>> file = VtkFile::open(path, "UnstructuredGrid", limits);
+    if (!file) return file.error();
+    const Result<const VtkFile::Array*> field = (*file)->field(options.field);
+    if (!field) return field.error();
+    const Result<int32_t> channels = channels_of(**field);
+    if (!channels) return channels.error();
+    CellMesh mesh;
+    mesh.channels = *channels;
+    mesh.of_points = (*field)->where == Where::kPoints;
+    const int64_t items = mesh.of_points ? (*file)->points : (*file)->cells;
+    // Points, values, types, ends and eight corners, as far as they are known by now.
+    constexpr int64_t kBytesOfPoint = 24, kBytesOfCell = 46;
+    const int64_t needed =
+        (*file)->points * kBytesOfPoint + (*file)->cells * kBytesOfCell + items * *channels * 4;
+    if (Result<void> fits = check_memory(needed, limits.memory_bytes); !fits) return fits.error();
+    if (Result<void> got = read_places(**file, unit_mm(options), &mesh); !got) return got.error();
+    const Result<std::vector<int32_t>> kept = read_cells(**file, &mesh);
+    if (!kept) return kept.error();
+    Result<std::unique_ptr<VtkNumbers>> numbers = (*file)->numbers(**field, items * *channels);
+    if (!numbers) return numbers.error();
+    mesh.values.resize(static_cast<size_t>(items * *channels));
+    if (Result<void> got = read_floats(numbers->get(), mesh.values.data(), items * *channels); !got)
+        return got.error();
+    if (!mesh.of_points) {
+        const auto width = static_cast<size_t>(*channels);
+        for (size_t i = 0; i < kept->size(); ++i) {
+            const size_t from = static_cast<size_t>((*kept)[i]) * width;
+            std::copy_n(mesh.values.begin() + static_cast<std::ptrdiff_t>(from), width,
+                        mesh.values.begin() + static_cast<std::ptrdiff_t>(i * width));
+        }
+        mesh.values.resize(kept->size() * width);
+    }
+    return open_cell_field(std::move(mesh), options, limits);
+}
+
+}  // namespace openfab::tools

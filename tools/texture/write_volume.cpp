@@ -1,0 +1,85 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/write_volume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <exception>
+#include <memory>
+
+#include "texture/pyramid_file.h"
+#include "tools/texture/check_memory.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Checks that all slices are read and finite.
+Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
+    const auto wrote = [&](int64_t bytes) { writer->wrote(bytes); };
+    constexpr int64_t kAtOnce = 1 << 16;
+    for (int32_t z = 0; z < volume->size.z; ++z) {
+        const int64_t count = volume->slice_floats();
+        float* slice = writer->level0() + z * count;
+        if (Result<void> read = volume->read_slice(z, slice, wrote); !read) return read;
+        for (int64_t begin = 0; begin < count; begin += kAtOnce) {
+            const int64_t end = std::min(begin + kAtOnce, count);
+            if (!std::all_of(slice + begin, slice + end, [](float x) { return std::isfinite(x); }))
+                return user_error("it holds a value that is not a finite number");
+            wrote(4 * (end - begin));
+        }
+    }
+    return {};
+}
+
+Result<void> convert(const fs::path& source, const fs::path& out,
+                     const texture::VolumeOptions& options, const texture::ReadLimits& limits,
+                     const std::function<MadeReader()>& open) {
+    const auto bad = [&](const Error& error) {
+        return with_context(error, fmt::format("cannot read {}: ", source.string()));
+    };
+    MadeReader reader = open();
+    if (!reader) return bad(reader.error());
+    VolumeReader& volume = **reader;
+    const std::array<double, 3> one{1, 1, 1}, zero{};
+    const std::array<double, 3> spacing = options.spacing_mm.value_or(volume.spacing.value_or(one));
+    const std::array<double, 3> origin = options.origin_mm.value_or(volume.origin.value_or(zero));
+    texture::VolumeDomain domain;
+    domain.table = volume.table;
+    for (size_t a = 0; a < 3; ++a) {
+        domain.origin[a] = static_cast<float>(origin[a]);
+        domain.extent[a] = static_cast<float>(spacing[a] * volume.size[static_cast<int>(a)]);
+    }
+    const Result<texture::PyramidLayout> layout =
+        texture::volume_layout(volume.size, volume.channels, domain);
+    if (!layout) return bad(layout.error());
+    if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
+        !fits)
+        return bad(fits.error());
+    const Result<uint64_t> key = texture::volume_key(source, options, limits);
+    if (!key) return key.error();
+    Result<std::unique_ptr<texture::PyramidWriter>> writer =
+        texture::PyramidWriter::create(out, *layout, *key);
+    if (!writer) return writer.error();
+    if (Result<void> read = fill(&volume, writer->get()); !read) return bad(read.error());
+    return (*writer)->finish();
+}
+
+}  // namespace
+
+Result<void> write_volume(const fs::path& source, const fs::path& out,
+                          const texture::VolumeOptions& options, const texture::ReadLimits& limits,
+                          const std::function<MadeReader()>& open) {
+    try {
+        return convert(source, out, options, limits, open);
+    } catch (const std::exception& e) {
+        return user_error(fmt::format("cannot read {}: {}", source.string(), e.what()));
+    }
+}
+
+}  // namespace openfab::tools
