@@ -39,6 +39,16 @@ std::string annotation_text(const ast::Expr& expr) {
     return std::string(expr.text);
 }
 
+/// Returns whether an annotation is a limit that must be computed, such as a constant's.
+bool is_computed(const ast::Annotation& annotation) {
+    if (annotation.value == nullptr || (annotation.name != "min" && annotation.name != "max"))
+        return false;
+    const ast::Expr* number = annotation.value.get();
+    if (number->kind == ast::ExprKind::kUnary) number = number->args[0].get();
+    return number->kind != ast::ExprKind::kIntLiteral &&
+           number->kind != ast::ExprKind::kFloatLiteral;
+}
+
 std::string varying_list(const std::vector<ir::Varying>& list) {
     std::string out;
     for (const ir::Varying& v : list) {
@@ -164,8 +174,14 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
             fmt::format("a uniform of type `{}` has no default: the world binds it", v.type.text));
     }
     for (const ast::Annotation& a : v.annotations) {
-        uniform.annotations.emplace_back(a.name,
-                                         a.value == nullptr ? "" : annotation_text(*a.value));
+        const bool computed = is_computed(a);
+        if (computed) {
+            context_ = StageContext::kGlobal;
+            symbol->computed_annotations.emplace_back(uniform.annotations.size(),
+                                                      initializer(*a.value, kFloatType));
+        }
+        uniform.annotations.emplace_back(
+            a.name, computed || a.value == nullptr ? "" : annotation_text(*a.value));
     }
     declare(symbol.get());
     to->ir.uniforms.push_back(std::move(uniform));

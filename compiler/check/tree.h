@@ -49,6 +49,8 @@ struct Symbol {
     ExprPtr init;
     std::unique_ptr<Symbol> fallback;  ///< of a parameter: its default, as a constant
     std::optional<uint32_t> known;     ///< a scalar constant's bits, if known
+    /// Of a uniform: annotations whose value is an expression, by their index.
+    std::vector<std::pair<size_t, ExprPtr>> computed_annotations;
 };
 
 enum class ExprKind : uint8_t {

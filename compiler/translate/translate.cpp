@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <bit>
 #include <memory>
 #include <set>
 #include <string>
@@ -46,6 +47,22 @@ std::vector<uint32_t> default_bits(const check::Fablet& fablet, const check::Sym
     std::vector<uint32_t> bits = translator.constant_bits(*symbol.init);
     if (bits.empty()) sink->report(symbol.init->span, diag::kNotConstant, "a default");
     return bits;
+}
+
+/// Replaces annotations that are expressions by their values.
+void compute_annotations(const check::Fablet& fablet, const check::Symbol& symbol,
+                         ir::Uniform* uniform, diag::Sink* sink) {
+    for (const auto& [index, value] : symbol.computed_annotations) {
+        if (value == nullptr) continue;
+        ir::Stage scratch;
+        StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, sink);
+        const std::vector<uint32_t> bits = translator.constant_bits(*value);
+        if (bits.empty()) {
+            sink->report(value->span, diag::kNotConstant, "an annotation");
+            continue;
+        }
+        uniform->annotations[index].second = fmt::format("{}", std::bit_cast<float>(bits[0]));
+    }
 }
 
 using Functions = std::vector<std::unique_ptr<check::Function>>;
@@ -100,6 +117,7 @@ ir::Fablet translate_fablet(const check::Fablet& fablet, const TranslateOptions&
     ir::Fablet out = fablet.ir;
     for (size_t i = 0; i < fablet.uniforms.size(); ++i) {
         out.uniforms[i].default_bits = default_bits(fablet, *fablet.uniforms[i], sink);
+        compute_annotations(fablet, *fablet.uniforms[i], &out.uniforms[i], sink);
     }
     for (size_t i = 0; i < fablet.surface_inputs.size(); ++i) {
         out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);

@@ -60,8 +60,11 @@ constexpr Exhibit kExhibits[] = {
     {"library", "grades", "grades", "0.25mm"},
     {"library", "color_spaces", "color_spaces", "0.25mm"},
     {"library", "inks", "inks", "0.25mm"},
+    {"library", "properties", "properties", "0.25mm"},
     {"halftones", "halftones", "halftones", "0.25mm"},
     {"filament_vase", "vase", "filament_vase", "0.4mm"},
+    {"bone", "bone", "bone", "1mm"},
+    {"insole", "insole", "insole", "2mm"},
 };
 
 struct Contents {

@@ -35,6 +35,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
   openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
+  openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab profile card.fab.json                where the time of a print goes
   openfab tune card.fab.json -o card.sched     a schedule that is faster on this machine
@@ -169,6 +170,17 @@ void add_merge(CLI::App& app, Action* action) {
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }
 
+void add_property(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "property", "make an OpenFL module of a table of mixtures with a measured property");
+    auto table = std::make_shared<std::string>(), output = std::make_shared<std::string>();
+    command->add_option("TABLE", *table, "a .json file, see docs/how-to/fields.md")->required();
+    command->add_option("-o,--output", *output, "the .fl file (default: standard output)");
+    command->callback([table, output, action] {
+        *action = [table, output] { return make_property_module(*table, *output); };
+    });
+}
+
 void add_view(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "view", "show a print, also an unfinished one, or a world in a page for a browser");
@@ -251,6 +263,7 @@ int tool_main(int argc, char** argv) {
     add_verify(app, &action);
     add_export(app, &action);
     add_merge(app, &action);
+    add_property(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
     app.add_subcommand("profile", "say where the time of a print goes, and what bounds each stage");

@@ -1,0 +1,85 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/property_table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+namespace openfab::tools {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string table(const std::string& rows, const std::string& more = {}) {
+    return R"({"property": "hardness", "unit": "Shore A", "materials": ["soft", "hard"],
+               "measured": true, "source": "a laboratory",)" +
+           more + R"("rows": [)" + rows + "]}";
+}
+std::string row(const std::string& mixture, const std::string& value) {
+    return R"({"mixture": [)" + mixture + R"(], "value": )" + value + "}";
+}
+
+TEST(PropertyTable, IsAModuleOfConstants) {
+    const Result<std::string> module = property_module(
+        table(row("1, 0", "30") + "," + row("0.5, 0.5", "62.5") + "," + row("0, 1", "95")),
+        "tables/shore_a.json");
+    ASSERT_TRUE(module) << module.error().text();
+    EXPECT_THAT(*module, HasSubstr("// Made of shore_a.json by `openfab property`"));
+    EXPECT_THAT(*module,
+                HasSubstr("// The hardness of mixtures of soft, hard, in Shore A, measured.\n"));
+    EXPECT_THAT(*module, HasSubstr("// Source: a laboratory\n"));
+    EXPECT_THAT(*module,
+                HasSubstr("const PropertyTable SHORE_A = {\n    3,\n    {30, 62.5, 95, 0, "));
+    EXPECT_THAT(*module, HasSubstr("{{1, 0, 0, 0}, {0.5, 0.5, 0, 0}, {0, 1, 0, 0}, {0, 0, 0, 0},"));
+    EXPECT_THAT(*module, HasSubstr("const float SHORE_A_LOWEST = 30, SHORE_A_HIGHEST = 95;\n"));
+    // Falling values are as good.
+    const Result<std::string> falling =
+        property_module(table(row("1, 0", "5") + "," + row("0, 1", "-3")), "x.json");
+    ASSERT_TRUE(falling);
+    EXPECT_THAT(*falling, HasSubstr("X_LOWEST = -3, X_HIGHEST = 5;"));
+}
+
+TEST(PropertyTable, OfTheGalleryIsWhatItsModuleSays) {
+    const std::string folder = OPENFAB_SOURCE_DIR "/gallery/insole/";
+    const auto contents = [&](const std::string& name) {
+        std::ifstream in(folder + name);
+        return std::string{std::istreambuf_iterator<char>(in), {}};
+    };
+    const Result<std::string> module =
+        property_module(contents("modulus.json"), folder + "modulus.json");
+    ASSERT_TRUE(module) << module.error().text();
+    EXPECT_EQ(*module, contents("modulus.fl"));
+}
+
+TEST(PropertyTable, SaysWhereItIsWrong) {
+    const auto trouble = [](const std::string& text, const std::string& file = "t.json") {
+        const Result<std::string> module = property_module(text, file);
+        return module ? "no error" : module.error().text();
+    };
+    const std::string good = row("1, 0", "1") + "," + row("0, 1", "2");
+    EXPECT_EQ(trouble(table(good)), "no error");
+    EXPECT_THAT(trouble("["), HasSubstr("t.json:1:"));
+    EXPECT_THAT(trouble(table(good, R"("uint": "MPa",)")),
+                HasSubstr("`uint` is no key of a table"));
+    EXPECT_THAT(trouble(R"({"property": "x"})"), HasSubstr("`unit` is missing"));
+    EXPECT_THAT(trouble(table(row("1, 0", "1"))), HasSubstr("1 rows; a table has 2 to 16"));
+    EXPECT_THAT(
+        trouble(table(good + "," + row("0.5, 0.5", "1.5"))),
+        HasSubstr("row 3 has the value 1.5 after 2; values rise from row to row, or they fall"));
+    EXPECT_THAT(trouble(table(row("1, 0", "1") + "," + row("0, 1", "1"))),
+                HasSubstr("row 2 has the value 1 after 1"));
+    EXPECT_THAT(trouble(table(row("1, 0", "1") + "," + row("0, 0.9", "2"))),
+                HasSubstr("the fractions have a sum of 0.9, not 1"));
+    EXPECT_THAT(trouble(table(row("1, 0", "1") + "," + row("1", "2"))),
+                HasSubstr("1 fractions of 2 materials"));
+    EXPECT_THAT(trouble(table(row("2, -1", "1") + "," + row("0, 1", "2"))),
+                HasSubstr("a fraction is a number from 0 to 1"));
+    EXPECT_THAT(trouble(table(good), "1st.json"), HasSubstr("`1st` cannot name constants"));
+}
+
+}  // namespace
+}  // namespace openfab::tools

@@ -1,0 +1,220 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/property_table.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "base/json.h"
+#include "base/text.h"
+
+namespace openfab::tools {
+
+namespace {
+
+using Kind = JsonValue::Kind;
+
+/// As many as PropertyTable of stdlib/property.fl holds.
+constexpr size_t kMostRows = 16, kMostMaterials = 4;
+/// Of a sum of fractions, as people round them.
+constexpr double kRounding = 1e-6;
+
+struct Row {
+    std::array<float, kMostMaterials> mixture{};
+    float value = 0;
+};
+
+struct Table {
+    std::string property, unit, source;
+    std::vector<std::string> materials;
+    bool measured = false;
+    std::vector<Row> rows;
+};
+
+class Reader {
+  public:
+    Reader(const JsonValue& root, const std::string& file) : root_(root), file_(file) {}
+
+    Result<Table> read() {
+        Table out;
+        if (!root_.is(Kind::kObject)) return wrong(root_, "a table is an object");
+        for (const JsonMember& member : root_.members) {
+            constexpr std::array kKeys{"property", "unit",   "materials",
+                                       "measured", "source", "rows"};
+            if (std::find(kKeys.begin(), kKeys.end(), member.key) == kKeys.end())
+                return wrong(member.value, fmt::format("`{}` is no key of a table", member.key));
+        }
+        for (const auto& [key, to] :
+             {std::pair{"property", &out.property}, {"unit", &out.unit}, {"source", &out.source}}) {
+            const Result<const JsonValue*> text = member(root_, key, Kind::kString, "a text");
+            if (!text) return text.error();
+            *to = one_line((*text)->text);
+        }
+        const Result<const JsonValue*> measured =
+            member(root_, "measured", Kind::kBool, "true, or false where values are nominal");
+        if (!measured) return measured.error();
+        out.measured = (*measured)->boolean;
+        if (Result<void> done = read_materials(&out); !done) return done.error();
+        if (Result<void> done = read_rows(&out); !done) return done.error();
+        return out;
+    }
+
+  private:
+    Error wrong(const JsonValue& at, const std::string& what, const std::string& help = {}) const {
+        return error_at({file_, at.line, at.column}, what, help);
+    }
+    Result<const JsonValue*> member(const JsonValue& object, const char* key, Kind kind,
+                                    const char* right) const {
+        const JsonMember* const found = object.find(key);
+        if (found == nullptr) return wrong(object, fmt::format("`{}` is missing: {}", key, right));
+        if (found->value.is(kind)) return &found->value;
+        return wrong(found->value,
+                     fmt::format("`{}` is {}, not {}", key, found->value.kind_name(), right));
+    }
+    /// Text for a comment of one line.
+    static std::string one_line(const std::string& text) {
+        std::string out = printable(text);
+        std::erase(out, '\\');
+        return out;
+    }
+    Result<void> read_materials(Table* out) {
+        const Result<const JsonValue*> names = member(root_, "materials", Kind::kArray, "names");
+        if (!names) return names.error();
+        for (const JsonValue& name : (*names)->items) {
+            if (!name.is(Kind::kString)) return wrong(name, "a material is named by a text");
+            out->materials.push_back(one_line(name.text));
+        }
+        if (out->materials.size() >= 2 && out->materials.size() <= kMostMaterials) return {};
+        return wrong(**names, fmt::format("{} materials; a table has 2 to {}",
+                                          out->materials.size(), kMostMaterials));
+    }
+    Result<void> read_rows(Table* out) {
+        const Result<const JsonValue*> rows = member(root_, "rows", Kind::kArray, "rows");
+        if (!rows) return rows.error();
+        if ((*rows)->items.size() < 2 || (*rows)->items.size() > kMostRows) {
+            return wrong(**rows, fmt::format("{} rows; a table has 2 to {}", (*rows)->items.size(),
+                                             kMostRows));
+        }
+        for (const JsonValue& item : (*rows)->items) {
+            const Result<Row> row = read_row(item, out->materials.size());
+            if (!row) return row.error();
+            out->rows.push_back(*row);
+            const size_t n = out->rows.size();
+            if (n < 2) continue;
+            const bool rises = out->rows[1].value > out->rows[0].value;
+            const float before = out->rows[n - 2].value;
+            if (row->value == before || (row->value > before) != rises) {
+                return wrong(
+                    item,
+                    fmt::format("row {} has the value {} after {}; values rise from row to "
+                                "row, or they fall",
+                                n, row->value, before),
+                    "leave out rows that measurement cannot tell apart");
+            }
+        }
+        return {};
+    }
+    Result<Row> read_row(const JsonValue& item, size_t materials) const {
+        const Result<const JsonValue*> mixture = member(item, "mixture", Kind::kArray, "fractions");
+        if (!mixture) return mixture.error();
+        const Result<const JsonValue*> value = member(item, "value", Kind::kNumber, "a number");
+        if (!value) return value.error();
+        Row row;
+        row.value = static_cast<float>((*value)->number);
+        if (!std::isfinite(row.value)) return wrong(**value, "it is not finite");
+        if ((*mixture)->items.size() != materials) {
+            return wrong(**mixture, fmt::format("{} fractions of {} materials",
+                                                (*mixture)->items.size(), materials));
+        }
+        double sum = 0;
+        for (size_t i = 0; i < materials; ++i) {
+            const JsonValue& part = (*mixture)->items[i];
+            if (!part.is(Kind::kNumber) || !(part.number >= 0 && part.number <= 1))
+                return wrong(part, "a fraction is a number from 0 to 1");
+            row.mixture[i] = static_cast<float>(part.number);
+            sum += part.number;
+        }
+        if (std::abs(sum - 1) > kRounding)
+            return wrong(**mixture, fmt::format("the fractions have a sum of {:g}, not 1", sum));
+        return row;
+    }
+
+    const JsonValue& root_;
+    const std::string& file_;
+};
+
+/// `sole_modulus` makes SOLE_MODULUS; empty where that is no name.
+std::string constant_name(const std::string& stem) {
+    std::string out;
+    for (const char c : stem) {
+        const char capital = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+        const bool letter = capital >= 'A' && capital <= 'Z';
+        const bool digit = capital >= '0' && capital <= '9';
+        if (!letter && (out.empty() || !(digit || capital == '_'))) return {};
+        out += capital;
+    }
+    return out;
+}
+
+/// Puts words into lines of a comment.
+std::string comment(const std::string& text) {
+    constexpr size_t kWidth = 116;
+    std::string out, line = "//";
+    size_t at = 0;
+    while (at < text.size()) {
+        const size_t end = std::min(text.find(' ', at), text.size());
+        if (line.size() > 2 && line.size() + end - at > kWidth) {
+            out += line + "\n";
+            line = "//";
+        }
+        line += " " + text.substr(at, end - at);
+        at = end + 1;
+    }
+    return out + line + "\n";
+}
+
+std::string list(const std::vector<std::string>& items, size_t in_line) {
+    std::string out = "{";
+    for (size_t i = 0; i < items.size(); ++i)
+        out += (i == 0 ? "" : i % in_line == 0 ? ",\n     " : ", ") + items[i];
+    return out + "}";
+}
+
+}  // namespace
+
+Result<std::string> property_module(std::string_view text, const std::string& file) {
+    const Result<JsonValue> json = parse_json(text, file);
+    if (!json) return json.error();
+    const Result<Table> table = Reader(*json, file).read();
+    if (!table) return table.error();
+    const std::filesystem::path path(file);
+    const std::string name = constant_name(path.stem().string());
+    if (name.empty()) {
+        return user_error(fmt::format("`{}` cannot name constants", path.stem().string()),
+                          "name the table with letters, digits and _, a letter first");
+    }
+    std::vector<std::string> values, mixtures;
+    for (size_t i = 0; i < kMostRows; ++i) {
+        const Row row = i < table->rows.size() ? table->rows[i] : Row{};
+        values.push_back(fmt::format("{}", row.value));
+        const auto& m = row.mixture;
+        mixtures.push_back(fmt::format("{{{}, {}, {}, {}}}", m[0], m[1], m[2], m[3]));
+    }
+    const auto [first, last] = std::minmax(table->rows.front().value, table->rows.back().value);
+    return comment(fmt::format("Made of {} by `openfab property`: change that, not this.",
+                               path.filename().string())) +
+           comment(fmt::format("The {} of mixtures of {}, in {}, {}.", table->property,
+                               fmt::join(table->materials, ", "), table->unit,
+                               table->measured ? "measured" : "nominal: not measured")) +
+           comment("Source: " + table->source) + "import property;\n\n" +
+           fmt::format("const PropertyTable {} = {{\n    {},\n    {},\n    {}\n}};\n", name,
+                       table->rows.size(), list(values, 16), list(mixtures, 4)) +
+           fmt::format("const float {}_LOWEST = {}, {}_HIGHEST = {};\n", name, first, name, last);
+}
+
+}  // namespace openfab::tools

@@ -1,0 +1,24 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Tables of mixtures whose property was measured, JSON, as modules of OpenFL for `import property`:
+//
+//   {"property": "tensile modulus", "unit": "MPa", "materials": ["soft", "rigid"],
+//    "measured": true, "source": "who measured it, where, by which standard",
+//    "rows": [{"mixture": [1, 0], "value": 0.6}, {"mixture": [0.5, 0.5], "value": 30}, ...]}
+
+#include <string>
+#include <string_view>
+
+#include "base/result.h"
+
+namespace openfab::tools {
+
+/// Returns the module of the table `text` of the file `file`, whose name without its extension names
+/// the module's constants. Errors are located in the file: what is missing; mixtures whose fractions
+/// are not 0 ... 1 with a sum of 1; values that neither rise nor fall from row to row, which no
+/// request could be found in.
+Result<std::string> property_module(std::string_view text, const std::string& file);
+
+}  // namespace openfab::tools
