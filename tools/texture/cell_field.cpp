@@ -118,6 +118,7 @@ struct Cell {
     bool find(const Vec3d& p, Vec3d* r) const {
         constexpr int kMostSteps = 30;
         constexpr double kDone = 1e-13, kFar = 100;
+        const bool is_affine = type == CellType::kTetrahedron || type == CellType::kVoxel;
         *r = middle(type);
         for (int step = 0; step < kMostSteps; ++step) {
             const Shape s = shape(type, *r);
@@ -137,7 +138,7 @@ struct Cell {
             const double most = std::max({std::abs(by.x), std::abs(by.y), std::abs(by.z)});
             const double reach = std::max({std::abs(r->x), std::abs(r->y), std::abs(r->z)});
             if (!(most < kFar && reach < kFar)) return false;  // or not a number: it is flat here
-            if (most <= kDone * (1 + reach)) return true;
+            if (is_affine || most <= kDone * (1 + reach)) return true;
         }
         return false;
     }
@@ -310,9 +311,12 @@ MadeReader open_cell_field(CellMesh mesh, const texture::VolumeOptions& options,
             return user_error("a corner of a cell is not a finite point");
         bounds.add(at);
     }
-    constexpr double kTexels = 100;
-    const double pitch = options.pitch_mm > 0 ? options.pitch_mm : bounds.longest_side() / kTexels;
-    if (!(pitch > 0)) return user_error("all of its points are one");
+    const Vec3d sides = bounds.size();
+    constexpr double kTexelsOfCell = 3;
+    const double usual =
+        std::cbrt(sides.x * sides.y * sides.z / static_cast<double>(mesh.types.size()));
+    const double pitch = options.pitch_mm > 0 ? options.pitch_mm : usual / kTexelsOfCell;
+    if (!(pitch > 0)) return user_error("its cells lie in a plane");
     Result<ResampledBox> box = resampled_box(bounds, pitch);
     if (!box) return box.error();
     // Each cell's beginning, its place in the order of slices, and in the slices at hand.

@@ -31,8 +31,8 @@ struct CellMesh {
     int64_t bytes() const;
 };
 
-/// Samples the field at `pitch_mm` of the options, or a hundredth of the longest side of the cells'
-/// box, which the volume covers. Tetrahedra are linear, hexahedra trilinear, wedges linear times
+/// Samples the field at `pitch_mm` of the options, or a third of a cell's side, as it is on average
+/// where cells fill their box, which the volume covers. Tetrahedra are linear, hexahedra trilinear, wedges linear times
 /// linear; where cells share a face or overlap, the first counts. A texel whose centre lies less than
 /// two texels outside has the value to which the nearest cell continues, within the bounds of all
 /// values, so that points just under the surface are right; all others have `outside`, else 0. Cells

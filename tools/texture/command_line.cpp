@@ -11,10 +11,12 @@
 #include <filesystem>
 #include <vector>
 
+#include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/units.h"
+#include "tools/texture/guarded.h"
 
 namespace openfab::tools {
 
@@ -117,6 +119,17 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     }
     if (!done) return say_error(done.error());
     return std::nullopt;
+}
+
+int convert_guarded(int argc, char** argv, MakeVolume* make) {
+    prepare_streams();
+    clean_up_on_signals();
+    TextureJob job;
+    if (const std::optional<int> code = parse_texture_job(argc, argv, &job)) return *code;
+    return do_quietly([&]() -> Result<void> {
+        return guarded(job.limits.memory_bytes, job.input,
+                       [&] { return make(job.input, job.output, job.options, job.limits); });
+    });
 }
 
 int do_quietly(const std::function<Result<void>()>& make) {

@@ -5,6 +5,7 @@
 // The command line that all converters of textures share: `openfab-texture`, and the optional ones of
 // volumes, to which it passes its own arguments on.
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -23,6 +24,13 @@ struct TextureJob {
 
 /// Parses the arguments. Returns the exit code where the program is to end now, having said why.
 std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job);
+
+using MakeVolume = Result<void>(const std::filesystem::path& source,
+                                const std::filesystem::path& out,
+                                const texture::VolumeOptions& options,
+                                const texture::ReadLimits& limits);
+/// What an optional converter does, whose library may crash (guarded.h). Returns the exit code.
+int convert_guarded(int argc, char** argv, MakeVolume* make);
 
 /// Calls `make` while standard error is closed, as libraries write to it what is reported from their
 /// results. Returns the exit code, having said what went wrong.

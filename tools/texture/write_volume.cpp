@@ -9,7 +9,9 @@
 #include <cmath>
 #include <exception>
 #include <memory>
+#include <new>
 
+#include "base/units.h"
 #include "texture/pyramid_file.h"
 #include "tools/texture/check_memory.h"
 
@@ -77,6 +79,11 @@ Result<void> write_volume(const fs::path& source, const fs::path& out,
                           const std::function<MadeReader()>& open) {
     try {
         return convert(source, out, options, limits, open);
+    } catch (const std::bad_alloc&) {
+        return user_error(
+            fmt::format("cannot read {}: it takes more memory than `--memory` allows, {}",
+                        source.string(), format_bytes(limits.memory_bytes)),
+            "scale it down, or raise it");
     } catch (const std::exception& e) {
         return user_error(fmt::format("cannot read {}: {}", source.string(), e.what()));
     }

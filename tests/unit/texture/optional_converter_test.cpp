@@ -1,0 +1,70 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/optional_converter.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+#include "tests/support/meshes/temp_folder.h"
+#include "tools/texture/guarded.h"
+
+namespace openfab::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(OptionalConverter, IsKnownByContentThenByName) {
+    const testing::TempFolder folder;
+    const auto program = [](const fs::path& volume) {
+        const OptionalConverter* const found = optional_converter(volume);
+        return std::string(found == nullptr ? "none" : found->program);
+    };
+    const std::string slice = std::string(128, '\0') + "DICM";
+    EXPECT_EQ(program(folder.write("a", slice)), "openfab-texture-dicom");
+    EXPECT_EQ(program(folder.write("b", " BDV" + std::string(4, '\0'))), "openfab-texture-vdb");
+    EXPECT_EQ(program(folder.write("c.vdb", "")), "openfab-texture-vdb");
+    EXPECT_EQ(program(folder.write("d.dcm", "")), "openfab-texture-dicom");
+    EXPECT_EQ(program(folder.write("e.npy", "\x93NUMPY")), "none");
+    EXPECT_EQ(program(folder.path() / "missing.png"), "none");
+    fs::create_directory(folder.path() / "series");
+    folder.write("series/LIESMICH", "a scan");
+    folder.write("series/im1", slice);
+    EXPECT_EQ(program(folder.path() / "series"), "openfab-texture-dicom");
+}
+
+TEST(OptionalConverter, ThatIsMissingIsNamedWithItsRemedy) {
+    const OptionalConverter converter{"openfab-texture-none", "some", "install it"};
+    std::string word = "x";
+    char* argv[] = {word.data(), nullptr};
+    const Error error = execute(converter, argv);
+    EXPECT_EQ(error.code, ErrorCode::kOutside);
+    EXPECT_EQ(error.text(),
+              "this `openfab` was built without its reader of some volumes; install it");
+}
+
+TEST(Guarded, PassesErrorsOnAndOutlivesACrash) {
+    const auto text = [](const std::function<Result<void>()>& make) {
+        const Result<void> done = guarded(100'000'000, "scan", make);
+        return done ? "no error" : done.error().text();
+    };
+    EXPECT_EQ(text([] { return Result<void>(); }), "no error");
+    EXPECT_EQ(text([] { return Result<void>(user_error("wrong", "do right")); }),
+              "wrong; do right");
+#ifndef OPENFAB_SANITIZED  // which end otherwise
+    EXPECT_EQ(text([]() -> Result<void> { std::abort(); }),
+              "cannot read scan: it is damaged, the library that reads it crashed");
+    EXPECT_EQ(text([]() -> Result<void> {
+                  now_reading("series/im7");
+                  std::abort();
+              }),
+              "cannot read scan: im7: it is damaged, the library that reads it crashed");
+#endif
+    EXPECT_NE(text([]() -> Result<void> { ::_exit(7); }), "no error");
+}
+
+}  // namespace
+}  // namespace openfab::tools

@@ -1,0 +1,24 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Calls libraries that were not made for untrusted files.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "base/result.h"
+
+namespace openfab::tools {
+
+/// Calls `make` in a child process with bounded memory, and returns its result. A file that makes the
+/// library crash, or take more, is an error like others, which names `file`; what the child wrote
+/// stays.
+Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
+                     const std::function<Result<void>()>& make);
+
+/// Says which file of several is read now: if the library crashes, the error names it.
+void now_reading(const std::filesystem::path& file);
+
+}  // namespace openfab::tools
