@@ -9,13 +9,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 
 #include "base/color.h"
 #include "texture/cache.h"
+#include "tools/texture/embedded_profile.h"
 
 namespace openfab::tools {
 
-/// Converts each pixel between the file and the pyramid.
+/// Converts each pixel between the file and the pyramid. Colours are decoded by the picture's own ICC
+/// profile where the space is `auto`, else as the space says.
 class Decoder {
   public:
     Decoder(const OIIO::ImageSpec& spec, const texture::ImageOptions& options)
@@ -26,6 +29,13 @@ class Decoder {
         colors_ = channels_in_ == 2 || channels_in_ == 4 ? channels_in_ - 1 : channels_in_;
         to_luminance_ = options.luminance && colors_ == 3;
         channels_out_ = options.luminance ? 1 : channels_in_;
+        if (const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
+            icc != nullptr && options.space == "auto" && colors_ == 3) {
+            EmbeddedProfile::Found found = EmbeddedProfile::find(
+                {static_cast<const uint8_t*>(icc->data()), static_cast<size_t>(icc->datasize())});
+            srgb_ = srgb_ || found.is_srgb;
+            profile_ = std::move(found.other);
+        }
         if (srgb_ && eight_bit) {
             for (size_t i = 0; i < table_.size(); ++i) {
                 table_[i] = static_cast<float>(srgb_to_linear(static_cast<double>(i) / 255.0));
@@ -42,8 +52,9 @@ class Decoder {
         for (int32_t c = 0; c < channels_in_; ++c) {
             const float value = in[c];
             if (!std::isfinite(value)) return false;
-            v[c] = srgb_ && c < colors_ ? decode(value) : value;
+            v[c] = srgb_ && c < colors_ && !profile_ ? decode(value) : value;
         }
+        if (profile_) profile_->decode(in, v.data());
         if (to_luminance_) v[0] = luminance(v[0], v[1], v[2]);
         std::copy_n(v.data(), channels_out_, out);
         return true;
@@ -63,6 +74,7 @@ class Decoder {
     bool srgb_ = false;
     bool to_luminance_ = false;
     bool use_table_ = false;
+    std::unique_ptr<EmbeddedProfile> profile_;
     std::array<float, 256> table_{};
 };
 
