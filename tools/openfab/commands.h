@@ -77,6 +77,9 @@ int texture_command(char** argv);
 /// Runs `openfab text …`: replaces the process by `openfab-text`, beside this program.
 int text_command(char** argv);
 
+/// Runs `openfab colour …`: replaces the process by `openfab-colour`, beside this program.
+int colour_command(char** argv);
+
 /// Runs `openfab profile …` or `openfab tune …`: replaces the process by `openfab-tuner`, beside
 /// this program.
 int tuner_command(char** argv);

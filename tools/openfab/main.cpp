@@ -247,6 +247,7 @@ int tool_main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     if (argc > 1 && std::string_view(argv[1]) == "text") return text_command(argv);
+    if (argc > 1 && std::string_view(argv[1]) == "colour") return colour_command(argv);
     for (const char* const command : {"profile", "tune"}) {
         if (argc > 1 && std::string_view(argv[1]) == command) return tuner_command(argv);
     }
@@ -269,6 +270,8 @@ int tool_main(int argc, char** argv) {
     app.add_subcommand("profile", "say where the time of a print goes, and what bounds each stage");
     app.add_subcommand("tune", "search the schedule that prints a world fastest on this machine");
     app.add_subcommand("text", "make a mesh or a picture of a text");
+    app.add_subcommand("colour",
+                       "print colours as a measured printer makes them: charts, ICC profiles");
     app.add_subcommand("texture", "convert an image for prints, which call this themselves");
     app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;

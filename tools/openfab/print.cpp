@@ -202,6 +202,10 @@ int text_command(char** argv) {
     return start_helper("openfab-text", argv + 1);
 }
 
+int colour_command(char** argv) {
+    return start_helper("openfab-colour", argv + 1);
+}
+
 int tuner_command(char** argv) {
     return start_helper("openfab-tuner", argv);
 }
