@@ -5,7 +5,7 @@
 # (/proc/self/exe), so they have a prefix of their own with the layout of the build, lib/openfab/{bin,lib}; what is in the
 # public bin/ are links to them. The whole works under any prefix and may be moved.
 set(openfab_home lib/openfab)
-set(openfab_programs openfab openflc openfab-texture openfab-text)
+set(openfab_programs openfab openflc openfab-texture openfab-text openfab-colour)
 
 install(TARGETS ${openfab_programs} RUNTIME DESTINATION ${openfab_home}/bin)
 foreach(name IN LISTS openfab_programs)
@@ -56,7 +56,8 @@ foreach(world IN LISTS worlds)
 endforeach()
 list(REMOVE_DUPLICATES example_folders)
 foreach(name IN LISTS example_folders)
-    file(GLOB files CONFIGURE_DEPENDS gallery/${name}/*.fl gallery/${name}/*.obj gallery/${name}/*.jpg)
+    file(GLOB files CONFIGURE_DEPENDS gallery/${name}/*.fl gallery/${name}/*.obj gallery/${name}/*.jpg
+        gallery/${name}/*.csv gallery/${name}/*.nrrd)
     install(FILES ${files} DESTINATION share/doc/openfab/examples/${name})
 endforeach()
 

@@ -50,6 +50,7 @@ constexpr Exhibit kExhibits[] = {
     {"gyroid_block", "lattices", "lattices", "0.4mm"},
     {"orientation_coupon", "coupon", "orientation_coupon", "0.4mm"},
     {"calibration_chart", "chart", "calibration_chart", "0.4mm"},
+    {"ink_profile", "cameo", "ink_profile", "0.5mm"},
     {"conformal_wheel", "wheel", "conformal_wheel", "0.6mm"},
     {"library", "fields", "fields", "0.25mm"},
     {"library", "surfaces", "surfaces", "0.25mm", true},

@@ -68,7 +68,7 @@ ScratchFolder* Guides::cache_ = nullptr;
 std::vector<std::string> guides() {
     std::vector<std::string> out;
     // Kernels of lattices and of inks, for which LLVM takes longest; the gallery's tests have them.
-    const std::vector<std::string> only_long{"graded-lattice", "picture"};
+    const std::vector<std::string> only_long{"graded-lattice", "picture", "colour"};
     for (const char* folder : {"docs/tutorial", "docs/how-to"}) {
         for (const fs::directory_entry& entry : fs::directory_iterator(source_dir() / folder)) {
             const std::string stem = entry.path().stem().string();

@@ -50,7 +50,7 @@ std::vector<std::string> quoted_in(const std::string& text) {
 }
 
 bool names_a_file(const std::string& text) {
-    static const std::regex kFile(R"([^ ]+\.(fl|fab\.json|obj|ppm|sched|py))");
+    static const std::regex kFile(R"([^ ]+\.(fl|fab\.json|obj|ppm|sched|py|csv))");
     return std::regex_match(text, kFile);
 }
 

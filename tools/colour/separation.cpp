@@ -214,7 +214,7 @@ Inks Separation::find(const Lab& colour) const {
 double Separation::refine(const Lab& colour, double black, double weight, Inks* roots) const {
     constexpr int kMostSteps = 40;
     constexpr size_t kRows = 4;
-    constexpr double kNudge = 1e-3, kSmall = 1e-7, kMostDamping = 1e5;
+    constexpr double kNudge = 1e-3, kSmall = 1e-4, kMostDamping = 1e5;
     using Rows = std::array<double, kRows>;
     const auto rows_of = [&](const Inks& r) {
         const std::array<double, 3> d = differences(colour, grid_.at_roots(r));
