@@ -84,4 +84,7 @@ int colour_command(char** argv);
 /// this program.
 int tuner_command(char** argv);
 
+/// Runs `openfab render …`: replaces the process by `openfab-render`, beside this program.
+int render_command(char** argv);
+
 }  // namespace openfab::tools

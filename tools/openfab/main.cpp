@@ -37,6 +37,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab view card.ofr                        slices, cuts and a volume in a browser
+  openfab render card.ofr -o card.png          how it will look
   openfab profile card.fab.json                where the time of a print goes
   openfab tune card.fab.json -o card.sched     a schedule that is faster on this machine
   openfab receive --listen tcp://127.0.0.1:7000 -o card.ofr
@@ -248,6 +249,7 @@ int tool_main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
     if (argc > 1 && std::string_view(argv[1]) == "text") return text_command(argv);
     if (argc > 1 && std::string_view(argv[1]) == "colour") return colour_command(argv);
+    if (argc > 1 && std::string_view(argv[1]) == "render") return render_command(argv);
     for (const char* const command : {"profile", "tune"}) {
         if (argc > 1 && std::string_view(argv[1]) == command) return tuner_command(argv);
     }
@@ -267,6 +269,7 @@ int tool_main(int argc, char** argv) {
     add_property(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
+    app.add_subcommand("render", "show how a print will look: light traced through its voxels");
     app.add_subcommand("profile", "say where the time of a print goes, and what bounds each stage");
     app.add_subcommand("tune", "search the schedule that prints a world fastest on this machine");
     app.add_subcommand("text", "make a mesh or a picture of a text");

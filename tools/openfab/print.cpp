@@ -210,6 +210,10 @@ int tuner_command(char** argv) {
     return start_helper("openfab-tuner", argv);
 }
 
+int render_command(char** argv) {
+    return start_helper("openfab-render", argv + 1);
+}
+
 int print_command(int argc, char** argv) {
     Result<void> done = print_world({argv + 2, argv + argc});
     if (done) done = written_out();

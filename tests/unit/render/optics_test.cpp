@@ -1,0 +1,88 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/render/optics.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace openfab::testing {
+namespace {
+
+using render::MaterialOptics;
+using render::Optics;
+using render::OpticsTable;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(Optics, ReadsNumbersForAllChannelsOrThree) {
+    const Result<OpticsTable> table = render::parse_optics(R"({
+        "openfab_optics": 1,
+        "source": "a test",
+        "surface": {"refractive_index": 1.4, "roughness": 0.25},
+        "materials": {"Jelly": {"also": ["gel"], "extinction_per_mm": 2, "albedo": [0.1, 0.2, 0.3], "anisotropy": 0.5}}
+    })",
+                                                           "x.json");
+    ASSERT_TRUE(table) << table.error().text();
+    EXPECT_EQ(table->surface.refractive_index, 1.4);
+    EXPECT_EQ(table->surface.roughness, 0.25);
+    const MaterialOptics expected{{2, 2, 2}, {0.1, 0.2, 0.3}, 0.5};
+    ASSERT_NE(table->find("jelly"), nullptr);
+    EXPECT_EQ(*table->find("jelly"), expected);
+    EXPECT_EQ(*table->find("GEL"), expected);
+    EXPECT_EQ(table->find("water"), nullptr);
+}
+
+TEST(Optics, TellsWhatIsWrongAndWhere) {
+    const auto material = [](const std::string& members) {
+        return "{\"openfab_optics\": 1, \"materials\": {\"a\": {" + members + "}}}";
+    };
+    const std::vector<std::pair<std::string, std::string>> cases{
+        {"[]", "must hold an object"},
+        {"{}", "not a file of optical properties"},
+        {"{\"openfab_optics\": 1, \"colors\": 1}", "1:23: unknown key `colors`"},
+        {"{\"openfab_optics\": 1, \"surface\": {\"refractive_index\": 0.5}}",
+         "a number from 1 to 3"},
+        {"{\"openfab_optics\": 1, \"surface\": 3}", "`surface` is an object"},
+        {"{\"openfab_optics\": 1, \"materials\": {\"a\": 1}}", "`a` is an object"},
+        {material("\"albedo\": 0.5"), "`extinction_per_mm` is missing"},
+        {material("\"extinction_per_mm\": -1, \"albedo\": 0.5"), "a number from 0 to"},
+        {material("\"extinction_per_mm\": [1, 2], \"albedo\": 0.5"), "a number or three"},
+        {material("\"extinction_per_mm\": 1, \"albedo\": 1.5"), "a number from 0 to 1"},
+        {material("\"extinction_per_mm\": 1, \"albedo\": 1, \"anisotropy\": 1"), "`anisotropy`"},
+    };
+    for (const auto& [text, message] : cases) {
+        const Result<OpticsTable> table = render::parse_optics(text, "x.json");
+        ASSERT_FALSE(table) << text;
+        EXPECT_THAT(table.error().text(), HasSubstr(message)) << text;
+        EXPECT_THAT(table.error().text(), HasSubstr("x.json")) << text;
+    }
+}
+
+TEST(Optics, LooksInTheOwnFileFirst) {
+    pipeline::PrintInfo info;
+    info.materials = {
+        {"VeroWhite"}, {"VeroCyan"}, {"Unobtainium", {}, {255, 0, 0, 255}}, {"SUP706"}};
+    info.support_code = 4;
+    const Result<OpticsTable> own = render::parse_optics(
+        R"({"openfab_optics": 1, "materials": {"verocyan": {"extinction_per_mm": 1, "albedo": 0}}})",
+        "x.json");
+    ASSERT_TRUE(own);
+    const Optics optics = render::optics_of(info, &*own);
+    ASSERT_EQ(optics.by_code.size(), 5u);
+    EXPECT_EQ(optics.by_code[1], *render::builtin_optics().find("VeroWhite"));
+    EXPECT_EQ(optics.by_code[2].extinction[0], 1);
+    // Support is washed off: nothing has to be known of it.
+    EXPECT_THAT(optics.guessed, ElementsAre("Unobtainium"));
+    EXPECT_GT(optics.by_code[3].albedo[0], 0.99);
+    EXPECT_EQ(optics.by_code[3].albedo[1], 0);
+}
+
+TEST(Optics, GuessesClearOnesAsThin) {
+    const MaterialOptics clear = render::guess_optics({250, 253, 255, 5});
+    const MaterialOptics opaque = render::guess_optics({250, 253, 255, 255});
+    EXPECT_LT(clear.extinction[0], 0.03);
+    EXPECT_GE(opaque.extinction[0], 10);
+}
+
+}  // namespace
+}  // namespace openfab::testing
