@@ -359,41 +359,34 @@ double Tracer::distance_to_backdrop(const Ray& ray) const {
     return std::max(0.0, dot(mm - backdrop.point_mm, backdrop.normal) / towards);
 }
 
-Rgb Tracer::sky(const Vec3d& direction) const {
+Rgb Tracer::sky(const Vec3d& direction, double diffuse) const {
     Rgb out = scene_.light.dome;
     for (const Lamp& lamp : scene_.light.lamps) {
         if (dot(direction, lamp.to_lamp) < lamp.cosine) continue;
+        const double share = diffuse > 0 ? diffuse / (diffuse + 1 / lamp.extent()) : 1;
         for (size_t c = 0; c < 3; ++c)
-            out[c] += lamp.radiance[c];
+            out[c] += lamp.radiance[c] * share;
     }
     return out;
 }
 
-double Tracer::lamp_density(const Vec3d& direction) const {
-    double density = 0;
-    for (const Lamp& lamp : scene_.light.lamps) {
-        if (dot(direction, lamp.to_lamp) >= lamp.cosine) density += 1 / lamp.extent();
-    }
-    return density == 0 ? 0 : density / static_cast<double>(scene_.light.lamps.size());
-}
-
 Rgb Tracer::lamp_light(const Ray& ray, Random* random) const {
-    const std::vector<Lamp>& lamps = scene_.light.lamps;
-    if (lamps.empty()) return {};
-    const auto which = static_cast<size_t>(random->uniform() * static_cast<double>(lamps.size()));
-    const Lamp& lamp = lamps[std::min(which, lamps.size() - 1)];
-    const Vec3d direction = random->around(lamp.to_lamp, 1 - random->uniform() * (1 - lamp.cosine));
-    const double cosine = dot(direction, scene_.backdrop.normal);
-    const double density = lamp_density(direction);
-    if (cosine <= 0 || density == 0) return {};
-    Ray shadow = ray;
-    aim(direction, &shadow);
-    double ignored = 0;
-    if (walk(kFar, nullptr, &shadow, &ignored) != Event::kAway) return {};
-    // Balanced with the same directions drawn by their cosine; the dome is theirs alone.
-    Rgb out = sky(direction);
-    for (size_t c = 0; c < 3; ++c)
-        out[c] = (out[c] - scene_.light.dome[c]) * (cosine / kPi) / (density + cosine / kPi);
+    Rgb out{};
+    for (const Lamp& lamp : scene_.light.lamps) {
+        const Vec3d direction =
+            random->around(lamp.to_lamp, 1 - random->uniform() * (1 - lamp.cosine));
+        const double cosine = dot(direction, scene_.backdrop.normal);
+        if (cosine <= 0) continue;
+        Ray shadow = ray;
+        aim(direction, &shadow);
+        double ignored = 0;
+        if (walk(kFar, nullptr, &shadow, &ignored) != Event::kAway) continue;
+        // Balanced with the same directions drawn by their cosine.
+        const double density = 1 / lamp.extent();
+        const double drawn = cosine / kPi;
+        for (size_t c = 0; c < 3; ++c)
+            out[c] += lamp.radiance[c] * drawn / (density + drawn);
+    }
     return out;
 }
 
@@ -437,12 +430,7 @@ Rgb Tracer::trace(const Vec3d& from_mm, const Vec3d& direction, Random* random, 
             diffuse = cosine / kPi;
         } else {
             if (direct) return scene_.backdrop.seen;
-            Rgb sky = this->sky(ray.direction);
-            if (diffuse > 0) {
-                const double share = diffuse / (diffuse + lamp_density(ray.direction));
-                for (size_t c = 0; c < 3; ++c)
-                    sky[c] = scene_.light.dome[c] + (sky[c] - scene_.light.dome[c]) * share;
-            }
+            const Rgb sky = this->sky(ray.direction, diffuse);
             for (size_t c = 0; c < 3; ++c)
                 light[c] += weight[c] * sky[c];
             return light;

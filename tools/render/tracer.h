@@ -70,10 +70,10 @@ class Tracer {
     /// Lets the ray bounce; returns false where there is no surface to bounce off.
     bool bounce(Ray* ray, Random* random) const;
     bool collide(const Ray& ray, double majorant, Random* random, Rgb* weight, Vec3d* turned) const;
-    Rgb sky(const Vec3d& direction) const;
-    /// The density, per solid angle, with which lamp_light draws a direction.
-    double lamp_density(const Vec3d& direction) const;
-    /// Light from a lamp at a place of the backdrop, per albedo.
+    /// The light out of a direction: of one that a diffuse surface drew with the density `diffuse` (else
+    /// 0) the share that lamp_light leaves to it.
+    Rgb sky(const Vec3d& direction, double diffuse) const;
+    /// Light from the lamps at a place of the backdrop, per albedo.
     Rgb lamp_light(const Ray& ray, Random* random) const;
 
     const Volume& volume_;
