@@ -76,9 +76,10 @@ Result<Light> light_of(const std::string& name, const Camera& camera) {
     };
     Light light;
     if (name == "studio") {
-        light.dome = {0.3, 0.3, 0.3};
-        light.lamps.push_back(lamp_of(from(-0.55, 0.75, 0.65), 30, 0.6));
-        light.lamps.push_back(lamp_of(from(0.8, 0.5, -0.55), 20, 0.25));
+        // Large and soft: paths out of resin find lamps by chance alone.
+        light.dome = {0.5, 0.5, 0.5};
+        light.lamps.push_back(lamp_of(from(-0.55, 0.75, 0.65), 40, 0.45));
+        light.lamps.push_back(lamp_of(from(0.8, 0.5, -0.55), 25, 0.15));
     } else if (name == "behind") {
         // As bright as what lies on a lamp has to be to show what it lets through.
         light.dome = {0.02, 0.02, 0.02};
