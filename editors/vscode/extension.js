@@ -16,7 +16,7 @@ async function start() {
         await client.start();
     } catch (error) {
         vscode.window.showErrorMessage(
-            `OpenFL: \`${command}\` does not start (${error.message}). Set openfl.compiler to the openflc of an OpenFab build.`);
+            `OpenFL: \`${command}\` does not start (${error.message ?? error}). Set openfl.compiler to the openflc of an OpenFab build.`);
     }
 }
 
