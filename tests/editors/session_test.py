@@ -41,14 +41,14 @@ async def test_a_fablet_of_the_repository(client, file):
     document = opened(client, file)
     while document.uri not in client.diagnostics:
         await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
-    assert list(client.diagnostics[document.uri]) == []
+    assert not client.diagnostics[document.uri]
     symbols = await client.text_document_document_symbol_async(types.DocumentSymbolParams(document))
     assert symbols
     first = symbols[0].selection_range.start
     tokens = await client.text_document_semantic_tokens_full_async(types.SemanticTokensParams(document))
     assert len(tokens.data) % 5 == 0 and tokens.data
-    assert await client.text_document_formatting_async(
-        types.DocumentFormattingParams(document, types.FormattingOptions(4, True))) == []
+    assert not await client.text_document_formatting_async(
+        types.DocumentFormattingParams(document, types.FormattingOptions(4, True)))
     await client.text_document_document_color_async(types.DocumentColorParams(document))
     await client.text_document_hover_async(types.HoverParams(document, first))
     await client.text_document_definition_async(types.DefinitionParams(document, first))
@@ -72,7 +72,7 @@ async def test_a_mistake_and_its_fix(client, tmp_path):
     fix = actions[0].edit.changes[document.uri][0]
     client.text_document_did_change(types.DidChangeTextDocumentParams(
         types.VersionedTextDocumentIdentifier(2, document.uri),
-        [types.TextDocumentContentChangeEvent_Type1(fix.range, fix.new_text)]))
+        [types.TextDocumentContentChangePartial(fix.range, fix.new_text)]))
     renamed = await client.text_document_rename_async(
         types.RenameParams(document, types.Position(0, 15), "point"))
     assert [edit.new_text for edit in renamed.changes[document.uri]] == ["point", "point"]
