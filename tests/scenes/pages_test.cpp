@@ -21,13 +21,14 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// The pages of the site: all documents but the tests' and the editors'.
+/// The pages of the site: all documents but the tests'.
 std::vector<std::string> pages() {
     std::vector<std::string> out;
     for (auto at = fs::recursive_directory_iterator(source_dir()); at != fs::end(at); ++at) {
         const std::string path = fs::relative(at->path(), source_dir()).string();
         const bool other = path.starts_with(".") || path == "build" || path == "out" ||
-                           path == "tests" || path == "editors" || path == "gallery/figures";
+                           path == "tests" || path == "gallery/figures" ||
+                           path.ends_with("/node_modules");
         if (at->is_directory() && other) at.disable_recursion_pending();
         if (at->is_regular_file() && at->path().extension() == ".md" && !other) out.push_back(path);
     }
