@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -14,9 +15,11 @@
 #include "backends/common/tee_sink.h"
 #include "backends/gcvf/gcvf_sink.h"
 #include "backends/ofr/ofr_sink.h"
+#include "backends/ofr/slice_codec.h"
 #include "backends/preview/preview.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/npy_sink.h"
+#include "backends/raster/slice_files.h"
 #include "backends/stream/stream_sink.h"
 
 namespace openfab::program {
@@ -28,6 +31,35 @@ raster::SliceFormat slice_format(const Options& options, const std::string& form
            : options.png_indexed ? raster::SliceFormat::kIndexed
                                  : raster::SliceFormat::kRgba;
 }
+
+raster::FolderOptions folder_options(const Options& options, const world::Printer& printer,
+                                     const std::string& format) {
+    raster::FolderOptions folder;
+    folder.format = slice_format(options, format);
+    folder.flip_x = options.flip_x;
+    folder.front_end_makes_support = printer.makes_support;
+    folder.handoff = printer.handoff;
+    return folder;
+}
+
+/// Encodes as the sink of a format does, and discards.
+class Encoder : public backends::NullSink {
+  public:
+    using Encode = std::function<std::vector<uint8_t>(const pipeline::SliceView& slice,
+                                                      const pipeline::PrintInfo& info)>;
+    explicit Encoder(Encode encode) : encode_(std::move(encode)) {}
+    Result<void> begin(const pipeline::PrintInfo& info) override {
+        info_ = info;
+        return {};
+    }
+    std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override {
+        return encode_(slice, info_);
+    }
+
+  private:
+    Encode encode_;
+    pipeline::PrintInfo info_;
+};
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
                                                          const world::Printer& printer,
@@ -76,11 +108,7 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
             std::make_unique<gcvf::GcvfSink>(options.output, options.flip_x));
     }
     if (format == "npy") return raster::NpySink::create(options.output);
-    raster::FolderOptions folder;
-    folder.format = slice_format(options, format);
-    folder.flip_x = options.flip_x;
-    folder.front_end_makes_support = printer.makes_support;
-    folder.handoff = printer.handoff;
+    raster::FolderOptions folder = folder_options(options, printer, format);
     return options.resume ? raster::FolderSink::reopen(options.output, std::move(folder))
                           : raster::FolderSink::create(options.output, std::move(folder));
 }
@@ -185,6 +213,31 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
         observers.push_back(preview::make_preview(spec));
     return std::unique_ptr<pipeline::SliceSink>(
         std::make_unique<backends::TeeSink>(std::move(*sink), std::move(observers)));
+}
+
+Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options,
+                                                          const world::Printer& printer,
+                                                          const std::string& format) {
+    Encoder::Encode encode;
+    if (format == "ofr") {
+        encode = [](const pipeline::SliceView& slice, const pipeline::PrintInfo&) {
+            return ofr::encode_slice(slice);
+        };
+    } else if (is_folder_format(format)) {
+        encode = [folder = folder_options(options, printer, format)](
+                     const pipeline::SliceView& slice, const pipeline::PrintInfo& info) {
+            return raster::encode_slice(slice, info, folder);
+        };
+    } else {
+        Error error = usage_error(
+            fmt::format("the format {} is not made slice by slice, which a print over several "
+                        "machines is",
+                        format));
+        error.help = fmt::format("print an .ofr file, and make {} of it with `openfab export`",
+                                 format);
+        return error;
+    }
+    return std::unique_ptr<pipeline::SliceSink>(std::make_unique<Encoder>(std::move(encode)));
 }
 
 int64_t queue_bytes(const Options& options) {

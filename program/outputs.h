@@ -28,6 +28,13 @@ Result<std::string> choose_format(const Options& options, const world::Printer& 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
                                                          const world::Printer& printer);
 
+/// Returns a sink that encodes slices as that of open_output does and keeps none, for outputs whose
+/// slices are encoded in other processes than the one that writes them. Fails for formats that are
+/// not slice by slice.
+Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options,
+                                                          const world::Printer& printer,
+                                                          const std::string& format);
+
 /// Returns whether `--resume` can continue a print into this output: a file, a folder of slices, or
 /// a receiver.
 bool can_be_resumed(const Options& options, const std::string& format);

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import json
 import os
@@ -88,7 +89,8 @@ class Fablet:
             return self.file
         assert self.text is not None
         # Equal texts share a file, so that their kernels are found again.
-        path = _files.folder() / f"text-{hash(self.text) & (1 << 63) - 1:x}" / self.label
+        digest = hashlib.sha256(self.text.encode()).hexdigest()[:16]
+        path = _files.folder() / f"text-{digest}" / self.label
         if not path.exists():
             path.parent.mkdir(exist_ok=True)
             path.write_text(self.text, encoding="utf-8")

@@ -195,14 +195,17 @@ class World:
         world["build"] = build
         return world
 
-    def _ready(self, enable_printf: bool) -> tuple[_core.Program, list[str]]:
+    def _write(self) -> tuple[Path, list[Path], list[str]]:
+        """Writes it to a file; returns that, the fablets' sources, and options for what it may read."""
         allow: set[Path] = set()
         description = self._describe(allow)
         path = self._file.path()
         path.write_text(json.dumps(description, indent=1), encoding="utf-8")
         sources = list(dict.fromkeys(one.fablet.source() for one in self._objects.values()))
-        program, _ = programs.find(sources, enable_printf)
-        return program, [str(path), *(f"--allow={folder}" for folder in sorted(allow))]
+        return path, sources, [f"--allow={folder}" for folder in sorted(allow)]
+
+    def _ready(self, enable_printf: bool) -> tuple[_core.Program, list[str]]:
+        return _ready(self, enable_printf)
 
     def _repr_png_(self) -> bytes:
         from .display import world_png
@@ -233,7 +236,8 @@ class FileWorld:
             raise InputError(f"{self.file}: a world is an object of JSON")
         return said
 
-    def _ready(self, enable_printf: bool) -> tuple[_core.Program, list[str]]:
+    def _write(self) -> tuple[Path, list[Path], list[str]]:
+        """Returns the file, the fablets' sources, and options for what it may read."""
         fablets = self.to_json().get("fablets")
         try:
             sources = [self.file.parent / one["source"] for one in fablets.values()]  # type: ignore[union-attr]
@@ -241,8 +245,10 @@ class FileWorld:
             raise InputError(f"{self.file}: `fablets` does not say where their sources are") from None
         if not sources:
             raise InputError(f"{self.file}: the world has no fablets")
-        program, _ = programs.find(list(dict.fromkeys(sources)), enable_printf)
-        return program, [str(self.file), *(f"--allow={folder}" for folder in self._allow)]
+        return self.file, list(dict.fromkeys(sources)), [f"--allow={folder}" for folder in self._allow]
+
+    def _ready(self, enable_printf: bool) -> tuple[_core.Program, list[str]]:
+        return _ready(self, enable_printf)
 
     def _repr_png_(self) -> bytes:
         from .display import world_png
@@ -254,6 +260,13 @@ class FileWorld:
 
 
 AnyWorld = World | FileWorld
+
+
+def _ready(world: AnyWorld, enable_printf: bool) -> tuple[_core.Program, list[str]]:
+    """A world's program, and the words that name it to a print."""
+    file, sources, allowed = world._write()
+    program, _ = programs.find(sources, enable_printf)
+    return program, [str(file), *allowed]
 
 
 def load(file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> FileWorld:

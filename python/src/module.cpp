@@ -19,12 +19,15 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <tuple>
 #include <utility>
+#include <variant>
 
 #include "base/caret.h"
 #include "python/src/print.h"
 #include "python/src/program.h"
+#include "python/src/share.h"
 #include "texture/cache.h"
 
 namespace nb = nanobind;
@@ -79,8 +82,7 @@ std::vector<Rgba> pictures_of(const Print& print) {
     return out;
 }
 
-nb::dict info_of(const Print& print) {
-    const pipeline::PrintInfo& info = print.info();
+nb::dict info_of(const pipeline::PrintInfo& info, int64_t memory_bytes) {
     nb::dict out;
     out["size"] = nb::make_tuple(info.size.x, info.size.y, info.size.z);
     out["pitch_mm"] = nb::make_tuple(info.pitch_mm.x, info.pitch_mm.y, info.pitch_mm.z);
@@ -89,7 +91,7 @@ nb::dict info_of(const Print& print) {
     out["support_code"] = info.support_code;
     out["printer"] = info.printer;
     out["title"] = info.title;
-    out["memory_bytes"] = print.estimate().memory_bytes;
+    out["memory_bytes"] = memory_bytes;
     nb::list materials;
     for (const pipeline::SliceMaterial& material : info.materials) {
         nb::dict one;
@@ -106,6 +108,22 @@ nb::dict info_of(const Print& print) {
     return out;
 }
 
+/// A result as Python has it: the value, or the error, or None for neither.
+template <typename T>
+std::variant<T, Error> either(Result<T> result) {
+    if (!result) return result.error();
+    return std::move(*result);
+}
+std::optional<Error> either(const Result<void>& result) {
+    return result ? std::nullopt : std::optional(result.error());
+}
+
+using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+nb::bytes bytes_of(const std::vector<uint8_t>& bytes) {
+    return nb::bytes(bytes.data(), bytes.size());
+}
+
 using Compiled = std::tuple<std::shared_ptr<const Program>, Diagnostics>;
 
 Compiled compile_files(const std::vector<std::string>& files, bool enable_printf) {
@@ -114,6 +132,95 @@ Compiled compile_files(const std::vector<std::string>& files, bool enable_printf
     auto made = compile(files, enable_printf, &said);
     if (auto* failed = std::get_if<Diagnostics>(&made)) return {nullptr, std::move(*failed)};
     return {std::get<std::shared_ptr<const Program>>(std::move(made)), std::move(said)};
+}
+
+void bind_shares(nb::module_& m) {
+    using Totals = pipeline::PrintTotals;
+    nb::class_<Totals>(m, "Totals", "The totals of some slices.")
+        .def("__getstate__",
+             [](const Totals& t) {
+                 const Vec3i &lo = t.tight.lo, &hi = t.tight.hi;
+                 return std::tuple(t.voxels_solid, t.voxels_by_code, t.hash,
+                                   std::array{lo.x, lo.y, lo.z, hi.x, hi.y, hi.z});
+             })
+        .def("__setstate__",
+             [](Totals& t, const std::tuple<int64_t, std::vector<int64_t>, uint64_t,
+                                            std::array<int32_t, 6>>& state) {
+                 const auto& [x0, y0, z0, x1, y1, z1] = std::get<3>(state);
+                 new (&t) Totals{false, std::get<0>(state), std::get<1>(state), std::get<2>(state),
+                                 Box3i{{x0, y0, z0}, {x1, y1, z1}}};
+             })
+        .def_ro("hash", &Totals::hash);
+    nb::class_<Share>(m, "Share", "Neighbouring slabs, printed.")
+        .def(
+            "take_bytes",
+            [](Share& s) {
+                const size_t size = s.bytes.size();
+                return array_of<uint8_t, nb::ndim<1>>(std::exchange(s.bytes, {}), {size});
+            },
+            "Gives away the encoded slices, one after the other.")
+        .def_ro("lengths", &Share::lengths)
+        .def_ro("totals", &Share::totals)
+        .def_ro("seconds", &Share::seconds)
+        .def_ro("processor_seconds", &Share::processor_seconds)
+        .def_ro("statistics", &Share::statistics);
+    nb::class_<SharePrinter>(m, "SharePrinter", "A print that is set up once, for shares of it.")
+        .def_prop_ro("info",
+                     [](const SharePrinter& p) { return info_of(p.info(), p.memory_bytes()); })
+        .def_prop_ro("header",
+                     [](const SharePrinter& p) { return bytes_of(header_of(p.info())); })
+        .def_prop_ro("slabs",
+                     [](const SharePrinter& p) { return std::pair(p.slabs().x, p.slabs().y); })
+        .def_prop_ro("warnings", &SharePrinter::warnings)
+        .def_prop_ro("part_sizes", &SharePrinter::part_sizes)
+        .def(
+            "print",
+            [](SharePrinter& p, int32_t first, int32_t end) { return either(p.print(first, end)); },
+            "first"_a, "end"_a, nb::call_guard<nb::gil_scoped_release>());
+    m.def(
+        "set_up_shares",
+        [](std::shared_ptr<const Program> program, const std::vector<std::string>& words,
+           const std::string& format) {
+            return either(SharePrinter::create(std::move(program), words, format));
+        },
+        "program"_a, "words"_a, "format"_a, nb::call_guard<nb::gil_scoped_release>());
+    nb::class_<ShareWriter>(m, "ShareWriter", "Writes shares to the output of a print.")
+        .def_prop_ro("info", [](const ShareWriter& w) { return info_of(w.info(), 0); })
+        .def_prop_ro("next_slice", &ShareWriter::next_slice)
+        .def_prop_ro("statistics", &ShareWriter::statistics)
+        .def(
+            "write",
+            [](ShareWriter& w, const Bytes& bytes, const std::vector<int64_t>& lengths,
+               const Totals& totals) {
+                const nb::gil_scoped_release released;
+                return either(w.write({bytes.data(), bytes.size()}, lengths, totals));
+            },
+            "bytes"_a, "lengths"_a, "totals"_a)
+        .def("finish", [](ShareWriter& w) { return either(w.finish()); },
+             nb::call_guard<nb::gil_scoped_release>());
+    m.def(
+        "open_writer",
+        [](std::vector<std::string> words, std::string output, std::string printer,
+           const nb::bytes& header, int32_t support_code,
+           std::vector<std::filesystem::path> inputs) {
+            const auto* data = static_cast<const uint8_t*>(header.data());
+            ShareWriter::Settings settings{std::move(words),   std::move(output),
+                                           std::move(printer), {data, data + header.size()},
+                                           support_code,       std::move(inputs)};
+            const nb::gil_scoped_release released;
+            return either(ShareWriter::create(settings));
+        },
+        "words"_a, "output"_a, "printer"_a, "header"_a, "support_code"_a, "inputs"_a);
+    m.def(
+        "output_format",
+        [](const std::vector<std::string>& words, const std::string& printer) {
+            return either(output_format(words, printer));
+        },
+        "words"_a, "printer"_a);
+    m.def(
+        "world_files",
+        [](const std::vector<std::string>& words) { return either(world_files(words)); },
+        "words"_a, nb::call_guard<nb::gil_scoped_release>());
 }
 
 }  // namespace
@@ -130,7 +237,8 @@ NB_MODULE(_core, m) {
         .def_ro("fault", &Diagnostics::fault);
     nb::class_<Interface>(m, "Interface", "The interface of a text's fablets.")
         .def_ro("diagnostics", &Interface::diagnostics)
-        .def_ro("json", &Interface::json);
+        .def_ro("json", &Interface::json)
+        .def_ro("files", &Interface::files);
     nb::class_<Program>(m, "Program", "The kernels of some fablets in this process.")
         .def_prop_ro("files", &Program::files)
         .def_prop_ro("compiled", &Program::compiled, "The number of kernels that no cache had.");
@@ -193,7 +301,9 @@ NB_MODULE(_core, m) {
              "their memory; None where there is none yet, or no more.")
         .def("cancel", &Print::cancel)
         .def("join", &Print::join, nb::call_guard<nb::gil_scoped_release>())
-        .def_prop_ro("info", &info_of)
+        .def_prop_ro(
+            "info",
+            [](const Print& p) { return info_of(p.info(), p.estimate().memory_bytes); })
         .def_prop_ro("error", [](const Print& p) { return p.error(); })
         .def_prop_ro("statistics", &Print::statistics)
         .def_prop_ro("pictures", &pictures_of, nb::rv_policy::move)
@@ -205,6 +315,8 @@ NB_MODULE(_core, m) {
         .def("take_notes", &Print::take_notes)
         .def("take_warnings", &Print::take_warnings)
         .def("take_lines", &Print::take_lines);
+
+    bind_shares(m);
 }
 
 }  // namespace openfab::python

@@ -45,6 +45,7 @@ Interface interface_of(source::SourceManager* sources, uint32_t file) {
     Interface out;
     out.diagnostics = render(module ? 0 : driver::kExitUserInput, sink, *sources);
     if (module) out.json = driver::describe(*module);
+    out.files = sources->files();
     return out;
 }
 

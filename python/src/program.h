@@ -28,6 +28,7 @@ struct Diagnostics {
 struct Interface {
     Diagnostics diagnostics;
     std::string json;
+    std::vector<std::filesystem::path> files;  ///< the file and all that it imports
 };
 
 /// Checks a file with all that it imports.

@@ -98,6 +98,7 @@ class PrintJobImpl final : public PrintJob {
     void print_all(const std::function<SlabSlices()>& next, const pipeline::SliceSink& sink,
                    SliceCommitter* committer);
     PrintTotals totals_of(const SliceCommitter& committer) const;
+    void fill_voxels(const PrintTotals& totals, PrintStatistics* statistics) const;
     void print_first_slab(int32_t slab, const pipeline::SliceSink& sink, SliceCommitter* committer);
     FinishedSlices print_slab(const SlabSlices& slab, const pipeline::SliceSink& sink,
                               SliceCommitter* committer);
@@ -472,11 +473,7 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
 
     fill_statistics(committer, statistics);
     statistics->complete = complete && !committer.failed();
-    statistics->voxels_by_code = totals.voxels_by_code;
-    if (input_.support_code != 0) {
-        statistics->voxels_support = totals.voxels_by_code[input_.support_code];
-    }
-    statistics->voxels_solid = totals.voxels_solid - statistics->voxels_support;
+    fill_voxels(totals, statistics);
     if (committer.failed()) return committer.error();
     if (!complete) {
         return Error{ErrorCode::kInterrupted,
@@ -484,6 +481,13 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
                                  committer.slices(), range_.y - range_.x)};
     }
     return {};
+}
+
+void PrintJobImpl::fill_voxels(const PrintTotals& totals, PrintStatistics* statistics) const {
+    statistics->voxels_by_code = totals.voxels_by_code;
+    if (input_.support_code != 0)
+        statistics->voxels_support = totals.voxels_by_code[input_.support_code];
+    statistics->voxels_solid = totals.voxels_solid - statistics->voxels_support;
 }
 
 PrintTotals PrintJobImpl::totals_of(const SliceCommitter& committer) const {
@@ -503,6 +507,7 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
                                          PrintStatistics* statistics) {
     std::vector<SlabSlices> all;
     PrintInfo info = info_;
+    if (!slabs.empty()) info.slice_begin = slices_of(slabs.front()).first;
     info.slice_end = info.slice_begin;
     for (const int32_t slab : slabs) {
         SlabSlices& slices = all.emplace_back(slices_of(slab));
@@ -539,7 +544,7 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     if (statistics != nullptr) {
         fill_statistics(committer, statistics);
         statistics->complete = true;
-        statistics->voxels_solid = totals.voxels_solid;
+        fill_voxels(totals, statistics);
     }
     return run;
 }

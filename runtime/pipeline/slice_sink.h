@@ -4,6 +4,7 @@
 
 // The interface between the slab loop and its outputs: files, folders, pictures.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -65,6 +66,16 @@ struct PrintTotals {
     std::vector<int64_t> voxels_by_code;  ///< [0] void inside the grid
     uint64_t hash = 0;                    ///< of all slices, independent of format (print_hash.h)
     Box3i tight;                          ///< printed voxels, hi exclusive
+
+    /// Adds those of other slices of the same print; `complete` stays.
+    void add(const PrintTotals& more) {
+        voxels_solid += more.voxels_solid;
+        voxels_by_code.resize(std::max(voxels_by_code.size(), more.voxels_by_code.size()));
+        for (size_t code = 0; code < more.voxels_by_code.size(); ++code)
+            voxels_by_code[code] += more.voxels_by_code[code];
+        hash += more.hash;  // hashes of disjoint slices add up: print_hash.h
+        tight.add(more.tight);
+    }
 };
 
 /// Consumes slices in order of z. `encode` is called from worker threads, for different slices at

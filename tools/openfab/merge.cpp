@@ -81,16 +81,8 @@ Result<void> check_neighbours(const Shard& below, const Shard& above) {
 
 pipeline::PrintTotals sum(const std::vector<Shard>& shards) {
     pipeline::PrintTotals totals = shards.front().totals;
-    for (size_t i = 1; i < shards.size(); ++i) {
-        const pipeline::PrintTotals& more = shards[i].totals;
-        totals.voxels_solid += more.voxels_solid;
-        totals.voxels_by_code.resize(
-            std::max(totals.voxels_by_code.size(), more.voxels_by_code.size()));
-        for (size_t code = 0; code < more.voxels_by_code.size(); ++code)
-            totals.voxels_by_code[code] += more.voxels_by_code[code];
-        totals.hash += more.hash;  // hashes of disjoint slices add up: print_hash.h
-        totals.tight.add(more.tight);
-    }
+    for (size_t i = 1; i < shards.size(); ++i)
+        totals.add(shards[i].totals);
     return totals;
 }
 

@@ -1,0 +1,85 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""What slabs take, learnt from those that are printed, and where a print is cut by it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEAST_SECONDS = 0.5
+"""A share that is shorter spends its time on being handed around."""
+MOST_SECONDS = 10.0
+"""What a worker that dies loses, and Ctrl-C waits for."""
+SHARES_LEFT = 6
+"""Each share is such a part of what is left for each worker, so that the last ones are short."""
+MOST_BYTES = 32_000_000
+"""Of a share's slices."""
+SAMPLES = 9
+
+
+@dataclass(frozen=True)
+class ShareCost:
+    """What a share took: slabs [first, end), of 8 slices each."""
+
+    first: int
+    end: int
+    seconds: float
+    processor_seconds: float
+    bytes: int
+    worker: str = ""
+
+
+def sample_places(first: int, end: int, workers: int) -> list[int]:
+    """Returns slabs to print before the others: the first, and some spread over the height.
+
+    They are one for each worker, which is busy with them at once, but not more than a quarter of the slabs.
+    """
+    slabs = end - first
+    count = min(max(SAMPLES, workers), -(-slabs // 4))
+    return sorted({first, *(first + (2 * k + 1) * slabs // (2 * count) for k in range(count))})
+
+
+class CostModel:
+    """Seconds and bytes of each slab of [first, end), between those that are known by interpolation."""
+
+    def __init__(self, first: int, end: int) -> None:
+        self._slabs = np.arange(first, end) + 0.5
+        self._first = first
+        self._known: list[tuple[float, float, float]] = []  # middle, seconds and bytes of a slab
+        self._table: NDArray[np.float64] | None = None
+
+    def add(self, cost: ShareCost) -> None:
+        """Takes in what a share took."""
+        slabs = cost.end - cost.first
+        self._known.append(((cost.first + cost.end) / 2, cost.seconds / slabs, cost.bytes / slabs))
+        self._table = None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it knows of any slab."""
+        return bool(self._known)
+
+    def sums(self, first: int, end: int) -> NDArray[np.float64]:
+        """Returns the seconds and the bytes of slabs from the first, [2][slab], summed up; zeros before one is known."""
+        if not self._known:
+            return np.zeros((2, end - first))
+        if self._table is None:
+            middle, *values = zip(*sorted(self._known))
+            self._table = np.array([np.interp(self._slabs, middle, value) for value in values])
+        return np.cumsum(self._table[:, first - self._first : end - self._first], axis=1)
+
+
+def share_end(model: CostModel, first: int, limit: int, end: int, workers: int) -> int:
+    """Returns the end of a share that begins with slab `first` and goes to `limit` at most.
+
+    Before anything is known it is one slab.
+    """
+    seconds, size = model.sums(first, end)
+    target = min(max(seconds[-1] / (SHARES_LEFT * max(workers, 1)), LEAST_SECONDS), MOST_SECONDS)
+    if seconds[-1] <= 0:
+        return first + 1
+    slabs = min(int(np.searchsorted(seconds, target)), int(np.searchsorted(size, MOST_BYTES, "right")))
+    return min(first + max(slabs, 1), limit)

@@ -1,0 +1,129 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a print reads, as bytes that workers without a common file system unpack."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core, _files
+from ..errors import check_diagnostics, raise_error
+from ..world import AnyWorld
+
+Blob = NDArray[np.uint8]
+
+# Marks the folder below which sources may import others, as in a project of the user's.
+_PROJECT = "openfab.project"
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The files of a print, by their places below the folder that a worker unpacks them into.
+
+    The world is apart from what it names, so that another world of the same meshes sends only itself.
+    """
+
+    world: str
+    description: bytes
+    files: dict[str, Blob]
+    sources: tuple[str, ...]
+    digest: str
+    """Of the files, places and contents."""
+    paths: tuple[Path, ...]
+    """Where they are here."""
+
+    @property
+    def bytes(self) -> int:
+        """How much is sent to each worker."""
+        return len(self.description) + sum(blob.nbytes for blob in self.files.values())
+
+
+def gather(world: AnyWorld, options: Sequence[str]) -> Inputs:
+    """Reads all that a print of a world reads; raises what is wrong with it.
+
+    `options` are words of `openfab print`, which may name a printer's file.
+    """
+    file, sources, allowed = world._write()
+    names = _core.world_files([str(file), *allowed, *options])
+    if isinstance(names, _core.Error):
+        raise_error(names)
+    read: dict[str, Path] = {}
+    for path in [*names[1:], *_imported(sources)]:
+        read.setdefault(place(path), Path(path))
+    files = {name: np.fromfile(read[name], np.uint8) for name in sorted(read)}
+    digest = hashlib.sha256()
+    for name, blob in files.items():
+        digest.update(f"{name}\0{blob.nbytes}\0".encode())
+        digest.update(blob.data)
+    home = place(file)
+    described = _relative(world.to_json(), os.path.dirname(home), set(files))
+    return Inputs(
+        home, json.dumps(described).encode(), files, tuple(place(source) for source in sources), digest.hexdigest(),
+        (Path(file), *read.values()),
+    )
+
+
+def _imported(sources: Iterable[Path]) -> list[Path]:
+    """Fablets and the modules that they import; those of the standard library have no files."""
+    found: list[Path] = []
+    for source in sources:
+        interface = _core.read_file_interface(source)
+        check_diagnostics(interface.diagnostics)
+        found += [path for path in interface.files if path.is_file()]
+    return found
+
+
+def place(path: str | os.PathLike[str]) -> str:
+    """Where a file lies below a worker's folder: as here, but for what this process has made."""
+    absolute = os.path.abspath(path)
+    made = str(_files.folder())
+    return "made" + absolute[len(made) :] if absolute.startswith(made + os.sep) else "files" + absolute
+
+
+def _relative(value: Any, home: str, files: set[str]) -> Any:
+    """A world with absolute names of its files made relative to it."""
+    if isinstance(value, dict):
+        return {key: _relative(one, home, files) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_relative(one, home, files) for one in value]
+    if isinstance(value, str) and os.path.isabs(value):
+        there = place(value)
+        # A series of slices is named by its folder, or by a pattern of names in it.
+        folders = (there + os.sep, os.path.dirname(there) + os.sep)
+        if there in files or any(name.startswith(folders) for name in files):
+            return os.path.relpath(there, home)
+    return value
+
+
+def printer_file(options: Sequence[str]) -> list[str]:
+    """Options as a worker has them: a printer's file is named by its place."""
+    key = "--printer="
+    return [
+        key + place(word[len(key) :]) if word.startswith(key) and word.endswith(".json") else word for word in options
+    ]
+
+
+def unpack(folder: Path, files: dict[str, Blob], world: str, description: bytes) -> Path:
+    """Writes the files below a folder, but for those that are there; returns the world."""
+    if not folder.is_dir():
+        begun = folder.with_suffix(".part")
+        for name, blob in files.items():
+            path = begun / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            blob.tofile(path)
+        begun.mkdir(parents=True, exist_ok=True)
+        (begun / _PROJECT).touch()
+        begun.rename(folder)
+    path = folder / world
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(description)
+    return path

@@ -1,0 +1,233 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""What workers do. A process keeps the set-up of the last print: kernels, meshes, trees."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import shutil
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+import distributed
+
+from .. import _core
+from ..errors import Error, InputError, InternalError, OutsideError, raise_error
+from ..fablet import programs
+from .costs import ShareCost
+from .inputs import Blob, unpack
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class ClusterError(OutsideError):
+    """The cluster cannot print: workers lack the package, have another version of it, or keep dying."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a worker has to know of a print, besides the files."""
+
+    version: str
+    digest: str
+    """Of the files; they are unpacked once."""
+    world: str
+    sources: tuple[str, ...]
+    options: tuple[str, ...]
+    format: str
+    memory_given: bool
+    threads: int | None
+    made: str
+    """The client's folder of its own files, for messages."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is known of a print once it is set up."""
+
+    header: bytes
+    info: dict[str, Any]
+    slabs: tuple[int, int]
+    warnings: tuple[str, ...]
+    part_sizes: str
+
+
+@dataclass
+class Shared:
+    """A share that is printed. `header` tells which print it is of."""
+
+    header: bytes
+    slices: Blob
+    lengths: list[int]
+    totals: _core.Totals
+    statistics: dict[str, Any]
+    cost: ShareCost
+
+
+@dataclass(frozen=True)
+class Failure:
+    """An error that no other worker would be spared, so that Dask is not to try again."""
+
+    error: Error
+
+
+@dataclass
+class _Kept:
+    key: tuple[Any, ...]
+    printer: _core.SharePrinter
+    header: bytes
+    work: dict[str, Any] = field(default_factory=dict)
+
+
+_lock = threading.Lock()
+_kept: _Kept | None = None
+
+# Of the budget of a process that Dask gives it; the rest is for what travels, and for Python.
+_SHARE_OF_MEMORY = 0.6
+_USUAL_MEMORY = 1_500_000_000
+
+
+def version() -> str:
+    """Returns the version of the package that a worker has."""
+    import openfab
+
+    return openfab.__version__
+
+
+def hold(thing: T) -> T:
+    """Returns what it is given: a result that Dask moves between workers, and makes again from the task if it is lost."""
+    return thing
+
+
+def forget() -> None:
+    """Drops what is kept."""
+    global _kept
+    with _lock:
+        _kept = None
+
+
+def _report(task: Callable[P, T]) -> Callable[P, T | Failure]:
+    """Returns errors of the input instead of raising them."""
+
+    @functools.wraps(task)
+    def reported(*args: P.args, **kwargs: P.kwargs) -> T | Failure:
+        try:
+            return task(*args, **kwargs)
+        except (InputError, InternalError, ClusterError) as error:
+            return Failure(error)
+
+    return reported
+
+
+@_report
+def set_up(job: Job, inputs: dict[str, Blob], description: bytes) -> Plan:
+    """Sets a print up; returns what is known of it then."""
+    with _lock:
+        kept = _ready(job, inputs, description)
+        return Plan(
+            kept.header, kept.printer.info, kept.printer.slabs, tuple(kept.printer.warnings), kept.printer.part_sizes
+        )
+
+
+@_report
+def print_share(job: Job, first: int, end: int, inputs: dict[str, Blob], description: bytes) -> Shared:
+    """Prints slabs [first, end)."""
+    with _lock:
+        kept = _ready(job, inputs, description)
+        share = kept.printer.print(first, end)
+        if isinstance(share, _core.Error):
+            raise_error(share)
+        statistics = json.loads(share.statistics)
+        now = {key: statistics[key] for key in WORK}
+        done, kept.work = difference(now, kept.work), now
+        statistics.update(done)
+        slices = share.take_bytes()
+        cost = ShareCost(
+            first, end, share.seconds, share.processor_seconds, slices.nbytes, distributed.get_worker().address
+        )
+        return Shared(kept.header, slices, list(share.lengths), share.totals, statistics, cost)
+
+
+# What statistics sum up over the shares of one process.
+WORK = (
+    "seconds_by_phase", "blocks", "queries", "cache", "weights_not_usable", "displacements_not_finite",
+    "displacements_cut",
+)
+
+
+def difference(now: Any, before: Any) -> Any:
+    """Returns what counters have gained; a peak stays what it is."""
+    if not isinstance(now, dict):
+        return now - (before or 0)
+    before = before or {}
+    return {key: value if key == "peak_bytes" else difference(value, before.get(key)) for key, value in now.items()}
+
+
+def total(one: Any, other: Any) -> Any:
+    """Returns the sum of two such."""
+    if not isinstance(one, dict):
+        return one + other
+    return {
+        key: max(value, other.get(key, 0)) if key == "peak_bytes" else total(value, other[key]) if key in other else value
+        for key, value in one.items()
+    }
+
+
+def _ready(job: Job, inputs: dict[str, Blob], description: bytes) -> _Kept:
+    global _kept
+    if job.version != version():
+        raise ClusterError(
+            f"worker {distributed.get_worker().address} has OpenFab {version()}, this process {job.version}; install "
+            f"one version everywhere"
+        )
+    key = (job, hashlib.sha256(description).hexdigest())
+    if _kept is None or _kept.key != key:
+        _kept = None  # its memory is wanted
+        root = _folder(job.digest)
+        try:
+            _kept = _set_up(job, key, root, inputs, description)
+        except Error as error:
+            raise _at_home(error, root, job.made) from None
+    return _kept
+
+
+def _folder(digest: str) -> Path:
+    """Where the files of a digest belong; those of others are removed."""
+    parent = Path(distributed.get_worker().local_directory) / "openfab"
+    folder = parent / digest
+    if parent.is_dir() and not folder.is_dir():
+        shutil.rmtree(parent)
+    return folder
+
+
+def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob], description: bytes) -> _Kept:
+    world = unpack(root, inputs, job.world, description)
+    program, _ = programs.find([root / source for source in job.sources])
+    worker = distributed.get_worker()
+    words = [f"--printer={root / word[10:]}" if word.startswith("--printer=files/") else word for word in job.options]
+    if not job.memory_given:
+        limit = worker.memory_manager.memory_limit or _USUAL_MEMORY / _SHARE_OF_MEMORY
+        words.append(f"--memory={int(min(_USUAL_MEMORY, _SHARE_OF_MEMORY * limit))}B")
+    words.append(f"--threads={job.threads or worker.state.nthreads}")
+    printer = _core.set_up_shares(program, [str(world), f"--allow={root}", *words], job.format)
+    if isinstance(printer, _core.Error):
+        raise_error(printer)
+    return _Kept(key, printer, printer.header)
+
+
+def _at_home(error: Error, root: Path, made: str) -> Error:
+    """An error that names files as the client does."""
+    for name, value in vars(error).items():
+        if isinstance(value, str):
+            setattr(error, name, value.replace(f"{root}/files", "").replace(f"{root}/made", made))
+    error.args = tuple(
+        one.replace(f"{root}/files", "").replace(f"{root}/made", made) if isinstance(one, str) else one
+        for one in error.args
+    )
+    return error
