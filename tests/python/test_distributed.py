@@ -358,18 +358,27 @@ else:
 
 def test_shares_are_cut_by_what_slabs_take() -> None:
     model = costs.CostModel(0, 100)
-    assert costs.share_end(model, 0, 100, 100, 4) == 1  # nothing is known
+    assert costs.share_end(model, 0, 100, 100, 100, 4) == 1  # nothing is known
     # The upper half takes four times as long.
     for slab, seconds in ((10, 0.25), (40, 0.25), (60, 1.0), (90, 1.0)):
         model.add(costs.ShareCost(slab, slab + 1, seconds, seconds, 1000))
-    low = costs.share_end(model, 0, 100, 100, 1)
-    high = costs.share_end(model, 70, 100, 100, 1) - 70
+    low = costs.share_end(model, 0, 100, 100, 100, 1)
+    high = costs.share_end(model, 70, 100, 100, 100, 1) - 70
     assert 30 <= low <= 42 and 4 <= high <= 10
-    assert costs.share_end(model, 0, 7, 100, 1) == 7  # up to what is printed already
+    assert costs.share_end(model, 0, 7, 100, 100, 1) == 7  # up to what is printed already
     # A share is never empty, and the last ones are short.
-    assert costs.share_end(model, 99, 100, 100, 1) == 100
-    end = costs.share_end(model, 90, 100, 100, 2)
-    assert end - 90 < high
+    assert costs.share_end(model, 99, 100, 100, 100, 1) == 100
+    assert costs.share_end(model, 90, 100, 100, 100, 2) - 90 < high
+
+
+def test_what_is_not_known_is_cut_into_slabs() -> None:
+    model = costs.CostModel(0, 100)
+    model.add(costs.ShareCost(10, 11, 0.001, 0.001, 1))
+    known = costs.settled([10, 50, 90], [50, 90], 100)
+    assert known == 11
+    assert costs.share_end(model, 0, 100, known, 100, 1) == 11
+    assert costs.share_end(model, 11, 100, known, 100, 1) == 12
+    assert costs.settled([10, 50, 90], [], 100) == 100 and costs.settled([10, 50], [10], 100) == 10
 
 
 def test_samples_are_spread_and_few() -> None:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,23 +64,29 @@ class CostModel:
         return bool(self._known)
 
     def sums(self, first: int, end: int) -> NDArray[np.float64]:
-        """Returns the seconds and the bytes of slabs from the first, [2][slab], summed up; zeros before one is known."""
-        if not self._known:
-            return np.zeros((2, end - first))
+        """Returns the seconds and the bytes of slabs from the first, [2][slab], summed up."""
         if self._table is None:
             middle, *values = zip(*sorted(self._known))
             self._table = np.array([np.interp(self._slabs, middle, value) for value in values])
         return np.cumsum(self._table[:, first - self._first : end - self._first], axis=1)
 
 
-def share_end(model: CostModel, first: int, limit: int, end: int, workers: int) -> int:
+def settled(samples: Sequence[int], unfinished: Collection[int], end: int) -> int:
+    """Returns the slab up to which costs are known: that of the last sample before one that is unfinished."""
+    if not unfinished:
+        return end
+    lowest = min(unfinished)
+    return max((slab + 1 for slab in samples if slab < lowest), default=lowest)
+
+
+def share_end(model: CostModel, first: int, limit: int, known: int, end: int, workers: int) -> int:
     """Returns the end of a share that begins with slab `first` and goes to `limit` at most.
 
-    Before anything is known it is one slab.
+    From the slab `known` on it is one slab: what is dear there may not be known yet.
     """
+    if first >= known or not model.is_known:
+        return first + 1
     seconds, size = model.sums(first, end)
     target = min(max(seconds[-1] / (SHARES_LEFT * max(workers, 1)), LEAST_SECONDS), MOST_SECONDS)
-    if seconds[-1] <= 0:
-        return first + 1
     slabs = min(int(np.searchsorted(seconds, target)), int(np.searchsorted(size, MOST_BYTES, "right")))
-    return min(first + max(slabs, 1), limit)
+    return min(first + max(slabs, 1), limit, known)

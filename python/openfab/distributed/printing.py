@@ -24,7 +24,7 @@ from ..errors import PrintWarning
 from ..printing import PrintInfo, PrintMaterial, Progress, _Bar, _words
 from ..world import AnyWorld
 from . import worker
-from .costs import CostModel, ShareCost, sample_places, share_end
+from .costs import CostModel, ShareCost, sample_places, settled, share_end
 from .inputs import Inputs, gather, printer_file
 from .output import Output
 from .worker import ClusterError, Failure, Job, Plan, Shared
@@ -172,7 +172,8 @@ class _Workers:
     def _check(self, addresses: set[str]) -> None:
         found = self._client.run(worker.version, workers=list(addresses), on_error="return") if addresses else {}
         for address, said in found.items():
-            if isinstance(said, ImportError):
+            # Dask passes some exceptions on as their text.
+            if isinstance(said, Exception) and ("ImportError" in repr(said) or "ModuleNotFoundError" in repr(said)):
                 raise ClusterError(f"worker {address} cannot import OpenFab: {said}; install it as it is here")
             if isinstance(said, str):
                 if said != worker.version():
@@ -227,7 +228,8 @@ class _Run:
         self._plan = plan
         self._model = CostModel(*plan.slabs)
         self._cursor, self._end = plan.slabs
-        for slab in sample_places(*plan.slabs, self._workers.look()):
+        self._places = sample_places(*plan.slabs, self._workers.look())
+        for slab in self._places:
             printed = self._submit(slab, slab + 1)
             self._samples[slab] = self._client.submit(
                 _cost_of, printed, key=f"openfab-cost-{self._name}-{slab}", priority=2
@@ -267,6 +269,7 @@ class _Run:
     def _fill(self) -> None:
         """Submits shares up to the number that may be in flight."""
         workers = self._workers.look()
+        known = settled(self._places, self._samples, self._end)
         room = self._in_flight or _IN_FLIGHT * workers + 2
         ahead = sum(1 for first in self._shares if first < self._cursor)
         while self._cursor < self._end and ahead < room:
@@ -275,7 +278,7 @@ class _Run:
                 ahead += 1
                 continue
             limit = min((first for first in self._shares if first > self._cursor), default=self._end)
-            end = share_end(self._model, self._cursor, limit, self._end, workers)
+            end = share_end(self._model, self._cursor, limit, known, self._end, workers)
             self._submit(self._cursor, end)
             self._cursor = end
             ahead += 1
