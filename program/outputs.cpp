@@ -233,8 +233,8 @@ Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options
             fmt::format("the format {} is not made slice by slice, which a print over several "
                         "machines is",
                         format));
-        error.help = fmt::format("print an .ofr file, and make {} of it with `openfab export`",
-                                 format);
+        error.help =
+            fmt::format("print an .ofr file, and make {} of it with `openfab export`", format);
         return error;
     }
     return std::unique_ptr<pipeline::SliceSink>(std::make_unique<Encoder>(std::move(encode)));

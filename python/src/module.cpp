@@ -167,8 +167,7 @@ void bind_shares(nb::module_& m) {
     nb::class_<SharePrinter>(m, "SharePrinter", "A print that is set up once, for shares of it.")
         .def_prop_ro("info",
                      [](const SharePrinter& p) { return info_of(p.info(), p.memory_bytes()); })
-        .def_prop_ro("header",
-                     [](const SharePrinter& p) { return bytes_of(header_of(p.info())); })
+        .def_prop_ro("header", [](const SharePrinter& p) { return bytes_of(header_of(p.info())); })
         .def_prop_ro("slabs",
                      [](const SharePrinter& p) { return std::pair(p.slabs().x, p.slabs().y); })
         .def_prop_ro("warnings", &SharePrinter::warnings)
@@ -196,8 +195,9 @@ void bind_shares(nb::module_& m) {
                 return either(w.write({bytes.data(), bytes.size()}, lengths, totals));
             },
             "bytes"_a, "lengths"_a, "totals"_a)
-        .def("finish", [](ShareWriter& w) { return either(w.finish()); },
-             nb::call_guard<nb::gil_scoped_release>());
+        .def(
+            "finish", [](ShareWriter& w) { return either(w.finish()); },
+            nb::call_guard<nb::gil_scoped_release>());
     m.def(
         "open_writer",
         [](std::vector<std::string> words, std::string output, std::string printer,
@@ -219,8 +219,8 @@ void bind_shares(nb::module_& m) {
         "words"_a, "printer"_a);
     m.def(
         "world_files",
-        [](const std::vector<std::string>& words) { return either(world_files(words)); },
-        "words"_a, nb::call_guard<nb::gil_scoped_release>());
+        [](const std::vector<std::string>& words) { return either(world_files(words)); }, "words"_a,
+        nb::call_guard<nb::gil_scoped_release>());
 }
 
 }  // namespace
@@ -301,9 +301,8 @@ NB_MODULE(_core, m) {
              "their memory; None where there is none yet, or no more.")
         .def("cancel", &Print::cancel)
         .def("join", &Print::join, nb::call_guard<nb::gil_scoped_release>())
-        .def_prop_ro(
-            "info",
-            [](const Print& p) { return info_of(p.info(), p.estimate().memory_bytes); })
+        .def_prop_ro("info",
+                     [](const Print& p) { return info_of(p.info(), p.estimate().memory_bytes); })
         .def_prop_ro("error", [](const Print& p) { return p.error(); })
         .def_prop_ro("statistics", &Print::statistics)
         .def_prop_ro("pictures", &pictures_of, nb::rv_policy::move)

@@ -81,8 +81,8 @@ Result<std::shared_ptr<SharePrinter>> SharePrinter::create(std::shared_ptr<const
 Result<Share> SharePrinter::print(int32_t first, int32_t end) {
     const Vec2<int32_t> all = slabs();
     if (first < all.x || end > all.y || first >= end) {
-        return internal_error(
-            fmt::format("slabs {} to {} are not of the print's, {} to {}", first, end, all.x, all.y));
+        return internal_error(fmt::format("slabs {} to {} are not of the print's, {} to {}", first,
+                                          end, all.x, all.y));
     }
     std::vector<int32_t> slabs(static_cast<size_t>(end - first));
     std::iota(slabs.begin(), slabs.end(), first);
