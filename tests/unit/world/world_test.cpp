@@ -131,6 +131,25 @@ TEST_F(WorldTest, IsReadWhole) {
     EXPECT_EQ(world->build[2].transform.apply({1, 0, 0}), (Vec3d{0, 1, 0}));
 }
 
+TEST_F(WorldTest, AVolumeSaysHowItsFileIsRead) {
+    std::string text = kWorld;
+    const std::string photo = R"("file": "photo.png", )";
+    text.insert(
+        text.find(photo) + photo.size(),
+        R"("origin_mm": [1, 2, 3], "spacing_mm": 0.5, "field": "stress", "unit": "m", "pitch_mm": 0.2, "outside": -1000, )");
+    const Result<World> world = load(text);
+    ASSERT_TRUE(world) << world.error().text();
+    const Texture& texture = world->textures.at(0);
+    EXPECT_EQ(texture.origin_mm, (std::array<double, 3>{1, 2, 3}));
+    EXPECT_EQ(texture.spacing_mm, (std::array<double, 3>{0.5, 0.5, 0.5}));
+    EXPECT_EQ(texture.field, "stress");
+    EXPECT_EQ(texture.unit, "m");
+    EXPECT_EQ(texture.pitch_mm, 0.2);
+    EXPECT_EQ(texture.outside, -1000);
+    text.replace(text.find(R"("unit": "m")"), 11, R"("unit": "n")");
+    EXPECT_NE(error_of(text).find("`unit` of texture `photo` is `n`"), std::string::npos);
+}
+
 TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
     const std::string folder = folder_.path().string();
     const struct {

@@ -1,0 +1,258 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Grids that OpenVDB wrote, as volumes; and what `openfab export` wrote, in again.
+#include "tools/vdb/vdb_volume.h"
+
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+
+#include <array>
+#include <bit>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <random>
+
+#include "backends/raster/npy.h"
+#include "backends/raster/npy_sink.h"
+#include "base/vec.h"
+#include "tests/fuzz/mutations/mutate.h"
+#include "tests/support/long_run.h"
+#include "tests/support/meshes/temp_folder.h"
+#include "tools/texture/guarded.h"
+#include "tools/vdb/convert.h"
+
+namespace openfab::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using texture::Pyramid;
+using texture::VolumeOptions;
+
+double linear(const Vec3d& p) {
+    return 3 + 0.5 * p.x - 2 * p.y + 0.25 * p.z;
+}
+
+class VdbVolumeTest : public ::testing::Test {
+  protected:
+    VdbVolumeTest() { openvdb::initialize(); }
+    fs::path file() const { return folder_.path() / "a.vdb"; }
+    void write(const openvdb::GridPtrVec& grids, const openvdb::MetaMap& metadata = {}) const {
+        openvdb::io::File out(file().string());
+        out.write(grids, metadata);
+        out.close();
+    }
+    /// The field at voxels (-2, 1, 0) to (9, 10, 8), background -7.
+    static openvdb::FloatGrid::Ptr field(const openvdb::math::Mat4d& map) {
+        openvdb::FloatGrid::Ptr grid = openvdb::FloatGrid::create(-7);
+        grid->setName("E");
+        grid->setTransform(openvdb::math::Transform::createLinearTransform(map));
+        auto accessor = grid->getAccessor();
+        for (int z = 0; z <= 8; ++z) {
+            for (int y = 1; y <= 10; ++y) {
+                for (int x = -2; x <= 9; ++x) {
+                    const openvdb::Coord at(x, y, z);
+                    const openvdb::Vec3d p = grid->transform().indexToWorld(at);
+                    accessor.setValue(at, static_cast<float>(linear({p[0], p[1], p[2]})));
+                }
+            }
+        }
+        return grid;
+    }
+    std::shared_ptr<const Pyramid> converted(const VolumeOptions& options = {}) {
+        const fs::path out = folder_.path() / "out.oftx";
+        const Result<void> made = make_vdb_volume_file(file(), out, options);
+        EXPECT_TRUE(made) << made.error().text();
+        if (!made) return nullptr;
+        const auto opened = Pyramid::open(out, 0, 0);
+        EXPECT_TRUE(opened) << opened.error().text();
+        return opened ? *opened : nullptr;
+    }
+    std::string trouble(const VolumeOptions& options = {}, const texture::ReadLimits& limits = {}) {
+        const Result<void> made =
+            make_vdb_volume_file(file(), folder_.path() / "out.oftx", options, limits);
+        return made ? "no error" : made.error().text();
+    }
+    static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
+    static Vec3d three(const Pyramid& p, size_t from) {
+        const auto at = [&](size_t k) {
+            return static_cast<double>(std::bit_cast<float>(p.info()[from + k]));
+        };
+        return {at(0), at(1), at(2)};
+    }
+    static void each(const Pyramid& p, const std::function<void(const Vec3d&, float)>& use) {
+        const Vec3i n = size(p);
+        const Vec3d from = three(p, 8), extent = three(p, 11);
+        const float* at = p.texels().data();
+        for (int z = 0; z < n.z; ++z) {
+            for (int y = 0; y < n.y; ++y) {
+                for (int x = 0; x < n.x; ++x)
+                    use({from.x + (x + 0.5) * extent.x / n.x, from.y + (y + 0.5) * extent.y / n.y,
+                         from.z + (z + 0.5) * extent.z / n.z},
+                        *at++);
+            }
+        }
+    }
+
+    testing::TempFolder folder_;
+};
+
+/// OpenVDB's matrices act on rows: the last row translates.
+openvdb::math::Mat4d map(const std::array<double, 16>& rows) {
+    return openvdb::math::Mat4d(rows.data());
+}
+const openvdb::math::Mat4d kScaled = map({0.5, 0, 0, 0, 0, 0.25, 0, 0, 0, 0, 2, 0, 10, 20, 30, 1});
+
+TEST_F(VdbVolumeTest, GridsAreInPlace) {
+    write({field(kScaled)});
+    const auto p = converted();
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{12, 10, 9}));
+    EXPECT_EQ(three(*p, 8), (Vec3d{8.75, 20.125, 29}));
+    EXPECT_EQ(three(*p, 11), (Vec3d{6, 2.5, 18}));
+    each(*p, [](const Vec3d& at, float value) {
+        EXPECT_FLOAT_EQ(value, static_cast<float>(linear(at)));
+    });
+    // By the unit that the file names, and the options' before it.
+    openvdb::MetaMap metadata;
+    metadata.insertMeta("unit", openvdb::StringMetadata("cm"));
+    write({field(kScaled)}, metadata);
+    EXPECT_EQ(three(*converted(), 11), (Vec3d{60, 25, 180}));
+    VolumeOptions options;
+    options.unit = "m";
+    EXPECT_EQ(three(*converted(options), 11), (Vec3d{6000, 2500, 18000}));
+}
+
+TEST_F(VdbVolumeTest, ExchangedAndTurnedAxes) {
+    // Index x runs along -z, y along x, z along y.
+    write({field(map({0, 0, -1, 0, 2, 0, 0, 0, 0, 0.5, 0, 0, 1, 2, 3, 1}))});
+    const auto p = converted();
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{10, 9, 12}));
+    each(*p, [](const Vec3d& at, float value) {
+        EXPECT_FLOAT_EQ(value, static_cast<float>(linear(at)));
+    });
+    const double c = std::cos(0.3), s = std::sin(0.3);
+    write({field(map({c, s, 0, 0, -s, c, 0, 0, 0, 0, 2, 0, 1, 2, 3, 1}))});
+    VolumeOptions options;
+    options.pitch_mm = 0.4;
+    options.outside = 55;
+    const auto q = converted(options);
+    ASSERT_NE(q, nullptr);
+    int inside = 0, outside = 0;
+    each(*q, [&](const Vec3d& at, float value) {
+        const double x = c * (at.x - 1) + s * (at.y - 2), y = -s * (at.x - 1) + c * (at.y - 2),
+                     z = (at.z - 3) / 2;
+        if (x > -2 && x < 9 && y > 1 && y < 10 && z > 0 && z < 8) {
+            EXPECT_NEAR(value, linear(at), 1e-5);
+            ++inside;
+        } else if (x < -2.6 || x > 9.6 || y < 0.4 || y > 10.6) {
+            EXPECT_EQ(value, 55);
+            ++outside;
+        }
+    });
+    EXPECT_GT(inside, 10000);
+    EXPECT_GT(outside, 5000);
+}
+
+TEST_F(VdbVolumeTest, VectorsCodesAndWhatIsNotActive) {
+    openvdb::Vec3SGrid::Ptr flow = openvdb::Vec3SGrid::create(openvdb::Vec3s(0));
+    flow->setName("flow");
+    flow->getAccessor().setValue(openvdb::Coord(0, 0, 0), openvdb::Vec3s(1, 2, 3));
+    openvdb::Int32Grid::Ptr codes = openvdb::Int32Grid::create(4);
+    codes->setName("codes");
+    codes->getAccessor().setValue(openvdb::Coord(0, 0, 0), 9);
+    codes->getAccessor().setValue(openvdb::Coord(2, 0, 0), -9);
+    write({flow, codes, openvdb::BoolGrid::create()});
+    EXPECT_THAT(trouble(), HasSubstr("it has several grids, "));
+    VolumeOptions options;
+    options.field = "flow";
+    const auto p = converted(options);
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(p->channels(), 3);
+    EXPECT_EQ(p->texels()[2], 3);
+    options.field = "codes";
+    const auto q = converted(options);
+    EXPECT_EQ((std::vector<float>(q->texels().begin(), q->texels().begin() + 3)),
+              (std::vector<float>{9, 4, -9}));
+    options.outside = 0;
+    EXPECT_EQ(converted(options)->texels()[1], 0);
+    options.field = "none";
+    EXPECT_THAT(trouble(options), HasSubstr("it has no grid `none`; it has "));
+}
+
+TEST_F(VdbVolumeTest, SaysWhatIsNotRead) {
+    openvdb::FloatGrid::Ptr empty = openvdb::FloatGrid::create();
+    empty->setName("E");
+    write({empty});
+    EXPECT_THAT(trouble(), HasSubstr("its grid `E` is empty"));
+    empty->getAccessor().setValue(openvdb::Coord(0, 0, 0), 1);
+    empty->getAccessor().setValue(openvdb::Coord(20'000, 0, 0), 1);
+    write({empty});
+    EXPECT_THAT(trouble(),
+                HasSubstr("its grid `E` has 20001 voxels along x, and 16384 are possible"));
+    openvdb::BoolGrid::Ptr mask = openvdb::BoolGrid::create();
+    mask->setName("mask");
+    write({mask});
+    EXPECT_THAT(trouble(), HasSubstr("its grid `mask` is of type bool, which is not read"));
+    write({field(kScaled)});
+    EXPECT_THAT(trouble({}, {5000, {}}), HasSubstr("of memory, more than the 5 kB of `--memory`"));
+    folder_.write("a.vdb", "no grids");
+    EXPECT_THAT(trouble(), HasSubstr("cannot read "));
+}
+
+TEST_F(VdbVolumeTest, FractionsGoOutAndComeInAgain) {
+    // Two materials on 5 x 4 x 11 voxels, slices from 3 on.
+    const std::array<int64_t, 4> shape{11, 4, 5, 2};
+    const std::vector<uint8_t> header = raster::npy_header("<f4", shape);
+    std::string bytes(header.begin(), header.end());
+    std::vector<float> first;
+    std::mt19937 random(3);
+    for (int i = 0; i < 11 * 4 * 5; ++i) {
+        const float part = std::uniform_int_distribution(1, 255)(random) / 256.0F;
+        first.push_back(part);
+        for (const float value : {part, 1 - part})
+            bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    const std::string array = folder_.write("f.npy", bytes).string();
+    folder_.write(
+        fs::path(raster::array_json_path(array)).filename().string(),
+        R"({"shape_zyx": [11, 4, 5], "pitch_mm": [0.25, 0.5, 0.125], "origin_mm": [1, 2, 3],
+                      "first_slice_z": 3, "complete": true,
+                      "materials": [{"name": "soft"}, {"name": "rigid"}]})");
+    const Result<void> out = make_vdb_of_fractions(array, file().string(), 100'000'000);
+    ASSERT_TRUE(out) << out.error().text();
+    VolumeOptions options;
+    options.field = "soft";
+    const auto p = converted(options);
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{5, 4, 11}));
+    EXPECT_EQ(three(*p, 8), (Vec3d{1, 2, 3 + 3 * 0.125}));
+    EXPECT_EQ(three(*p, 11), (Vec3d{1.25, 2, 11 * 0.125}));
+    EXPECT_EQ(std::vector<float>(p->texels().begin(), p->texels().begin() + 220), first);
+}
+
+TEST_F(VdbVolumeTest, DamagedFilesAreErrors) {
+    write({field(kScaled)});
+    std::ifstream in(file(), std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    const int many = testing::long_run() ? 2000 : 60;
+    int wrong = 0;
+    for (int seed = 0; seed < many; ++seed) {
+        std::mt19937_64 random(static_cast<uint64_t>(seed));
+        folder_.write("a.vdb", testing::mutate(whole, false, &random));
+        const Result<void> made = guarded(50'000'000, file(), [&] {
+            return make_vdb_volume_file(file(), folder_.path() / "out.oftx", {}, {50'000'000, {}});
+        });
+        if (made) continue;
+        ++wrong;
+        EXPECT_EQ(made.error().code, ErrorCode::kUserInput) << "seed " << seed;
+        EXPECT_THAT(made.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+    }
+    EXPECT_GT(wrong, many / 10);
+}
+
+}  // namespace
+}  // namespace openfab::tools

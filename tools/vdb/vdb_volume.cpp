@@ -1,0 +1,193 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/vdb/vdb_volume.h"
+
+#include <fmt/format.h>
+#include <openvdb/openvdb.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/input_file.h"
+#include "base/units.h"
+#include "tools/texture/check_memory.h"
+#include "tools/texture/placed_grid.h"
+#include "tools/texture/write_volume.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename T>
+constexpr int32_t kChannels = openvdb::VecTraits<T>::Size;
+
+template <typename T>
+float component(const T& value, [[maybe_unused]] int32_t channel) {
+    if constexpr (kChannels<T> == 1) {
+        return static_cast<float>(value);
+    } else {
+        return static_cast<float>(value[channel]);
+    }
+}
+
+/// A grid whose axes are those of space, slice by slice.
+template <typename Grid>
+class GridReader final : public VolumeReader {
+  public:
+    GridReader(typename Grid::Ptr grid, const openvdb::CoordBBox& box,
+               std::optional<double> outside)
+        : grid_(std::move(grid)), low_(box.min()), outside_(outside) {
+        const openvdb::Coord extent = box.dim();
+        size = {extent.x(), extent.y(), extent.z()};
+        channels = kChannels<typename Grid::ValueType>;
+    }
+
+    Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
+        typename Grid::ConstAccessor accessor = grid_->getConstAccessor();
+        for (int32_t y = 0; y < size.y; ++y) {
+            for (int32_t x = 0; x < size.x; ++x) {
+                typename Grid::ValueType value;
+                const bool active = accessor.probeValue(low_.offsetBy(x, y, z), value);
+                for (int32_t c = 0; c < channels; ++c)
+                    *out++ =
+                        active || !outside_ ? component(value, c) : static_cast<float>(*outside_);
+            }
+            wrote(4 * row_floats());
+        }
+        return {};
+    }
+
+  private:
+    typename Grid::Ptr grid_;
+    openvdb::Coord low_;
+    std::optional<double> outside_;
+};
+
+/// Where voxels of the box lie, mm.
+GridFrame frame_of(const openvdb::GridBase& grid, const openvdb::Coord& low, double unit) {
+    const auto at = [&](const openvdb::Coord& index) {
+        const openvdb::Vec3d p = grid.transform().indexToWorld(index) * unit;
+        return Vec3d{p[0], p[1], p[2]};
+    };
+    GridFrame frame;
+    frame.first = at(low);
+    for (int a = 0; a < 3; ++a) {
+        openvdb::Coord next = low;
+        next[a] += 1;
+        frame.steps[static_cast<size_t>(a)] = at(next) - frame.first;
+    }
+    return frame;
+}
+
+Result<openvdb::CoordBBox> box_of(const openvdb::GridBase& grid) {
+    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    if (box.empty()) return user_error(fmt::format("its grid `{}` is empty", grid.getName()));
+    for (int a = 0; a < 3; ++a) {
+        constexpr int64_t kMost = 16384;
+        const int64_t side = int64_t{box.max()[a]} - box.min()[a] + 1;
+        if (side > kMost) {
+            return user_error(
+                fmt::format("its grid `{}` has {} voxels along {}, and {} are possible",
+                            grid.getName(), side, "xyz"[a], kMost));
+        }
+    }
+    return box;
+}
+
+template <typename Grid>
+MadeReader open_grid(const openvdb::GridBase::Ptr& base, double unit,
+                     const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
+    const Result<openvdb::CoordBBox> box = box_of(*base);
+    if (!box) return box.error();
+    const GridFrame frame = frame_of(*base, box->min(), unit);
+    auto reader =
+        std::make_unique<GridReader<Grid>>(openvdb::gridPtrCast<Grid>(base), *box, options.outside);
+    if (is_along_axes(frame) && frame.steps[0].x > 0 && frame.steps[1].y > 0 &&
+        frame.steps[2].z > 0) {
+        reader->origin.emplace();
+        reader->spacing.emplace();
+        for (int a = 0; a < 3; ++a) {
+            const auto i = static_cast<size_t>(a);
+            (*reader->spacing)[i] = frame.steps[i][a];
+            (*reader->origin)[i] = frame.first[a] - frame.steps[i][a] / 2;
+        }
+        return std::unique_ptr<VolumeReader>(std::move(reader));
+    }
+    const int64_t count = reader->slice_floats() * reader->size.z;
+    if (Result<void> fits = check_memory(4 * count, limits.memory_bytes / 2); !fits)
+        return fits.error();
+    std::vector<float> values(static_cast<size_t>(count));
+    for (int32_t z = 0; z < reader->size.z; ++z) {
+        float* const slice = values.data() + z * reader->slice_floats();
+        if (Result<void> read = reader->read_slice(z, slice, [](int64_t) {}); !read)
+            return read.error();
+    }
+    return open_placed_grid(reader->size, reader->channels, std::move(values), frame, options);
+}
+
+Result<std::string> choose(openvdb::io::File* file, const std::string& wanted) {
+    std::vector<std::string> names;
+    for (auto name = file->beginName(); name != file->endName(); ++name)
+        names.push_back(name.gridName());
+    if (names.empty()) return user_error("it has no grid");
+    if (wanted.empty() && names.size() == 1) return names.front();
+    if (std::find(names.begin(), names.end(), wanted) != names.end()) return wanted;
+    std::string all;
+    for (const std::string& name : names)
+        all += fmt::format("{}`{}`", all.empty() ? "" : ", ", name);
+    if (wanted.empty())
+        return user_error("it has several grids, " + all + ", and none is named by `field`");
+    return user_error(fmt::format("it has no grid `{}`; it has {}", wanted, all));
+}
+
+/// The unit that the options or the file name, in mm.
+double unit_of(const openvdb::io::File& file, const texture::VolumeOptions& options) {
+    if (!options.unit.empty()) return unit_mm(options);
+    const openvdb::MetaMap::Ptr metadata = file.getMetadata();
+    const auto unit = metadata->getMetadata<openvdb::StringMetadata>("unit");
+    if (unit == nullptr) return 1;
+    const Result<double> size = parse_length_mm("1" + unit->value());
+    return size && *size > 0 ? *size : 1;
+}
+
+}  // namespace
+
+MadeReader open_vdb_grid(const fs::path& path, const texture::VolumeOptions& options,
+                         const texture::ReadLimits& limits) {
+    const Result<InputFile> opened = InputFile::open(path);
+    if (!opened) return opened.error();
+    openvdb::initialize();
+    openvdb::io::File file(opened->name());
+    file.open(/*delayLoad=*/false);
+    const Result<std::string> name = choose(&file, options.field);
+    if (!name) return name.error();
+    const double unit = unit_of(file, options);
+    const openvdb::GridBase::Ptr grid = file.readGrid(*name);
+    if (!grid->transform().isLinear())
+        return user_error(fmt::format("its grid `{}` is not placed by a linear transform", *name));
+    if (grid->isType<openvdb::FloatGrid>())
+        return open_grid<openvdb::FloatGrid>(grid, unit, options, limits);
+    if (grid->isType<openvdb::DoubleGrid>())
+        return open_grid<openvdb::DoubleGrid>(grid, unit, options, limits);
+    if (grid->isType<openvdb::Int32Grid>())
+        return open_grid<openvdb::Int32Grid>(grid, unit, options, limits);
+    if (grid->isType<openvdb::Int64Grid>())
+        return open_grid<openvdb::Int64Grid>(grid, unit, options, limits);
+    if (grid->isType<openvdb::Vec3SGrid>())
+        return open_grid<openvdb::Vec3SGrid>(grid, unit, options, limits);
+    if (grid->isType<openvdb::Vec3DGrid>())
+        return open_grid<openvdb::Vec3DGrid>(grid, unit, options, limits);
+    return user_error(
+        fmt::format("its grid `{}` is of type {}, which is not read", *name, grid->valueType()));
+}
+
+Result<void> make_vdb_volume_file(const fs::path& source, const fs::path& out,
+                                  const texture::VolumeOptions& options,
+                                  const texture::ReadLimits& limits) {
+    return write_volume(source, out, options, limits,
+                        [&] { return open_vdb_grid(source, options, limits); });
+}
+
+}  // namespace openfab::tools
