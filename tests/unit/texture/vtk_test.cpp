@@ -470,8 +470,8 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
         trouble(with(one, &w), options),
         "resampled at 0.0001 mm it has 30000 texels along x, and 16384 are possible; give it a "
         "coarser `pitch_mm`");
-    EXPECT_THAT(trouble(with(one, &w), {}, {20'000, {}}),
-                ::testing::HasSubstr("of memory, more than the 20 kB of `--memory`"));
+    EXPECT_THAT(trouble(with(one, &w), {}, {4000, {}}),
+                ::testing::HasSubstr("of memory, more than the 4 kB of `--memory`"));
     Mesh quadratic;
     quadratic.points.assign(30, 0);
     quadratic.add(24, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
