@@ -57,7 +57,7 @@ endforeach()
 list(REMOVE_DUPLICATES example_folders)
 foreach(name IN LISTS example_folders)
     file(GLOB files CONFIGURE_DEPENDS gallery/${name}/*.fl gallery/${name}/*.obj gallery/${name}/*.jpg
-        gallery/${name}/*.csv gallery/${name}/*.nrrd)
+        gallery/${name}/*.csv gallery/${name}/*.nrrd gallery/${name}/*.vtu)
     install(FILES ${files} DESTINATION share/doc/openfab/examples/${name})
 endforeach()
 

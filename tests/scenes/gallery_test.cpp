@@ -65,7 +65,7 @@ constexpr Exhibit kExhibits[] = {
     {"halftones", "halftones", "halftones", "0.25mm"},
     {"filament_vase", "vase", "filament_vase", "0.4mm"},
     {"bone", "bone", "bone", "1mm"},
-    {"insole", "insole", "insole", "2mm"},
+    {"insole", "insole", "insole", "0.7mm"},
 };
 
 struct Contents {

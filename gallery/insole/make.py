@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes pressure.vtu: the pressure under a standing foot on a block of hexahedra, in metres, as a simulation gives it.
+"""Makes insole.obj, an outline with a thickness, and pressure.vtu, the pressure under a standing foot on a block of
+hexahedra, in metres, as a simulation gives it.
 
 The numbers are of no person: a sum of bells under the heel, the ball and the toes.
 """
@@ -21,7 +22,38 @@ def pressure_kpa(x, y):
     return sum(peak * math.exp(-((x - u) ** 2 + (y - v) ** 2) / (2 * (reach / 1.5) ** 2)) for u, v, reach, peak in BELLS)
 
 
-def main():
+def smoothstep(low, high, x):
+    t = min(max((x - low) / (high - low), 0), 1)
+    return t * t * (3 - 2 * t)
+
+
+def lerp(a, b, t):
+    return a + t * (b - a)
+
+
+def write_insole():
+    """To either side of a bent middle, rounded at both ends; its box's middle is x = y = 0."""
+    length, height, steps = 262, 8, 48
+    sides = ([], [])
+    for i in range(1, steps):
+        # Denser towards the ends, where it is round.
+        y = length * (0.5 - 0.5 * math.cos(math.pi * i / steps))
+        width = lerp(lerp(31, 29, smoothstep(30, 95, y)), lerp(46, 38, smoothstep(185, 228, y)), smoothstep(95, 185, y))
+        heel, toes = min(max((30 - y) / 30, 0), 1), min(max((y - 226) / 36, 0), 1)
+        width *= math.sqrt(max(1 - heel * heel - toes * toes, 0))
+        middle = 6 * smoothstep(150, 250, y) - 3 * smoothstep(60, 150, y)
+        for side, sign in zip(sides, (1, -1)):
+            side.append((middle + sign * width, y - length / 2))
+    ring = [(0, -length / 2)] + sides[0] + [(3, length / 2)] + sides[1][::-1]
+    n = len(ring)
+    lines = ["# Made by make.py. Units: mm"] + [f"v {x:.3f} {y:.3f} {z}" for z in (0, height) for x, y in ring]
+    lines.append("f " + " ".join(str(i) for i in range(n, 0, -1)))
+    lines.append("f " + " ".join(str(n + i) for i in range(1, n + 1)))
+    lines += [f"f {i + 1} {(i + 1) % n + 1} {n + (i + 1) % n + 1} {n + i + 1}" for i in range(n)]
+    Path(__file__).with_name("insole.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def write_pressure():
     points, pressure = [], []
     for level in range(2):
         for row in range(ROWS + 1):
@@ -61,4 +93,5 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    write_insole()
+    write_pressure()
