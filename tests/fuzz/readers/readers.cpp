@@ -31,9 +31,12 @@
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
+#include "tools/colour/profile.h"
+#include "tools/colour/samples.h"
 #include "tools/openfab/appearance.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
+#include "tools/texture/embedded_profile.h"
 #include "tools/viewer/print_file.h"
 #include "world/printer.h"
 #include "world/transforms_file.h"
@@ -91,6 +94,34 @@ std::string written(const char* name, std::string_view bytes) {
     const std::filesystem::path file = folder() / name;
     std::ofstream(file, std::ios::binary) << bytes;
     return file.string();
+}
+
+/// As a printer's profile, with what it says of some colours, and as one that a picture carries.
+bool icc(std::string_view bytes) {
+    const std::vector<uint8_t> copy(bytes.begin(), bytes.end());
+    const tools::EmbeddedProfile::Found found = tools::EmbeddedProfile::find(copy);
+    const Result<colour::PrinterProfile> profile = colour::PrinterProfile::parse(copy);
+    if (!answered(profile)) return found.is_srgb || found.other != nullptr;
+    (void)profile->description();
+    const std::vector<colour::Rgb> colours = {{0, 0, 0}, {1, 1, 1}, {0.2, 0.9, 0.4}};
+    bool whole = answered(profile->to_lab({{0.1, 0.2, 0.3, 0.4}, {}}, true));
+    for (const colour::Intent intent : {colour::Intent::kPerceptual, colour::Intent::kRelative}) {
+        const Result<std::vector<colour::Inks>> inks = profile->to_inks(colours, intent, true);
+        whole = answered(inks) && whole;
+        if (!inks) continue;
+        for (const colour::Inks& mixture : *inks) {
+            for (const double ink : mixture) {
+                if (!(ink >= 0 && ink <= 1)) std::abort();
+            }
+        }
+    }
+    return whole;
+}
+
+bool cgats(std::string_view bytes) {
+    const Result<colour::SampleTable> table = colour::parse_samples(bytes);
+    if (!answered(table)) return false;
+    return answered(colour::parse_samples(colour::format_samples(*table, "again")));
 }
 
 /// The materials of a mesh that names this library.
@@ -311,6 +342,8 @@ constexpr Reader kReaders[] = {
     {"vti", true, volume<kVti>},
     {"vtu", true, volume<kVtu>},
     {"sched", true, schedule},
+    {"icc", false, icc},
+    {"cgats", true, cgats},
 };
 
 }  // namespace
