@@ -231,8 +231,10 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
         hasher.add_bytes(buffer.data(), *got);
         at += static_cast<int64_t>(*got);
     }
-    const std::string suffix =
-        fmt::format("|{}|{}|{}", options.space, options.luminance ? 1 : 0, kFileVersion);
+    // Counts changes of what pictures are decoded to; 1: by the profiles that they carry.
+    constexpr int kDecoding = 1;
+    const std::string suffix = fmt::format("|{}|{}|{}|{}", options.space, options.luminance ? 1 : 0,
+                                           kFileVersion, kDecoding);
     hasher.add_bytes(suffix.data(), suffix.size());
     return hasher.value();
 }
