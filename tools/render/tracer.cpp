@@ -203,8 +203,10 @@ bool Tracer::find_surface(const Ray& ray, const Exits& exits, double from, doubl
         const double end = std::min(leaves, to);
         const std::array<int32_t, 8> c = volume_.corners(
             static_cast<int32_t>(low.x), static_cast<int32_t>(low.y), static_cast<int32_t>(low.z));
-        const bool any =
-            std::any_of(c.begin(), c.end(), [&](int32_t one) { return is_wrong(one); });
+        int32_t full = 0;
+        for (const int32_t one : c)
+            full += one >= Volume::kSurface ? 1 : 0;
+        const bool any = ray.inside ? full < 8 : full > 0;
         const auto value = [&](double t) {
             const Vec3d q = ray.at + ray.step * t - corner;
             return interpolate(c, q.x, q.y, q.z);

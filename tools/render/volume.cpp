@@ -88,29 +88,6 @@ int64_t Volume::bytes() const {
                                 coverage_pool_.capacity() * sizeof(uint16_t));
 }
 
-std::array<int32_t, 8> Volume::corners(int32_t x, int32_t y, int32_t z) const {
-    if ((x & 7) != 7 && (y & 7) != 7 && (z & 7) != 7) {
-        const uint32_t entry = coverages_[block_index(x, y, z)];
-        if ((entry & kUniform) != 0) {
-            const auto all = static_cast<int32_t>(entry & ~kUniform);
-            return {all, all, all, all, all, all, all, all};
-        }
-        const uint16_t* const at =
-            coverage_pool_.data() + size_t{entry} * kBlockVoxels + place(x, y, z);
-        return {at[0], at[1], at[8], at[9], at[64], at[65], at[72], at[73]};
-    }
-    std::array<int32_t, 8> out{};
-    for (int32_t i = 0; i < 8; ++i)
-        out[static_cast<size_t>(i)] = coverage(x + (i & 1), y + ((i >> 1) & 1), z + (i >> 2));
-    return out;
-}
-
-bool Volume::is_uniform(const Vec3i& block, uint8_t* code) const {
-    const uint32_t entry = codes_[index_of(block)];
-    *code = static_cast<uint8_t>(entry);
-    return (entry & kUniform) != 0;
-}
-
 Volume::Kind Volume::kind(const Vec3i& block) const {
     bool outside = false;
     bool inside = false;

@@ -30,7 +30,7 @@ class Volume {
     static constexpr int32_t kGroup = 4;
     /// The coverage inside, and at the surface.
     static constexpr int32_t kFull = 65280;
-    static constexpr double kSurface = kFull / 2.0;
+    static constexpr int32_t kSurface = kFull / 2;
 
     /// What a cell of macrocells holds.
     enum class Kind : uint8_t { kOutside, kInside, kSurface };
@@ -56,9 +56,22 @@ class Volume {
     }
     /// The coverage of the eight centers around a dual cell, whose lowest center is (x, y, z):
     /// x fastest, then y, z.
-    std::array<int32_t, 8> corners(int32_t x, int32_t y, int32_t z) const;
-    /// Whether all of a block is one code, which it then is.
-    bool is_uniform(const Vec3i& block, uint8_t* code) const;
+    std::array<int32_t, 8> corners(int32_t x, int32_t y, int32_t z) const {
+        if ((x & 7) == 7 || (y & 7) == 7 || (z & 7) == 7) {
+            return {coverage(x, y, z),         coverage(x + 1, y, z),
+                    coverage(x, y + 1, z),     coverage(x + 1, y + 1, z),
+                    coverage(x, y, z + 1),     coverage(x + 1, y, z + 1),
+                    coverage(x, y + 1, z + 1), coverage(x + 1, y + 1, z + 1)};
+        }
+        const uint32_t entry = coverages_[block_index(x, y, z)];
+        if ((entry & kUniform) != 0) {
+            const auto all = static_cast<int32_t>(entry & ~kUniform);
+            return {all, all, all, all, all, all, all, all};
+        }
+        const uint16_t* const at =
+            coverage_pool_.data() + size_t{entry} * kBlockVoxels + place(x, y, z);
+        return {at[0], at[1], at[8], at[9], at[64], at[65], at[72], at[73]};
+    }
     /// Calls use(code) for the codes of a block, in no order, with repetitions.
     template <typename Use>
     void for_codes(const Vec3i& block, const Use& use) const {

@@ -163,9 +163,9 @@ double half_space_reflectance(double albedo, double mu) {
 }
 
 TEST(Tracer, ReflectsAsChandrasekharsHalfSpace) {
-    // 160 free paths wide, 80 deep.
+    // 80 free paths wide or more, 40 deep. The reflectance depends on the albedo alone.
     const Volume volume = block({80, 80, 40}, 0.1);
-    const MaterialOptics resin{{20, 20, 20}, {0.5, 0.9, 0.97}, 0};
+    const MaterialOptics resin{{10, 14, 20}, {0.5, 0.97, 0.9}, 0};
     const Tracer tracer(&volume, make_optics({resin}), white_room());
     for (const double mu : {1.0, 0.5}) {
         const Vec3d aim{std::sqrt(1 - mu * mu), 0, -mu};
