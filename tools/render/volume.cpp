@@ -140,8 +140,10 @@ int64_t VolumeBuilder::least_bytes(const VolumeGrid& grid) {
     const auto windows = static_cast<double>(window_of(kernels[2]));
     const double blocks =
         static_cast<double>(blocks_of(cells.x)) * blocks_of(cells.y) * blocks_of(cells.z);
-    // A window of codes and coverages, a slab of both, what is gathered, what is between; tables.
-    const double bytes = layer * (3 * windows + 3 * Volume::kSide + 15) + blocks * 8;
+    // A window of codes and coverages, a slab of both, what is gathered, what is between; two tables of
+    // blocks, and the macrocells that a tracer makes of them.
+    constexpr double kOfBlock = 17;
+    const double bytes = layer * (3 * windows + 3 * Volume::kSide + 15) + blocks * kOfBlock;
     return bytes < 9e18 ? static_cast<int64_t>(bytes) : INT64_MAX;
 }
 
