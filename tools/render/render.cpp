@@ -207,7 +207,7 @@ Result<void> render(const RenderOptions& options) {
         if (Result<void> done = backends::write_whole_file(fs::path(options.describe), text); !done)
             return done;
     }
-    const Tracer tracer(&print->volume, std::move(optics), std::move(*scene));
+    const Tracer tracer(&print->volume, optics, std::move(*scene));
     return make_picture(options, tracer, stop);
 }
 

@@ -71,7 +71,7 @@ struct Tracer::Exits {
     }
 };
 
-Tracer::Tracer(const Volume* volume, Optics optics, Scene scene, int32_t macro_blocks)
+Tracer::Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks)
     : volume_(*volume), scene_(std::move(scene)), surface_(optics.surface) {
     for (const MaterialOptics& one : optics.by_code) {
         Material material{};

@@ -27,7 +27,7 @@ namespace openfab::render {
 class Tracer {
   public:
     /// `volume` must outlive it. A macrocell is `macro_blocks` blocks wide: 1, 2 or 4.
-    Tracer(const Volume* volume, Optics optics, Scene scene, int32_t macro_blocks = 1);
+    Tracer(const Volume* volume, const Optics& optics, Scene scene, int32_t macro_blocks = 1);
 
     /// Returns the light that comes along one random path to `from_mm`, in air, out of `direction`
     /// (unit). `met` tells whether the print was there.
