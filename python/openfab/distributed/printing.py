@@ -54,7 +54,7 @@ class DistributedPrint:
             "title": self.info.title,
             "size": self.info.size,
             "seconds": self.statistics["seconds_total"],
-            "set_up_seconds": self.statistics["seconds_by_phase"]["set_up"] / self.statistics["set_ups"],
+            "set_up_seconds": self.statistics["seconds_by_phase"]["set_up"] / max(1, self.statistics["set_ups"]),
             "inputs_bytes": self.statistics["inputs_bytes"],
             "shares": [asdict(one) for one in self.costs],
         }
@@ -85,6 +85,7 @@ def print_world(
     token_file: str | os.PathLike[str] | None = None,
     tls_ca: str | os.PathLike[str] | None = None,
     in_flight: int | None = None,
+    direct: bool = True,
     progress: Progress = False,
 ) -> DistributedPrint:
     """Prints a world on the workers of a Dask cluster; returns when the output is complete.
@@ -96,7 +97,8 @@ def print_world(
     a file or folder elsewhere; the bytes are those of `openfab.print_world`, whose arguments the others are. `memory`
     and `threads` are of each worker process; without them a print gets six tenths of what Dask gives the process, 1.5 GB
     at most, and as many threads as Dask. At most `in_flight` shares are printed or wait to be written, 3 for each
-    worker and 2 more unless given: a slow output holds the workers back.
+    worker and 2 more unless given: a slow output holds the workers back. Slices come from the workers without passing
+    through the scheduler, unless `direct` is False, for networks in which this process does not reach them.
 
     Workers that die are made up for. Raises ClusterError where the cluster cannot print, and what openfab.print_world
     raises.
@@ -121,7 +123,7 @@ def print_world(
             options=tuple(printer_file(options)), format=output.format, memory_given=memory is not None,
             threads=threads, made=str(own_files.folder()),
         )
-        with _Run(client, workers, job, inputs, began, in_flight, progress) as run:
+        with _Run(client, workers, job, inputs, began, in_flight, direct, progress) as run:
             return run.print(output)
 
 
@@ -189,13 +191,14 @@ class _Run:
 
     def __init__(
         self, client: distributed.Client, workers: _Workers, job: Job, inputs: Inputs, began: float,
-        in_flight: int | None, progress: Progress,
+        in_flight: int | None, direct: bool, progress: Progress,
     ) -> None:
         self._client: Any = client
         self._workers = workers
         self._job = job
         self._began = began
         self._in_flight = in_flight
+        self._direct = direct
         self._bar = _Bar(progress)
         self._name = uuid.uuid4().hex[:12]
         self._inputs = inputs
@@ -204,7 +207,7 @@ class _Run:
         self._costs: list[ShareCost] = []
         self._statistics: dict[str, Any] = {}
         self._peak = 0
-        self._set_ups: set[str] = set()
+        self._set_ups = 0
 
     def __enter__(self) -> _Run:
         self._files = _send_files(self._client, self._inputs)
@@ -323,7 +326,7 @@ class _Run:
         for _ in range(_MOST_DEATHS):
             self._wait_for(future)
             try:
-                result = future.result()
+                result = self._client.gather(future, direct=self._direct)
             except distributed.KilledWorker:
                 future.retry()
                 continue
@@ -340,7 +343,7 @@ class _Run:
         cost = share.cost
         self._costs.append(cost)
         self._model.add(cost)
-        self._set_ups.add(cost.worker)
+        self._set_ups += share.statistics["seconds_by_phase"]["set_up"] > 0
         self._peak = max(self._peak, share.statistics["peak_rss_bytes"])
         work = {key: share.statistics[key] for key in worker.WORK}
         self._statistics = worker.total(work, self._statistics) if self._statistics else work
@@ -353,7 +356,7 @@ class _Run:
             mvoxels_per_second=statistics["voxels_total"] / seconds / 1e6,
             msolid_per_second=statistics["voxels_solid"] / seconds / 1e6,
             processor_seconds=sum(cost.processor_seconds for cost in self._costs),
-            shares=len(self._costs), set_ups=len(self._set_ups), inputs_bytes=self._inputs.bytes,
+            shares=len(self._costs), set_ups=self._set_ups, inputs_bytes=self._inputs.bytes,
             warnings=list(self._plan.warnings),
         )
         if statistics["voxels_solid"] == 0:
