@@ -28,7 +28,7 @@ NAVIGATION = [
     ("Library", ["library/index.md", "library/*.md", "compiler/functions/README.md"]),
     ("Worlds", ["world/WORLDS.md", "world/reference.md"]),
     ("Commands", ["commands/*.md"]),
-    ("Python", ["docs/python.md", "docs/python/*.md", "docs/distributed.md"]),
+    ("Python", ["docs/python.md", "docs/python/*.md", "docs/scale.md"]),
     ("Gallery", ["gallery/index.md", "gallery/magic_postcard/README.md", "gallery/*/README.md"]),
     ("Inside", ["docs/architecture.md", "docs/determinism.md", "docs/nearest.md", "docs/*.md", "docs/measurements/*.md",
                 "CONTRIBUTING.md"]),

@@ -187,7 +187,7 @@ class _Workers:
 
 
 class _Run:
-    """One print. What is submitted is cancelled when it ends."""
+    """One print. What is submitted is dropped when it ends."""
 
     def __init__(
         self, client: distributed.Client, workers: _Workers, job: Job, inputs: Inputs, began: float,
@@ -218,10 +218,10 @@ class _Run:
 
     def __exit__(self, *_: object) -> None:
         self._bar.close()
-        left = [*(future for _, future in self._shares.values()), *self._samples.values(), self._world]
+        # What nobody wants any more Dask drops; shares that are being printed end first.
+        for future in (*(future for _, future in self._shares.values()), *self._samples.values(), self._world):
+            future.release()
         self._shares, self._samples = {}, {}
-        if self._client.status == "running":
-            self._client.cancel(left, force=False)
 
     def print(self, output: Output) -> DistributedPrint:
         plan = self._set_up()
