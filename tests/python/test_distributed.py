@@ -89,11 +89,10 @@ def test_objects_of_python_reach_workers(client: Any, ball: openfab.World, tmp_p
     picture = np.random.default_rng(3).integers(0, 256, (8, 8, 3), np.uint8)
     fablet = openfab.Fablet(
         text="""fablet Painted {
-            @uniform { texture2d picture; Material white, black; }
+            @uniform { ImageTexture2D picture; Material white, black; }
             @Volume(@varying { VolumeAttributes attr }) {
                 MaterialComposition mc;
-                float3 at = attr.voxelCenter;
-                float t = texture(picture, vec2(at.x / 5, at.y / 5)).x;
+                float t = picture.Sample1(attr.voxelCenter.x / 5, attr.voxelCenter.y / 5, 0);
                 mc.Set(white, t);
                 mc.Set(black, 1 - t);
                 return mc;
