@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "backends/ofr/format.h"
 #include "tools/viewer/difference.h"
@@ -296,6 +297,19 @@ std::vector<int64_t> count_codes(const pipeline::PrintInfo& info,
     return counts;
 }
 
+/// Writes how many voxels differ, and of what material they are in each print.
+void write_changes(const std::vector<int64_t>& changes, JsonText* out) {
+    out->member("different", std::accumulate(changes.begin(), changes.end(), int64_t{0}));
+    out->key("changes").begin_array();
+    for (size_t pair = 0; pair < changes.size(); ++pair) {
+        if (changes[pair] == 0) continue;
+        out->begin_object().member("first", static_cast<int32_t>(pair / 256));
+        out->member("second", static_cast<int32_t>(pair % 256)).member("voxels", changes[pair]);
+        out->end_object();
+    }
+    out->end_array();
+}
+
 Answer slice(const Session::Prints& prints, const Request& request) {
     Parameters in(request);
     const int32_t z = in.whole("z", 0, kMostSide);
@@ -314,14 +328,22 @@ Answer slice(const Session::Prints& prints, const Request& request) {
         if (!other) return failure(other.error());
         const pipeline::PrintInfo& info = file.info();
         Difference difference(info, chosen.other->file().info(), info.size.x);
-        int64_t different = 0;
+        const auto view = [&](const PrintFile& print, const Slice& rows) {
+            return pipeline::SliceView{z, rows.rows.data(), print.row_bytes(), info.size.x,
+                                       info.size.y};
+        };
+        const pipeline::SliceView a = view(file, **slice), b = view(chosen.other->file(), **other);
+        std::vector<int64_t> changes(256 * 256);  // by the codes of both
         for (int32_t y = 0; y < info.size.y; ++y) {
-            const uint8_t* row = difference.row(
-                (*slice)->rows.data() + static_cast<size_t>(y) * file.row_bytes(),
-                (*other)->rows.data() + static_cast<size_t>(y) * chosen.other->file().row_bytes());
-            different += std::count(row, row + info.size.x, kDifferent);
+            const uint8_t* row = difference.row(a.data + static_cast<size_t>(y) * a.row_bytes,
+                                                b.data + static_cast<size_t>(y) * b.row_bytes);
+            for (int32_t x = 0; x < info.size.x; ++x) {
+                if (row[x] != kDifferent) continue;
+                ++changes[size_t{256} * a.code(x, y, info.bits) +
+                          b.code(x, y, chosen.other->file().info().bits)];
+            }
         }
-        out.member("different", different);
+        write_changes(changes, &out);
     }
     out.end_object();
     return {200, "application/json", out.take()};

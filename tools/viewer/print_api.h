@@ -8,7 +8,8 @@
 //               z), at, lu, lv (levels), u, v, coarse, colors
 //   api/pick    a voxel: generation, print, x, y, z
 //   api/amounts fractions of the materials in a voxel before the dither: generation, print, x, y, z
-//   api/slice   voxels of a slice by code: generation, print, z
+//   api/slice   voxels of a slice by code, and of a difference those that differ by both codes:
+//               generation, print, z
 //   api/volume  RGBA of cells, once more slices were read than `known`; else 204: generation,
 //               print (0 or 1), colors, known
 

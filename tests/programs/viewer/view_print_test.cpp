@@ -354,6 +354,9 @@ TEST_F(ViewPrint, TheDifferenceShowsTheVoxelsThatDiffer) {
     }
     const JsonValue slice = viewer.get("/api/slice?generation=2&print=diff&z=4").json();
     EXPECT_EQ(member(slice, "different").number, 1);
+    ASSERT_EQ(member(slice, "changes").items.size(), 1u);
+    EXPECT_EQ(member(member(slice, "changes").items[0], "voxels").number, 1);
+    EXPECT_EQ(member(member(slice, "changes").items[0], "first").number, print_.at(100, 5, 4));
     const JsonValue picked = viewer.get("/api/pick?generation=2&print=diff&x=100&y=5&z=4").json();
     EXPECT_EQ(member(picked, "code").number, print_.at(100, 5, 4));
     EXPECT_EQ(member(picked, "other").number, (print_.at(100, 5, 4) + 1) % 4);
@@ -518,7 +521,7 @@ TEST_F(ViewPrint, WhatCannotBeShownIsRefusedWithAReason) {
         {{scratch_.path().string()}, "no folder of slices"},
         {{path("odd")}, "not that of a folder of slices"},
         {{print, path("none.ofr")}, "cannot open"},
-        {{print, "--watch"}, "are for a world"},
+        {{print, "--watch"}, "is for a world"},
         {{print, "--listen", "example.org"}, "is not an address"},
         {{print, "--port", "70000"}, "--port"},
         {{print, "--memory", "20kB"}, "memory"}};

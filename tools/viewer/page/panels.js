@@ -4,6 +4,9 @@ import { count, describe, element, millimetres, share, volume } from "./format.j
 
 const byId = (id) => document.getElementById(id);
 
+/** Lines for what became of what in a difference. */
+const mostChanges = 12;
+
 function voxelMl(print) {
     return print.pitch_mm[0] * print.pitch_mm[1] * print.pitch_mm[2] * 1e-3;
 }
@@ -62,7 +65,7 @@ export class Panels {
             rows.push(["Mass", `${grams.toFixed(2)} g`]);
             rows.push(["Hash", print.hash]);
         }
-        for (const [name, value] of print.provenance) if (value.length <= 40) rows.push([name, value]);
+        for (const [name, value] of print.provenance) if (value.length <= 40) rows.push([name === "version of openfab" ? "OpenFab" : name, value]);
         describe(byId("stats"), rows);
     }
 
@@ -134,7 +137,12 @@ export class Panels {
         const solid = slice.voxels.reduce((sum, n, code) => sum + (code ? n : 0), 0);
         const rows = [["Height", millimetres(print.origin_mm[2] + (slice.z + 0.5) * print.pitch_mm[2])], ["Solid", `${count(solid)} voxels`]];
         slice.voxels.forEach((n, code) => { if (code && n) rows.push([element("span", {}, ...this.named(code)), `${count(n)} · ${share(n, solid)}`]); });
-        if (slice.different !== undefined) rows.push(["Different", `${count(slice.different)} voxels`]);
+        if (slice.different !== undefined) {
+            const most = slice.changes.sort((a, b) => b.voxels - a.voxels).slice(0, mostChanges);
+            rows.push(["Different", `${count(slice.different)} voxels`]);
+            for (const { first, second, voxels } of most)
+                rows.push([element("span", {}, `${this.nameOf(first)} → ${this.nameOf(second, this.model.state.prints[1])}`), count(voxels)]);
+        }
         describe(byId("slice_stats"), rows);
     }
 }
