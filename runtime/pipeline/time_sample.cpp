@@ -3,15 +3,17 @@
 #include "runtime/pipeline/time_sample.h"
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 namespace openfab::pipeline {
 
 namespace {
 
-// Of equal parts of the height; each prefix is spread over all of it.
-constexpr std::array<int32_t, 7> kParts{3, 0, 6, 1, 5, 2, 4};
+/// The height is divided into 2^k - 1 equal parts, whose middles are tried: 7, or more where the first
+/// of them, the middle of all, takes little time.
+constexpr int kLeastBits = 3, kMostBits = 6;
+/// Of the time, what places may take in which the middle one's time is that of all.
+constexpr double kPlaces = 0.6;
 /// Of a slab that was stopped: less tells little of the whole.
 constexpr double kEnough = 0.05;
 /// Slabs of a print that is tried whole, as it would be printed.
@@ -90,9 +92,13 @@ class Sampler {
     }
 
     Result<void> try_places() {
-        for (const int32_t part : kParts) {
+        const double seconds = left_;
+        int bits = kLeastBits;
+        for (int32_t i = 1; i < 1 << bits; ++i) {
+            const int32_t parts = (1 << bits) - 1;
             const int32_t first =
-                slabs_.x + (2 * part + 1) * count() / (2 * static_cast<int32_t>(kParts.size()));
+                slabs_.x +
+                static_cast<int32_t>((2 * int64_t{part_of(i, bits)} + 1) * count() / (2 * parts));
             if (!places_.empty() && left_ <= 0) {
                 if (const Result<void> counted = count_blocks(first); !counted) return counted;
                 continue;
@@ -112,8 +118,21 @@ class Sampler {
                 }
             }
             places_.push_back(place);
+            // Two neighbours each, so that no slab is tried twice.
+            while (i == 1 && bits < kMostBits && (4 << bits) <= count() &&
+                   (2 << bits) * (seconds - left_) < kPlaces * seconds)
+                ++bits;
         }
         return {};
+    }
+
+    /// Returns the i-th part to be tried, from 1, the middle of all: each prefix is spread over the
+    /// height, as numbers with their bits in reverse are.
+    static int32_t part_of(int32_t i, int bits) {
+        int32_t part = 0;
+        for (int bit = 0; bit < bits; ++bit)
+            part |= (i >> bit & 1) << (bits - 1 - bit);
+        return part - 1;
     }
 
     /// Of a place that is not tried.

@@ -265,9 +265,12 @@ TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
     const Outcome estimated =
         print({"--estimate", "--printer", "j750", "--stats", path("e.json")}, {}, "two.fab.json");
     ASSERT_EQ(estimated.exit_code, 0) << estimated.err;
-    EXPECT_THAT(estimated.err, HasSubstr("112 slices, 18 min 40 s on `j750`"));
+    EXPECT_THAT(estimated.err,
+                HasSubstr("112 slices, 18 min 40 s on `j750`, which this machine keeps up with"));
     EXPECT_THAT(estimated.err, HasSubstr("`thing` (number 0 of the build) and `thing` (number 1)"));
     const rapidjson::Document e = json("e.json");
+    EXPECT_TRUE(e["keeps_up"].GetBool());
+    EXPECT_GT(e["processor_seconds"].GetDouble(), 0);
     const Outcome printed = print(
         {"-o", path("a.ofr"), "--format", "ofr", "--printer", "j750", "--stats", path("p.json")},
         {}, "two.fab.json");

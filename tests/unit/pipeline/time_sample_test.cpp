@@ -53,15 +53,15 @@ TEST(TimeSample, IsExactWhereTheTimeIsLinearInHeight) {
     Print print;
     print.seconds = [](int32_t slab) { return slab * 1e-4; };
     const TimeSample sample = print.sample({100, 800}, 3);
-    EXPECT_EQ(sample.places, 7);
+    EXPECT_EQ(sample.places, 15);
     EXPECT_EQ(sample.share, 1);
-    // From 0.0100 to 0.0799 s; what is tried is the upper neighbour of the middle of a seventh.
+    // From 0.0100 to 0.0799 s; what is tried is the upper neighbour of the middle of a part.
     EXPECT_NEAR(sample.seconds, 700 * 0.04495, 700 * 0.00016);
-    EXPECT_NEAR(sample.slowest_slab_seconds, 0.0751, 1e-9);
+    EXPECT_NEAR(sample.slowest_slab_seconds, 0.0777, 1e-9);
     EXPECT_EQ(print.tried[0], 450);
     EXPECT_EQ(print.tried[1], 451);
     const std::set<int32_t> once(print.tried.begin(), print.tried.end());
-    EXPECT_EQ(once.size(), 14u);
+    EXPECT_EQ(once.size(), 30u);
     EXPECT_GE(*once.begin(), 100);
     EXPECT_LT(*once.rbegin(), 800);
 }
