@@ -51,10 +51,16 @@ Fault internal_fault(std::string message) {
     return fault;
 }
 
-bool looks_up_pictures(const ir::Stage& stage) {
-    return std::any_of(stage.instrs.begin(), stage.instrs.end(), [](const ir::Instr& instr) {
-        return instr.op == ir::Op::kSample && !is_volume_sample(instr.args.size());
-    });
+/// Returns whether a kernel looks anything up in pictures, asks for nearest surface points, or applies
+/// a dither rule.
+bool does_more_than_arithmetic(const KernelRequest& request) {
+    const ir::Stage& stage = *request.stage;
+    return request.inside.dither != nullptr ||
+           std::any_of(stage.instrs.begin(), stage.instrs.end(), [&](const ir::Instr& instr) {
+               if (instr.op == ir::Op::kInput)
+                   return stage.kind == ir::StageKind::kVolume && is_field(instr.kind);
+               return instr.op == ir::Op::kSample && !is_volume_sample(instr.args.size());
+           });
 }
 
 /// Returns the most places that the runtime passes to a kernel in one call.
@@ -215,7 +221,7 @@ const std::vector<std::string>& pipeline_names() {
 const schedule::Schedule& schedule_of(const KernelRequest& request) {
     if (request.schedule != nullptr) return *request.schedule;
     return schedule::default_schedule(kernel_name(request.stage->kind), isa_name(request.isa),
-                                      looks_up_pictures(*request.stage));
+                                      does_more_than_arithmetic(request));
 }
 
 std::string code_source(const KernelRequest& request) {
