@@ -157,12 +157,12 @@ int64_t vector_lanes(std::string_view target);
 /// Returns the built-in file of a kernel ("slab") for a target ("avx2"):
 /// `<kernel>.<target>.sched` if there is one, else `<kernel>.sched`; null if there is neither.
 const File* default_file(std::string_view kernel, std::string_view target);
-/// The parameter of built-in schedules that is 1 in kernels without lookups in pictures: nothing is
-/// gained from batches there.
+/// The parameter of built-in schedules that is 1 in kernels of arithmetic alone: nothing is gained
+/// from batches there.
 constexpr std::string_view kBatchParam = "groups";
 
 /// Returns that of a kernel that has one, bound to the target and to its own parameters. `batches`:
-/// whether the kernel looks anything up in pictures.
+/// whether it looks pictures up, asks for nearest points or has a rule.
 const Schedule& default_schedule(std::string_view kernel, std::string_view target,
                                  bool batches = true);
 
