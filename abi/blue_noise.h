@@ -27,7 +27,6 @@ using BlueNoiseMask = uint16_t[kBlueNoisePixels][8];
 /// The direction that the border of a region faces at a voxel, by the number that OpenFL's
 /// `BlueNoise` takes.
 enum class BlueNoiseFace : uint32_t { kInside, kLowX, kHighX, kLowY, kHighY };
-constexpr int32_t kBlueNoiseFaces = 5;
 
 /// The shift and rotation of the mask of one face by a seed (fold_seed of voxel_hash.h). Indices of
 /// voxels are taken modulo the number of pixels before.

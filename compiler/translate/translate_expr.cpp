@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "abi/blue_noise.h"
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
@@ -12,6 +11,8 @@ namespace openfab::translate {
 
 using ir::Op;
 using ir::ValueId;
+
+constexpr int32_t kFaces = 5;  // of a mixture: abi::BlueNoiseFace
 
 /// Appends the IR type of each component of a value.
 void StageTranslator::add_components(const check::Type& type, std::vector<ir::Type>* out) const {
@@ -152,7 +153,7 @@ Value StageTranslator::expression(const check::Expr& expr) {
         case check::ExprKind::kFraction:
             return numbered(expr, OPENFAB_ARG_FRACTION, fablet_.ir.slot_count + 1);
         case check::ExprKind::kBlueNoise:
-            return numbered(expr, OPENFAB_ARG_BLUE_NOISE, abi::kBlueNoiseFaces);
+            return numbered(expr, OPENFAB_ARG_BLUE_NOISE, kFaces);
         case check::ExprKind::kDistance:
             return distance(expr);
         case check::ExprKind::kNearestPoint:
