@@ -5,7 +5,8 @@
 # (/proc/self/exe), so they have a prefix of their own with the layout of the build, lib/openfab/{bin,lib}; what is in the
 # public bin/ are links to them. The whole works under any prefix and may be moved.
 set(openfab_home lib/openfab)
-set(openfab_programs openfab openflc openfab-texture openfab-text openfab-colour openfab-render)
+set(openfab_programs openfab openflc openfab-texture openfab-text openfab-color openfab-render
+    openfab-tuner)
 
 install(TARGETS ${openfab_programs} RUNTIME DESTINATION ${openfab_home}/bin)
 foreach(name IN LISTS openfab_programs)

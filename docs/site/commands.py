@@ -23,10 +23,10 @@ def write(root, programs, pages):
     sys.path.insert(0, str(root / "cmake"))
     from command_manual import read
     names = []
-    for program in ("openfab", "openflc", "openfab-texture", "openfab-colour"):
+    for program in ("openfab", "openflc", "openfab-texture", "openfab-color"):
         top = read(programs, [program])
         page = [f"# {program}", top.summary]
-        for command in [top] + [below for below in top.below if below.name not in ("openfab-texture", "openfab-colour")]:
+        for command in [top] + [below for below in top.below if below.name not in ("openfab-texture", "openfab-color")]:
             if command is not top:
                 page += [f"## {' '.join(command.words)}", command.summary]
             page.append(f"```\n{command.usage}\n```")

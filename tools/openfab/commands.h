@@ -71,20 +71,8 @@ Result<void> run_view(ViewArguments arguments);
 /// CLI11 command.
 int print_command(int argc, char** argv);
 
-/// Runs `openfab texture …`: replaces the process by `openfab-texture`, beside this program.
-int texture_command(char** argv);
-
-/// Runs `openfab text …`: replaces the process by `openfab-text`, beside this program.
-int text_command(char** argv);
-
-/// Runs `openfab colour …`: replaces the process by `openfab-colour`, beside this program.
-int colour_command(char** argv);
-
-/// Runs `openfab profile …` or `openfab tune …`: replaces the process by `openfab-tuner`, beside
-/// this program.
-int tuner_command(char** argv);
-
-/// Runs `openfab render …`: replaces the process by `openfab-render`, beside this program.
-int render_command(char** argv);
+/// Replaces this process by a program beside it, as `openfab-texture`; returns an exit code where that
+/// fails.
+int start_helper(const char* name, char** argv);
 
 }  // namespace openfab::tools

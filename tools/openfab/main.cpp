@@ -241,23 +241,39 @@ void add_receive(CLI::App& app, Action* action) {
     command->callback([a, action] { *action = [a] { return run_receive(*a); }; });
 }
 
+/// A command that is a program of its own, beside this one: with what it alone links.
+struct HelperCommand {
+    const char* name;
+    const char* what;
+    const char* program;
+    bool takes_name = false;  ///< runs several commands, and gets the name
+};
+constexpr HelperCommand kHelperCommands[] = {
+    {"render", "show how a print will look: light traced through its voxels", "openfab-render"},
+    {"profile", "say where the time of a print goes, and what bounds each stage", "openfab-tuner",
+     true},
+    {"tune", "search the schedule that prints a world fastest on this machine", "openfab-tuner",
+     true},
+    {"text", "make a mesh or a picture of a text", "openfab-text"},
+    {"color", "print colours as a measured printer makes them: charts, ICC profiles",
+     "openfab-color"},
+    {"texture", "convert an image for prints, which call this themselves", "openfab-texture"},
+};
+
 int tool_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
     std::signal(SIGXFSZ, SIG_IGN);  // a file above the limit is an error with a message
     if (argc > 1 && std::string_view(argv[1]) == "print") return print_command(argc, argv);
-    if (argc > 1 && std::string_view(argv[1]) == "texture") return texture_command(argv);
-    if (argc > 1 && std::string_view(argv[1]) == "text") return text_command(argv);
-    if (argc > 1 && std::string_view(argv[1]) == "colour") return colour_command(argv);
-    if (argc > 1 && std::string_view(argv[1]) == "render") return render_command(argv);
-    for (const char* const command : {"profile", "tune"}) {
-        if (argc > 1 && std::string_view(argv[1]) == command) return tuner_command(argv);
+    for (const HelperCommand& command : kHelperCommands) {
+        if (argc > 1 && std::string_view(argv[1]) == command.name)
+            return start_helper(command.program, command.takes_name ? argv : argv + 1);
     }
     CLI::App app("OpenFab: programs in, printer slices out.", "openfab");
     app.require_subcommand(1);
     app.set_version_flag("--version", "openfab " OPENFAB_VERSION);
     Action action;
-    // Listed for --help; handled above.
+    // Listed for --help, as the helpers are below; handled above.
     app.add_subcommand("print",
                        "print a world: slices for a printer, an .ofr file or stream, pictures");
     add_new(app, &action);
@@ -269,13 +285,8 @@ int tool_main(int argc, char** argv) {
     add_property(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
-    app.add_subcommand("render", "show how a print will look: light traced through its voxels");
-    app.add_subcommand("profile", "say where the time of a print goes, and what bounds each stage");
-    app.add_subcommand("tune", "search the schedule that prints a world fastest on this machine");
-    app.add_subcommand("text", "make a mesh or a picture of a text");
-    app.add_subcommand("colour",
-                       "print colours as a measured printer makes them: charts, ICC profiles");
-    app.add_subcommand("texture", "convert an image for prints, which call this themselves");
+    for (const HelperCommand& command : kHelperCommands)
+        app.add_subcommand(command.name, command.what);
     app.footer(kFooter);  // last, so that the commands above do not inherit it
     Result<void> done;
     try {

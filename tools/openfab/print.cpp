@@ -178,7 +178,8 @@ Result<void> print_world(std::vector<std::string> arguments) {
     return exec_print_binary(*program, arguments);
 }
 
-/// Replaces this process by a program beside it; returns an exit code where that fails.
+}  // namespace
+
 int start_helper(const char* name, char** argv) {
     Result<std::filesystem::path> folder = program_folder();
     Error failed = folder ? Error{} : folder.error();
@@ -190,28 +191,6 @@ int start_helper(const char* name, char** argv) {
             fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
     }
     return say_error(failed);
-}
-
-}  // namespace
-
-int texture_command(char** argv) {
-    return start_helper("openfab-texture", argv + 1);
-}
-
-int text_command(char** argv) {
-    return start_helper("openfab-text", argv + 1);
-}
-
-int colour_command(char** argv) {
-    return start_helper("openfab-colour", argv + 1);
-}
-
-int tuner_command(char** argv) {
-    return start_helper("openfab-tuner", argv);
-}
-
-int render_command(char** argv) {
-    return start_helper("openfab-render", argv + 1);
 }
 
 int print_command(int argc, char** argv) {

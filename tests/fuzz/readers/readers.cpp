@@ -31,8 +31,8 @@
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
-#include "tools/colour/profile.h"
-#include "tools/colour/samples.h"
+#include "tools/color/profile.h"
+#include "tools/color/samples.h"
 #include "tools/openfab/appearance.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
@@ -100,16 +100,16 @@ std::string written(const char* name, std::string_view bytes) {
 bool icc(std::string_view bytes) {
     const std::vector<uint8_t> copy(bytes.begin(), bytes.end());
     const tools::EmbeddedProfile::Found found = tools::EmbeddedProfile::find(copy);
-    const Result<colour::PrinterProfile> profile = colour::PrinterProfile::parse(copy);
+    const Result<color::PrinterProfile> profile = color::PrinterProfile::parse(copy);
     if (!answered(profile)) return found.is_srgb || found.other != nullptr;
     (void)profile->description();
-    const std::vector<colour::Rgb> colours = {{0, 0, 0}, {1, 1, 1}, {0.2, 0.9, 0.4}};
+    const std::vector<color::Rgb> colours = {{0, 0, 0}, {1, 1, 1}, {0.2, 0.9, 0.4}};
     bool whole = answered(profile->to_lab({{0.1, 0.2, 0.3, 0.4}, {}}, true));
-    for (const colour::Intent intent : {colour::Intent::kPerceptual, colour::Intent::kRelative}) {
-        const Result<std::vector<colour::Inks>> inks = profile->to_inks(colours, intent, true);
+    for (const color::Intent intent : {color::Intent::kPerceptual, color::Intent::kRelative}) {
+        const Result<std::vector<color::Inks>> inks = profile->to_inks(colours, intent, true);
         whole = answered(inks) && whole;
         if (!inks) continue;
-        for (const colour::Inks& mixture : *inks) {
+        for (const color::Inks& mixture : *inks) {
             for (const double ink : mixture) {
                 if (!(ink >= 0 && ink <= 1)) std::abort();
             }
@@ -119,9 +119,9 @@ bool icc(std::string_view bytes) {
 }
 
 bool cgats(std::string_view bytes) {
-    const Result<colour::SampleTable> table = colour::parse_samples(bytes);
+    const Result<color::SampleTable> table = color::parse_samples(bytes);
     if (!answered(table)) return false;
-    return answered(colour::parse_samples(colour::format_samples(*table, "again")));
+    return answered(color::parse_samples(color::format_samples(*table, "again")));
 }
 
 /// The materials of a mesh that names this library.

@@ -1,0 +1,86 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// A chart of colours through a table of inks, by the programs that users run: what the kernel looks
+// up and the dither makes against the table itself. And commands that are refused.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/support/process/process.h"
+#include "tools/color/chart.h"
+#include "tools/color/ink_table.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+const std::string kTable = OPENFAB_SOURCE_DIR "/gallery/ink_profile/inks.nrrd";
+
+Outcome openfab(const ScratchFolder& folder, std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+    RunOptions options;
+    options.folder = folder.path();
+    options.environment = {{"OPENFAB_CACHE", (folder / "cache").string()}};
+    return run(arguments, options);
+}
+
+TEST(ColorCommand, APrintedChartHasTheInksOfItsTable) {
+    const ScratchFolder folder;
+    const Outcome made = openfab(folder, {"color", "chart", "--table", kTable, "-o", "chart"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const Outcome printed =
+        openfab(folder, {"print", "chart/chart.fab.json", "-o", "chart.ofr", "--draft", "2"});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    const Result<color::SampleTable> chart = color::read_samples(folder / "chart/chart.txt");
+    ASSERT_TRUE(chart) << chart.error().text();
+    const Result<color::PrintedChart> is =
+        color::read_print((folder / "chart.ofr").string(), *chart, 0.5);
+    ASSERT_TRUE(is) << is.error().text();
+    const Result<color::InkTable> table = color::InkTable::read(kTable);
+    ASSERT_TRUE(table) << table.error().text();
+    double sum = 0;
+    for (size_t k = 0; k < chart->samples.size(); ++k) {
+        const color::Inks wanted = table->at(chart->samples[k].rgb);
+        for (size_t i = 0; i < wanted.size(); ++i) {
+            // 1,771 voxels: white noise would be off by 0.012 in the standard deviation, blue noise
+            // is off by less.
+            EXPECT_NEAR(is->patches[k][i], wanted[i], 0.02) << "patch " << k + 1;
+            sum += std::abs(is->patches[k][i] - wanted[i]);
+        }
+    }
+    EXPECT_LT(sum / static_cast<double>(4 * chart->samples.size()), 0.004);
+}
+
+TEST(ColorCommand, RefusesWhatItCannotUse) {
+    const ScratchFolder folder;
+    folder.write("no.icc", "this is no profile");
+    folder.write("few.csv", "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n0,0,0,0,95,0,0\n");
+    struct Refused {
+        std::vector<std::string> arguments;
+        const char* message;
+    };
+    const Refused kRefused[] = {
+        {{"bake", "no.icc", "-o", "inks.nrrd"}, "cannot read no.icc: it is not an ICC profile"},
+        {{"bake", "none.icc", "-o", "inks.nrrd"}, "cannot read none.icc: "},
+        {{"profile", "few.csv", "-o", "a.icc"}, "few.csv: the table has 1 different patches"},
+        {{"simulate", "few.csv", "few.csv", "-o", "a.txt"}, "unknown material `CMYK_C`"},
+        {{"read", "no.icc", "few.csv", "-o", "a.txt"}, "does not say how its patches lie"},
+        {{"proof", "few.csv", kTable, "no.icc", "-o", "a.png"}, "not a supported picture"},
+    };
+    for (const Refused& refused : kRefused) {
+        std::vector<std::string> arguments = refused.arguments;
+        arguments.insert(arguments.begin(), "color");
+        const Outcome outcome = openfab(folder, arguments);
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(refused.message));
+    }
+    const Outcome unknown =
+        openfab(folder, {"color", "bake", "no.icc", "-o", "a", "--intent", "x"});
+    EXPECT_EQ(unknown.exit_code, 2) << unknown.err;
+}
+
+}  // namespace
+}  // namespace openfab::testing

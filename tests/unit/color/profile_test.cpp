@@ -1,0 +1,198 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The loop: a chart of a known printer to a profile, colours through the profile to inks, inks
+// through the printer to colours. And profiles that are none.
+
+#include "tools/color/profile.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "base/color.h"
+#include "tests/unit/color/synthetic_printer.h"
+
+namespace openfab::color {
+namespace {
+
+using openfab::testing::random_inks;
+using openfab::testing::SyntheticPrinter;
+using ::testing::HasSubstr;
+
+#ifdef OPENFAB_SANITIZED
+constexpr int kInkNodes = 9, kColorNodes = 9;
+#else
+constexpr int kInkNodes = 17, kColorNodes = 33;
+#endif
+
+std::vector<uint8_t> bytes_of(const std::string& text) {
+    return {text.begin(), text.end()};
+}
+
+/// The profile of a printer with 20 % of dot gain.
+class Profile : public ::testing::Test {
+  protected:
+    static void SetUpTestSuite() {
+        printer_ = new SyntheticPrinter(0.2);
+        const Result<PrinterModel> model = PrinterModel::fit(printer_->measured(0));
+        ASSERT_TRUE(model) << model.error().text();
+        white_ = model->white();
+        ProfileOptions options;
+        options.ink_nodes = kInkNodes;
+        options.color_nodes = kColorNodes;
+        options.description = "a known printer";
+        options.measurements = "CGATS.17\n";
+        const Result<std::string> made = make_profile(*model, options);
+        ASSERT_TRUE(made) << made.error().text();
+        made_ = new std::string(*made);
+    }
+    static void TearDownTestSuite() {
+        delete printer_;
+        delete made_;
+    }
+    static PrinterProfile parsed() {
+        Result<PrinterProfile> profile = PrinterProfile::parse(bytes_of(*made_));
+        EXPECT_TRUE(profile) << profile.error().text();
+        return std::move(*profile);
+    }
+    /// What the printer makes, relative to its white.
+    static Lab printed(const Inks& inks) {
+        return to_lab(to_xyz(printer_->print(inks)), to_xyz(white_));
+    }
+
+    static SyntheticPrinter* printer_;
+    static std::string* made_;
+    static Lab white_;
+};
+SyntheticPrinter* Profile::printer_ = nullptr;
+std::string* Profile::made_ = nullptr;
+Lab Profile::white_;
+
+TEST_F(Profile, SaysWhatItIs) {
+    EXPECT_EQ(parsed().description(), "a known printer");
+}
+
+TEST_F(Profile, PredictsThePrinter) {
+    const PrinterProfile profile = parsed();
+    std::mt19937 random(3);
+    std::vector<Inks> inks;
+    for (int i = 0; i < 300; ++i)
+        inks.push_back(random_inks(&random));
+    const Result<std::vector<Lab>> relative = profile.to_lab(inks, false);
+    const Result<std::vector<Lab>> absolute = profile.to_lab(inks, true);
+    ASSERT_TRUE(relative && absolute);
+    double sum = 0, sum_absolute = 0;
+    for (size_t i = 0; i < inks.size(); ++i) {
+        sum += ciede2000((*relative)[i], printed(inks[i]));
+        sum_absolute += ciede2000((*absolute)[i], printer_->print(inks[i]));
+    }
+    const double most = kInkNodes < 17 ? 3 : 0.8;
+    EXPECT_LT(sum / 300, most);
+    EXPECT_LT(sum_absolute / 300, most);
+}
+
+TEST_F(Profile, ColoursThatTheInksReachComeBack) {
+    const PrinterProfile profile = parsed();
+    // Colours of random inks are within reach by nature; sRGB must have them, too.
+    std::mt19937 random(4);
+    std::vector<Rgb> colours;
+    std::vector<Lab> wanted;
+    while (colours.size() < 300) {
+        const Lab lab = printed(random_inks(&random));
+        Rgb rgb = linear_of_xyz(to_xyz(lab));
+        const auto [least, most] = std::minmax_element(rgb.begin(), rgb.end());
+        if (*least < 0 || *most > 1) continue;
+        for (double& channel : rgb)
+            channel = linear_to_srgb(channel);
+        colours.push_back(rgb);
+        wanted.push_back(lab);
+    }
+    const Result<std::vector<Inks>> inks = profile.to_inks(colours, Intent::kRelative, false);
+    ASSERT_TRUE(inks) << inks.error().text();
+    double sum = 0, worst = 0;
+    for (size_t i = 0; i < wanted.size(); ++i) {
+        const double total = (*inks)[i][0] + (*inks)[i][1] + (*inks)[i][2] + (*inks)[i][3];
+        EXPECT_LT(total, 1.03);  // between nodes of the square curves
+        const double difference = ciede2000(wanted[i], printed(limited((*inks)[i], 1)));
+        sum += difference;
+        worst = std::max(worst, difference);
+    }
+    std::printf("round trip: CIEDE2000 %.2f in the mean, %.2f at worst\n",
+                sum / static_cast<double>(wanted.size()), worst);
+    EXPECT_LT(sum / static_cast<double>(wanted.size()), kInkNodes < 17 ? 5 : 1.3);
+    EXPECT_LT(worst, kInkNodes < 17 ? 20 : 7);
+}
+
+TEST_F(Profile, IntentsDifferAsTheySay) {
+    const PrinterProfile profile = parsed();
+    const std::vector<Rgb> colours = {{1, 1, 1}, {0, 0, 0}, {0.2, 0.2, 0.2}};
+    const auto through = [&](Intent intent) {
+        const Result<std::vector<Inks>> inks = profile.to_inks(colours, intent, false);
+        EXPECT_TRUE(inks);
+        const Result<std::vector<Lab>> labs = profile.to_lab(*inks, false);
+        EXPECT_TRUE(labs);
+        return *labs;
+    };
+    const std::vector<Lab> perceptual = through(Intent::kPerceptual);
+    const std::vector<Lab> relative = through(Intent::kRelative);
+    EXPECT_NEAR(relative[0].l, 100, 1);
+    EXPECT_NEAR(perceptual[0].l, 100, 1);
+    // The relative intent clips to the darkest that there is, grey or not; the perceptual one ends at
+    // the darkest grey, and what lies above it keeps its distance.
+    EXPECT_GT(perceptual[1].l, relative[1].l - 1);
+    EXPECT_GT(perceptual[2].l, perceptual[1].l + 8);
+    EXPECT_LT(relative[2].l, relative[1].l + 8);
+}
+
+TEST_F(Profile, LimitAndBlackAreKept) {
+    const Result<PrinterModel> model = PrinterModel::fit(printer_->measured(0));
+    ASSERT_TRUE(model);
+    const InkGrid grid(*model, 9);
+    const Separation little(grid, {0, 1}), much(grid, {1, 1}), limited_to(grid, {0.5, 0.6});
+    const Lab grey{45, 0, 0};
+    EXPECT_LT(little.find(grey)[3] + 0.1, much.find(grey)[3]);
+    EXPECT_LT(ciede2000(grid.at(little.find(grey)), grid.at(much.find(grey))), 1.5);
+    for (const Lab& lab : {Lab{10, 0, 0}, Lab{50, 80, 60}, Lab{90, -10, 90}, Lab{30, 20, -60}}) {
+        const Inks inks = limited_to.find(lab);
+        EXPECT_LE(inks[0] + inks[1] + inks[2] + inks[3], 0.6 + 1e-9);
+        for (const double ink : inks)
+            EXPECT_GE(ink, 0);
+    }
+    // Hue is kept rather than chroma: a red beyond reach stays one.
+    const Lab red{50, 90, 60}, near = grid.at(much.find(red));
+    EXPECT_NEAR(std::atan2(near.b, near.a), std::atan2(red.b, red.a), 0.2);
+}
+
+TEST(ForeignProfiles, AreRefusedWithWhatTheyAre) {
+    const auto message = [](cmsHPROFILE profile) {
+        cmsUInt32Number size = 0;
+        EXPECT_TRUE(cmsSaveProfileToMem(profile, nullptr, &size));
+        std::vector<uint8_t> bytes(size);
+        EXPECT_TRUE(cmsSaveProfileToMem(profile, bytes.data(), &size));
+        cmsCloseProfile(profile);
+        const Result<PrinterProfile> parsed = PrinterProfile::parse(bytes);
+        return parsed ? std::string("it was taken") : parsed.error().text();
+    };
+    EXPECT_THAT(message(cmsCreate_sRGBProfile()), HasSubstr("it is a profile of a display"));
+    EXPECT_THAT(message(cmsCreateLab4Profile(nullptr)), HasSubstr("it is an abstract profile"));
+    EXPECT_THAT(message(cmsCreateInkLimitingDeviceLink(cmsSigCmykData, 200)),
+                HasSubstr("it is a link between two devices"));
+    cmsHPROFILE rgb = cmsCreateProfilePlaceholder(nullptr);
+    cmsSetDeviceClass(rgb, cmsSigOutputClass);
+    cmsSetColorSpace(rgb, cmsSigRgbData);
+    cmsSetPCS(rgb, cmsSigLabData);
+    EXPECT_THAT(message(rgb), HasSubstr("it is of a printer of RGB"));
+    cmsHPROFILE empty = cmsCreateProfilePlaceholder(nullptr);
+    cmsSetDeviceClass(empty, cmsSigOutputClass);
+    cmsSetColorSpace(empty, cmsSigCmykData);
+    cmsSetPCS(empty, cmsSigLabData);
+    EXPECT_THAT(message(empty), HasSubstr("it has no tables from inks to colours and back"));
+    EXPECT_THAT(PrinterProfile::parse({}).error().text(), HasSubstr("it is not an ICC profile"));
+    EXPECT_THAT(PrinterProfile::parse(bytes_of(std::string(500, 'x'))).error().text(),
+                HasSubstr("it is not an ICC profile"));
+    EXPECT_THAT(PrinterProfile::read("/nowhere/a.icc").error().text(),
+                HasSubstr("cannot read /nowhere/a.icc: "));
+}
+
+}  // namespace
+}  // namespace openfab::color

@@ -1,0 +1,116 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Tables of patches: CGATS, CSV, and what is wrong with them.
+
+#include "tools/color/samples.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/color/chart.h"
+
+namespace openfab::color {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Samples, ReadsCgatsAsInstrumentsWriteIt) {
+    const Result<SampleTable> table = parse_samples(
+        "CTI3\r\n\r\nDESCRIPTOR \"a chart\"\r\nCOLOR_REP \"CMYK_XYZ\"\r\n\r\n"
+        "NUMBER_OF_FIELDS 8\r\nBEGIN_DATA_FORMAT\r\nSAMPLE_ID CMYK_C CMYK_M CMYK_Y CMYK_K XYZ_X "
+        "XYZ_Y XYZ_Z\r\nEND_DATA_FORMAT\r\n\r\nNUMBER_OF_SETS 2\r\nBEGIN_DATA\r\n"
+        "1 0 0 0 0 96.42 100 82.49\r\n\"A 2\" 50 0.5 0 10 20 18.418651851 15\r\nEND_DATA\r\n"
+        "CAL\r\nBEGIN_DATA\r\n1 2 3\r\nEND_DATA\r\n");
+    ASSERT_TRUE(table) << table.error().text();
+    EXPECT_TRUE(table->has_inks);
+    EXPECT_TRUE(table->has_lab);
+    ASSERT_EQ(table->samples.size(), 2);
+    EXPECT_NEAR(table->samples[0].lab.l, 100, 1e-9);
+    EXPECT_NEAR(table->samples[0].lab.b, 0, 1e-9);
+    EXPECT_EQ(table->samples[1].id, "A 2");
+    EXPECT_EQ(table->samples[1].inks, (Inks{0.5, 0.005, 0, 0.1}));
+    EXPECT_NEAR(table->samples[1].lab.l, 50, 1e-6);  // 18.4187 is the Y of L* 50
+}
+
+TEST(Samples, ReadsCsvAndCameras) {
+    const Result<SampleTable> table = parse_samples(
+        "# by eye\nCMYK_C,CMYK_M,CMYK_Y,CMYK_K,RGB_R,RGB_G,RGB_B\n0,0,0,0,255,255,255\n"
+        "100, 0, 0, 0, 0, 128, 255\n");
+    ASSERT_TRUE(table) << table.error().text();
+    EXPECT_TRUE(table->has_lab);
+    EXPECT_NEAR(table->samples[0].lab.l, 100, 0.01);
+    EXPECT_EQ(table->samples[1].id, "2");
+    EXPECT_LT(table->samples[1].lab.b, -40);
+}
+
+TEST(Samples, FormattedTablesAreReadBack) {
+    SampleTable chart = ink_chart();
+    chart.has_lab = true;
+    chart.samples[7].lab = {12.345, -6.789, 0.001};
+    const Result<SampleTable> back = parse_samples(format_samples(chart, "round"));
+    ASSERT_TRUE(back) << back.error().text();
+    EXPECT_EQ(back->columns, chart.columns);
+    ASSERT_EQ(back->samples.size(), chart.samples.size());
+    for (size_t k = 0; k < chart.samples.size(); ++k) {
+        for (size_t i = 0; i < 4; ++i)
+            EXPECT_NEAR(back->samples[k].inks[i], chart.samples[k].inks[i], 1e-12) << k;
+    }
+    EXPECT_EQ(back->samples[7].lab.a, -6.789);
+    const Result<SampleTable> colours = parse_samples(format_samples(color_chart(), "colours"));
+    ASSERT_TRUE(colours);
+    EXPECT_FALSE(colours->has_lab);
+    EXPECT_NEAR(colours->samples[1].rgb[2], 0.2, 1e-4);
+}
+
+struct Wrong {
+    const char* text;
+    const char* message;
+};
+
+TEST(Samples, SaysWhatIsWrongAndWhere) {
+    const std::string head = "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n";
+    const Wrong kWrong[] = {
+        {"", "it is not a table of patches"},
+        {"hello\nworld\n", "it is not a table of patches"},
+        {"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n", "the table has no patches"},
+        {"CMYK_C,CMYK_M,CMYK_Y\n1,2,3\n", "line 1: the table has no column `CMYK_K`"},
+        {"LAB_L,LAB_A,LAB_B\n1,2,3\n", "line 1: the table says neither inks nor colours"},
+    };
+    for (const Wrong& wrong : kWrong) {
+        const Result<SampleTable> table = parse_samples(wrong.text);
+        ASSERT_FALSE(table) << wrong.text;
+        EXPECT_THAT(table.error().text(), HasSubstr(wrong.message));
+    }
+    const Wrong kRows[] = {
+        {"1,2,3,4,5,6\n", "line 2: 6 values for 7 columns"},
+        {"1,2,3,4,5,6,7,8\n", "line 2: more than the 7 values"},
+        {"1,2,3,x,5,6,7\n", "line 2: `x` of column CMYK_K is not a number"},
+        {"1,2,3,4,nan,6,7\n", "line 2: `nan` of column LAB_L is not a number"},
+        {"1,2,3,400,5,6,7\n", "line 2: 400 of column CMYK_K is not in"},
+        {"50,50,50,0,5,6,7\n", "line 2: the inks add up to 150 %"},
+        {"0,0,0,0,1e300,6,7\n", "line 2: "},
+    };
+    for (const Wrong& wrong : kRows) {
+        const Result<SampleTable> table = parse_samples(head + wrong.text);
+        ASSERT_FALSE(table) << wrong.text;
+        EXPECT_THAT(table.error().text(), HasSubstr(wrong.message));
+    }
+    std::string many = head;
+    for (int i = 0; i < 4001; ++i)
+        many += "0,0,0,0,1,2,3\n";
+    EXPECT_THAT(parse_samples(many).error().text(), HasSubstr("more than 4000 patches"));
+}
+
+TEST(Charts, InksAddUpToOneAndColoursCoverTheCube) {
+    const SampleTable inks = ink_chart();
+    EXPECT_EQ(inks.samples.size(), 360);
+    for (const Sample& s : inks.samples) {
+        const double sum = s.inks[0] + s.inks[1] + s.inks[2] + s.inks[3];
+        EXPECT_LE(sum, 1 + 5e-5) << s.id;  // of rounded amounts
+    }
+    EXPECT_EQ(color_chart().samples.size(), 240);
+}
+
+}  // namespace
+}  // namespace openfab::color

@@ -1,0 +1,291 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab-color COMMAND`: charts, profiles and tables of inks; `openfab color` executes this
+// program. It is separate because it links OpenImageIO and Little CMS.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "backends/common/output_file.h"
+#include "base/clean_exit.h"
+#include "base/command_line.h"
+#include "base/run_main.h"
+#include "base/say.h"
+#include "base/units.h"
+#include "tools/color/chart.h"
+#include "tools/color/check_print.h"
+#include "tools/color/ink_table.h"
+#include "tools/color/nominal_inks.h"
+#include "tools/color/picture.h"
+#include "tools/color/printer_model.h"
+#include "tools/color/profile.h"
+
+namespace openfab::color {
+
+namespace {
+
+using backends::write_whole_file;
+
+struct Arguments {
+    std::string first, second, third, output, table, skin = "0.5mm", intent = "perceptual", name;
+    std::vector<double> corners;
+    double black = 0.5, limit = 100;
+    bool black_point = false, absolute = false;
+};
+
+using Action = std::function<Result<void>()>;
+
+Result<void> make_chart(const Arguments& a) {
+    const SampleTable chart = a.table.empty() ? ink_chart() : color_chart();
+    if (Result<void> done = write_chart(a.output, chart, a.table); !done) return done;
+    say(
+        fmt::format("made a chart of {} patches\nprint it: openfab print {}/chart.fab.json -o "
+                    "chart.ofr\n",
+                    chart.samples.size(), a.output));
+    return {};
+}
+
+Result<void> simulate(const Arguments& a) {
+    const Result<NominalInks> inks = NominalInks::read(a.first);
+    if (!inks) return inks.error();
+    Result<SampleTable> chart = read_samples(a.second);
+    if (!chart) return chart.error();
+    const Result<double> skin = parse_length_mm(a.skin);
+    if (!skin) return skin.error();
+    if (*skin <= 0) return usage_error("a skin is thicker than 0");
+    if (!chart->has_inks) {
+        return user_error(fmt::format("{} is no chart of inks", a.second),
+                          "`openfab color chart` without `--table` makes one");
+    }
+    chart->has_lab = true;
+    for (Sample& sample : chart->samples)
+        sample.lab = inks->predict(sample.inks, *skin);
+    return write_whole_file(a.output,
+                            format_samples(*chart, fmt::format("simulated from {}", a.first)));
+}
+
+Result<void> read_picture(const Arguments& a) {
+    const Result<SampleTable> chart = read_samples(a.second);
+    if (!chart) return chart.error();
+    if (!chart->has_inks)
+        return user_error(fmt::format("{} is no chart of inks", a.second),
+                          "`openfab color chart` without `--table` makes one");
+    Result<SampleTable> measured = read_photograph(a.first, *chart, a.corners);
+    if (!measured) return measured.error();
+    return write_whole_file(a.output,
+                            format_samples(*measured, fmt::format("photographed: {}", a.first)));
+}
+
+Result<void> profile(const Arguments& a) {
+    const Result<SampleTable> table = read_samples(a.first);
+    if (!table) return table.error();
+    const Result<PrinterModel> model = PrinterModel::fit(*table);
+    if (!model) return with_context(model.error(), fmt::format("{}: ", a.first));
+    ProfileOptions options;
+    options.separation = {a.black, a.limit / 100};
+    options.measurements = format_samples(*table, a.first);
+    if (!a.name.empty()) options.description = a.name;
+    const Result<std::string> made = make_profile(*model, options);
+    if (!made) return made.error();
+    if (Result<void> done = write_whole_file(a.output, *made); !done) return done;
+    say(
+        fmt::format("fitted {} patches; what the others predict for one is off by CIEDE2000 "
+                    "{:.2f} in the mean, {:.2f} at worst\n",
+                    model->patches(), model->left_out_mean(), model->left_out_worst()));
+    return {};
+}
+
+Result<void> bake(const Arguments& a) {
+    static const std::map<std::string, Intent> kIntents = {{"perceptual", Intent::kPerceptual},
+                                                           {"relative", Intent::kRelative},
+                                                           {"saturation", Intent::kSaturation},
+                                                           {"absolute", Intent::kAbsolute}};
+    const Result<PrinterProfile> profile = PrinterProfile::read(a.first);
+    if (!profile) return profile.error();
+    const BakeOptions options{kIntents.at(a.intent), a.black_point, a.limit / 100};
+    const Result<InkTable> table = InkTable::bake(*profile, options);
+    if (!table) return with_context(table.error(), fmt::format("cannot read {}: ", a.first));
+    return write_whole_file(a.output, table->format(fmt::format(
+                                          "inks of `{}`, {}{}, limit {} %: cyan, magenta, yellow, "
+                                          "black over sRGB",
+                                          profile->description(), a.intent,
+                                          a.black_point ? " with black point" : "", a.limit)));
+}
+
+Result<void> proof(const Arguments& a) {
+    const Result<Picture> picture = Picture::read(a.first);
+    if (!picture) return picture.error();
+    const Result<InkTable> table = InkTable::read(a.second);
+    if (!table) return table.error();
+    const Result<PrinterProfile> profile = PrinterProfile::read(a.third);
+    if (!profile) return profile.error();
+    std::vector<Inks> inks;
+    for (int y = 0; y < picture->height(); ++y) {
+        for (int x = 0; x < picture->width(); ++x) {
+            Rgb encoded = picture->at(x, y);
+            for (double& channel : encoded)
+                channel = linear_to_srgb(channel);
+            inks.push_back(table->at(encoded));
+        }
+    }
+    const Result<std::vector<Lab>> colours = profile->to_lab(inks, a.absolute);
+    if (!colours) return with_context(colours.error(), fmt::format("cannot read {}: ", a.third));
+    std::vector<Rgb> pixels;
+    pixels.reserve(colours->size());
+    for (const Lab& lab : *colours)
+        pixels.push_back(linear_of_xyz(to_xyz(lab)));
+    const Result<std::vector<uint8_t>> png = png_of(picture->width(), picture->height(), pixels);
+    if (!png) return png.error();
+    return write_whole_file(a.output, *png);
+}
+
+Result<void> check(const Arguments& a) {
+    const Result<SampleTable> chart = read_samples(a.second);
+    if (!chart) return chart.error();
+    const Result<PrinterProfile> profile = PrinterProfile::read(a.third);
+    if (!profile) return profile.error();
+    const Result<double> skin = parse_length_mm(a.skin);
+    if (!skin) return skin.error();
+    const Result<PrintedChart> printed = read_print(a.first, *chart, *skin);
+    if (!printed) return printed.error();
+    const Result<PrintCheck> checked = check_print(*chart, *printed, *profile);
+    if (!checked) return checked.error();
+    show(format_check(*checked));
+    if (a.output.empty()) return {};
+    return write_whole_file(
+        a.output, format_samples(checked->report,
+                                 fmt::format("what {} is made of, and its colours", a.first)));
+}
+
+void add_chart(CLI::App& app, Action* action) {
+    CLI::App* c = app.add_subcommand("chart", "make a world whose print is to be measured");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("-o,--output", a->output, "a folder")->required();
+    c->add_option("--table", a->table,
+                  "a table of inks: patches of colours that are printed through it, to judge it, "
+                  "instead of patches of inks");
+    c->callback([a, action] { *action = [a] { return make_chart(*a); }; });
+}
+
+void add_simulate(CLI::App& app, Action* action) {
+    CLI::App* c = app.add_subcommand(
+        "simulate", "say what a chart of inks would measure, from absorption and scattering");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("INKS", a->first, "a .csv of the inks' coefficients in 1/mm")->required();
+    c->add_option("CHART", a->second, "the chart.txt of a chart of inks")->required();
+    c->add_option("-o,--output", a->output, "the table of measurements")->required();
+    c->add_option("--skin", a->skin, "thickness of the inks over white (default: 0.5mm)");
+    c->callback([a, action] { *action = [a] { return simulate(*a); }; });
+}
+
+void add_read(CLI::App& app, Action* action) {
+    CLI::App* c = app.add_subcommand("read", "read a chart of inks off its photograph");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("PHOTOGRAPH", a->first, "a picture, by its own profile or else sRGB")->required();
+    c->add_option("CHART", a->second, "the chart.txt of the chart")->required();
+    c->add_option("-o,--output", a->output, "the table of measurements")->required();
+    c->add_option("--corners", a->corners,
+                  "X,Y of the chart's corners in pixels from the picture's top left: top left, top "
+                  "right, bottom right, bottom left (default: those of the picture)")
+        ->delimiter(',')
+        ->expected(8);
+    c->callback([a, action] { *action = [a] { return read_picture(*a); }; });
+}
+
+void add_profile(CLI::App& app, Action* action) {
+    CLI::App* c = app.add_subcommand("profile", "make an ICC profile of a measured chart of inks");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("MEASURED", a->first,
+                  "a table, CGATS (.ti3) or CSV: CMYK_C ... in percent, and LAB_L ... or XYZ_X ...")
+        ->required();
+    c->add_option("-o,--output", a->output, "the .icc file")->required();
+    c->add_option("--black", a->black,
+                  "how much of grey black ink makes, 0 (as little as can be) to 1 (default: 0.5)")
+        ->check(CLI::Range(0.0, 1.0));
+    c->add_option("--limit", a->limit, "of the sum of inks, percent of the voxels (default: 100)")
+        ->check(CLI::Range(10.0, 100.0));
+    c->add_option("--name", a->name, "the profile's description");
+    c->callback([a, action] { *action = [a] { return profile(*a); }; });
+}
+
+void add_bake(CLI::App& app, Action* action) {
+    CLI::App* c = app.add_subcommand("bake", "make the table of inks that fablets look up");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("PROFILE", a->first, "an .icc profile of a printer of CMYK")->required();
+    c->add_option("-o,--output", a->output, "the .nrrd file")->required();
+    c->add_option("--intent", a->intent,
+                  "perceptual, relative, saturation or absolute (default: perceptual)")
+        ->check(CLI::IsMember({"perceptual", "relative", "saturation", "absolute"}));
+    c->add_flag("--black-point", a->black_point, "scale black, too, with --intent relative");
+    c->add_option("--limit", a->limit, "of the sum of inks, percent of the voxels (default: 100)")
+        ->check(CLI::Range(10.0, 100.0));
+    c->callback([a, action] { *action = [a] { return bake(*a); }; });
+}
+
+void add_proof(CLI::App& app, Action* action) {
+    CLI::App* c = app.add_subcommand("proof", "show a picture as its print will look");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("PICTURE", a->first, "a picture, by its own profile or else sRGB")->required();
+    c->add_option("TABLE", a->second, "the table of inks it is printed with")->required();
+    c->add_option("PROFILE", a->third, "the printer's .icc profile")->required();
+    c->add_option("-o,--output", a->output, "the .png file, in sRGB")->required();
+    c->add_flag("--absolute", a->absolute,
+                "show the print's own white, not the screen's in its place");
+    c->callback([a, action] { *action = [a] { return proof(*a); }; });
+}
+
+void add_check(CLI::App& app, Action* action) {
+    CLI::App* c =
+        app.add_subcommand("check", "compare what a chart's print is made of with what was asked");
+    auto a = std::make_shared<Arguments>();
+    c->add_option("PRINT", a->first, "the .ofr file of the chart")->required();
+    c->add_option("CHART", a->second, "its chart.txt")->required();
+    c->add_option("PROFILE", a->third, "the printer's .icc profile")->required();
+    c->add_option("-o,--output", a->output, "a table of the patches' means and colours");
+    c->add_option("--skin", a->skin, "thickness of the inks over white (default: 0.5mm)");
+    c->callback([a, action] { *action = [a] { return check(*a); }; });
+}
+
+int color_main(int argc, char** argv) {
+    prepare_streams();
+    clean_up_on_signals();
+    CLI::App app("Colour by profiles: charts, measurements, ICC profiles, tables of inks, proofs.",
+                 "openfab color");
+    app.require_subcommand(1);
+    Action action;
+    add_chart(app, &action);
+    add_simulate(app, &action);
+    add_read(app, &action);
+    add_profile(app, &action);
+    add_bake(app, &action);
+    add_proof(app, &action);
+    add_check(app, &action);
+    Result<void> done;
+    try {
+        app.parse(argc, argv);
+        done = action();
+    } catch (const CLI::CallForHelp&) {
+        show(app.help());
+    } catch (const CLI::CallForAllHelp&) {
+        show(app.help("", CLI::AppFormatMode::All));
+    } catch (const CLI::ParseError& error) {
+        done = command_line_error(app, error, "openfab color");
+    }
+    if (done) done = written_out();
+    return done ? 0 : say_error(done.error());
+}
+
+}  // namespace
+
+}  // namespace openfab::color
+
+int main(int argc, char** argv) {
+    return openfab::run_main(openfab::color::color_main, argc, argv);
+}

@@ -1,0 +1,144 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "tools/color/profile.h"
+
+namespace openfab::color {
+
+namespace {
+
+/// What one node of a table holds, from its inputs; 16 bits each.
+using Node = std::function<void(const cmsUInt16Number* in, cmsUInt16Number* out)>;
+
+cmsInt32Number call_node(const cmsUInt16Number in[], cmsUInt16Number out[], void* node) {
+    (*static_cast<const Node*>(node))(in, out);
+    return 1;
+}
+
+struct PipelineFree {
+    void operator()(cmsPipeline* pipeline) const { cmsPipelineFree(pipeline); }
+};
+using Pipeline = std::unique_ptr<cmsPipeline, PipelineFree>;
+
+/// The same curve for each of `channels`: v^gamma.
+cmsStage* curves(cmsContext context, uint32_t channels, double gamma) {
+    cmsToneCurve* const curve = cmsBuildGamma(context, gamma);
+    const std::vector<cmsToneCurve*> all(channels, curve);
+    cmsStage* const stage = cmsStageAllocToneCurves(context, channels, all.data());
+    cmsFreeToneCurve(curve);
+    return stage;
+}
+
+/// Curves, a table, curves: what a `mAB ` or `mBA ` tag holds. Null where memory ran out.
+Pipeline table(cmsContext context, uint32_t in, uint32_t out, int nodes, double gamma_in,
+               double gamma_out, const Node& node) {
+    Pipeline pipeline(cmsPipelineAlloc(context, in, out));
+    cmsStage* const grid =
+        cmsStageAllocCLut16bit(context, static_cast<cmsUInt32Number>(nodes), in, out, nullptr);
+    if (pipeline == nullptr || grid == nullptr) return nullptr;
+    bool fine = cmsStageSampleCLut16bit(grid, call_node, const_cast<Node*>(&node), 0) != 0;
+    fine = cmsPipelineInsertStage(pipeline.get(), cmsAT_END, curves(context, in, gamma_in)) && fine;
+    fine = cmsPipelineInsertStage(pipeline.get(), cmsAT_END, grid) && fine;
+    fine =
+        cmsPipelineInsertStage(pipeline.get(), cmsAT_END, curves(context, out, gamma_out)) && fine;
+    return fine ? std::move(pipeline) : nullptr;
+}
+
+Lab lab_of(const cmsUInt16Number* in) {
+    cmsCIELab lab;
+    cmsLabEncoded2Float(&lab, in);
+    return {lab.L, lab.a, lab.b};
+}
+
+bool write_text(cmsContext context, cmsHPROFILE profile, cmsTagSignature tag,
+                const std::string& text) {
+    cmsMLU* const words = cmsMLUalloc(context, 1);
+    const bool done = words != nullptr && cmsMLUsetASCII(words, "en", "US", text.c_str()) &&
+                      cmsWriteTag(profile, tag, words);
+    cmsMLUfree(words);
+    return done;
+}
+
+}  // namespace
+
+Result<std::string> make_profile(const PrinterModel& model, const ProfileOptions& options) {
+    const tools::IccContext context;
+    const InkGrid grid(model, options.ink_nodes);
+    const Separation separation(grid, options.separation);
+
+    const tools::CmsProfile profile(cmsCreateProfilePlaceholder(context.get()));
+    if (profile == nullptr) return outside_error("no memory for a profile");
+    cmsHPROFILE const p = profile.get();
+    cmsSetProfileVersion(p, 4.4);
+    cmsSetDeviceClass(p, cmsSigOutputClass);
+    cmsSetColorSpace(p, cmsSigCmykData);
+    cmsSetPCS(p, cmsSigLabData);
+    cmsSetHeaderRenderingIntent(p, INTENT_RELATIVE_COLORIMETRIC);
+
+    // A curve of 1/2 before and of 2 behind puts nodes where InkGrid has them.
+    constexpr double kSquare = 2, kRoot = 0.5, kLinear = 1;
+    constexpr double kOne = 65535;
+    const Node colour = [&](const cmsUInt16Number* in, cmsUInt16Number* out) {
+        std::array<int, 4> at{};
+        for (size_t i = 0; i < 4; ++i)
+            at[i] = static_cast<int>(std::lround(in[i] / kOne * (options.ink_nodes - 1)));
+        const Lab& lab = grid.node(at);
+        const cmsCIELab rounded{lab.l, lab.a, lab.b};
+        cmsFloat2LabEncoded(out, &rounded);
+    };
+    const auto inks_node = [&](bool perceptual) {
+        return Node([&, perceptual](const cmsUInt16Number* in, cmsUInt16Number* out) {
+            const Lab lab = lab_of(in);
+            const Inks inks = separation.find(perceptual ? separation.perceptual(lab) : lab);
+            for (size_t i = 0; i < 4; ++i)
+                out[i] = static_cast<cmsUInt16Number>(std::lround(std::sqrt(inks[i]) * kOne));
+        });
+    };
+    const Node outside = [&](const cmsUInt16Number* in, cmsUInt16Number* out) {
+        constexpr double kReached = 2;
+        const Lab lab = lab_of(in);
+        const bool reached = ciede2000(lab, grid.at(separation.find(lab))) <= kReached;
+        *out = reached ? 0 : 0xffff;
+    };
+    constexpr int kGamutNodes = 17;
+    const cmsContext c = context.get();
+    const Pipeline forward = table(c, 4, 3, options.ink_nodes, kRoot, kLinear, colour);
+    const Pipeline perceptual =
+        table(c, 3, 4, options.color_nodes, kLinear, kSquare, inks_node(true));
+    const Pipeline relative =
+        table(c, 3, 4, options.color_nodes, kLinear, kSquare, inks_node(false));
+    const Pipeline gamut =
+        table(c, 3, 1, std::min(kGamutNodes, options.color_nodes), kLinear, kLinear, outside);
+    if (!forward || !perceptual || !relative || !gamut)
+        return outside_error("no memory for the tables of a profile");
+
+    const Xyz white = to_xyz(model.white());
+    const cmsCIEXYZ white_point{white.x, white.y, white.z};
+    bool done = write_text(c, p, cmsSigProfileDescriptionTag, options.description) &&
+                write_text(c, p, cmsSigCopyrightTag, "No copyright, use freely") &&
+                cmsWriteTag(p, cmsSigMediaWhitePointTag, &white_point) &&
+                cmsWriteTag(p, cmsSigAToB0Tag, forward.get()) &&
+                cmsLinkTag(p, cmsSigAToB1Tag, cmsSigAToB0Tag) &&
+                cmsLinkTag(p, cmsSigAToB2Tag, cmsSigAToB0Tag) &&
+                cmsWriteTag(p, cmsSigBToA0Tag, perceptual.get()) &&
+                cmsWriteTag(p, cmsSigBToA1Tag, relative.get()) &&
+                cmsLinkTag(p, cmsSigBToA2Tag, cmsSigBToA0Tag) &&
+                cmsWriteTag(p, cmsSigGamutTag, gamut.get());
+    if (done && !options.measurements.empty())
+        done = write_text(c, p, cmsSigCharTargetTag, options.measurements);
+    done = done && cmsMD5computeID(p);
+    cmsUInt32Number bytes = 0;
+    std::string out;
+    done = done && cmsSaveProfileToMem(p, nullptr, &bytes);
+    if (done) {
+        out.resize(bytes);
+        done = cmsSaveProfileToMem(p, out.data(), &bytes) != 0;
+    }
+    if (!done) return internal_error(context.complaint("the profile could not be written"));
+    return out;
+}
+
+}  // namespace openfab::color

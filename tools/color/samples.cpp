@@ -1,0 +1,312 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/color/samples.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/color.h"
+#include "base/input_file.h"
+#include "base/scan_number.h"
+
+namespace openfab::color {
+
+namespace {
+
+constexpr int64_t kLargestFile = 16 << 20;
+constexpr size_t kMostSamples = 4000;
+constexpr int kMostColumns = 1000;
+
+/// Removes and returns the next word: of what stands between blanks or commas, or in quotes.
+std::string_view take_word(std::string_view* line) {
+    constexpr std::string_view kBlanks = " \t\r,;";
+    line->remove_prefix(std::min(line->find_first_not_of(kBlanks), line->size()));
+    std::string_view word;
+    if (!line->empty() && line->front() == '"') {
+        line->remove_prefix(1);
+        word = line->substr(0, line->find('"'));
+        line->remove_prefix(std::min(word.size() + 1, line->size()));
+    } else {
+        word = line->substr(0, line->find_first_of(kBlanks));
+        line->remove_prefix(word.size());
+    }
+    return word;
+}
+
+class Parser {
+  public:
+    explicit Parser(std::string_view text) : text_(text) {}
+
+    Result<SampleTable> run() {
+        std::string_view line;
+        while (next(&line)) {
+            if (Result<void> taken = take(line); !taken) return taken.error();
+        }
+        if (columns_.empty()) {
+            return user_error(
+                "it is not a table of patches",
+                "one begins with the names of its columns, as `CMYK_C,CMYK_M,CMYK_Y,CMYK_K,"
+                "LAB_L,LAB_A,LAB_B`, or is CGATS text with BEGIN_DATA_FORMAT");
+        }
+        if (table_.samples.empty()) return user_error("the table has no patches");
+        return std::move(table_);
+    }
+
+  private:
+    enum class Part { kHead, kFormat, kBetween, kData, kRows, kEnd };
+
+    bool next(std::string_view* line) {
+        if (at_ >= text_.size()) return false;
+        const size_t end = std::min(text_.find('\n', at_), text_.size());
+        *line = text_.substr(at_, end - at_);
+        at_ = end + 1;
+        ++number_;
+        return true;
+    }
+
+    Error error(const std::string& what, const std::string& help = {}) const {
+        return user_error(fmt::format("line {}: {}", number_, what), help);
+    }
+
+    Result<void> take(std::string_view line) {
+        std::string_view rest = line;
+        const std::string_view first = take_word(&rest);
+        if (first.empty() || first.front() == '#') return {};
+        switch (part_) {
+            case Part::kHead:
+            case Part::kBetween:
+                if (first == "BEGIN_DATA_FORMAT") {
+                    part_ = Part::kFormat;
+                    columns_.clear();
+                } else if (first == "BEGIN_DATA") {
+                    part_ = Part::kData;
+                    return find_columns();
+                } else if (first == "OPENFAB_COLUMNS") {
+                    double value = 0;
+                    if (!scan_number(take_word(&rest), &value).empty() || value < 1 ||
+                        value > kMostColumns || value != std::floor(value))
+                        return error("OPENFAB_COLUMNS is not a number of patches");
+                    table_.columns = static_cast<int>(value);
+                } else if (part_ == Part::kHead && line.find(',') != std::string_view::npos) {
+                    part_ = Part::kRows;
+                    return take_names(line);
+                }
+                return {};
+            case Part::kFormat:
+                if (first == "END_DATA_FORMAT") {
+                    part_ = Part::kBetween;
+                    return {};
+                }
+                return add_names(line);
+            case Part::kData:
+                if (first == "END_DATA") {
+                    part_ = Part::kEnd;
+                    return {};
+                }
+                return take_row(line);
+            case Part::kRows:
+                return take_row(line);
+            case Part::kEnd:
+                return {};  // further tables, of calibrations
+        }
+        return {};
+    }
+
+    Result<void> add_names(std::string_view line) {
+        for (std::string_view word = take_word(&line); !word.empty(); word = take_word(&line)) {
+            if (columns_.size() == kMostColumns) return error("too many columns");
+            columns_.emplace_back(word);
+        }
+        return {};
+    }
+
+    Result<void> take_names(std::string_view line) {
+        if (Result<void> added = add_names(line); !added) return added;
+        return find_columns();
+    }
+
+    int index_of(const char* name) const {
+        const auto found = std::find(columns_.begin(), columns_.end(), name);
+        return found == columns_.end() ? -1 : static_cast<int>(found - columns_.begin());
+    }
+
+    /// Finds columns that go together; an error where only some of them are there.
+    template <size_t count>
+    Result<void> find(const std::array<const char*, count>& names, std::array<int, count>* at,
+                      bool* there) {
+        size_t found = 0;
+        for (size_t i = 0; i < count; ++i) {
+            (*at)[i] = index_of(names[i]);
+            if ((*at)[i] >= 0) ++found;
+        }
+        *there = found == count;
+        if (found == 0 || found == count) return {};
+        for (size_t i = 0; i < count; ++i) {
+            if ((*at)[i] < 0)
+                return error(fmt::format("the table has no column `{}`", names[i]),
+                             fmt::format("it goes with `{}`", names[i == 0 ? 1 : 0]));
+        }
+        return {};
+    }
+
+    Result<void> find_columns() {
+        Result<void> found =
+            find<4>({"CMYK_C", "CMYK_M", "CMYK_Y", "CMYK_K"}, &inks_, &table_.has_inks);
+        if (found) found = find<3>({"RGB_R", "RGB_G", "RGB_B"}, &rgb_, &table_.has_rgb);
+        if (found) found = find<3>({"LAB_L", "LAB_A", "LAB_B"}, &lab_, &table_.has_lab);
+        if (found) found = find<3>({"XYZ_X", "XYZ_Y", "XYZ_Z"}, &xyz_, &has_xyz_);
+        if (!found) return found;
+        id_ = index_of("SAMPLE_ID");
+        if (!table_.has_inks && !table_.has_rgb) {
+            return error("the table says neither inks nor colours of its patches",
+                         "columns are `CMYK_C` ... `CMYK_K`, or `RGB_R`, `RGB_G`, `RGB_B`");
+        }
+        by_camera_ = table_.has_inks && table_.has_rgb && !table_.has_lab && !has_xyz_;
+        by_xyz_ = has_xyz_ && !table_.has_lab;
+        table_.has_lab = table_.has_lab || has_xyz_ || by_camera_;
+        return {};
+    }
+
+    Result<double> number(int column, double lowest, double highest) {
+        double value = 0;
+        const std::string_view word = words_[static_cast<size_t>(column)];
+        if (!scan_number(word, &value).empty() || !std::isfinite(value)) {
+            return error(fmt::format("`{}` of column {} is not a number", word,
+                                     columns_[static_cast<size_t>(column)]));
+        }
+        if (value < lowest || value > highest) {
+            return error(fmt::format("{} of column {} is not in {} to {}", word,
+                                     columns_[static_cast<size_t>(column)], lowest, highest));
+        }
+        return value;
+    }
+
+    template <size_t count>
+    Result<void> numbers(const std::array<int, count>& columns, double lowest, double highest,
+                         double one, std::array<double, count>* out) {
+        for (size_t i = 0; i < count; ++i) {
+            const Result<double> value = number(columns[i], lowest, highest);
+            if (!value) return value.error();
+            (*out)[i] = *value / one;
+        }
+        return {};
+    }
+
+    Result<void> take_row(std::string_view line) {
+        words_.clear();
+        for (std::string_view word = take_word(&line); !word.empty(); word = take_word(&line)) {
+            if (words_.size() == columns_.size()) {
+                return error(fmt::format("more than the {} values of the {} columns",
+                                         columns_.size(), columns_.size()));
+            }
+            words_.push_back(word);
+        }
+        if (words_.size() < columns_.size())
+            return error(fmt::format("{} values for {} columns", words_.size(), columns_.size()));
+        if (table_.samples.size() == kMostSamples)
+            return error(fmt::format("more than {} patches", kMostSamples));
+        Sample sample;
+        sample.id = id_ >= 0 ? std::string(words_[static_cast<size_t>(id_)])
+                             : std::to_string(table_.samples.size() + 1);
+        Result<void> read;
+        if (table_.has_inks) read = numbers(inks_, -1e-6, 100 + 1e-6, 100, &sample.inks);
+        if (read && table_.has_rgb) read = numbers(rgb_, -1e-6, 255 + 1e-6, 255, &sample.rgb);
+        if (!read) return read;
+        double sum = 0;
+        for (double& ink : sample.inks) {
+            ink = std::clamp(ink, 0.0, 1.0);
+            sum += ink;
+        }
+        constexpr double kSlack = 1e-3;  // of amounts with three decimals
+        if (sum > 1 + kSlack) {
+            return error(fmt::format("the inks add up to {:.5g} %", sum * 100),
+                         "a voxel is one material, so that amounts add up to 100 % at most; the "
+                         "rest is white");
+        }
+        std::array<double, 3> v{};
+        if (by_camera_) {
+            Rgb linear;
+            for (size_t i = 0; i < 3; ++i)
+                linear[i] = srgb_to_linear(std::clamp(sample.rgb[i], 0.0, 1.0));
+            sample.lab = to_lab(xyz_of_linear(linear));
+        } else if (by_xyz_) {
+            if (Result<void> xyz = numbers(xyz_, 0, 200, 100, &v); !xyz) return xyz;
+            sample.lab = to_lab({v[0], v[1], v[2]});
+        } else if (table_.has_lab) {
+            if (Result<void> lab = numbers(lab_, -200, 200, 1, &v); !lab) return lab;
+            sample.lab = {v[0], v[1], v[2]};
+        }
+        table_.samples.push_back(std::move(sample));
+        return {};
+    }
+
+    std::string_view text_;
+    size_t at_ = 0;
+    int number_ = 0;
+    Part part_ = Part::kHead;
+    std::vector<std::string> columns_;
+    std::vector<std::string_view> words_;
+    std::array<int, 4> inks_{};
+    std::array<int, 3> rgb_{}, lab_{}, xyz_{};
+    int id_ = -1;
+    bool has_xyz_ = false, by_xyz_ = false, by_camera_ = false;
+    SampleTable table_;
+};
+
+}  // namespace
+
+Result<SampleTable> parse_samples(std::string_view text) {
+    return Parser(text).run();
+}
+
+Result<SampleTable> read_samples(const std::filesystem::path& file) {
+    const auto named = [&](const Error& error) {
+        return with_context(error, fmt::format("cannot read {}: ", file.string()));
+    };
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return named(opened.error());
+    const Result<std::string> text = opened->read_all(kLargestFile);
+    if (!text) return named(text.error());
+    Result<SampleTable> table = parse_samples(*text);
+    if (!table) return named(table.error());
+    return table;
+}
+
+std::string format_samples(const SampleTable& table, const std::string& description) {
+    std::string out = fmt::format(
+        "CGATS.17\n\nDESCRIPTOR \"{}\"\nORIGINATOR \"OpenFab\"\nKEYWORD \"OPENFAB_COLUMNS\"\n",
+        description);
+    if (table.columns > 0) out += fmt::format("OPENFAB_COLUMNS {}\n", table.columns);
+    std::string names = "SAMPLE_ID";
+    int fields = 1;
+    const auto add = [&](bool there, const char* columns, int count) {
+        if (!there) return;
+        names += columns;
+        fields += count;
+    };
+    add(table.has_inks, " CMYK_C CMYK_M CMYK_Y CMYK_K", 4);
+    add(table.has_rgb, " RGB_R RGB_G RGB_B", 3);
+    add(table.has_lab, " LAB_L LAB_A LAB_B", 3);
+    out +=
+        fmt::format("NUMBER_OF_FIELDS {}\nBEGIN_DATA_FORMAT\n{}\nEND_DATA_FORMAT\n", fields, names);
+    out += fmt::format("NUMBER_OF_SETS {}\nBEGIN_DATA\n", table.samples.size());
+    for (const Sample& s : table.samples) {
+        out += s.id;
+        if (table.has_inks) {
+            for (const double ink : s.inks)
+                out += fmt::format(" {:.3f}", ink * 100);
+        }
+        if (table.has_rgb) {
+            for (const double value : s.rgb)
+                out += fmt::format(" {:.2f}", value * 255);
+        }
+        if (table.has_lab) out += fmt::format(" {:.3f} {:.3f} {:.3f}", s.lab.l, s.lab.a, s.lab.b);
+        out += '\n';
+    }
+    return out + "END_DATA\n";
+}
+
+}  // namespace openfab::color
