@@ -33,7 +33,7 @@ using Halide::Var;
 using M = Machine;
 using Point = std::array<Real, 3>;
 
-Real saturate(Real x) {
+Real saturate(const Real& x) {
     return M::min(M::max(x, 0.0f), 1.0f);
 }
 
@@ -292,7 +292,7 @@ Result<HandKernel> marble_table(openfab_isa isa) {
 }
 
 /// 0 at `from`, 1 at `to`.
-Real grade(Real x, Real from, Real to) {
+Real grade(const Real& x, const Real& from, const Real& to) {
     return M::select(from == to, M::select(x < from, Real(0.0f), Real(1.0f)),
                      saturate((x - from) / (to - from)));
 }
