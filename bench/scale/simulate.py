@@ -102,7 +102,8 @@ class _Replay:
                 self._done.add(first)
                 self._held += self._size[first:end].sum()
                 self._most_held = max(self._most_held, self._held)
-                self._model.add(ShareCost(first, end, self._seconds[first:end].sum(), 0, int(self._size[first:end].sum())))
+                took = float(self._seconds[first:end].sum())
+                self._model.add(ShareCost(first, end, took, took, int(self._size[first:end].sum())))
             else:
                 self._held -= self._size[first:end].sum()
                 self._unwritten.remove(first)
@@ -159,9 +160,10 @@ class _Replay:
 
 
 def slabs_of(data: dict[str, Any], slabs: int = 0, times: float = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Returns seconds and bytes of each slab of a print that was measured, stretched to `slabs`, each `times` as much."""
+    """Returns seconds and bytes of each slab of a measured print, stretched to `slabs`, `times` as much each."""
+    counted = [(one["end"] - one["first"], one) for one in data["shares"]]
     seconds, size = (
-        np.concatenate([np.full(one["end"] - one["first"], one[key] / (one["end"] - one["first"])) for one in data["shares"]])
+        np.concatenate([np.full(count, one[key] / count) for count, one in counted])
         for key in ("processor_seconds", "bytes")
     )
     if slabs:
@@ -185,7 +187,8 @@ def main() -> None:
     data = json.loads(words.costs.read_text(encoding="utf-8"))
     seconds, size = slabs_of(data, words.slabs, words.times)
     set_up = data["set_up_seconds"] if words.set_up is None else words.set_up
-    print(f"{len(seconds)} slabs, {seconds.sum():.0f} s of a processor, {size.sum() / 1e6:.0f} MB, set-up {set_up:.2f} s")
+    total = f"{seconds.sum():.0f} s of a processor, {size.sum() / 1e6:.0f} MB"
+    print(f"{len(seconds)} slabs, {total}, set-up {set_up:.2f} s")
     print("| workers | seconds | efficiency | shares | scheduler busy | output busy | held, MB | bound by |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for workers in map(int, words.workers.split(",")):

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints over many machines, on Dask.
 
-print_world cuts a print into shares, which the workers of a Dask cluster print, and writes them in order; the bytes are
-those of one machine.
+print_world cuts a print into shares, which the workers of a Dask cluster print, and writes them in order; the bytes
+are those of one machine.
 """
 
 from __future__ import annotations

@@ -95,8 +95,8 @@ def print_world(
 
     `out` is an .ofr file, a folder of slices, the address of a receiver, or a URL of fsspec (`memory://`, `s3://`) for
     a file or folder elsewhere; the bytes are those of `openfab.print_world`, whose arguments the others are. `memory`
-    and `threads` are of each worker process; without them a print gets six tenths of what Dask gives the process, 1.5 GB
-    at most, and as many threads as Dask. At most `in_flight` shares are printed or wait to be written, 3 for each
+    and `threads` are of each worker process; without them a print gets six tenths of what Dask gives the process, 1.5
+    GB at most, and as many threads as Dask. At most `in_flight` shares are printed or wait to be written, 3 for each
     worker and 2 more unless given: a slow output holds the workers back. Slices come from the workers without passing
     through the scheduler, unless `direct` is False, for networks in which this process does not reach them.
 
@@ -304,7 +304,7 @@ class _Run:
             share: Shared = self._result(future, f"slices {8 * following} to {8 * end - 1}")
             if share.header != self._plan.header:
                 raise ClusterError(
-                    f"worker {share.cost.worker} prints something else of the same files; install one version everywhere"
+                    f"worker {share.cost.worker} prints something else of these files; install one version everywhere"
                 )
             del self._shares[following], future
             self._account(share)
@@ -336,7 +336,7 @@ class _Run:
                 raise result.error
             return result
         raise ClusterError(
-            f"workers that had {what} died again and again; the last one may have run out of memory, which `memory` limits"
+            f"workers that had {what} died again and again; perhaps they ran out of memory, which `memory` limits"
         )
 
     def _account(self, share: Shared) -> None:

@@ -101,7 +101,7 @@ def version() -> str:
 
 
 def hold(thing: T) -> T:
-    """Returns what it is given: a result that Dask moves between workers, and makes again from the task if it is lost."""
+    """Returns what it is given: a result that Dask moves between workers, and makes again if it is lost."""
     return thing
 
 
@@ -174,8 +174,7 @@ def total(one: Any, other: Any) -> Any:
     if not isinstance(one, dict):
         return one + other
     return {
-        key: max(value, other.get(key, 0)) if key == "peak_bytes" else total(value, other[key]) if key in other else value
-        for key, value in one.items()
+        key: max(value, other[key]) if key == "peak_bytes" else total(value, other[key]) for key, value in one.items()
     }
 
 
