@@ -30,7 +30,7 @@ struct CoarsePrint {
 /// Most worlds take a second or less for the first; the other is for those that take long.
 constexpr std::array<CoarsePrint, 2> kCoarsePrints{{{4e6, 2.0, 1.4}, {1e5, 1.0, 0.6}}};
 /// Seconds for slabs at the print's own pitch.
-constexpr double kTimeSeconds = 2.5;
+constexpr double kTimeSeconds = 3.0;
 
 /// Prints with that many voxels; returns false if it takes too long or too much memory.
 Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,

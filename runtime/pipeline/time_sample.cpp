@@ -16,6 +16,8 @@ constexpr int kLeastBits = 3, kMostBits = 6;
 constexpr double kPlaces = 0.6;
 /// Of a slab that was stopped: less tells little of the whole.
 constexpr double kEnough = 0.05;
+/// Of the time that is left, what the first of two neighbours may take; the second finds more cached.
+constexpr double kCold = 2.0 / 3;
 /// Slabs of a print that is tried whole, as it would be printed.
 constexpr int32_t kFewSlabs = 4;
 
@@ -93,17 +95,19 @@ class Sampler {
 
     Result<void> try_places() {
         const double seconds = left_;
+        double took = 0;  // the first place
         int bits = kLeastBits;
         for (int32_t i = 1; i < 1 << bits; ++i) {
             const int32_t parts = (1 << bits) - 1;
             const int32_t first =
                 slabs_.x +
                 static_cast<int32_t>((2 * int64_t{part_of(i, bits)} + 1) * count() / (2 * parts));
-            if (!places_.empty() && left_ <= 0) {
+            // Little of a slab tells less than its blocks.
+            if (i > 1 && left_ <= took / 2) {
                 if (const Result<void> counted = count_blocks(first); !counted) return counted;
                 continue;
             }
-            const Result<SlabTrial> cold = try_slab(first, kAllPieces, left_ / 2);
+            const Result<SlabTrial> cold = try_slab(first, kAllPieces, kCold * left_);
             if (!cold) return cold.error();
             note_share(*cold);
             Place place = whole(*cold);
@@ -118,9 +122,10 @@ class Sampler {
                 }
             }
             places_.push_back(place);
+            if (i == 1) took = seconds - left_;
             // Two neighbours each, so that no slab is tried twice.
             while (i == 1 && bits < kMostBits && (4 << bits) <= count() &&
-                   (2 << bits) * (seconds - left_) < kPlaces * seconds)
+                   (2 << bits) * took < kPlaces * seconds)
                 ++bits;
         }
         return {};
