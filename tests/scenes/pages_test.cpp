@@ -122,14 +122,16 @@ class Reader {
                      "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2\nv 4 0 2\nv 4 3 2\nv 0 3 2\n"
                      "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
     }
-    /// A copy of an exhibit's folder, beside the meshes that the build makes.
+    /// A copy of an exhibit's folder, beside those whose files others read.
     void enter_gallery(const fs::path& exhibit) {
         run_.folder = clone_ / exhibit;
         fs::create_directories(run_.folder.parent_path());
         fs::copy(source_dir() / exhibit, run_.folder, fs::copy_options::recursive);
         fs::copy_file(source_dir() / "gallery/openfab.project", clone_ / "gallery/openfab.project");
         // Worlds read nothing through links that lead out of their project.
-        fs::copy(source_dir() / "gallery/figures", clone_ / "gallery/figures");
+        for (const char* shared : {"gallery/figures", "gallery/magic_postcard"}) {
+            if (exhibit != shared) fs::copy(source_dir() / shared, clone_ / shared);
+        }
     }
 
     ScratchFolder clone_;
@@ -209,7 +211,7 @@ TEST(Blocks, SayWhatTheyHold) {
                 tried, python, files, by_hand);
     EXPECT_GT(tried, 50);
     EXPECT_GT(files, 25);
-    EXPECT_LE(by_hand, 12) << "too much of the documents is tried by nobody";
+    EXPECT_LE(by_hand, 13) << "too much of the documents is tried by nobody";
 }
 
 }  // namespace

@@ -407,7 +407,7 @@ TEST(Printer, IsReadFromAFile) {
     EXPECT_EQ(error_of(R"({"name": "x", "dpi": [600, 0], "layer_um": 27})"),
               "1:22: a pitch is not between 1e-6 and 1000 mm");
     EXPECT_EQ(
-        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "color": 1})"),
+        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
         "1:38: unknown key `colour` in the printer; known: `name`, `dpi`, `layer_um`, `pitch_mm`, "
         "`build_volume_mm`, `max_materials`, `native_format`, `makes_support`, "
         "`support_material`, `layer_time_s`, `handoff`");
