@@ -20,7 +20,7 @@ namespace {
 
 bool says_color(std::string_view text) {
     const std::string low = lower_ascii(std::string(text));
-    return low.find("color") != std::string::npos || low.find("color") != std::string::npos;
+    return low.find("color") != std::string::npos || low.find("colour") != std::string::npos;
 }
 
 /// The viewer's rule (tools/viewer/page/live.js) for uniforms; other names must say it themselves.
