@@ -156,8 +156,10 @@ void try_block(const Block& block, const WalkthroughOptions& options, Walkthroug
     } else if (block.language == "json" && block.how == "members") {
         out.script += world_of(block);
     } else if (block.language == "python" && plain) {
+        // A file, since processes that it starts may import it.
+        const std::string file = fmt::format("line_{}.py", block.line);
         if (!options.python.empty())
-            out.script += options.python + " - << 'END_OF_FILE'\n" + block.text + "END_OF_FILE\n";
+            out.script += file_of(file, block.text) + options.python + " " + file + "\n";
     } else {
         out.mistakes.push_back(fmt::format("{}: ```{} {}", block.line, block.language, block.how));
     }
