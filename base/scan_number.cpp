@@ -66,6 +66,14 @@ std::string scan_integer(std::string_view token, int64_t least, int64_t most, in
                        most);
 }
 
+std::string_view take_word(std::string_view* text) {
+    constexpr std::string_view kBlanks = " \t\r\n";
+    text->remove_prefix(std::min(text->find_first_not_of(kBlanks), text->size()));
+    const std::string_view word = text->substr(0, text->find_first_of(kBlanks));
+    text->remove_prefix(word.size());
+    return word;
+}
+
 bool is_position(double x, double y, double z) {
     return fits_float(x) && fits_float(y) && fits_float(z);
 }

@@ -24,6 +24,9 @@ std::string scan_number(std::string_view token, double* out);
 /// Reads an integer from least to most, likewise.
 std::string scan_integer(std::string_view token, int64_t least, int64_t most, int64_t* out);
 
+/// Removes and returns the next word, up to a blank or the end of a line; empty at the end.
+std::string_view take_word(std::string_view* text);
+
 /// Returns whether all three fit a float, as vertices of a mesh must.
 bool is_position(double x, double y, double z);
 

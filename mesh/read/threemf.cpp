@@ -10,10 +10,10 @@
 
 #include "base/affine.h"
 #include "base/scan_number.h"
+#include "base/xml.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/threemf_model.h"
-#include "mesh/read/xml.h"
 #include "mesh/read/zip_file.h"
 
 namespace openfab::mesh {

@@ -9,7 +9,7 @@
 
 #include "base/color.h"
 #include "base/scan_number.h"
-#include "mesh/read/xml.h"
+#include "base/xml.h"
 
 namespace openfab::mesh {
 namespace {

@@ -9,9 +9,9 @@
 #include <map>
 
 #include "base/color.h"
+#include "base/xml.h"
 #include "mesh/read/threemf.h"
 #include "mesh/read/threemf_model.h"
-#include "mesh/read/xml.h"
 #include "mesh/read/zip_file.h"
 #include "tools/openfab/appearance.h"
 
@@ -34,7 +34,7 @@ std::optional<std::array<double, 3>> color_of(const char* text) {
     return out;
 }
 
-class Materials : public mesh::XmlHandler {
+class Materials : public XmlHandler {
   public:
     struct Texture {
         std::string path;
@@ -45,7 +45,7 @@ class Materials : public mesh::XmlHandler {
     std::map<std::string, Texture> textures;                  ///< by id
     std::vector<std::pair<std::string, std::string>> groups;  ///< id of group, id of texture
 
-    Complaint start(std::string_view name, const mesh::XmlAttributes& a) override {
+    Complaint start(std::string_view name, const XmlAttributes& a) override {
         const auto text = [&](const char* key) {
             const char* found = a.find(key);
             return std::string(found != nullptr ? found : "");
@@ -90,7 +90,7 @@ Result<Appearances> threemf_appearances(std::string_view bytes, const std::strin
     memory_bytes -= length;
     LooksMaker out(&memory_bytes);
     Materials found(&out, &memory_bytes);
-    const Result<void> parsed = mesh::parse_xml(*text, fmt::format("{}: {}", file, *model), &found);
+    const Result<void> parsed = parse_xml(*text, fmt::format("{}: {}", file, *model), &found);
     if (!parsed) return parsed.error();
     text = std::string();
     memory_bytes += length;

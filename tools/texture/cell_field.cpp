@@ -291,6 +291,16 @@ int corner_count(int type) {
     }
 }
 
+void CellMesh::keep_values(const std::vector<int32_t>& cells) {
+    const auto width = static_cast<size_t>(channels);
+    for (size_t i = 0; i < cells.size(); ++i) {
+        const size_t from = static_cast<size_t>(cells[i]) * width;
+        std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(from), width,
+                    values.begin() + static_cast<std::ptrdiff_t>(i * width));
+    }
+    values.resize(cells.size() * width);
+}
+
 int64_t CellMesh::bytes() const {
     return static_cast<int64_t>(points.size() * sizeof(double) + types.size() +
                                 corners.size() * sizeof(int32_t) + values.size() * sizeof(float));

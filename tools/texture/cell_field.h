@@ -27,6 +27,8 @@ struct CellMesh {
     bool of_points = true;      ///< else of cells
     std::vector<float> values;  ///< channels innermost
 
+    /// Leaves only the values of these cells, in their order, which rises.
+    void keep_values(const std::vector<int32_t>& cells);
     /// What its arrays take.
     int64_t bytes() const;
 };

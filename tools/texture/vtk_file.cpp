@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "base/scan_number.h"
-#include "mesh/read/xml.h"
+#include "base/xml.h"
 #include "tools/texture/check_memory.h"
 
 namespace openfab::tools {
@@ -50,16 +50,6 @@ Result<Head> read_head(const InputFile& file, const texture::ReadLimits& limits)
     }
 }
 
-constexpr std::string_view kBlanks = " \t\r\n";
-
-/// Removes and returns the next word; empty at the end.
-std::string_view take_word(std::string_view* text) {
-    text->remove_prefix(std::min(text->find_first_not_of(kBlanks), text->size()));
-    const std::string_view word = text->substr(0, text->find_first_of(kBlanks));
-    text->remove_prefix(word.size());
-    return word;
-}
-
 /// Parses just as many numbers.
 bool take_numbers(std::string_view text, double* out, size_t count) {
     for (size_t i = 0; i < count; ++i) {
@@ -71,32 +61,14 @@ bool take_numbers(std::string_view text, double* out, size_t count) {
 constexpr std::array<std::string_view, 10> kTypes{
     "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64", "Float32", "Float64"};
 
-class TextNumbers final : public VtkNumbers {
-  public:
-    explicit TextNumbers(std::string_view text) : text_(text) {}
-    Result<void> next(double* out, size_t count) override {
-        for (size_t i = 0; i < count; ++i) {
-            const std::string_view word = take_word(&text_);
-            if (word.empty()) return user_error(kVtkCutShort);
-            if (read_decimal(word, out++) != Decimal::kFine)
-                return user_error(
-                    fmt::format("`{}` in it is not a finite number", word.substr(0, 40)));
-        }
-        return {};
-    }
-
-  private:
-    std::string_view text_;
-};
-
 }  // namespace
 
 /// Receives the elements of the head.
-class VtkFile::Reading final : public mesh::XmlHandler {
+class VtkFile::Reading final : public XmlHandler {
   public:
     Reading(VtkFile* file, const std::string& kind) : file_(*file), kind_(kind) {}
 
-    Complaint start(std::string_view name, const mesh::XmlAttributes& a) override {
+    Complaint start(std::string_view name, const XmlAttributes& a) override {
         if (depth_++ == 0) return root(name, a);
         if (name == kind_ && kind_ == "ImageData") return image(a);
         if (name == "Piece") return piece(a);
@@ -129,7 +101,7 @@ class VtkFile::Reading final : public mesh::XmlHandler {
     int pieces() const { return pieces_; }
 
   private:
-    Complaint root(std::string_view name, const mesh::XmlAttributes& a) {
+    Complaint root(std::string_view name, const XmlAttributes& a) {
         const char* type = a.find("type");
         if (name != "VTKFile" || type == nullptr) return {"it is not an XML file of VTK"};
         if (type != kind_) {
@@ -150,7 +122,7 @@ class VtkFile::Reading final : public mesh::XmlHandler {
         }
         return {};
     }
-    Complaint image(const mesh::XmlAttributes& a) {
+    Complaint image(const XmlAttributes& a) {
         const auto read = [&](const char* key, double* out, size_t count) {
             const char* text = a.find(key);
             return text == nullptr || take_numbers(text, out, count);
@@ -161,7 +133,7 @@ class VtkFile::Reading final : public mesh::XmlHandler {
             return {"its extent, origin, spacing or direction are not so many numbers"};
         return {};
     }
-    Complaint piece(const mesh::XmlAttributes& a) {
+    Complaint piece(const XmlAttributes& a) {
         if (++pieces_ > 1) return {"it has several pieces", "write it as one"};
         const char* extent = a.find("Extent");
         if (extent != nullptr && !take_numbers(extent, file_.extent.data(), 6))
@@ -174,7 +146,7 @@ class VtkFile::Reading final : public mesh::XmlHandler {
             return {fmt::format("its numbers of points and cells are not up to {}", INT32_MAX)};
         return {};
     }
-    Complaint array(const mesh::XmlAttributes& a) {
+    Complaint array(const XmlAttributes& a) {
         Array out;
         out.where = where_;
         if (const char* name = a.find("Name")) out.name = name;
@@ -182,7 +154,7 @@ class VtkFile::Reading final : public mesh::XmlHandler {
         const auto* const known =
             std::find(kTypes.begin(), kTypes.end(), std::string_view(type == nullptr ? "" : type));
         if (known == kTypes.end()) return {};  // text, of which no field is made
-        out.type = static_cast<VtkType>(known - kTypes.begin());
+        out.type = static_cast<ArrayType>(known - kTypes.begin());
         if (const char* n = a.find("NumberOfComponents");
             n != nullptr && !scan_integer(n, 1, 1000, &out.components).empty())
             return {fmt::format("array `{}` has an unusual number of components", out.name)};
@@ -228,7 +200,7 @@ Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path, const std::
         head->text += tag.substr(0, end) + "/></VTKFile>";
     }
     Reading reading(out.get(), kind);
-    if (Result<void> parsed = mesh::parse_xml(head->text, {}, &reading); !parsed) {
+    if (Result<void> parsed = parse_xml(head->text, {}, &reading); !parsed) {
         Error error = parsed.error();
         if (error.location.line > 0)
             error.message = fmt::format("line {}: {}", error.location.line, error.message);
@@ -246,22 +218,14 @@ Result<const VtkFile::Array*> VtkFile::field(const std::string& name) const {
             if (array.where == where) fields.push_back(&array);
         }
     }
-    std::string names;
+    std::vector<std::string> names;
+    names.reserve(fields.size());
     for (const Array* array : fields)
-        names += fmt::format("{}`{}`", names.empty() ? "" : ", ", array->name);
-    if (fields.empty())
-        return user_error("it has no field: no array of numbers on points or cells");
-    const std::string& wanted = !name.empty()             ? name
-                                : !point_scalars_.empty() ? point_scalars_
-                                                          : cell_scalars_;
-    if (wanted.empty() && fields.size() == 1) return fields.front();
-    for (const Array* array : fields) {
-        if (!wanted.empty() && array->name == wanted) return array;
-    }
-    if (wanted.empty()) {
-        return user_error("it has several fields, " + names + ", and none is named by `field`");
-    }
-    return user_error(fmt::format("it has no field `{}`; it has {}", wanted, names));
+        names.push_back(array->name);
+    const Result<size_t> picked =
+        pick_field(names, name, !point_scalars_.empty() ? point_scalars_ : cell_scalars_);
+    if (!picked) return picked.error();
+    return fields[*picked];
 }
 
 Result<const VtkFile::Array*> VtkFile::part(Where where, const std::string& name) const {
@@ -272,14 +236,9 @@ Result<const VtkFile::Array*> VtkFile::part(Where where, const std::string& name
                                    : fmt::format("it has no `{}` of its cells", name));
 }
 
-Result<std::unique_ptr<VtkNumbers>> VtkFile::numbers(const Array& array, int64_t count) const {
-    if (array.coding == Coding::kText) {
-        // A digit and a blank for each.
-        if (static_cast<int64_t>(array.text.size()) + 1 < 2 * count)
-            return user_error(kVtkCutShort);
-        return std::unique_ptr<VtkNumbers>(std::make_unique<TextNumbers>(array.text));
-    }
-    VtkBytes bytes;
+Result<std::unique_ptr<ArrayNumbers>> VtkFile::numbers(const Array& array, int64_t count) const {
+    if (array.coding == Coding::kText) return open_array_text(array.text, count);
+    ArrayBytes bytes;
     bytes.swapped = swapped_;
     bytes.header_bytes = header_bytes_;
     bytes.packed = packed_;
@@ -292,7 +251,7 @@ Result<std::unique_ptr<VtkNumbers>> VtkFile::numbers(const Array& array, int64_t
         bytes.begin = appended_at_ + array.offset;
         bytes.base64 = appended_base64_;
     }
-    return open_vtk_bytes(bytes, array.type, count);
+    return open_array_bytes(bytes, array.type, count);
 }
 
 }  // namespace openfab::tools

@@ -17,7 +17,7 @@
 #include "base/input_file.h"
 #include "base/result.h"
 #include "texture/cache.h"
-#include "tools/texture/vtk_numbers.h"
+#include "tools/texture/array_numbers.h"
 
 namespace openfab::tools {
 
@@ -28,7 +28,7 @@ class VtkFile {
     struct Array {
         Where where = Where::kPoints;
         std::string name;
-        VtkType type = VtkType::kFloat32;
+        ArrayType type = ArrayType::kFloat32;
         int64_t components = 1;
         Coding coding = Coding::kText;
         int64_t offset = 0;  ///< in the appended data
@@ -49,7 +49,7 @@ class VtkFile {
 
     /// Opens an array that holds `count` numbers. Fails where the file cannot hold as many. Must not
     /// outlive the file.
-    Result<std::unique_ptr<VtkNumbers>> numbers(const Array& array, int64_t count) const;
+    Result<std::unique_ptr<ArrayNumbers>> numbers(const Array& array, int64_t count) const;
 
     // Of ImageData and its piece; of UnstructuredGrid the counts.
     std::array<double, 6> extent{};  ///< of the piece: first and last point along each axis

@@ -21,32 +21,11 @@ namespace {
 namespace fs = std::filesystem;
 using Where = VtkFile::Where;
 
-/// Numbers that are read at once.
-constexpr size_t kAtOnce = 4096;
-
-Result<void> read_floats(VtkNumbers* numbers, float* out, int64_t count) {
-    std::array<double, kAtOnce> buffer{};
-    for (int64_t at = 0; at < count;) {
-        const auto n = static_cast<size_t>(std::min<int64_t>(count - at, kAtOnce));
-        if (Result<void> got = numbers->next(buffer.data(), n); !got) return got;
-        for (size_t i = 0; i < n; ++i)
-            *out++ = static_cast<float>(buffer[i]);
-        at += static_cast<int64_t>(n);
-    }
-    return {};
-}
-
-Result<int32_t> channels_of(const VtkFile::Array& field) {
-    if (field.components <= 4) return static_cast<int32_t>(field.components);
-    return user_error(fmt::format("its field `{}` has {} components; 1 to 4 are possible",
-                                  field.name, field.components));
-}
-
 /// Image data along the axes, slice by slice.
 class ImageReader final : public VolumeReader {
   public:
     std::unique_ptr<VtkFile> file;
-    std::unique_ptr<VtkNumbers> numbers;
+    std::unique_ptr<ArrayNumbers> numbers;
 
     Result<void> read_slice(int32_t, float* out, const Wrote& wrote) override {
         for (int32_t y = 0; y < size.y; ++y) {
@@ -84,7 +63,7 @@ Result<void> read_places(const VtkFile& file, double unit, CellMesh* mesh) {
     const Result<const VtkFile::Array*> places = file.part(Where::kPlaces, {});
     if (!places) return places.error();
     if ((*places)->components != 3) return user_error("its points have not three coordinates");
-    Result<std::unique_ptr<VtkNumbers>> numbers = file.numbers(**places, 3 * file.points);
+    Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(**places, 3 * file.points);
     if (!numbers) return numbers.error();
     mesh->points.resize(static_cast<size_t>(3 * file.points));
     if (Result<void> got = (*numbers)->next(mesh->points.data(), mesh->points.size()); !got)
@@ -102,7 +81,7 @@ bool is_flat(int type) {
 
 /// Reads the cells with a volume, and which of all cells they are.
 Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
-    std::array<std::unique_ptr<VtkNumbers>, 2> parts;  // types and ends, read side by side
+    std::array<std::unique_ptr<ArrayNumbers>, 2> parts;  // types and ends, read side by side
     const VtkFile::Array* corners = nullptr;
     for (size_t i = 0; i < 3; ++i) {
         constexpr std::array kNames{"types", "offsets", "connectivity"};
@@ -112,7 +91,7 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
             corners = *part;
             continue;
         }
-        Result<std::unique_ptr<VtkNumbers>> numbers = file.numbers(**part, file.cells);
+        Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(**part, file.cells);
         if (!numbers) return numbers.error();
         parts[i] = std::move(*numbers);
     }
@@ -142,7 +121,7 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
         ends[static_cast<size_t>(i)] = total;
         types[static_cast<size_t>(i)] = static_cast<uint8_t>(type);
     }
-    Result<std::unique_ptr<VtkNumbers>> numbers = file.numbers(*corners, total);
+    Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(*corners, total);
     if (!numbers) return numbers.error();
     int64_t at = 0;
     for (int64_t i = 0; i < file.cells; ++i) {
@@ -171,14 +150,14 @@ MadeReader open_vtk_image(const fs::path& path, const texture::VolumeOptions& op
     if (!file) return file.error();
     const Result<const VtkFile::Array*> field = (*file)->field(options.field);
     if (!field) return field.error();
-    const Result<int32_t> channels = channels_of(**field);
+    const Result<int32_t> channels = field_channels((*field)->name, (*field)->components);
     if (!channels) return channels.error();
     GridFrame frame;
     const Result<Vec3i> size =
         image_size(**file, (*field)->where == Where::kPoints, unit_mm(options), &frame);
     if (!size) return size.error();
     const int64_t count = int64_t{size->x} * size->y * size->z * *channels;
-    Result<std::unique_ptr<VtkNumbers>> numbers = (*file)->numbers(**field, count);
+    Result<std::unique_ptr<ArrayNumbers>> numbers = (*file)->numbers(**field, count);
     if (!numbers) return numbers.error();
     const bool plain = frame.steps[0].x > 0 && frame.steps[1].y > 0 && frame.steps[2].z > 0;
     if (!plain || !is_along_axes(frame)) {
@@ -210,7 +189,7 @@ MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& opt
     if (!file) return file.error();
     const Result<const VtkFile::Array*> field = (*file)->field(options.field);
     if (!field) return field.error();
-    const Result<int32_t> channels = channels_of(**field);
+    const Result<int32_t> channels = field_channels((*field)->name, (*field)->components);
     if (!channels) return channels.error();
     CellMesh mesh;
     mesh.channels = *channels;
@@ -224,20 +203,12 @@ MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& opt
     if (Result<void> got = read_places(**file, unit_mm(options), &mesh); !got) return got.error();
     const Result<std::vector<int32_t>> kept = read_cells(**file, &mesh);
     if (!kept) return kept.error();
-    Result<std::unique_ptr<VtkNumbers>> numbers = (*file)->numbers(**field, items * *channels);
+    Result<std::unique_ptr<ArrayNumbers>> numbers = (*file)->numbers(**field, items * *channels);
     if (!numbers) return numbers.error();
     mesh.values.resize(static_cast<size_t>(items * *channels));
     if (Result<void> got = read_floats(numbers->get(), mesh.values.data(), items * *channels); !got)
         return got.error();
-    if (!mesh.of_points) {
-        const auto width = static_cast<size_t>(*channels);
-        for (size_t i = 0; i < kept->size(); ++i) {
-            const size_t from = static_cast<size_t>((*kept)[i]) * width;
-            std::copy_n(mesh.values.begin() + static_cast<std::ptrdiff_t>(from), width,
-                        mesh.values.begin() + static_cast<std::ptrdiff_t>(i * width));
-        }
-        mesh.values.resize(kept->size() * width);
-    }
+    if (!mesh.of_points) mesh.keep_values(*kept);
     return open_cell_field(std::move(mesh), options, limits);
 }
 

@@ -13,7 +13,7 @@
 #include <cstring>
 
 #include "base/caret.h"
-#include "mesh/read/xml.h"
+#include "base/xml.h"
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/meshes/zip_archive.h"

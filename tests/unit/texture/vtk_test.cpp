@@ -7,22 +7,13 @@
 #include <zlib.h>
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
-#include <functional>
-#include <random>
 
-#include "base/vec.h"
-#include "tests/support/meshes/temp_folder.h"
-#include "texture/volume.h"
-#include "tools/texture/convert_volume.h"
+#include "tests/unit/texture/field_test.h"
 
 namespace openfab::tools {
 namespace {
-
-using texture::Pyramid;
-using texture::VolumeOptions;
 
 std::string base64(const std::string& bytes) {
     constexpr const char* kDigits =
@@ -137,124 +128,18 @@ class Writer {
     std::string appended_;
 };
 
-double linear(const Vec3d& p) {
-    return 3 + 0.5 * p.x - 2 * p.y + 0.25 * p.z;
+std::string text_of(const BlockMesh& mesh, Writer* writer, const std::string& fields) {
+    const std::string places = writer->array("Points", "Float64", 3, mesh.points);
+    const std::string cells = writer->array("connectivity", "Int64", 1, mesh.corners) +
+                              writer->array("offsets", "Int64", 1, mesh.ends) +
+                              writer->array("types", "UInt8", 1, mesh.types);
+    return "<UnstructuredGrid><Piece NumberOfPoints=\"" + std::to_string(mesh.point_count()) +
+           "\" NumberOfCells=\"" + std::to_string(mesh.types.size()) + "\">\n" + fields +
+           "<Points>" + places + "</Points><Cells>" + cells +
+           "</Cells></Piece></UnstructuredGrid>\n";
 }
 
-struct Mesh {
-    std::vector<double> points;
-    std::vector<int64_t> corners, ends;
-    std::vector<uint8_t> types;
-
-    void add(uint8_t type, const std::vector<int64_t>& cell) {
-        corners.insert(corners.end(), cell.begin(), cell.end());
-        ends.push_back(static_cast<int64_t>(corners.size()));
-        types.push_back(type);
-    }
-    Vec3d point(size_t i) const { return {points[3 * i], points[3 * i + 1], points[3 * i + 2]}; }
-    size_t point_count() const { return points.size() / 3; }
-    std::string text(Writer* writer, const std::string& fields) const {
-        const std::string places = writer->array("Points", "Float64", 3, points);
-        const std::string cells = writer->array("connectivity", "Int64", 1, corners) +
-                                  writer->array("offsets", "Int64", 1, ends) +
-                                  writer->array("types", "UInt8", 1, types);
-        return "<UnstructuredGrid><Piece NumberOfPoints=\"" + std::to_string(point_count()) +
-               "\" NumberOfCells=\"" + std::to_string(types.size()) + "\">\n" + fields +
-               "<Points>" + places + "</Points><Cells>" + cells +
-               "</Cells></Piece></UnstructuredGrid>\n";
-    }
-};
-
-/// A block of 3 x 3 x 3 cubes of 1 mm from (-1, 0, 2) on, its inner points moved about, each cube as
-/// cells of one type.
-Mesh block(int type) {
-    Mesh mesh;
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> moved(-0.2, 0.2);
-    const auto index = [](int x, int y, int z) { return int64_t{z} * 16 + y * 4 + x; };
-    for (int z = 0; z < 4; ++z) {
-        for (int y = 0; y < 4; ++y) {
-            for (int x = 0; x < 4; ++x) {
-                const auto at = [&](int i) {
-                    return i + (i > 0 && i < 3 && type != 11 ? moved(random) : 0.0);
-                };
-                mesh.points.insert(mesh.points.end(), {at(x) - 1, at(y), at(z) + 2});
-            }
-        }
-    }
-    for (int z = 0; z < 3; ++z) {
-        for (int y = 0; y < 3; ++y) {
-            for (int x = 0; x < 3; ++x) {
-                std::array<int64_t, 8> c{};
-                for (int k = 0; k < 8; ++k)
-                    c[static_cast<size_t>(k)] = index(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2));
-                if (type == 10) {  // six tetrahedra about the diagonal from 0 to 7
-                    for (const auto& [a, b] : std::vector<std::pair<size_t, size_t>>{
-                             {1, 3}, {3, 2}, {2, 6}, {6, 4}, {4, 5}, {5, 1}})
-                        mesh.add(10, {c[0], c[a], c[b], c[7]});
-                } else if (type == 11) {
-                    mesh.add(11, {c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]});
-                } else if (type == 12) {
-                    mesh.add(12, {c[0], c[1], c[3], c[2], c[4], c[5], c[7], c[6]});
-                } else {
-                    mesh.add(13, {c[0], c[1], c[3], c[4], c[5], c[7]});
-                    mesh.add(13, {c[0], c[3], c[2], c[4], c[7], c[6]});
-                }
-            }
-        }
-    }
-    return mesh;
-}
-
-class VtkTest : public ::testing::Test {
-  protected:
-    std::shared_ptr<const Pyramid> converted(const std::filesystem::path& file,
-                                             const VolumeOptions& options = {}) {
-        const std::filesystem::path out = folder_.path() / "out.oftx";
-        const Result<void> made = make_volume_file(file, out, options);
-        EXPECT_TRUE(made) << made.error().text();
-        if (!made) return nullptr;
-        const auto opened = Pyramid::open(out, 0, 0);
-        EXPECT_TRUE(opened) << opened.error().text();
-        return opened ? *opened : nullptr;
-    }
-    std::string trouble(const std::filesystem::path& file, const VolumeOptions& options = {},
-                        const texture::ReadLimits& limits = {}) {
-        const Result<void> made =
-            make_volume_file(file, folder_.path() / "out.oftx", options, limits);
-        if (made) return "no error";
-        const std::string start = "cannot read " + file.string() + ": ";
-        EXPECT_TRUE(made.error().text().starts_with(start)) << made.error().text();
-        return made.error().text().substr(start.size());
-    }
-    static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
-    static Vec3d origin(const Pyramid& p) {
-        const auto at = [&](size_t k) { return double(std::bit_cast<float>(p.info()[8 + k])); };
-        return {at(0), at(1), at(2)};
-    }
-    static Vec3d pitch(const Pyramid& p) {
-        const auto at = [&](int k) {
-            return double(std::bit_cast<float>(p.info()[size_t(11 + k)])) / size(p)[k];
-        };
-        return {at(0), at(1), at(2)};
-    }
-    /// Calls use(centre, values) for each texel.
-    static void each(const Pyramid& p, const std::function<void(const Vec3d&, const float*)>& use) {
-        const Vec3i n = size(p);
-        const Vec3d from = origin(p), step = pitch(p);
-        const float* at = p.texels().data();
-        for (int z = 0; z < n.z; ++z) {
-            for (int y = 0; y < n.y; ++y) {
-                for (int x = 0; x < n.x; ++x, at += p.channels())
-                    use({from.x + (x + 0.5) * step.x, from.y + (y + 0.5) * step.y,
-                         from.z + (z + 0.5) * step.z},
-                        at);
-            }
-        }
-    }
-
-    testing::TempFolder folder_;
-};
+using VtkTest = FieldTest;
 
 TEST_F(VtkTest, ImageDataInEveryFormIsInPlace) {
     for (const Form form : kForms) {
@@ -367,7 +252,7 @@ TEST_F(VtkTest, LinearFieldsOnCellsComeBack) {
     for (const int type : {10, 11, 12, 13}) {
         for (const Form form : {Form::kText, Form::kAppendedPacked}) {
             SCOPED_TRACE(type);
-            const Mesh mesh = block(type);
+            const BlockMesh mesh = block(type);
             Writer writer(form);
             std::vector<double> values;
             for (size_t i = 0; i < mesh.point_count(); ++i) {
@@ -379,7 +264,8 @@ TEST_F(VtkTest, LinearFieldsOnCellsComeBack) {
             VolumeOptions options;
             options.pitch_mm = 0.21;
             const auto p = converted(
-                folder_.write("m.vtu", writer.file("UnstructuredGrid", mesh.text(&writer, fields))),
+                folder_.write("m.vtu",
+                              writer.file("UnstructuredGrid", text_of(mesh, &writer, fields))),
                 options);
             ASSERT_NE(p, nullptr);
             EXPECT_EQ(size(*p), (Vec3i{15, 15, 15}));
@@ -396,7 +282,7 @@ TEST_F(VtkTest, LinearFieldsOnCellsComeBack) {
 }
 
 TEST_F(VtkTest, CellsKeepTheirValueAndTheOutsideHasItsOwn) {
-    Mesh mesh;
+    BlockMesh mesh;
     mesh.points = {0, 0, 0, 4, 0, 0, 0, 4, 0, 0, 0, 4, 40, 40, 40};
     mesh.add(5, {0, 1, 2});  // a face, as exporters write them
     mesh.add(10, {0, 1, 2, 3});
@@ -404,7 +290,7 @@ TEST_F(VtkTest, CellsKeepTheirValueAndTheOutsideHasItsOwn) {
     const std::string fields =
         "<CellData>" + writer.array("E", "Float32", 1, std::vector<float>{1, 8}) + "</CellData>";
     const auto file =
-        folder_.write("m.vtu", writer.file("UnstructuredGrid", mesh.text(&writer, fields)));
+        folder_.write("m.vtu", writer.file("UnstructuredGrid", text_of(mesh, &writer, fields)));
     VolumeOptions options;
     options.pitch_mm = 0.1;
     options.outside = -5;
@@ -423,7 +309,7 @@ TEST_F(VtkTest, CellsKeepTheirValueAndTheOutsideHasItsOwn) {
 
 TEST_F(VtkTest, AFieldGoesOnPastTheSurface) {
     // So that interpolation just under it is right; within the bounds of the field.
-    const Mesh mesh = block(12);
+    const BlockMesh mesh = block(12);
     Writer writer(Form::kText);
     std::vector<double> values;
     for (size_t i = 0; i < mesh.point_count(); ++i)
@@ -434,7 +320,7 @@ TEST_F(VtkTest, AFieldGoesOnPastTheSurface) {
     const std::string fields =
         "<PointData>" + writer.array("x", "Float64", 1, values) + "</PointData>";
     const auto p = converted(
-        folder_.write("m.vtu", writer.file("UnstructuredGrid", mesh.text(&writer, fields))),
+        folder_.write("m.vtu", writer.file("UnstructuredGrid", text_of(mesh, &writer, fields))),
         options);
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(size(*p).x, 8);
@@ -444,9 +330,10 @@ TEST_F(VtkTest, AFieldGoesOnPastTheSurface) {
 }
 
 TEST_F(VtkTest, SaysWhatIsWrong) {
-    const Mesh mesh = block(12);
+    const BlockMesh mesh = block(12);
     const auto with = [&](const std::string& fields, Writer* writer) {
-        return folder_.write("m.vtu", writer->file("UnstructuredGrid", mesh.text(writer, fields)));
+        return folder_.write("m.vtu",
+                             writer->file("UnstructuredGrid", text_of(mesh, writer, fields)));
     };
     Writer w(Form::kText);
     const std::vector<float> field(64, 1), short_field(63, 1);
@@ -472,13 +359,13 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
         "coarser `pitch_mm`");
     EXPECT_THAT(trouble(with(one, &w), {}, {4000, {}}),
                 ::testing::HasSubstr("of memory, more than the 4 kB of `--memory`"));
-    Mesh quadratic;
+    BlockMesh quadratic;
     quadratic.points.assign(30, 0);
     quadratic.add(24, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
     EXPECT_THAT(trouble(folder_.write(
                     "q.vtu", w.file("UnstructuredGrid",
-                                    quadratic.text(
-                                        &w, "<CellData>" +
+                                    text_of(quadratic, &w,
+                                            "<CellData>" +
                                                 w.array("a", "Float32", 1, std::vector<float>{1}) +
                                                 "</CellData>")))),
                 ::testing::HasSubstr("cell 0 is of VTK's type 24; tetrahedra (10)"));

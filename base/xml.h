@@ -9,7 +9,7 @@
 
 #include "base/result.h"
 
-namespace openfab::mesh {
+namespace openfab {
 
 /// The attributes of one element; names are without namespace prefix.
 class XmlAttributes {
@@ -40,4 +40,4 @@ class XmlHandler {
 /// and entities can expand a small file into a large one.
 Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler);
 
-}  // namespace openfab::mesh
+}  // namespace openfab

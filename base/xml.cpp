@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "mesh/read/xml.h"
+#include "base/xml.h"
 
 #include <expat.h>
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace openfab::mesh {
+namespace openfab {
 namespace {
 
 constexpr int kMaxDepth = 64;
@@ -113,4 +113,4 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     }
 }
 
-}  // namespace openfab::mesh
+}  // namespace openfab

@@ -1,0 +1,296 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/array_numbers.h"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "base/base64.h"
+#include "base/scan_number.h"
+
+namespace openfab::tools {
+
+namespace {
+
+constexpr size_t kAtOnce = 1 << 16;
+
+/// The bytes as they are stored, base64 decoded.
+class Stored {
+  public:
+    explicit Stored(const ArrayBytes& from) : from_(from) {}
+
+    /// Returns an upper bound of the bytes to come, at first.
+    int64_t most() const {
+        const int64_t stored = from_.file == nullptr ? static_cast<int64_t>(from_.text.size())
+                                                     : from_.file->bytes() - from_.begin;
+        return from_.base64 ? stored / 4 * 3 + 3 : stored;
+    }
+    Result<void> next(char* out, size_t bytes) {
+        while (bytes > 0) {
+            if (at_ == held_.size()) {
+                if (Result<void> more = fill(); !more) return more;
+            }
+            const size_t n = std::min(bytes, held_.size() - at_);
+            std::memcpy(out, held_.data() + at_, n);
+            at_ += n;
+            out += n;
+            bytes -= n;
+        }
+        return {};
+    }
+
+  private:
+    Result<void> fill() {
+        held_.clear();
+        at_ = 0;
+        while (held_.empty()) {
+            std::string piece;
+            if (from_.file == nullptr) {
+                piece = from_.text.substr(0, kAtOnce);
+                from_.text.remove_prefix(piece.size());
+            } else {
+                piece.resize(kAtOnce);
+                const Result<size_t> got = from_.file->read(from_.begin, piece.data(), kAtOnce);
+                if (!got) return got.error();
+                piece.resize(*got);
+                from_.begin += static_cast<int64_t>(*got);
+            }
+            if (piece.empty() || ended_) return user_error(kArrayCutShort);
+            if (!from_.base64) {
+                held_ = std::move(piece);
+                return {};
+            }
+            // Appended text ends with the element.
+            const size_t end = piece.find('<');
+            ended_ = end != std::string::npos;
+            if (!decoder_.add(std::string_view(piece).substr(0, end), &held_))
+                return user_error("an array of it is not valid base64");
+        }
+        return {};
+    }
+
+    ArrayBytes from_;
+    Base64Decoder decoder_;
+    std::string held_;
+    size_t at_ = 0;
+    bool ended_ = false;
+};
+
+size_t bytes_of(ArrayType type) {
+    constexpr std::array<size_t, 10> kBytes{1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    return kBytes[static_cast<size_t>(type)];
+}
+
+template <typename T>
+double load(const char* at) {
+    T value;
+    std::memcpy(&value, at, sizeof value);
+    return static_cast<double>(value);
+}
+
+double number(ArrayType type, const char* at) {
+    switch (type) {
+        case ArrayType::kInt8:
+            return load<int8_t>(at);
+        case ArrayType::kUInt8:
+            return load<uint8_t>(at);
+        case ArrayType::kInt16:
+            return load<int16_t>(at);
+        case ArrayType::kUInt16:
+            return load<uint16_t>(at);
+        case ArrayType::kInt32:
+            return load<int32_t>(at);
+        case ArrayType::kUInt32:
+            return load<uint32_t>(at);
+        case ArrayType::kInt64:
+            return load<int64_t>(at);
+        case ArrayType::kUInt64:
+            return load<uint64_t>(at);
+        case ArrayType::kFloat32:
+            return load<float>(at);
+        case ArrayType::kFloat64:
+            break;
+    }
+    return load<double>(at);
+}
+
+class ByteNumbers final : public ArrayNumbers {
+  public:
+    ByteNumbers(const ArrayBytes& bytes, ArrayType type, int64_t count)
+        : bytes_(bytes), stored_(bytes), type_(type), total_(count * int64_t(bytes_of(type))) {}
+
+    Result<void> open() {
+        constexpr int64_t kDensest = 1032;  // of deflate: bytes per compressed byte
+        const int64_t most = stored_.most();
+        if (total_ > (bytes_.packed ? most * kDensest : most)) return user_error(kArrayCutShort);
+        if (bytes_.header_bytes == 0) return {};
+        Result<int64_t> first = header();
+        if (!first) return first.error();
+        if (!bytes_.packed) return *first == total_ ? Result<void>() : wrong_size();
+        const Result<int64_t> block = header(), last = header();
+        if (!block) return block.error();
+        if (!last) return last.error();
+        // The last block is a whole one where its size is 0.
+        const int64_t whole = *last == 0 ? *first : std::max<int64_t>(*first - 1, 0);
+        if (*first < 0 || *block < 0 || *last < 0 || *first > most / bytes_.header_bytes ||
+            *last > *block || (whole > 0 && *block > total_ / whole) ||
+            whole * *block + *last != total_)
+            return wrong_size();
+        block_ = static_cast<size_t>(*block);
+        last_ = *last == 0 ? block_ : static_cast<size_t>(*last);
+        for (int64_t i = 0; i < *first; ++i) {
+            const Result<int64_t> size = header();
+            if (!size) return size.error();
+            if (*size < 0 || *size > most) return wrong_size();
+            packed_sizes_.push_back(static_cast<size_t>(*size));
+        }
+        return {};
+    }
+
+    Result<void> next(double* out, size_t count) override {
+        const size_t size = bytes_of(type_);
+        std::array<char, 1024 * 8> buffer{};
+        while (count > 0) {
+            const size_t n = std::min<size_t>(count, 1024);
+            if (Result<void> got = take(buffer.data(), n * size); !got) return got;
+            for (size_t i = 0; i < n; ++i) {
+                char* const at = buffer.data() + i * size;
+                if (bytes_.swapped) std::reverse(at, at + size);
+                *out++ = number(type_, at);
+            }
+            count -= n;
+        }
+        return {};
+    }
+
+  private:
+    static Result<void> wrong_size() {
+        return user_error(
+            "an array of it is of another size than it says, or its header is damaged");
+    }
+
+    Result<int64_t> header() {
+        std::array<char, 8> at{};
+        const auto size = static_cast<size_t>(bytes_.header_bytes);
+        if (Result<void> got = stored_.next(at.data(), size); !got) return got.error();
+        if (bytes_.swapped) std::reverse(at.begin(), at.begin() + bytes_.header_bytes);
+        uint64_t value = 0;
+        std::memcpy(&value, at.data(), sizeof value);
+        return static_cast<int64_t>(value);
+    }
+
+    Result<void> take(char* out, size_t bytes) {
+        if (!bytes_.packed) return stored_.next(out, bytes);
+        while (bytes > 0) {
+            if (at_ == plain_.size()) {
+                if (Result<void> got = unpack(); !got) return got;
+            }
+            const size_t n = std::min(bytes, plain_.size() - at_);
+            std::memcpy(out, plain_.data() + at_, n);
+            at_ += n;
+            out += n;
+            bytes -= n;
+        }
+        return {};
+    }
+
+    Result<void> unpack() {
+        if (next_block_ == packed_sizes_.size()) return user_error(kArrayCutShort);
+        std::vector<char> packed(packed_sizes_[next_block_++]);
+        if (Result<void> got = stored_.next(packed.data(), packed.size()); !got) return got;
+        plain_.resize(next_block_ == packed_sizes_.size() ? last_ : block_);
+        auto size = static_cast<uLongf>(plain_.size());
+        const int done = uncompress(reinterpret_cast<Bytef*>(plain_.data()), &size,
+                                    reinterpret_cast<const Bytef*>(packed.data()),
+                                    static_cast<uLong>(packed.size()));
+        if (done != Z_OK || size != plain_.size() || plain_.empty())
+            return user_error("compressed data of it is damaged");
+        at_ = 0;
+        return {};
+    }
+
+    ArrayBytes bytes_;
+    Stored stored_;
+    ArrayType type_;
+    int64_t total_;  ///< bytes of all numbers
+    size_t block_ = 0, last_ = 0;
+    std::vector<size_t> packed_sizes_;
+    size_t next_block_ = 0;
+    std::vector<char> plain_;
+    size_t at_ = 0;
+};
+
+class TextNumbers final : public ArrayNumbers {
+  public:
+    explicit TextNumbers(std::string_view text) : text_(text) {}
+    Result<void> next(double* out, size_t count) override {
+        for (size_t i = 0; i < count; ++i) {
+            const std::string_view word = take_word(&text_);
+            if (word.empty()) return user_error(kArrayCutShort);
+            if (read_decimal(word, out++) != Decimal::kFine)
+                return user_error(
+                    fmt::format("`{}` in it is not a finite number", word.substr(0, 40)));
+        }
+        return {};
+    }
+
+  private:
+    std::string_view text_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ArrayNumbers>> open_array_bytes(const ArrayBytes& bytes, ArrayType type,
+                                                       int64_t count) {
+    auto out = std::make_unique<ByteNumbers>(bytes, type, count);
+    if (Result<void> opened = out->open(); !opened) return opened.error();
+    return std::unique_ptr<ArrayNumbers>(std::move(out));
+}
+
+Result<std::unique_ptr<ArrayNumbers>> open_array_text(std::string_view text, int64_t count) {
+    // A digit and a blank for each.
+    if (static_cast<int64_t>(text.size()) + 1 < 2 * count) return user_error(kArrayCutShort);
+    return std::unique_ptr<ArrayNumbers>(std::make_unique<TextNumbers>(text));
+}
+
+Result<size_t> pick_field(const std::vector<std::string>& names, const std::string& wanted,
+                          const std::string& usual) {
+    if (names.empty()) return user_error("it has no field: no array of numbers on points or cells");
+    const std::string& name = wanted.empty() ? usual : wanted;
+    if (name.empty() && names.size() == 1) return size_t{0};
+    std::string all;
+    for (const std::string& one : names)
+        all += fmt::format("{}`{}`", all.empty() ? "" : ", ", one);
+    if (name.empty())
+        return user_error("it has several fields, " + all + ", and none is named by `field`");
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return static_cast<size_t>(found - names.begin());
+    return user_error(fmt::format("it has no field `{}`; it has {}", name, all));
+}
+
+Result<int32_t> field_channels(const std::string& name, int64_t components) {
+    if (components <= 4) return static_cast<int32_t>(components);
+    return user_error(
+        fmt::format("its field `{}` has {} components; 1 to 4 are possible", name, components));
+}
+
+Result<void> read_floats(ArrayNumbers* numbers, float* out, int64_t count) {
+    constexpr int64_t kBuffered = 4096;
+    std::array<double, kBuffered> buffer{};
+    for (int64_t at = 0; at < count;) {
+        const auto n = static_cast<size_t>(std::min(count - at, kBuffered));
+        if (Result<void> got = numbers->next(buffer.data(), n); !got) return got;
+        for (size_t i = 0; i < n; ++i)
+            *out++ = static_cast<float>(buffer[i]);
+        at += static_cast<int64_t>(n);
+    }
+    return {};
+}
+
+}  // namespace openfab::tools
