@@ -14,6 +14,7 @@
 #include "texture/helper.h"
 #include "texture/nrrd_header.h"
 #include "texture/pyramid_file.h"
+#include "texture/xdmf_grid.h"
 
 namespace openfab::texture {
 namespace {
@@ -133,19 +134,27 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
 
 namespace {
 
-/// Returns the data file that a detached NRRD header names; empty for any other file.
-std::string data_file_of(const fs::path& file) {
+/// Names the data files of a detached NRRD header or an XDMF file; none of any other file, or of one that
+/// cannot be read.
+std::vector<std::string> data_files_of(const fs::path& file, const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
+    if (is_xdmf(file)) {
+        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, limits);
+        return grid ? grid->data_files() : std::vector<std::string>();
+    }
     const Result<NrrdHeader> header = read_nrrd_header(*opened);
-    return header ? header->data_file() : std::string();
+    if (!header || header->data_file().empty()) return {};
+    return {header->data_file()};
 }
 
 }  // namespace
 
-std::optional<fs::path> detached_data(const fs::path& file) {
-    const std::string name = data_file_of(file);
-    return name.empty() ? std::nullopt : std::optional<fs::path>(file.parent_path() / name);
+std::vector<fs::path> detached_data(const fs::path& file) {
+    std::vector<fs::path> out;
+    for (const std::string& name : data_files_of(file, {}))
+        out.push_back(file.parent_path() / name);
+    return out;
 }
 
 Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options,
@@ -160,16 +169,16 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         if (!key) return key.error();
         text += fmt::format("|{:016x}", *key);
     }
-    if (const std::string name = data_file_of(files->front());
-        files->size() == 1 && !name.empty()) {
-        // Opened and checked to be allowed before a byte of it is read.
-        const Result<InputFile> data = open_data_file(files->front(), name, limits);
-        if (!data) {
-            return with_context(data.error(), fmt::format("cannot read {}: ", source.string()));
+    if (files->size() == 1) {
+        for (const std::string& name : data_files_of(files->front(), limits)) {
+            // Opened and checked to be allowed before a byte of it is read.
+            const Result<InputFile> data = open_data_file(files->front(), name, limits);
+            if (!data)
+                return with_context(data.error(), fmt::format("cannot read {}: ", source.string()));
+            const Result<uint64_t> key = content_key(data->name(), options.image);
+            if (!key) return key.error();
+            text += fmt::format("|{:016x}", *key);
         }
-        const Result<uint64_t> key = content_key(data->name(), options.image);
-        if (!key) return key.error();
-        text += fmt::format("|{:016x}", *key);
     }
     // A format without a signature is recognized by its extension.
     text += "|" + files->front().extension().string();

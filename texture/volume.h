@@ -36,10 +36,10 @@ struct VolumeOptions {
 /// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
-/// Returns the data file that `file` names if it is the header of a detached NRRD.
-std::optional<std::filesystem::path> detached_data(const std::filesystem::path& file);
+/// Lists the data files that `file` names if it is the header of a detached NRRD or an XDMF file.
+std::vector<std::filesystem::path> detached_data(const std::filesystem::path& file);
 
-/// Hashes all bytes of the files, of a header's data file, the options and the version of the file
+/// Hashes all bytes of the files, of its data files, the options and the version of the file
 /// format.
 Result<uint64_t> volume_key(const std::filesystem::path& source, const VolumeOptions& options,
                             const ReadLimits& limits = {});

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "base/input_file.h"
 #include "texture/volume.h"
@@ -102,7 +101,9 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
     }
     if (!json_.ok() || slices.size() > 1) return path;
     // A faulty header is reported when it is read.
-    if (const std::optional<fs::path> data = texture::detached_data(slices[0])) also(value, *data);
+    for (const fs::path& data : texture::detached_data(slices[0])) {
+        if (json_.ok()) also(value, data);
+    }
     return path;
 }
 

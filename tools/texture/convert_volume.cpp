@@ -10,6 +10,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "texture/xdmf_grid.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
@@ -123,6 +124,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (kind == ".cube") return open_cube(files[0], limits);
     if (kind == ".vti") return open_vtk_image(files[0], options, limits);
     if (kind == ".vtu") return open_vtk_mesh(files[0], options, limits);
+    if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");
     if (kind == ".npy") return user_error("it is not an NPY file");
     return open_stack(files, options.image, limits);

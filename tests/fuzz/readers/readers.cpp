@@ -313,7 +313,7 @@ constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "
                kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
                kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
-               kVtu[] = "a.vtu";
+               kVtu[] = "a.vtu", kXdmf[] = "a.xdmf";
 
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
@@ -341,6 +341,7 @@ constexpr Reader kReaders[] = {
     {"cube", true, volume<kCube>},
     {"vti", true, volume<kVti>},
     {"vtu", true, volume<kVtu>},
+    {"xdmf", true, volume<kXdmf>},
     {"sched", true, schedule},
     {"icc", false, icc},
     {"cgats", true, cgats},

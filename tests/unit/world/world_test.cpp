@@ -331,6 +331,22 @@ TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
     EXPECT_EQ(world->roots, std::vector{without_links(folder_.path())});
 }
 
+TEST_F(WorldTest, DataOfXdmfAreFilesOfTheWorld) {
+    const auto with = [](const std::string& name) {
+        return "<Xdmf><Domain><Grid><Attribute><DataItem Dimensions=\"1\" Format=\"Binary\">" +
+               name + "</DataItem></Attribute></Grid></Domain></Xdmf>";
+    };
+    folder_.write("scan.xdmf", with("../elsewhere.bin"));
+    EXPECT_NE(error_with("photo.png", "scan.xdmf").find("its file `elsewhere.bin` is `"),
+              std::string::npos);
+    folder_.write("scan.xdmf", with("scan.bin"));
+    std::string text = kWorld;
+    const Result<World> world =
+        load(text.replace(text.find("photo.png"), std::string("photo.png").size(), "scan.xdmf"));
+    ASSERT_TRUE(world) << world.error().text();
+    EXPECT_EQ(std::count(world->files.begin(), world->files.end(), folder_.path() / "scan.bin"), 1);
+}
+
 std::set<std::string> keys_of(const JsonValue& value) {
     std::set<std::string> keys;
     for (const JsonMember& m : value.members)

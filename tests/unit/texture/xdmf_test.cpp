@@ -1,0 +1,344 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// XDMF, written here: fields that are linear in space must come back as such, from text and from data
+// files of either byte order.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "tests/unit/texture/field_test.h"
+
+namespace openfab::tools {
+namespace {
+
+enum class Form { kText, kLittle, kBig };
+constexpr std::array kForms{Form::kText, Form::kLittle, Form::kBig};
+
+/// Writes items, and their data files into a folder.
+class Writer {
+  public:
+    Writer(Form form, const testing::TempFolder& folder) : form_(form), folder_(folder) {}
+
+    /// `type` are attributes such as `NumberType="Float" Precision="8"`.
+    template <typename T>
+    std::string item(const std::string& type, const std::string& sizes,
+                     const std::vector<T>& values) {
+        std::string tag = "<DataItem Dimensions=\"" + sizes + "\" " + type + " Format=\"";
+        if (form_ == Form::kText)
+            return tag + fmt::format("XML\">\n {}\n</DataItem>", fmt::join(values, " "));
+        std::string bytes = "before";
+        for (const T value : values) {
+            std::array<char, sizeof(T)> at{};
+            std::memcpy(at.data(), &value, sizeof value);
+            if (form_ == Form::kBig) std::reverse(at.begin(), at.end());
+            bytes.append(at.data(), at.size());
+        }
+        const std::string name = fmt::format("data{}.bin", files_++);
+        folder_.write(name, bytes);
+        return tag + "Binary\" Seek=\"6\" Endian=\"" + (form_ == Form::kBig ? "Big" : "Little") +
+               "\">\n  " + name + "\n</DataItem>";
+    }
+
+  private:
+    Form form_;
+    const testing::TempFolder& folder_;
+    int files_ = 0;
+};
+
+constexpr const char* kFloat64 = R"(NumberType="Float" Precision="8")";
+constexpr const char* kFloat32 = R"(DataType="Float")";
+constexpr const char* kInt64 = R"(NumberType="Int" Precision="8")";
+
+std::string grid(const std::string& content, const std::string& attributes = "") {
+    return "<Grid " + attributes + ">" + content + "</Grid>\n";
+}
+std::string file(const std::string& content) {
+    return "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\"><Domain>\n" + content +
+           "</Domain></Xdmf>\n";
+}
+std::string attribute(const std::string& name, const std::string& center, const std::string& item) {
+    return "<Attribute Name=\"" + name + "\" Center=\"" + center + "\">" + item + "</Attribute>\n";
+}
+
+std::string points_of(const BlockMesh& mesh, Writer* writer) {
+    return "<Geometry GeometryType=\"XYZ\">" +
+           writer->item(kFloat64, std::to_string(mesh.point_count()) + " 3", mesh.points) +
+           "</Geometry>\n";
+}
+std::string topology(const std::string& type, size_t cells, const std::string& item) {
+    return fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
+                       type, cells, item);
+}
+/// Of one type of cells.
+std::string cells_of(const BlockMesh& mesh, Writer* writer) {
+    const size_t count = mesh.types.size();
+    const std::string sizes = fmt::format("{} {}", count, mesh.corners.size() / count);
+    const char* type = mesh.types[0] == 10   ? "Tetrahedron"
+                       : mesh.types[0] == 12 ? "Hexahedron"
+                                             : "Wedge";
+    return topology(type, count, writer->item(kInt64, sizes, mesh.corners));
+}
+std::vector<double> field_of(const BlockMesh& mesh) {
+    std::vector<double> values;
+    for (size_t i = 0; i < mesh.point_count(); ++i)
+        values.push_back(linear(mesh.point(i)));
+    return values;
+}
+
+class XdmfTest : public FieldTest {
+  protected:
+    /// Checks that the file holds the linear field over the block.
+    void expect_linear(const std::string& text) {
+        VolumeOptions options;
+        options.pitch_mm = 0.21;
+        options.field = "E";
+        const auto p = converted(folder_.write("m.xdmf", text), options);
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{15, 15, 15}));
+        EXPECT_EQ(origin(*p), (Vec3d{-1, 0, 2}));
+        int inside = 0;
+        each(*p, [&](const Vec3d& at, const float* value) {
+            if (at.x > 2 || at.y > 3 || at.z > 5) return;
+            ++inside;
+            EXPECT_NEAR(*value, linear(at), 2e-6);
+        });
+        EXPECT_EQ(inside, 14 * 14 * 14);
+    }
+    std::string message(const std::string& text, const VolumeOptions& options = {}) {
+        return trouble(folder_.write("m.xdmf", text), options);
+    }
+};
+
+TEST_F(XdmfTest, LinearFieldsOnCellsComeBackInEveryForm) {
+    for (const int type : {10, 12, 13}) {
+        for (const Form form : kForms) {
+            SCOPED_TRACE(fmt::format("{} {}", type, static_cast<int>(form)));
+            const BlockMesh mesh = block(type);
+            Writer writer(form, folder_);
+            expect_linear(file(grid(
+                points_of(mesh, &writer) + cells_of(mesh, &writer) +
+                attribute("other", "Node", writer.item(kFloat32, "64", std::vector<float>(64, 7))) +
+                attribute("E", "Node", writer.item(kFloat64, "64 1", field_of(mesh))))));
+        }
+    }
+}
+
+TEST_F(XdmfTest, MixedCellsAndPointsInThreeArrays) {
+    const BlockMesh mesh = block(12);
+    for (const Form form : kForms) {
+        Writer writer(form, folder_);
+        // A point, a line and a face beside the cells; points counted from 1.
+        std::vector<int32_t> numbers{1, 1, 1, 2, 2, 1, 2, 4, 1, 2, 3};
+        for (size_t cell = 0; cell < mesh.types.size(); ++cell) {
+            numbers.push_back(9);
+            for (size_t k = 8 * cell; k < 8 * cell + 8; ++k)
+                numbers.push_back(static_cast<int32_t>(mesh.corners[k] + 1));
+        }
+        std::array<std::vector<double>, 3> axes;
+        for (size_t i = 0; i < mesh.points.size(); ++i)
+            axes[i % 3].push_back(mesh.points[i]);
+        std::string geometry = "<Geometry Type=\"X_Y_Z\">";
+        for (const std::vector<double>& axis : axes)
+            geometry += writer.item(kFloat64, "64", axis);
+        const std::string cells =
+            "<Topology Type=\"Mixed\" NumberOfElements=\"30\" BaseOffset=\"1\">" +
+            writer.item(R"(NumberType="Int")", std::to_string(numbers.size()), numbers) +
+            "</Topology>";
+        expect_linear(
+            file(grid(cells + geometry + "</Geometry>" +
+                      attribute("E", "Node", writer.item(kFloat64, "64", field_of(mesh))))));
+        // Values of cells: those of the flat ones are left out.
+        std::vector<int16_t> values{-1, -2, -3};
+        for (int16_t i = 0; i < 27; ++i)
+            values.push_back(i);
+        VolumeOptions options;
+        options.pitch_mm = 1;
+        const auto p = converted(
+            folder_.write(
+                "c.xmf", file(grid(cells + geometry + "</Geometry>" +
+                                   attribute("c", "Cell",
+                                             writer.item(R"(NumberType="Short")", "30", values))))),
+            options);
+        ASSERT_NE(p, nullptr);
+        for (size_t i = 0; i < 27; ++i)
+            EXPECT_EQ(p->texels()[i], static_cast<float>(i));
+    }
+}
+
+TEST_F(XdmfTest, RegularGridsAreInPlace) {
+    for (const Form form : kForms) {
+        Writer writer(form, folder_);
+        const std::string frame =
+            "<Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"2 3 4\"/>"
+            "<Geometry GeometryType=\"ORIGIN_DXDYDZ\">" +
+            writer.item(kFloat64, "3", std::vector<double>{30, 20, 10}) +
+            writer.item(kFloat64, "3", std::vector<double>{2, 0.25, 0.5}) + "</Geometry>";
+        std::vector<float> values, vectors;
+        for (int z = 0; z < 2; ++z) {
+            for (int y = 0; y < 3; ++y) {
+                for (int x = 0; x < 4; ++x)
+                    values.push_back(
+                        static_cast<float>(linear({10 + 0.5 * x, 20 + 0.25 * y, 30 + 2.0 * z})));
+            }
+        }
+        for (int i = 0; i < 18; ++i)
+            vectors.push_back(static_cast<float>(i));
+        const auto written = folder_.write(
+            "a.xdmf",
+            file(grid(frame + attribute("E", "Node", writer.item(kFloat32, "2 3 4", values)) +
+                      attribute("v", "Cell", writer.item(kFloat32, "1 2 3 3", vectors)))));
+        VolumeOptions options;
+        options.field = "E";
+        const auto p = converted(written, options);
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{4, 3, 2}));
+        EXPECT_EQ(origin(*p), (Vec3d{9.75, 19.875, 29}));
+        each(*p, [](const Vec3d& at, const float* value) {
+            EXPECT_FLOAT_EQ(*value, static_cast<float>(linear(at)));
+        });
+        options.field = "v";
+        options.unit = "cm";
+        const auto q = converted(written, options);
+        ASSERT_NE(q, nullptr);
+        EXPECT_EQ(size(*q), (Vec3i{3, 2, 1}));
+        EXPECT_EQ(q->channels(), 3);
+        EXPECT_EQ(origin(*q), (Vec3d{100, 200, 300}));
+        EXPECT_EQ(pitch(*q), (Vec3d{5, 2.5, 20}));
+        EXPECT_TRUE(std::equal(vectors.begin(), vectors.end(), q->texels().begin()));
+    }
+}
+
+TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
+    const BlockMesh mesh = block(12);
+    Writer writer(Form::kText, folder_);
+    const std::string shape = points_of(mesh, &writer) + cells_of(mesh, &writer);
+    const auto with = [&](const std::string& name, const std::string& values) {
+        return grid(shape + attribute(name, "Node", values));
+    };
+    const std::string first = with("E", writer.item(kFloat64, "64", field_of(mesh)));
+    const std::string later = with("E", writer.item(kFloat64, "64", std::vector<double>(64, 9)));
+    const std::string steps = R"(GridType="Collection" CollectionType="Temporal")";
+    const std::string parts = R"(GridType="Collection" CollectionType="Spatial")";
+    expect_linear(file(grid("<Time Value=\"0\"/>" + first + later + later, steps)));
+    expect_linear(file(grid(first, parts)));
+    expect_linear(file(grid(grid(first, parts) + grid(later + later, parts), steps)));
+    const char* const several =
+        "it has several grids; merge them, or write each as a file of its own";
+    EXPECT_THAT(message(file(grid(first + later, parts))), ::testing::HasSubstr(several));
+    EXPECT_THAT(message(file(grid(grid(first + later, parts), steps))),
+                ::testing::HasSubstr(several));
+    EXPECT_THAT(message(file(first + later)), ::testing::HasSubstr(several));
+    EXPECT_EQ(message(file("")), "it has no grid");
+}
+
+TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
+    const BlockMesh mesh = block(10);
+    Writer text(Form::kText, folder_);
+    const auto with = [&](const std::string& name) {
+        return file(grid(points_of(mesh, &text) + cells_of(mesh, &text) +
+                         attribute("E", "Node",
+                                   "<DataItem Dimensions=\"64\" Precision=\"4\" "
+                                   "Format=\"Binary\">" +
+                                       name + "</DataItem>")));
+    };
+    const std::string start = "its field `E` cannot be read: its data file ";
+    EXPECT_THAT(message(with("/etc/passwd")),
+                ::testing::StartsWith(start + "`/etc/passwd` cannot be read: "));
+    EXPECT_THAT(message(with("../x.bin")),
+                ::testing::StartsWith(start + "`../x.bin` cannot be read: "));
+    EXPECT_THAT(message(with("missing.bin")),
+                ::testing::StartsWith(start + "`missing.bin` cannot be read: "));
+    folder_.write("short.bin", std::string(255, 'a'));
+    EXPECT_EQ(message(with("short.bin")),
+              "its field `E` cannot be read: it is cut short: an array has fewer numbers than it "
+              "says");
+    EXPECT_EQ(message(with(" ")), "its field `E` cannot be read: it names no data file");
+    // The texture of other data is another one.
+    folder_.write("e.bin", std::string(256, '\0'));
+    const auto path = folder_.write("m.xdmf", with("e.bin"));
+    const Result<uint64_t> one = texture::volume_key(path, {});
+    folder_.write("e.bin", std::string(256, '\1'));
+    const Result<uint64_t> two = texture::volume_key(path, {});
+    ASSERT_TRUE(one);
+    ASSERT_TRUE(two);
+    EXPECT_NE(*one, *two);
+}
+
+TEST_F(XdmfTest, SaysWhatIsWrong) {
+    const BlockMesh mesh = block(12);
+    Writer w(Form::kText, folder_);
+    const std::string points = points_of(mesh, &w), cells = cells_of(mesh, &w);
+    const std::vector<float> values(64, 1);
+    const std::string field = attribute("a", "Node", w.item(kFloat32, "64", values));
+    const auto with = [&](const std::string& content) { return message(file(grid(content))); };
+    const auto item = [&](const std::string& attributes) {
+        return with(points + cells +
+                    attribute("a", "Node",
+                              "<DataItem Dimensions=\"64\" " + attributes + ">m.h5:/u</DataItem>"));
+    };
+    const std::string start = "its field `a` cannot be read: ";
+    EXPECT_EQ(item(R"(Format="HDF")"),
+              start +
+                  "it lies in an HDF5 file, `m.h5:/u`, which is not read; write the file with "
+                  "its data as XML or Binary, or as a .vtu");
+    EXPECT_THAT(item(R"(Format="TIFF")"), ::testing::StartsWith(start + "its format `tiff`"));
+    EXPECT_THAT(item(R"(Reference="XML")"),
+                ::testing::StartsWith(start + "it is a reference to another"));
+    EXPECT_THAT(item(R"(ItemType="HyperSlab")"),
+                ::testing::StartsWith(start + "it is computed of others (`hyperslab`)"));
+    EXPECT_THAT(item(R"(Format="Binary" Compression="Zlib")"),
+                ::testing::StartsWith(start + "it is compressed by `zlib`"));
+    EXPECT_THAT(item(R"(NumberType="Double")"),
+                ::testing::StartsWith(start + "its numbers are of type `double`"));
+    EXPECT_THAT(item(R"(Precision="16")"), ::testing::StartsWith(start + "its precision is `16`"));
+    EXPECT_THAT(item(R"(Precision="2")"), ::testing::StartsWith(start + "numbers of 2 bytes"));
+    EXPECT_THAT(item(R"(Format="Binary" Seek="-1")"),
+                ::testing::StartsWith(start + "its `Seek` is `-1`"));
+    EXPECT_EQ(with(points + cells), "it has no field: no array of numbers on points or cells");
+    EXPECT_EQ(with(points + cells + field + attribute("b", "Node", w.item(kFloat32, "64", values))),
+              "it has several fields, `a`, `b`, and none is named by `field`");
+    EXPECT_EQ(with(points + cells +
+                   attribute("a", "Node", w.item(kFloat32, "64", std::vector<float>(63)))),
+              "it is cut short: an array has fewer numbers than it says");
+    EXPECT_EQ(with(points + cells + attribute("a", "Node", w.item(kFloat32, "63", values))),
+              "its field `a` has 63 numbers, for 64 points");
+    EXPECT_EQ(with(points + cells + attribute("a", "Cell", w.item(kFloat32, "64", values))),
+              "its field `a` has 64 numbers, for 27 cells");
+    EXPECT_THAT(with(points + cells + attribute("a", "Node", w.item(kFloat32, "0", values))),
+                ::testing::StartsWith(start + "its `Dimensions` are not whole numbers from 1"));
+    EXPECT_THAT(
+        with(points + cells + attribute("a", "Node", w.item(kFloat32, "1099511627776 2", values))),
+        ::testing::StartsWith(start + "its `Dimensions` are not whole numbers from 1"));
+    EXPECT_THAT(
+        with(points + topology("Tetrahedron_10", 27, w.item(kInt64, "27 8", mesh.corners)) + field),
+        ::testing::StartsWith("its cells are of type `tetrahedron_10`; tetrahedra"));
+    EXPECT_EQ(
+        with(points + topology("Hexahedron", 26, w.item(kInt64, "27 8", mesh.corners)) + field),
+        "its topology has 216 numbers, which are not those of 26 cells");
+    const auto mixed = [&](const std::vector<int64_t>& numbers) {
+        return with(points +
+                    topology("Mixed", 1, w.item(kInt64, std::to_string(numbers.size()), numbers)) +
+                    field);
+    };
+    EXPECT_THAT(mixed({7, 0, 1, 2, 3, 4}),
+                ::testing::StartsWith("cell 0 is of XDMF's type 7; tetrahedra (6)"));
+    EXPECT_EQ(mixed({6, 0, 1, 2}), "its topology has fewer numbers than its cells take");
+    EXPECT_EQ(mixed({6, 0, 1, 2, 16, 3}), "its topology has more numbers than its cells take");
+    EXPECT_EQ(mixed({6, 0, 1, 2, 64}), "cell 0 has a corner that is none of the points");
+    EXPECT_EQ(mixed({3, 1000000000000, 1, 2}),
+              "its topology has fewer numbers than its cells take");
+    EXPECT_THAT(mixed({4, 0, 1, 2}), ::testing::StartsWith("it has no cells with a volume"));
+    EXPECT_THAT(with("<include/>"), ::testing::HasSubstr("takes parts of another by `xi:include`"));
+    EXPECT_EQ(message("<VTKFile/>"), "line 1: it is not an XDMF file");
+    EXPECT_THAT(message("<!DOCTYPE Xdmf [<!ENTITY a \"aaaa\">]><Xdmf>&a;</Xdmf>"),
+                ::testing::HasSubstr("a document type declaration, which is not allowed"));
+    EXPECT_THAT(
+        trouble(folder_.write("m.xdmf", file(grid(points + cells + field))), {}, {4000, {}}),
+        ::testing::HasSubstr("of text, more than a quarter of the 4 kB of `--memory`"));
+}
+
+}  // namespace
+}  // namespace openfab::tools

@@ -1,0 +1,60 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The structure of an XDMF file (versions 2 and 3), https://www.xdmf.org/index.php/XDMF_Model_and_Format:
+// what its grid is made of, and where the numbers are. The cache reads the names of the data files from
+// it, the converter everything else.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/input_file.h"
+#include "base/result.h"
+#include "texture/cache.h"
+
+namespace openfab::texture {
+
+/// An array of numbers.
+struct XdmfItem {
+    enum class Kind { kSigned, kUnsigned, kFloat };
+    std::vector<int64_t> sizes;  ///< each from 1, as is their product, up to 2^40
+    int64_t count = 0;           ///< their product
+    Kind kind = Kind::kFloat;
+    int bytes = 4;  ///< of a number in a data file
+    enum class Place { kHere, kDataFile, kHdf } place = Place::kHere;
+    bool big_endian = false;
+    int64_t seek = 0;  ///< bytes of the data file before the first number
+    std::string text;  ///< the numbers, or the name of the data file or set
+    Complaint wrong;   ///< why it cannot be read; only where it is wanted does that matter
+};
+
+struct XdmfField {
+    std::string name;
+    bool of_points = true;  ///< else of cells
+    XdmfItem item;
+};
+
+struct XdmfGrid {
+    std::string topology, geometry;     ///< their types, in lower case
+    std::vector<int64_t> points_along;  ///< of a regular grid: z, y, x
+    int64_t cells = 0;                  ///< of any other
+    int64_t first_point = 0;            ///< the number by which cells name it
+    Complaint wrong_topology;
+    std::vector<XdmfItem> cell_items, point_items;
+    std::vector<XdmfField> fields;  ///< of points and of cells
+
+    /// Lists its data files, relative to the folder of the file, each once.
+    std::vector<std::string> data_files() const;
+};
+
+/// Returns whether a file is XDMF by its name.
+bool is_xdmf(const std::filesystem::path& file);
+
+/// Reads the one grid of the file, of the first step where it has several. Fails where there are
+/// several grids beside each other. Errors do not name the file.
+Result<XdmfGrid> read_xdmf_grid(const InputFile& file, const ReadLimits& limits);
+
+}  // namespace openfab::texture
