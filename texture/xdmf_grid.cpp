@@ -199,18 +199,19 @@ class Reading final : public XmlHandler {
     std::vector<XdmfItem>* items_ = nullptr;  ///< of the part at hand
 };
 
-/// Leaves the name of a data file without the blanks around it, and of a set says that it is not read.
+/// Leaves the name of a data file without the blanks around it, and of a set.
 void trim(XdmfItem* item) {
     constexpr std::string_view kBlanks = " \t\r\n";
     if (item->place == XdmfItem::Place::kHere) return;
     const size_t begin = item->text.find_first_not_of(kBlanks);
     const size_t end = item->text.find_last_not_of(kBlanks);
     item->text = begin == std::string::npos ? "" : item->text.substr(begin, end + 1 - begin);
-    if (item->wrong.empty() && item->text.empty()) item->wrong = {"it names no data file"};
-    if (item->wrong.empty() && item->place == XdmfItem::Place::kHdf) {
-        item->wrong = {fmt::format("it lies in an HDF5 file, `{}`, which is not read", item->text),
-                       kPlain};
+    if (item->place == XdmfItem::Place::kHdf) {
+        const size_t colon = std::min(item->text.find(":/"), item->text.rfind(':'));
+        item->set = colon == std::string::npos ? "" : item->text.substr(colon + 1);
+        item->text.resize(item->set.empty() ? 0 : colon);
     }
+    if (item->wrong.empty() && item->text.empty()) item->wrong = {"it names no data file"};
 }
 
 }  // namespace
@@ -220,11 +221,19 @@ bool is_xdmf(const std::filesystem::path& file) {
     return kind == ".xdmf" || kind == ".xmf";
 }
 
+bool XdmfGrid::has_hdf() const {
+    const auto is_hdf = [](const XdmfItem& item) { return item.place == XdmfItem::Place::kHdf; };
+    return std::any_of(cell_items.begin(), cell_items.end(), is_hdf) ||
+           std::any_of(point_items.begin(), point_items.end(), is_hdf) ||
+           std::any_of(fields.begin(), fields.end(),
+                       [&](const XdmfField& field) { return is_hdf(field.item); });
+}
+
 std::vector<std::string> XdmfGrid::data_files() const {
     std::vector<std::string> out;
     std::set<std::string> known;
     const auto add = [&](const XdmfItem& item) {
-        if (item.place == XdmfItem::Place::kDataFile && item.wrong.empty() &&
+        if (item.place != XdmfItem::Place::kHere && item.wrong.empty() &&
             known.insert(item.text).second)
             out.push_back(item.text);
     };

@@ -27,7 +27,8 @@ struct XdmfItem {
     enum class Place { kHere, kDataFile, kHdf } place = Place::kHere;
     bool big_endian = false;
     int64_t seek = 0;  ///< bytes of the data file before the first number
-    std::string text;  ///< the numbers, or the name of the data file or set
+    std::string text;  ///< the numbers, or the name of the data file
+    std::string set;   ///< of an HDF5 file: where the numbers are in it
     Complaint wrong;   ///< why it cannot be read; only where it is wanted does that matter
 };
 
@@ -46,6 +47,8 @@ struct XdmfGrid {
     std::vector<XdmfItem> cell_items, point_items;
     std::vector<XdmfField> fields;  ///< of points and of cells
 
+    /// Returns whether any of its numbers are in an HDF5 file.
+    bool has_hdf() const;
     /// Lists its data files, relative to the folder of the file, each once.
     std::vector<std::string> data_files() const;
 };

@@ -15,6 +15,7 @@
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
 #include "tools/texture/write_volume.h"
+#include "tools/texture/xdmf_reader.h"
 
 namespace openfab::tools {
 

@@ -16,6 +16,7 @@
 #include "base/input_file.h"
 #include "base/text.h"
 #include "texture/volume.h"
+#include "texture/xdmf_grid.h"
 
 namespace openfab::tools {
 
@@ -29,6 +30,18 @@ constexpr OptionalConverter kDicom{
 constexpr OptionalConverter kOpenVdb{
     "openfab-texture-vdb", "OpenVDB",
     "install it (`scripts/setup --vdb`, or the package libopenvdb-dev) and build again"};
+
+constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5",
+                                  "install it (`scripts/setup --hdf5`, or the package libhdf5-dev) "
+                                  "and build again, or write the data "
+                                  "of the XDMF file as XML or Binary"};
+
+bool has_hdf(const fs::path& path) {
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return false;
+    const Result<texture::XdmfGrid> grid = texture::read_xdmf_grid(*file, {});
+    return grid && grid->has_hdf();
+}
 
 const OptionalConverter* by_content(const fs::path& path) {
     constexpr size_t kDicomMark = 128;
@@ -51,6 +64,7 @@ const OptionalConverter* optional_converter(const fs::path& volume) {
     for (size_t i = 0; i < std::min(files->size(), kFirst); ++i) {
         if (const OptionalConverter* found = by_content((*files)[i])) return found;
     }
+    if (texture::is_xdmf(files->front()) && has_hdf(files->front())) return &kHdf5;
     const std::string kind = lower_ascii(files->front().extension().string());
     if (kind == ".vdb") return &kOpenVdb;
     return kind == ".dcm" ? &kDicom : nullptr;

@@ -17,7 +17,7 @@ struct OptionalConverter {
 };
 
 /// Returns the converter that a volume needs, by its first bytes, else by its name; nullptr where this
-/// program reads it. A folder is DICOM where one of its first files is.
+/// program reads it. XDMF needs one where any of its numbers are in an HDF5 file. A folder is DICOM where one of its first files is.
 const OptionalConverter* optional_converter(const std::filesystem::path& volume);
 
 /// Replaces the process by the converter, with the same arguments. Returns only where that fails: a

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti and .vtu,
-// XDMF.
+// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti and .vtu. Those of
+// XDMF are in xdmf_reader.h.
 
 #include <array>
 #include <cstdint>
@@ -67,11 +67,6 @@ MadeReader open_vtk_image(const std::filesystem::path& file, const texture::Volu
 /// faces beside them are left out.
 MadeReader open_vtk_mesh(const std::filesystem::path& file, const texture::VolumeOptions& options,
                          const texture::ReadLimits& limits);
-
-/// Opens an XDMF file: its one grid, of the first step where it has several; of tetrahedra, hexahedra
-/// and wedges (cell_field.h), or regular. Numbers stand in it, or in data files beside it.
-MadeReader open_xdmf(const std::filesystem::path& file, const texture::VolumeOptions& options,
-                     const texture::ReadLimits& limits);
 
 /// Number formats of NRRD and NPY.
 struct NumberFormat {

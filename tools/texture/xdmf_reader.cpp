@@ -1,7 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-//
-// Volumes from XDMF, whose structure texture/xdmf_grid.h reads.
+#include "tools/texture/xdmf_reader.h"
 
 #include <fmt/format.h>
 
@@ -10,11 +9,9 @@
 
 #include "texture/nrrd_header.h"
 #include "texture/xdmf_grid.h"
-#include "tools/texture/array_numbers.h"
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/placed_grid.h"
-#include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
 
@@ -48,11 +45,19 @@ class ItemNumbers {
   public:
     /// Fails where the item cannot be read or has not bytes for its numbers; `what` it is, for errors.
     static Result<ItemNumbers> open(const XdmfItem& item, const std::string& what,
-                                    const fs::path& path, const texture::ReadLimits& limits) {
+                                    const fs::path& path, const texture::ReadLimits& limits,
+                                    const OpenDataSet& open_set) {
         const auto failed = [&](const Error& error) {
             return with_context(error, fmt::format("{} cannot be read: ", what));
         };
         if (!item.wrong.empty()) return failed(user_error(item.wrong.what, item.wrong.help));
+        const bool is_set = item.place == XdmfItem::Place::kHdf;
+        if (is_set && !open_set) {
+            return failed(
+                user_error(fmt::format("it lies in an HDF5 file, `{}:{}`, which is not read",
+                                       item.text, item.set),
+                           "write the file with its data as XML or Binary, or as a .vtu"));
+        }
         ItemNumbers out;
         Result<std::unique_ptr<ArrayNumbers>> numbers = user_error({});
         if (item.place == XdmfItem::Place::kHere) {
@@ -61,12 +66,16 @@ class ItemNumbers {
             Result<InputFile> file = texture::open_data_file(path, item.text, limits);
             if (!file) return failed(file.error());
             out.file_ = std::make_unique<InputFile>(std::move(*file));
-            ArrayBytes bytes;
-            bytes.file = out.file_.get();
-            bytes.begin = item.seek;
-            bytes.swapped = item.big_endian;
-            bytes.header_bytes = 0;
-            numbers = open_array_bytes(bytes, type_of(item), item.count);
+            if (is_set) {
+                numbers = open_set(*out.file_, item.set, item.count);
+            } else {
+                ArrayBytes bytes;
+                bytes.file = out.file_.get();
+                bytes.begin = item.seek;
+                bytes.swapped = item.big_endian;
+                bytes.header_bytes = 0;
+                numbers = open_array_bytes(bytes, type_of(item), item.count);
+            }
         }
         if (!numbers) return failed(numbers.error());
         out.numbers_ = std::move(*numbers);
@@ -84,8 +93,8 @@ class ItemNumbers {
 class Source {
   public:
     Source(const fs::path& path, const texture::VolumeOptions& options,
-           const texture::ReadLimits& limits)
-        : path_(path), options_(options), limits_(limits) {}
+           const texture::ReadLimits& limits, const OpenDataSet& open_set)
+        : path_(path), options_(options), limits_(limits), open_set_(open_set) {}
 
     MadeReader open() {
         Result<InputFile> file = InputFile::open(path_);
@@ -107,7 +116,7 @@ class Source {
 
   private:
     Result<ItemNumbers> numbers(const XdmfItem& item, const std::string& what) const {
-        return ItemNumbers::open(item, what, path_, limits_);
+        return ItemNumbers::open(item, what, path_, limits_, open_set_);
     }
 
     /// Opens the field, which has a value for each of `items`, and says how many channels it has.
@@ -329,6 +338,7 @@ class Source {
     const fs::path& path_;
     const texture::VolumeOptions& options_;
     const texture::ReadLimits& limits_;
+    const OpenDataSet& open_set_;
     XdmfGrid grid_;
     const XdmfField* field_ = nullptr;
 };
@@ -336,8 +346,8 @@ class Source {
 }  // namespace
 
 MadeReader open_xdmf(const fs::path& path, const texture::VolumeOptions& options,
-                     const texture::ReadLimits& limits) {
-    return Source(path, options, limits).open();
+                     const texture::ReadLimits& limits, const OpenDataSet& open_set) {
+    return Source(path, options, limits, open_set).open();
 }
 
 }  // namespace openfab::tools

@@ -30,6 +30,13 @@ TEST(OptionalConverter, IsKnownByContentThenByName) {
     EXPECT_EQ(program(folder.write("d.dcm", "")), "openfab-texture-dicom");
     EXPECT_EQ(program(folder.write("e.npy", "\x93NUMPY")), "none");
     EXPECT_EQ(program(folder.path() / "missing.png"), "none");
+    const auto xdmf = [](const std::string& format) {
+        return "<Xdmf><Domain><Grid><Geometry><DataItem Dimensions=\"3\" Format=\"" + format +
+               "\">g.h5:/g</DataItem></Geometry></Grid></Domain></Xdmf>";
+    };
+    EXPECT_EQ(program(folder.write("g.xdmf", xdmf("HDF"))), "openfab-texture-hdf5");
+    EXPECT_EQ(program(folder.write("h.xmf", xdmf("Binary"))), "none");
+    EXPECT_EQ(program(folder.write("i.xdmf", "<Xdmf>")), "none");
     fs::create_directory(folder.path() / "series");
     folder.write("series/LIESMICH", "a scan");
     folder.write("series/im1", slice);

@@ -1,0 +1,211 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// XDMF whose numbers are in HDF5 files, which the library wrote: as they lie, in chunks, compressed, of
+// either byte order.
+#include "tools/hdf5/hdf5_volume.h"
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "tests/fuzz/mutations/mutate.h"
+#include "tests/support/long_run.h"
+#include "tests/unit/texture/field_test.h"
+#include "tools/texture/guarded.h"
+
+namespace openfab::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Hdf5Test : public FieldTest {
+  protected:
+    Hdf5Test() {
+        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+        file_ = H5Fcreate(h5().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+        group_ = H5Gcreate2(file_, "mesh", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    }
+    ~Hdf5Test() override { close(); }
+    fs::path h5() const { return folder_.path() / "m.h5"; }
+    void close() {
+        if (file_ < 0) return;
+        H5Gclose(group_);
+        H5Fclose(file_);
+        file_ = -1;
+    }
+    /// Writes a data set and returns the item that names it.
+    template <typename T>
+    std::string item(const std::string& name, const std::vector<hsize_t>& sizes,
+                     const std::vector<T>& values, hid_t type, hid_t layout = H5P_DEFAULT) {
+        const hid_t space = H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr);
+        const hid_t set =
+            H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, layout, H5P_DEFAULT);
+        EXPECT_GE(set, 0);
+        if (!values.empty()) {
+            const hid_t memory = std::is_integral_v<T> ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE;
+            EXPECT_GE(H5Dwrite(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+        }
+        H5Dclose(set);
+        H5Sclose(space);
+        return named(fmt::format("{}", fmt::join(sizes, " ")), "m.h5:" + name);
+    }
+    static std::string named(const std::string& sizes, const std::string& text) {
+        return "<DataItem Dimensions=\"" + sizes + "\" Format=\"HDF\">\n " + text + "\n</DataItem>";
+    }
+    /// The hexahedra, with one field of points.
+    std::string file(const std::string& field) const {
+        return "<Xdmf Version=\"3.0\"><Domain><Grid>"
+               "<Topology TopologyType=\"Hexahedron\" NumberOfElements=\"27\">" +
+               cells_ + "</Topology><Geometry GeometryType=\"XYZ\">" + points_ +
+               "</Geometry><Attribute Name=\"E\" Center=\"Node\">" + field +
+               "</Attribute></Grid></Domain></Xdmf>\n";
+    }
+    void write_mesh(hid_t layout = H5P_DEFAULT) {
+        cells_ = item("/mesh/cells", {27, 8}, mesh_.corners, H5T_STD_I32BE);
+        points_ = item("/mesh/points", {64, 3}, mesh_.points, H5T_IEEE_F64LE, layout);
+    }
+    std::vector<double> values() const {
+        std::vector<double> out;
+        for (size_t i = 0; i < mesh_.point_count(); ++i)
+            out.push_back(linear(mesh_.point(i)));
+        return out;
+    }
+    Result<void> made(const std::string& text, const VolumeOptions& options = {}) const {
+        return make_hdf5_volume_file(folder_.write("m.xdmf", text), folder_.path() / "out.oftx",
+                                     options);
+    }
+    std::string wrong(const std::string& field) {
+        H5Fflush(file_, H5F_SCOPE_LOCAL);
+        const Result<void> done = made(file(field));
+        return done ? "no error" : done.error().text();
+    }
+    void expect_linear(const std::string& text, double near) {
+        close();
+        VolumeOptions options;
+        options.pitch_mm = 0.21;
+        const Result<void> done = made(text, options);
+        ASSERT_TRUE(done) << done.error().text();
+        const auto opened = Pyramid::open(folder_.path() / "out.oftx", 0, 0);
+        ASSERT_TRUE(opened);
+        int inside = 0;
+        each(**opened, [&](const Vec3d& at, const float* value) {
+            if (at.x > 2 || at.y > 3 || at.z > 5) return;
+            ++inside;
+            EXPECT_NEAR(*value, linear(at), near);
+        });
+        EXPECT_EQ(inside, 14 * 14 * 14);
+    }
+
+    const BlockMesh mesh_ = block(12);
+    std::string cells_, points_;
+    hid_t file_ = -1, group_ = -1;
+};
+
+TEST_F(Hdf5Test, LinearFieldsComeBack) {
+    write_mesh();
+    expect_linear(file(item("/E", {64}, values(), H5T_IEEE_F64BE)), 2e-6);
+}
+
+TEST_F(Hdf5Test, ChunksThatArePackedComeBackToo) {
+    const hid_t packed = H5Pcreate(H5P_DATASET_CREATE), row = H5Pcreate(H5P_DATASET_CREATE);
+    const std::array<hsize_t, 2> chunk{5, 2}, wide{1, 7};
+    H5Pset_chunk(packed, 2, chunk.data());
+    H5Pset_shuffle(packed);
+    H5Pset_deflate(packed, 6);
+    H5Pset_chunk(row, 2, wide.data());
+    write_mesh(packed);
+    expect_linear(file(item("/E", {1, 64}, values(), H5T_IEEE_F32LE, row)), 4e-6);
+    H5Pclose(packed);
+    H5Pclose(row);
+}
+
+TEST_F(Hdf5Test, ReadsNothingFromOtherFiles) {
+    write_mesh();
+    const std::string outside = (folder_.path() / "outside.bin").string();
+    folder_.write("outside.bin", std::string(512, 'a'));
+    const hid_t external = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_external(external, outside.c_str(), 0, 512);
+    EXPECT_THAT(wrong(item("/E", {64}, std::vector<double>(), H5T_IEEE_F64LE, external)),
+                HasSubstr("the data set `/E` has its numbers in other files"));
+    H5Pclose(external);
+
+    const hid_t other =
+        H5Fcreate((folder_.path() / "other.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hsize_t count = 64;
+    const hid_t space = H5Screate_simple(1, &count, nullptr);
+    const hid_t set =
+        H5Dcreate2(other, "/F", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values().data()), 0);
+    H5Dclose(set);
+    H5Fclose(other);
+    H5Lcreate_external("other.h5", "/F", file_, "/F", H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t follows = H5Dopen2(file_, "/F", H5P_DEFAULT);
+    EXPECT_GE(follows, 0) << "the link itself is sound";
+    H5Dclose(follows);
+    EXPECT_THAT(wrong(named("64", "m.h5:/F")), HasSubstr("there is no data set `/F`"));
+
+    const hid_t mapped = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_virtual(mapped, space, "other.h5", "/F", space);
+    EXPECT_THAT(wrong(item("/V", {64}, std::vector<double>(), H5T_IEEE_F64LE, mapped)),
+                HasSubstr("the data set `/V` has its numbers in other files"));
+    H5Pclose(mapped);
+    H5Sclose(space);
+    EXPECT_THAT(
+        wrong(named("64", "../m.h5:/E")),
+        HasSubstr("its field `E` cannot be read: its data file `../m.h5` cannot be read: "));
+}
+
+TEST_F(Hdf5Test, SaysWhatIsWrong) {
+    write_mesh();
+    item("/E", {64}, values(), H5T_IEEE_F64LE);
+    EXPECT_THAT(wrong(named("64", "m.h5:/none")), HasSubstr("there is no data set `/none`"));
+    EXPECT_THAT(wrong(named("64", "m.h5:/mesh")), HasSubstr("there is no data set `/mesh`"));
+    EXPECT_THAT(wrong(named("128", "m.h5:/E")),
+                HasSubstr("the data set `/E` has not the 128 numbers of its `Dimensions`"));
+    EXPECT_THAT(wrong(named("64", "m.h5")), HasSubstr("it names no data file"));
+    EXPECT_THAT(wrong(named("64", "m.xdmf:/E")),
+                HasSubstr("its data file is not an HDF5 file, or is damaged"));
+    const hid_t text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(text, 8);
+    EXPECT_THAT(wrong(item("/text", {64}, std::vector<double>(), text)),
+                HasSubstr("the data set `/text` does not hold numbers"));
+    H5Tclose(text);
+    const hid_t chunked = H5Pcreate(H5P_DATASET_CREATE);
+    const hsize_t chunk = 1024;
+    H5Pset_chunk(chunked, 1, &chunk);
+    EXPECT_THAT(
+        wrong(item("/claimed", {hsize_t{1} << 36}, std::vector<double>(), H5T_IEEE_F64LE, chunked)),
+        HasSubstr("it is cut short"));
+    H5Pclose(chunked);
+}
+
+TEST_F(Hdf5Test, DamagedFilesAreErrors) {
+    write_mesh();
+    const std::string text = file(item("/E", {64}, values(), H5T_IEEE_F64LE));
+    close();
+    std::ifstream in(h5(), std::ios::binary);
+    const std::string whole{std::istreambuf_iterator<char>(in), {}};
+    const fs::path xdmf = folder_.write("m.xdmf", text);
+    const int many = testing::long_run() ? 2500 : 60;
+    int wrong = 0;
+    for (int seed = 0; seed < many; ++seed) {
+        std::mt19937_64 random(static_cast<uint64_t>(seed));
+        folder_.write("m.h5", testing::mutate(whole, false, &random));
+        const Result<void> done = guarded(50'000'000, xdmf, [&] {
+            return make_hdf5_volume_file(xdmf, folder_.path() / "out.oftx", {}, {50'000'000, {}});
+        });
+        if (done) continue;
+        ++wrong;
+        EXPECT_EQ(done.error().code, ErrorCode::kUserInput) << "seed " << seed;
+        EXPECT_THAT(done.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+    }
+    EXPECT_GT(wrong, many / 10);
+}
+
+}  // namespace
+}  // namespace openfab::tools

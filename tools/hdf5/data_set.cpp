@@ -1,0 +1,154 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hdf5/data_set.h"
+
+#include <fmt/format.h>
+#include <hdf5.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+namespace openfab::tools {
+
+namespace {
+
+/// Something of the library's that is closed.
+class Handle {
+  public:
+    Handle() = default;
+    Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+    ~Handle() {
+        if (id_ >= 0) close_(id_);
+    }
+    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+    Handle& operator=(Handle&& other) noexcept {
+        std::swap(id_, other.id_);
+        std::swap(close_, other.close_);
+        return *this;
+    }
+    Handle(const Handle&) = delete;
+    Handle& operator=(const Handle&) = delete;
+    bool ok() const { return id_ >= 0; }
+    operator hid_t() const {
+        return id_;
+    }  // NOLINT(google-explicit-constructor): as the library takes it
+
+  private:
+    hid_t id_ = -1;
+    herr_t (*close_)(hid_t) = nullptr;
+};
+
+/// Refuses every link to another file.
+herr_t refuse(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
+    return -1;
+}
+
+class SetNumbers final : public ArrayNumbers {
+  public:
+    Result<void> open(const InputFile& file, const std::string& set, int64_t count) {
+        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+        H5PLset_loading_state(0);  // else filters that a file names are loaded as code
+        file_ = {H5Fopen(file.name().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
+        if (!file_.ok()) return user_error("its data file is not an HDF5 file, or is damaged");
+        const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
+        H5Pset_elink_cb(access, refuse, nullptr);
+        set_ = {H5Dopen2(file_, set.c_str(), access), H5Dclose};
+        if (!set_.ok())
+            return user_error(fmt::format("there is no data set `{}` in its data file", set));
+        const Handle layout(H5Dget_create_plist(set_), H5Pclose);
+        if (!layout.ok() || H5Pget_layout(layout) == H5D_VIRTUAL ||
+            H5Pget_external_count(layout) != 0)
+            return user_error(fmt::format("the data set `{}` has its numbers in other files", set),
+                              "write it with its numbers in its own");
+        const Handle type(H5Dget_type(set_), H5Tclose);
+        const H5T_class_t kind = H5Tget_class(type);
+        if (kind != H5T_INTEGER && kind != H5T_FLOAT)
+            return user_error(fmt::format("the data set `{}` does not hold numbers", set));
+        space_ = {H5Dget_space(set_), H5Sclose};
+        const int rank = H5Sget_simple_extent_ndims(space_);
+        sizes_.resize(static_cast<size_t>(std::max(rank, 0)));
+        if (rank < 1 || H5Sget_simple_extent_dims(space_, sizes_.data(), nullptr) != rank ||
+            H5Sget_simple_extent_npoints(space_) != count) {
+            return user_error(
+                fmt::format("the data set `{}` has not the {} numbers of its "
+                            "`Dimensions`",
+                            set, count));
+        }
+        // What is not stored has a default, so a small file may claim any size.
+        constexpr uint64_t kDensest = 1032;  // of deflate: bytes per compressed byte
+        if (H5Dget_storage_size(set_) < static_cast<uint64_t>(count) * H5Tget_size(type) / kDensest)
+            return user_error(kArrayCutShort);
+        plan(layout);
+        return {};
+    }
+
+    Result<void> next(double* out, size_t count) override {
+        while (count > 0) {
+            if (at_ == held_.size()) {
+                if (Result<void> more = fill(); !more) return more;
+            }
+            const size_t n = std::min(count, held_.size() - at_);
+            std::copy_n(held_.begin() + static_cast<std::ptrdiff_t>(at_), n, out);
+            at_ += n;
+            out += n;
+            count -= n;
+        }
+        return {};
+    }
+
+  private:
+    /// Finds along which axis it is read piece by piece, whole chunks each.
+    void plan(hid_t layout) {
+        while (axis_ + 1 < sizes_.size() && sizes_[axis_] == 1)
+            ++axis_;
+        row_ = 1;
+        for (size_t a = axis_ + 1; a < sizes_.size(); ++a)
+            row_ *= sizes_[a];
+        constexpr hsize_t kAtOnce = 1 << 16;
+        rows_ = std::max<hsize_t>(1, kAtOnce / row_);
+        std::array<hsize_t, H5S_MAX_RANK> chunk{};
+        if (H5Pget_layout(layout) == H5D_CHUNKED &&
+            H5Pget_chunk(layout, H5S_MAX_RANK, chunk.data()) > static_cast<int>(axis_))
+            rows_ = (rows_ + chunk[axis_] - 1) / chunk[axis_] * chunk[axis_];
+    }
+
+    Result<void> fill() {
+        if (begin_ == sizes_[axis_]) return user_error(kArrayCutShort);
+        const hsize_t rows = std::min(rows_, sizes_[axis_] - begin_);
+        std::vector<hsize_t> start(sizes_.size(), 0), size = sizes_;
+        start[axis_] = begin_;
+        size[axis_] = rows;
+        const hsize_t numbers = rows * row_;
+        held_.resize(numbers);
+        at_ = 0;
+        const Handle memory(H5Screate_simple(1, &numbers, nullptr), H5Sclose);
+        if (H5Sselect_hyperslab(space_, H5S_SELECT_SET, start.data(), nullptr, size.data(),
+                                nullptr) < 0 ||
+            H5Dread(set_, H5T_NATIVE_DOUBLE, memory, space_, H5P_DEFAULT, held_.data()) < 0)
+            return user_error(
+                "a data set of its HDF5 file is damaged, or packed by an unknown filter");
+        begin_ += rows;
+        return {};
+    }
+
+    Handle file_, set_, space_;
+    std::vector<hsize_t> sizes_;
+    size_t axis_ = 0;
+    hsize_t row_ = 1, rows_ = 1;  ///< numbers of a row, and rows that are read at once
+    hsize_t begin_ = 0;           ///< the next row
+    std::vector<double> held_;
+    size_t at_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<ArrayNumbers>> open_data_set(const InputFile& file, const std::string& set,
+                                                    int64_t count) {
+    auto out = std::make_unique<SetNumbers>();
+    if (Result<void> opened = out->open(file, set, count); !opened) return opened.error();
+    return std::unique_ptr<ArrayNumbers>(std::move(out));
+}
+
+}  // namespace openfab::tools

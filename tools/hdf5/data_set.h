@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The numbers of one data set of an HDF5 file. The only file that uses the library.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "base/input_file.h"
+#include "base/result.h"
+#include "tools/texture/array_numbers.h"
+
+namespace openfab::tools {
+
+/// Opens the data set at the path `set`, of integers or floats of any size and byte order, chunked and
+/// compressed by what the library itself has, or not. Fails where it has not `count` numbers, or where
+/// it, or what leads to it, lies in another file: such names were not checked against what may be read.
+Result<std::unique_ptr<ArrayNumbers>> open_data_set(const InputFile& file, const std::string& set,
+                                                    int64_t count);
+
+}  // namespace openfab::tools

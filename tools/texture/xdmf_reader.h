@@ -1,0 +1,31 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Volumes from XDMF (texture/xdmf_grid.h). HDF5 files, in which its numbers may be, are read by a library
+// that not every machine has (tools/hdf5).
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "base/input_file.h"
+#include "base/result.h"
+#include "tools/texture/array_numbers.h"
+#include "tools/texture/volume_reader.h"
+
+namespace openfab::tools {
+
+/// Opens the data set at this path of an HDF5 file. Fails where it has not `count` numbers. Must not
+/// outlive the file.
+using OpenDataSet = std::function<Result<std::unique_ptr<ArrayNumbers>>(
+    const InputFile& file, const std::string& set, int64_t count)>;
+
+/// Opens an XDMF file: its one grid, of the first step where it has several; of tetrahedra, hexahedra
+/// and wedges (cell_field.h), or regular. Numbers stand in it, or in data files beside it; those of
+/// HDF5 files are refused without `open_set`.
+MadeReader open_xdmf(const std::filesystem::path& file, const texture::VolumeOptions& options,
+                     const texture::ReadLimits& limits, const OpenDataSet& open_set = {});
+
+}  // namespace openfab::tools
