@@ -94,11 +94,12 @@ class Reading final : public XmlHandler {
         if (skipped_ > 0) return {};
         if (name == "Grid") return grid(a);
         if (grid_depth_ == 0) return {};
-        if (name == "include") {
-            return {"its grid takes parts of another by `xi:include`",
-                    "write the grid with its own Topology, Geometry and Attribute"};
+        if (name == "include") return include(a);
+        if (depth_ == grid_depth_ + 1) {
+            const bool of_mesh = name == "Topology" || name == "Geometry";
+            if (grids_ == 2 && (mesh_is_first() ? of_mesh : name == "Attribute")) return several();
+            part(name, a);
         }
-        if (depth_ == grid_depth_ + 1) part(name, a);
         if (name == "DataItem" && items_ != nullptr) {
             // Items within another are what it is computed of.
             if (item_depth_ > 0) return {};
@@ -124,9 +125,36 @@ class Reading final : public XmlHandler {
         if (item_depth_ > 0 && item_depth_ == depth_ && items_->back().wrong.empty())
             items_->back().text += piece;
     }
-    bool found() const { return found_; }
+    /// Says what is missing at the end.
+    Complaint missing() const {
+        if (grids_ == 0) return {"it has no grid"};
+        if (grids_ == 1 && includer_ != 0) return not_there();
+        return grids_ == 2 && includer_ == 0 ? several() : Complaint();
+    }
 
   private:
+    static Complaint several() {
+        return {"it has several grids", "merge them, or write each as a file of its own"};
+    }
+    static Complaint not_there() {
+        return {
+            "its grid takes parts by `xi:include` that are not cells and points of the one other "
+            "grid",
+            "write the grid with its own Topology, Geometry and Attribute"};
+    }
+    /// Solvers write a mesh as a grid without fields, before or after a series whose steps take cells
+    /// and points of it.
+    Complaint include(const XmlAttributes& a) {
+        const char* const pointer = a.find("xpointer");
+        const std::string_view what = pointer == nullptr ? "" : pointer;
+        if (includer_ != 0 || a.find("href") != nullptr ||
+            what.find("Topology") == std::string_view::npos ||
+            what.find("Geometry") == std::string_view::npos)
+            return not_there();
+        includer_ = grids_;
+        return {};
+    }
+    bool mesh_is_first() const { return includer_ != 1; }
     Complaint grid(const XmlAttributes& a) {
         const bool is_step = !series_.empty() && series_.back() == depth_ - 1;
         if (is_step && ++steps_ > 1) {
@@ -143,9 +171,9 @@ class Reading final : public XmlHandler {
         if (type == "collection" || type == "tree") return {};
         if (!type.empty() && type != "uniform")
             return {fmt::format("it has a grid of type `{}`", type), "write a Uniform one"};
-        if (found_)
-            return {"it has several grids", "merge them, or write each as a file of its own"};
-        found_ = true;
+        if (grids_ == 2 || (grids_ == 1 && mesh_is_first() && !grid_.fields.empty()))
+            return several();
+        ++grids_;
         grid_depth_ = depth_;
         return {};
     }
@@ -193,7 +221,9 @@ class Reading final : public XmlHandler {
     int skipped_ = 0, grid_depth_ = 0, item_depth_ = 0;  ///< of the element; 0: in none
     std::vector<int> series_;                            ///< depth of a collection of steps
     int steps_ = 0, count_ = 0;
-    bool found_ = false, is_field_ = false;
+    bool is_field_ = false;
+    int grids_ = 0;
+    int includer_ = 0;  ///< which of them takes cells and points of the other; 0: none
     XdmfField field_;
     std::vector<XdmfItem> field_items_;
     std::vector<XdmfItem>* items_ = nullptr;  ///< of the part at hand
@@ -266,7 +296,8 @@ Result<XdmfGrid> read_xdmf_grid(const InputFile& file, const ReadLimits& limits)
         error.location = {};
         return error;
     }
-    if (!reading.found()) return user_error("it has no grid");
+    if (const Complaint missing = reading.missing(); !missing.empty())
+        return user_error(missing.what, missing.help);
     for (std::vector<XdmfItem>* items : {&grid.cell_items, &grid.point_items}) {
         for (XdmfItem& item : *items)
             trim(&item);

@@ -56,8 +56,9 @@ struct XdmfGrid {
 /// Returns whether a file is XDMF by its name.
 bool is_xdmf(const std::filesystem::path& file);
 
-/// Reads the one grid of the file, of the first step where it has several. Fails where there are
-/// several grids beside each other. Errors do not name the file.
+/// Reads the one grid of the file, of the first step where it has several. It may include cells and
+/// points of one other grid, which then has no fields. Fails where there are several otherwise. Errors
+/// do not name the file.
 Result<XdmfGrid> read_xdmf_grid(const InputFile& file, const ReadLimits& limits);
 
 }  // namespace openfab::texture

@@ -232,6 +232,29 @@ TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
                 ::testing::HasSubstr(several));
     EXPECT_THAT(message(file(first + later)), ::testing::HasSubstr(several));
     EXPECT_EQ(message(file("")), "it has no grid");
+    // As solvers write them: the mesh, and steps that include it.
+    const auto include = [](const std::string& what, const std::string& more = "") {
+        return "<xi:include " + more + " xpointer=\"xpointer(/Xdmf/Domain/Grid[1]/*[" + what +
+               "])\"/>";
+    };
+    const std::string both = include("self::Topology or self::Geometry");
+    const std::string values = attribute("E", "Node", writer.item(kFloat64, "64", field_of(mesh)));
+    const std::string mesh_grid = grid(shape, R"(GridType="Uniform")");
+    expect_linear(file(mesh_grid + grid(grid(both + values) + grid(both + values), steps)));
+    expect_linear(file(grid(grid(both + values) + grid(both + values), steps) + mesh_grid));
+    EXPECT_THAT(message(file(grid(both + values))),
+                ::testing::HasSubstr("takes parts by `xi:include` that are not"));
+    EXPECT_THAT(message(file(grid(both + values) + grid(shape + values))),
+                ::testing::HasSubstr(several));
+    EXPECT_THAT(message(file(mesh_grid + grid(values))), ::testing::HasSubstr(several));
+    EXPECT_THAT(message(file(mesh_grid + grid(shape + values))), ::testing::HasSubstr(several));
+    EXPECT_THAT(message(file(mesh_grid + grid(both + values) + grid(both + values))),
+                ::testing::HasSubstr(several));
+    for (const std::string& other :
+         {include("self::Topology"), include("self::Topology or self::Geometry", "href=\"a\"")}) {
+        EXPECT_THAT(message(file(mesh_grid + grid(other + values))),
+                    ::testing::HasSubstr("takes parts by `xi:include` that are not"));
+    }
 }
 
 TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
@@ -331,7 +354,8 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_EQ(mixed({3, 1000000000000, 1, 2}),
               "its topology has fewer numbers than its cells take");
     EXPECT_THAT(mixed({4, 0, 1, 2}), ::testing::StartsWith("it has no cells with a volume"));
-    EXPECT_THAT(with("<include/>"), ::testing::HasSubstr("takes parts of another by `xi:include`"));
+    EXPECT_THAT(with("<include/>"),
+                ::testing::HasSubstr("takes parts by `xi:include` that are not"));
     EXPECT_EQ(message("<VTKFile/>"), "line 1: it is not an XDMF file");
     EXPECT_THAT(message("<!DOCTYPE Xdmf [<!ENTITY a \"aaaa\">]><Xdmf>&a;</Xdmf>"),
                 ::testing::HasSubstr("a document type declaration, which is not allowed"));
