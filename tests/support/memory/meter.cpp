@@ -34,6 +34,10 @@ void* operator new(size_t size) {
 void* operator new(size_t size, std::align_val_t align) {
     return counted(std::aligned_alloc(static_cast<size_t>(align), (size + 63) / 64 * 64));
 }
+// std::stable_sort asks for its buffer so: a sanitizer's own would not go with our delete.
+void* operator new(size_t size, const std::nothrow_t&) noexcept {
+    return counted(std::malloc(size));
+}
 void operator delete(void* p) noexcept {
     freed(p);
 }
