@@ -47,12 +47,8 @@ class SyntheticPrinter {
     }
 
   private:
-    static color::NominalInks inks() {
-        const Result<color::NominalInks> read =
-            color::NominalInks::read(OPENFAB_SOURCE_DIR "/gallery/ink_profile/vero.csv");
-        if (!read) std::abort();
-        return *read;
-    }
+    static color::NominalInks inks();
+
     double gain_;
     color::NominalInks inks_ = inks();
 };
