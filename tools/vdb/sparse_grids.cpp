@@ -3,7 +3,6 @@
 #include "tools/vdb/sparse_grids.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -13,6 +12,7 @@
 
 #include "backends/common/part_file.h"
 #include "base/units.h"
+#include "tools/vdb/openvdb.h"
 
 namespace openfab::tools {
 

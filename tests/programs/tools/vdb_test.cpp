@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <openvdb/openvdb.h>
 
 #include <cstring>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
+#include "tools/vdb/openvdb.h"
 
 namespace openfab::testing {
 namespace {
