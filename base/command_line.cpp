@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/near_miss.h"
+#include "base/say.h"
 
 namespace openfab {
 
@@ -63,6 +64,26 @@ Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
     }
     return usage_error(fmt::format("{}; `{} --help` lists the {}", what, full,
                                    chosen.empty() && !commands.empty() ? "commands" : "options"));
+}
+
+int run_command_line(CLI::App* app, int argc, const char* const* argv, const std::string& program,
+                     const std::function<Result<void>()>& run) {
+    Result<void> done;
+    try {
+        app->parse(argc, argv);
+        done = run();
+    } catch (const CLI::CallForHelp&) {
+        show(app->help());
+    } catch (const CLI::CallForAllHelp&) {
+        show(app->help("", CLI::AppFormatMode::All));
+    } catch (const CLI::CallForVersion& version) {
+        show(std::string(version.what()) + "\n");
+    } catch (const CLI::ParseError& error) {
+        done = command_line_error(*app, error, program);
+    }
+    if (done) done = written_out();
+    if (done) return 0;
+    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
 }
 
 }  // namespace openfab

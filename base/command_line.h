@@ -6,6 +6,8 @@
 // that was probably meant.
 
 #include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
 
 #include "base/result.h"
 
@@ -14,5 +16,10 @@ namespace openfab {
 /// Describes why `app` failed to parse; `program` is the command whose --help the message names.
 Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
                          const std::string& program);
+
+/// Parses a program's command line and does what it says, or shows what --help asks for; says an error,
+/// unless its message is empty because another program has said it. Returns the exit code.
+int run_command_line(CLI::App* app, int argc, const char* const* argv, const std::string& program,
+                     const std::function<Result<void>()>& run);
 
 }  // namespace openfab

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "backends/preview/preview.h"
+#include "base/color.h"
 #include "base/rotation.h"
 
 namespace openfab::preview {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "backends/raster/png_encode.h"
+#include "base/color.h"
 
 namespace openfab::preview {
 
@@ -14,16 +15,6 @@ namespace {
 
 constexpr int32_t kMaxSide = 2000;
 constexpr double kMaxPixels = 2e6;
-
-/// x^(1/5) for 0 < x <= 1 by Newton's method, which converges monotonically from above.
-double fifth_root(double x) {
-    double r = 1;
-    for (int i = 0; i < 60; ++i) {
-        const double r4 = r * r * r * r;
-        r = r - (r * r4 - x) / (5 * r4);
-    }
-    return r;
-}
 
 /// How the cells of one axis are distributed over the pixels: pixel p takes cells first … first +
 /// weights.size() - 1.
@@ -74,25 +65,6 @@ uint8_t paeth(int left, int up, int corner) {
 }
 
 }  // namespace
-
-double srgb_to_linear(double value) {
-    if (value <= 0.04045) return value / 12.92;
-    const double x = (value + 0.055) / 1.055;
-    // x^2.4 = x^2 (x^2)^(1/5)
-    return x * x * fifth_root(x * x);
-}
-
-uint8_t linear_to_srgb8(double value) {
-    // thresholds[i] is midway, in sRGB, between i and i + 1.
-    static const std::array<double, 255> kThresholds = [] {
-        std::array<double, 255> t{};
-        for (size_t i = 0; i < t.size(); ++i)
-            t[i] = srgb_to_linear((static_cast<double>(i) + 0.5) / 255);
-        return t;
-    }();
-    return static_cast<uint8_t>(std::upper_bound(kThresholds.begin(), kThresholds.end(), value) -
-                                kThresholds.begin());
-}
 
 Picture resample(int32_t width, int32_t height, const std::array<double, 2>& cell_mm,
                  const std::function<Pixel(int32_t x, int32_t y)>& cell) {

@@ -14,12 +14,6 @@
 
 namespace openfab::preview {
 
-/// Decodes an sRGB value in 0 … 1 to linear light. Uses + - * / and square roots only, so it is the
-/// same on every machine.
-double srgb_to_linear(double value);
-/// Returns the 8-bit sRGB value nearest to a linear one, which is clamped to 0 … 1.
-uint8_t linear_to_srgb8(double value);
-
 /// A cell of the source, or a pixel: colour and height are means over the covered area.
 struct Pixel {
     float color[3]{};  ///< linear

@@ -14,6 +14,7 @@
 #include "backends/preview/columns.h"
 #include "backends/preview/model_view.h"
 #include "backends/preview/picture.h"
+#include "base/color.h"
 
 namespace openfab::preview {
 

@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <optional>
 
+#include "base/color.h"
 #include "base/text.h"
 #include "compiler/server/answers.h"
 
@@ -29,13 +29,6 @@ bool is_color(const ast::Variable& v) {
     return std::any_of(v.annotations.begin(), v.annotations.end(), [](const ast::Annotation& a) {
         return says_color(a.name) || (a.value != nullptr && says_color(a.value->text));
     });
-}
-
-double encoded(double linear) {
-    return linear <= 0.0031308 ? linear * 12.92 : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
-}
-double decoded(double srgb) {
-    return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
 }
 
 std::optional<double> number(const ast::Expr& e) {
@@ -66,7 +59,9 @@ void write_color(const Query& query, const ast::Variable& v, JsonText* out) {
     out->begin_object().key("range");
     query.write_range(out, v.init->span.begin, v.init->span.end);
     out->key("color").begin_object();
-    out->member("red", encoded(c[0])).member("green", encoded(c[1])).member("blue", encoded(c[2]));
+    out->member("red", linear_to_srgb(c[0]))
+        .member("green", linear_to_srgb(c[1]))
+        .member("blue", linear_to_srgb(c[2]));
     out->member("alpha", c.size() > 3 ? c[3] : 1.0).end_object().end_object();
 }
 
@@ -115,8 +110,8 @@ void color_presentations(const Query& query, double red, double green, double bl
                          uint32_t end, JsonText* out) {
     const std::string_view old =
         std::string_view(query.document->text.text()).substr(begin, end - begin);
-    std::string label = fmt::format("{}, {}, {}", digits(decoded(red)), digits(decoded(green)),
-                                    digits(decoded(blue)));
+    std::string label = fmt::format("{}, {}, {}", digits(srgb_to_linear(red)),
+                                    digits(srgb_to_linear(green)), digits(srgb_to_linear(blue)));
     if (old.starts_with("float4")) {
         // Whatever the fourth is, it stays.
         const size_t last = old.rfind(',');

@@ -88,11 +88,6 @@ Rgb linear_of_xyz(const Xyz& xyz) {
     return apply(kInverse, {xyz.x, xyz.y, xyz.z});
 }
 
-double linear_to_srgb(double value) {
-    const double low = std::max(value, 0.0);
-    return low <= 0.0031308 ? low * 12.92 : 1.055 * std::pow(low, 1 / 2.4) - 0.055;
-}
-
 double ciede2000(const Lab& one, const Lab& other) {
     constexpr double kTo7th = 6103515625.0;  // 25^7
     const double c1 = std::hypot(one.a, one.b), c2 = std::hypot(other.a, other.b);

@@ -34,9 +34,6 @@ Xyz xyz_of_linear(const Rgb& linear);
 /// Returns the inverse; colours that sRGB does not have are below 0 or above 1.
 Rgb linear_of_xyz(const Xyz& xyz);
 
-/// Encodes one channel of linear light (IEC 61966-2-1); values below 0 become 0.
-double linear_to_srgb(double value);
-
 /// Returns CIEDE2000 with all weights 1, after Sharma, Wu and Dalal, "The CIEDE2000
 /// color-difference formula: implementation notes, supplementary test data, and mathematical
 /// observations", Color Research & Application 30(1), 2005.

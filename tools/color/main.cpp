@@ -15,6 +15,7 @@
 
 #include "backends/common/output_file.h"
 #include "base/clean_exit.h"
+#include "base/color.h"
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
@@ -267,19 +268,7 @@ int color_main(int argc, char** argv) {
     add_bake(app, &action);
     add_proof(app, &action);
     add_check(app, &action);
-    Result<void> done;
-    try {
-        app.parse(argc, argv);
-        done = action();
-    } catch (const CLI::CallForHelp&) {
-        show(app.help());
-    } catch (const CLI::CallForAllHelp&) {
-        show(app.help("", CLI::AppFormatMode::All));
-    } catch (const CLI::ParseError& error) {
-        done = command_line_error(app, error, "openfab color");
-    }
-    if (done) done = written_out();
-    return done ? 0 : say_error(done.error());
+    return run_command_line(&app, argc, argv, "openfab color", [&] { return action(); });
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <vector>
 
-#include "base/input_file.h"
 #include "base/scan_number.h"
+#include "tools/color/read_named.h"
 
 namespace openfab::color {
 
@@ -94,16 +94,7 @@ Result<NominalInks> NominalInks::parse(std::string_view text) {
 }
 
 Result<NominalInks> NominalInks::read(const std::filesystem::path& file) {
-    const auto named = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", file.string()));
-    };
-    const Result<InputFile> opened = InputFile::open(file);
-    if (!opened) return named(opened.error());
-    const Result<std::string> text = opened->read_all(kLargestFile);
-    if (!text) return named(text.error());
-    Result<NominalInks> inks = parse(*text);
-    if (!inks) return named(inks.error());
-    return inks;
+    return read_named(file, kLargestFile, [](const std::string& text) { return parse(text); });
 }
 
 Lab NominalInks::predict(const Inks& inks, double skin_mm) const {

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "backends/raster/png_encode.h"
+#include "base/color.h"
 #include "base/units.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
@@ -78,10 +78,8 @@ Result<std::vector<uint8_t>> png_of(int width, int height, const std::vector<Rgb
         rows.push_back(0);
         for (int x = 0; x < width; ++x) {
             for (const double channel : pixels[static_cast<size_t>(y) * static_cast<size_t>(width) +
-                                               static_cast<size_t>(x)]) {
-                const double encoded = std::clamp(linear_to_srgb(channel), 0.0, 1.0);
-                rows.push_back(static_cast<uint8_t>(std::lround(encoded * 255)));
-            }
+                                               static_cast<size_t>(x)])
+                rows.push_back(linear_to_srgb8(channel));
         }
     }
     raster::PngImage image;

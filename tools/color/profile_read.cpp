@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/input_file.h"
 #include "tools/color/profile.h"
+#include "tools/color/read_named.h"
 
 namespace openfab::color {
 
@@ -72,16 +72,9 @@ Inks limited(Inks inks, double limit) {
 }
 
 Result<PrinterProfile> PrinterProfile::read(const std::filesystem::path& file) {
-    const auto named = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", file.string()));
-    };
-    const Result<InputFile> opened = InputFile::open(file);
-    if (!opened) return named(opened.error());
-    const Result<std::string> bytes = opened->read_all(IccContext::kLargestFile);
-    if (!bytes) return named(bytes.error());
-    Result<PrinterProfile> profile = parse({bytes->begin(), bytes->end()});
-    if (!profile) return named(profile.error());
-    return profile;
+    return read_named(file, IccContext::kLargestFile, [](const std::string& bytes) {
+        return parse({bytes.begin(), bytes.end()});
+    });
 }
 
 Result<PrinterProfile> PrinterProfile::parse(std::vector<uint8_t> bytes) {

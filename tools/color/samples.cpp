@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "base/color.h"
-#include "base/input_file.h"
 #include "base/scan_number.h"
+#include "tools/color/read_named.h"
 
 namespace openfab::color {
 
@@ -263,16 +263,8 @@ Result<SampleTable> parse_samples(std::string_view text) {
 }
 
 Result<SampleTable> read_samples(const std::filesystem::path& file) {
-    const auto named = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", file.string()));
-    };
-    const Result<InputFile> opened = InputFile::open(file);
-    if (!opened) return named(opened.error());
-    const Result<std::string> text = opened->read_all(kLargestFile);
-    if (!text) return named(text.error());
-    Result<SampleTable> table = parse_samples(*text);
-    if (!table) return named(table.error());
-    return table;
+    return read_named(file, kLargestFile,
+                      [](const std::string& text) { return parse_samples(text); });
 }
 
 std::string format_samples(const SampleTable& table, const std::string& description) {

@@ -154,34 +154,14 @@ MadeReader open_dicom_series(const std::vector<fs::path>& files,
     if (!step) return step.error();
     const DicomSlice& first = slices->front();
     const GridFrame frame{first.position, {first.across, first.down, *step}};
-    const bool along = is_along_axes(frame);
-    if (!along && !options.outside) {
+    if (!is_along_axes(frame) && !options.outside) {
         return user_error("its slices are not along x, y and z, so that it is resampled",
                           "say by `outside` which value lies around it: -1000 is air");
     }
     auto reader = std::make_unique<SeriesReader>();
     reader->size = {first.width, first.height, static_cast<int32_t>(slices->size())};
     reader->slices = std::move(*slices);
-    if (!along || !(frame.steps[0].x > 0 && frame.steps[1].y > 0 && frame.steps[2].z > 0)) {
-        const int64_t count = reader->slice_floats() * reader->size.z;
-        if (Result<void> fits = check_memory(4 * count, limits.memory_bytes / 2); !fits)
-            return fits.error();
-        std::vector<float> values(static_cast<size_t>(count));
-        for (int32_t z = 0; z < reader->size.z; ++z) {
-            float* const slice = values.data() + z * reader->slice_floats();
-            if (Result<void> read = reader->read_slice(z, slice, [](int64_t) {}); !read)
-                return read.error();
-        }
-        return open_placed_grid(reader->size, 1, std::move(values), frame, options);
-    }
-    reader->origin.emplace();
-    reader->spacing.emplace();
-    for (int a = 0; a < 3; ++a) {
-        const auto i = static_cast<size_t>(a);
-        (*reader->spacing)[i] = frame.steps[i][a];
-        (*reader->origin)[i] = frame.first[a] - frame.steps[i][a] / 2;
-    }
-    return std::unique_ptr<VolumeReader>(std::move(reader));
+    return place_reader(std::move(reader), frame, options, limits);
 }
 
 Result<void> make_dicom_volume_file(const fs::path& source, const fs::path& out,

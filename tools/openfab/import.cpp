@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -14,6 +13,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "base/color.h"
 #include "base/json.h"
 #include "base/json_text.h"
 #include "tools/openfab/stock.h"
@@ -83,9 +83,7 @@ using Key = std::array<int, 3>;
 Key key_of(const std::array<double, 3>& linear) {
     Key key{};
     for (size_t c = 0; c < 3; ++c) {
-        const double x = std::clamp(linear[c], 0.0, 1.0);
-        const double s = x <= 0.0031308 ? x * 12.92 : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-        key[c] = static_cast<int>(s * 255 + 0.5);
+        key[c] = linear_to_srgb8(linear[c]);
     }
     return key;
 }

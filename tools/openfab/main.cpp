@@ -288,21 +288,7 @@ int tool_main(int argc, char** argv) {
     for (const HelperCommand& command : kHelperCommands)
         app.add_subcommand(command.name, command.what);
     app.footer(kFooter);  // last, so that the commands above do not inherit it
-    Result<void> done;
-    try {
-        app.parse(argc, argv);
-        done = action();
-    } catch (const CLI::CallForHelp&) {
-        show(app.help());
-    } catch (const CLI::CallForAllHelp&) {
-        show(app.help("", CLI::AppFormatMode::All));
-    } catch (const CLI::CallForVersion& version) {
-        show(std::string(version.what()) + "\n");
-    } catch (const CLI::ParseError& error) {
-        done = command_line_error(app, error, "openfab");
-    }
-    if (done) done = written_out();
-    return done ? 0 : say_error(done.error());
+    return run_command_line(&app, argc, argv, "openfab", [&] { return action(); });
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "backends/preview/picture.h"
 #include "backends/raster/png_encode.h"
 #include "base/clock.h"
+#include "base/color.h"
 
 namespace openfab::render {
 
@@ -124,8 +125,7 @@ std::vector<uint8_t> Film::to_png(double exposure_stops) const {
         for (int32_t x = 0; x < options_.width; ++x) {
             const Rgb light = mean(x, y);
             for (size_t c = 0; c < 3; ++c)
-                row[static_cast<size_t>(x) * 3 + c] =
-                    preview::linear_to_srgb8(shoulder(light[c] * scale));
+                row[static_cast<size_t>(x) * 3 + c] = linear_to_srgb8(shoulder(light[c] * scale));
         }
     });
 }

@@ -131,20 +131,10 @@ int render_main(int argc, char** argv) {
     options.film.threads = static_cast<int32_t>(std::max(1U, std::thread::hardware_concurrency()));
     Texts texts;
     declare(&app, &options, &texts);
-    Result<void> done;
-    try {
-        app.parse(argc, argv);
-        done = complete(texts, &options);
-        if (done) done = render(options);
-    } catch (const CLI::CallForHelp&) {
-        show(app.help());
-    } catch (const CLI::ParseError& error) {
-        done = command_line_error(app, error, "openfab render");
-    }
-    if (done) done = written_out();
-    if (done) return 0;
-    // What the print of a world found has been said.
-    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
+    return run_command_line(&app, argc, argv, "openfab render", [&] {
+        const Result<void> complete_options = complete(texts, &options);
+        return complete_options ? render(options) : complete_options;
+    });
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "backends/preview/picture.h"
 #include "base/check.h"
+#include "base/color.h"
 #include "base/json.h"
 #include "tools/render/polyjet_optics.h"
 
@@ -167,7 +168,7 @@ MaterialOptics guess_optics(const std::array<uint8_t, 4>& preview) {
     const double alpha = preview[3] / 255.0;
     const double strength = alpha < 1 ? std::min(kOpaquePerMm, alpha / (1 - alpha)) : kOpaquePerMm;
     for (size_t c = 0; c < 3; ++c) {
-        const double look = preview::srgb_to_linear(preview[c] / 255.0);
+        const double look = srgb_to_linear(preview[c] / 255.0);
         // The albedo of an unbounded body that reflects `look`: Chiang, Kutz and Burley 2016,
         // "Practical and controllable subsurface scattering for production path tracing".
         optics.albedo[c] = 1 - std::exp(look * (-5.09406 + look * (2.61188 - look * 4.31805)));

@@ -10,6 +10,7 @@
 
 #include "backends/preview/picture.h"
 #include "backends/preview/preview_spec.h"
+#include "base/color.h"
 #include "base/json_text.h"
 #include "base/rotation.h"
 #include "tools/render/random.h"
@@ -107,7 +108,7 @@ Result<Rgb> color_of(const std::string& text) {
         if (bad == std::errc() && rest == end) {
             Rgb color{};
             for (uint32_t c = 0; c < 3; ++c)
-                color[c] = preview::srgb_to_linear(((value >> (16 - 8 * c)) & 255) / 255.0);
+                color[c] = srgb_to_linear(((value >> (16 - 8 * c)) & 255) / 255.0);
             return color;
         }
     }

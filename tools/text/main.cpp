@@ -95,17 +95,7 @@ int text_main(int argc, char** argv) {
         ->check(CLI::Range(1.0, 100000.0));
     app.add_option("--margin", a.margin, "around the picture's text (default: none)")
         ->type_name("LENGTH");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp&) {
-        show(app.help());
-        return 0;
-    } catch (const CLI::ParseError& error) {
-        return say_error(command_line_error(app, error, "openfab text"));
-    }
-    Result<void> done = run(a);
-    if (done) done = written_out();
-    return done ? 0 : say_error(done.error());
+    return run_command_line(&app, argc, argv, "openfab text", [&] { return run(a); });
 }
 
 }  // namespace

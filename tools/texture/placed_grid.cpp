@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/units.h"
+#include "tools/texture/check_memory.h"
 
 namespace openfab::tools {
 
@@ -133,6 +134,27 @@ bool is_along_axes(const GridFrame& frame) {
     for (const Vec3d& step : frame.steps)
         seen |= axis_of(step) < 0 ? 0 : 1 << axis_of(step);
     return seen == 7;
+}
+
+MadeReader place_reader(std::unique_ptr<VolumeReader> reader, const GridFrame& frame,
+                        const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
+    const auto& [a, b, c] = frame.steps;
+    if (is_along_axes(frame) && a.x > 0 && b.y > 0 && c.z > 0) {
+        reader->spacing = {a.x, b.y, c.z};
+        reader->origin = {frame.first.x - a.x / 2, frame.first.y - b.y / 2,
+                          frame.first.z - c.z / 2};
+        return reader;
+    }
+    const int64_t count = reader->slice_floats() * reader->size.z;
+    if (Result<void> fits = check_memory(4 * count, limits.memory_bytes / 2); !fits)
+        return fits.error();
+    std::vector<float> values(static_cast<size_t>(count));
+    for (int32_t z = 0; z < reader->size.z; ++z) {
+        float* const slice = values.data() + z * reader->slice_floats();
+        if (Result<void> read = reader->read_slice(z, slice, [](int64_t) {}); !read)
+            return read.error();
+    }
+    return open_placed_grid(reader->size, reader->channels, std::move(values), frame, options);
 }
 
 double unit_mm(const texture::VolumeOptions& options) {

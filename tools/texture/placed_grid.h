@@ -7,6 +7,7 @@
 // sampled anew.
 
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "texture/volume.h"
@@ -42,6 +43,11 @@ struct ResampledBox {
 
 /// Returns the box with texels of `pitch_mm` that covers `box`. Fails where it has too many.
 Result<ResampledBox> resampled_box(const Box3d& box, double pitch_mm);
+
+/// Places a reader of the file's texels: as it is, slice by slice, where the steps rise along x, y and
+/// z; else its values are read into memory, for open_placed_grid.
+MadeReader place_reader(std::unique_ptr<VolumeReader> reader, const GridFrame& frame,
+                        const texture::VolumeOptions& options, const texture::ReadLimits& limits);
 
 /// Reads a grid whose values lie in memory: channels innermost, then x, y, z of the file. One that is
 /// turned is interpolated between the centres of its texels, at `pitch_mm` of the options or the least

@@ -159,28 +159,12 @@ MadeReader open_vtk_image(const fs::path& path, const texture::VolumeOptions& op
     const int64_t count = int64_t{size->x} * size->y * size->z * *channels;
     Result<std::unique_ptr<ArrayNumbers>> numbers = (*file)->numbers(**field, count);
     if (!numbers) return numbers.error();
-    const bool plain = frame.steps[0].x > 0 && frame.steps[1].y > 0 && frame.steps[2].z > 0;
-    if (!plain || !is_along_axes(frame)) {
-        if (Result<void> fits = check_memory(4 * count, limits.memory_bytes / 2); !fits)
-            return fits.error();
-        std::vector<float> values(static_cast<size_t>(count));
-        if (Result<void> got = read_floats(numbers->get(), values.data(), count); !got)
-            return got.error();
-        return open_placed_grid(*size, *channels, std::move(values), frame, options);
-    }
     auto reader = std::make_unique<ImageReader>();
     reader->size = *size;
     reader->channels = *channels;
-    reader->origin.emplace();
-    reader->spacing.emplace();
-    for (int a = 0; a < 3; ++a) {
-        const auto i = static_cast<size_t>(a);
-        (*reader->spacing)[i] = frame.steps[i][a];
-        (*reader->origin)[i] = frame.first[a] - frame.steps[i][a] / 2;
-    }
     reader->numbers = std::move(*numbers);
     reader->file = std::move(*file);
-    return std::unique_ptr<VolumeReader>(std::move(reader));
+    return place_reader(std::move(reader), frame, options, limits);
 }
 
 MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& options,

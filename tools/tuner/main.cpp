@@ -120,19 +120,7 @@ int tuner_main(int argc, char** argv) {
     Action action;
     add_profile(app, &action);
     add_tune(app, &action);
-    Result<void> done;
-    try {
-        app.parse(argc, argv);
-        done = action();
-    } catch (const CLI::CallForHelp&) {
-        show(app.help());
-    } catch (const CLI::ParseError& error) {
-        done = command_line_error(app, error, "openfab");
-    }
-    if (done) done = written_out();
-    if (done) return 0;
-    // What the compiler found has been said.
-    return done.error().message.empty() ? exit_code(done.error().code) : say_error(done.error());
+    return run_command_line(&app, argc, argv, "openfab", [&] { return action(); });
 }
 
 }  // namespace

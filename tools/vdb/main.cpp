@@ -29,20 +29,13 @@ int vdb_main(int argc, char** argv) {
         ->required();
     app.add_option("-o,--output", output, "the .vdb file")->required();
     app.add_option("--memory", memory, "memory budget (default: 1.5GB)");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp&) {
-        openfab::show(app.help());
-        return 0;
-    } catch (const CLI::ParseError& error) {
-        return openfab::say_error(openfab::command_line_error(app, error, "openfab-vdb"));
-    }
-    const Result<int64_t> bytes = openfab::parse_memory_option(memory);
-    if (!bytes) return openfab::say_error(bytes.error());
-    const Result<void> done = input.ends_with(".npy")
-                                  ? openfab::tools::make_vdb_of_fractions(input, output, *bytes)
-                                  : openfab::tools::make_vdb_of_print(input, output, *bytes);
-    return done ? 0 : openfab::say_error(done.error());
+    return openfab::run_command_line(&app, argc, argv, "openfab-vdb", [&]() -> Result<void> {
+        const Result<int64_t> bytes = openfab::parse_memory_option(memory);
+        if (!bytes) return bytes.error();
+        return input.ends_with(".npy")
+                   ? openfab::tools::make_vdb_of_fractions(input, output, *bytes)
+                   : openfab::tools::make_vdb_of_print(input, output, *bytes);
+    });
 }
 
 }  // namespace

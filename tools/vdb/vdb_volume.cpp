@@ -3,7 +3,6 @@
 #include "tools/vdb/vdb_volume.h"
 
 #include <fmt/format.h>
-#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "tools/texture/check_memory.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/write_volume.h"
+#include "tools/vdb/openvdb.h"
 
 namespace openfab::tools {
 
@@ -104,27 +104,7 @@ MadeReader open_grid(const openvdb::GridBase::Ptr& base, double unit,
     const GridFrame frame = frame_of(*base, box->min(), unit);
     auto reader =
         std::make_unique<GridReader<Grid>>(openvdb::gridPtrCast<Grid>(base), *box, options.outside);
-    if (is_along_axes(frame) && frame.steps[0].x > 0 && frame.steps[1].y > 0 &&
-        frame.steps[2].z > 0) {
-        reader->origin.emplace();
-        reader->spacing.emplace();
-        for (int a = 0; a < 3; ++a) {
-            const auto i = static_cast<size_t>(a);
-            (*reader->spacing)[i] = frame.steps[i][a];
-            (*reader->origin)[i] = frame.first[a] - frame.steps[i][a] / 2;
-        }
-        return std::unique_ptr<VolumeReader>(std::move(reader));
-    }
-    const int64_t count = reader->slice_floats() * reader->size.z;
-    if (Result<void> fits = check_memory(4 * count, limits.memory_bytes / 2); !fits)
-        return fits.error();
-    std::vector<float> values(static_cast<size_t>(count));
-    for (int32_t z = 0; z < reader->size.z; ++z) {
-        float* const slice = values.data() + z * reader->slice_floats();
-        if (Result<void> read = reader->read_slice(z, slice, [](int64_t) {}); !read)
-            return read.error();
-    }
-    return open_placed_grid(reader->size, reader->channels, std::move(values), frame, options);
+    return place_reader(std::move(reader), frame, options, limits);
 }
 
 Result<std::string> choose(openvdb::io::File* file, const std::string& wanted) {

@@ -150,9 +150,7 @@ uint8_t srgb_of(double linear) {
     static const std::array<uint8_t, kSteps> table = [] {
         std::array<uint8_t, kSteps> made{};
         for (size_t i = 0; i < kSteps; ++i) {
-            const double x = static_cast<double>(i) / (kSteps - 1);
-            const double y = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-            made[i] = static_cast<uint8_t>(std::lround(y * 255));
+            made[i] = linear_to_srgb8(static_cast<double>(i) / (kSteps - 1));
         }
         return made;
     }();

@@ -8,6 +8,7 @@
 
 #include "backends/preview/columns.h"
 #include "backends/preview/picture.h"
+#include "base/color.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
 
@@ -116,7 +117,7 @@ TEST_F(Preview, TransmissionFallsWithTheSquareOfTheThickness) {
     const ReadPng png = draw(print, ",light=transmitted");
     for (int32_t x = 0; x < 20; ++x) {
         const double t = x / 19.0;
-        EXPECT_EQ(png.at(x, 14)[0], preview::linear_to_srgb8(1 - t * t)) << x;
+        EXPECT_EQ(png.at(x, 14)[0], linear_to_srgb8(1 - t * t)) << x;
     }
 }
 
@@ -236,13 +237,13 @@ TEST(PreviewSpec, Settings) {
 
 TEST(PreviewColor, SrgbAndBack) {
     for (int i = 0; i < 256; ++i)
-        EXPECT_EQ(preview::linear_to_srgb8(preview::srgb_to_linear(i / 255.0)), i);
+        EXPECT_EQ(linear_to_srgb8(srgb_to_linear(i / 255.0)), i);
     // The standard's formula.
     for (double v : {0.05, 0.2, 0.5, 0.73, 1.0}) {
-        EXPECT_NEAR(preview::srgb_to_linear(v), std::pow((v + 0.055) / 1.055, 2.4), 1e-14);
+        EXPECT_NEAR(srgb_to_linear(v), std::pow((v + 0.055) / 1.055, 2.4), 1e-14);
     }
-    EXPECT_EQ(preview::linear_to_srgb8(-1), 0);
-    EXPECT_EQ(preview::linear_to_srgb8(2), 255);
+    EXPECT_EQ(linear_to_srgb8(-1), 0);
+    EXPECT_EQ(linear_to_srgb8(2), 255);
 }
 
 TEST(PreviewPicture, MeansAreOfAreaAndLight) {

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <fstream>
 #include <functional>
@@ -17,7 +16,7 @@
 #include "base/vec.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
-#include "tests/support/meshes/temp_folder.h"
+#include "tests/unit/texture/field_test.h"
 #include "tools/texture/guarded.h"
 
 namespace openfab::tools {
@@ -25,8 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using texture::Pyramid;
-using texture::VolumeOptions;
 
 constexpr const char* kExplicit = "1.2.840.10008.1.2.1";
 constexpr const char* kRunLengths = "1.2.840.10008.1.2.5";
@@ -117,11 +114,8 @@ struct Slice {
 };
 
 /// A field whose stored values are whole numbers on the grids below, and not negative.
-double linear(const Vec3d& p) {
-    return 2 * p.x - p.y + 4 * p.z;
-}
 
-class DicomTest : public ::testing::Test {
+class DicomTest : public FieldTest {
   protected:
     DicomTest() { fs::create_directory(series()); }
     fs::path series() const { return folder_.path() / "series"; }
@@ -174,28 +168,6 @@ class DicomTest : public ::testing::Test {
         EXPECT_TRUE(text.starts_with(start)) << text;
         return text.substr(start.size());
     }
-    static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
-    static Vec3d three(const Pyramid& p, size_t from) {
-        const auto at = [&](size_t k) {
-            return static_cast<double>(std::bit_cast<float>(p.info()[from + k]));
-        };
-        return {at(0), at(1), at(2)};
-    }
-    static void each(const Pyramid& p, const std::function<void(const Vec3d&, float)>& use) {
-        const Vec3i n = size(p);
-        const Vec3d from = three(p, 8), extent = three(p, 11);
-        const float* at = p.texels().data();
-        for (int z = 0; z < n.z; ++z) {
-            for (int y = 0; y < n.y; ++y) {
-                for (int x = 0; x < n.x; ++x)
-                    use({from.x + (x + 0.5) * extent.x / n.x, from.y + (y + 0.5) * extent.y / n.y,
-                         from.z + (z + 0.5) * extent.z / n.z},
-                        *at++);
-            }
-        }
-    }
-
-    testing::TempFolder folder_;
 };
 
 TEST_F(DicomTest, SlicesAreInPlaceWhateverTheirNames) {
@@ -209,10 +181,10 @@ TEST_F(DicomTest, SlicesAreInPlaceWhateverTheirNames) {
         const auto p = converted();
         ASSERT_NE(p, nullptr);
         EXPECT_EQ(size(*p), (Vec3i{4, 3, 8}));
-        EXPECT_EQ(three(*p, 8), (Vec3d{-10.125, 4.75, 1.25}));
-        EXPECT_EQ(three(*p, 11), (Vec3d{1, 1.5, 12}));
-        each(*p, [](const Vec3d& at, float value) {
-            EXPECT_EQ(value, static_cast<float>(linear(at)));
+        EXPECT_EQ(origin(*p), (Vec3d{-10.125, 4.75, 1.25}));
+        EXPECT_EQ(extent(*p), (Vec3d{1, 1.5, 12}));
+        each(*p, [](const Vec3d& at, const float* value) {
+            EXPECT_EQ(*value, static_cast<float>(linear(at)));
         });
     }
 }
@@ -242,9 +214,10 @@ TEST_F(DicomTest, OtherPlanesThanTheAxialArePutInOrder) {
     const auto p = converted();
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(size(*p), (Vec3i{4, 8, 3}));
-    EXPECT_EQ(three(*p, 8), (Vec3d{2.5, -5.5, 15}));
-    each(*p,
-         [](const Vec3d& at, float value) { EXPECT_EQ(value, static_cast<float>(linear(at))); });
+    EXPECT_EQ(origin(*p), (Vec3d{2.5, -5.5, 15}));
+    each(*p, [](const Vec3d& at, const float* value) {
+        EXPECT_EQ(*value, static_cast<float>(linear(at)));
+    });
 }
 
 TEST_F(DicomTest, TurnedSlicesAreSampledInPlace) {
@@ -263,13 +236,13 @@ TEST_F(DicomTest, TurnedSlicesAreSampledInPlace) {
     const auto p = converted(options);
     ASSERT_NE(p, nullptr);
     int inside = 0, outside = 0;
-    each(*p, [&](const Vec3d& at, float value) {
+    each(*p, [&](const Vec3d& at, const float* value) {
         const double x = c * (at.x - 1) + s * (at.y - 2), y = -s * (at.x - 1) + c * (at.y - 2);
         if (x > 0 && x < 8 && y > 0 && y < 8 && at.z > 3 && at.z < 17) {
-            EXPECT_NEAR(value, linear(at), 1.0 / 16);  // as far as stored values are rounded
+            EXPECT_NEAR(*value, linear(at), 1.0 / 16);  // as far as stored values are rounded
             ++inside;
         } else if (x < -0.6 || x > 8.6 || y < -0.6 || y > 8.6) {
-            EXPECT_EQ(value, -1000);
+            EXPECT_EQ(*value, -1000);
             ++outside;
         }
     });

@@ -113,11 +113,13 @@ class FieldTest : public ::testing::Test {
         const auto at = [&](size_t k) { return double(std::bit_cast<float>(p.info()[8 + k])); };
         return {at(0), at(1), at(2)};
     }
-    static Vec3d pitch(const Pyramid& p) {
-        const auto at = [&](int k) {
-            return double(std::bit_cast<float>(p.info()[size_t(11 + k)])) / size(p)[k];
-        };
+    static Vec3d extent(const Pyramid& p) {
+        const auto at = [&](size_t k) { return double(std::bit_cast<float>(p.info()[11 + k])); };
         return {at(0), at(1), at(2)};
+    }
+    static Vec3d pitch(const Pyramid& p) {
+        const Vec3d whole = extent(p);
+        return {whole.x / size(p).x, whole.y / size(p).y, whole.z / size(p).z};
     }
     /// Calls use(centre, values) for each texel.
     static void each(const Pyramid& p, const std::function<void(const Vec3d&, const float*)>& use) {

@@ -5,12 +5,9 @@
 #include "tools/vdb/vdb_volume.h"
 
 #include <gtest/gtest.h>
-#include <openvdb/openvdb.h>
 
 #include <array>
-#include <bit>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <random>
 
@@ -19,23 +16,18 @@
 #include "base/vec.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
-#include "tests/support/meshes/temp_folder.h"
+#include "tests/unit/texture/field_test.h"
 #include "tools/texture/guarded.h"
 #include "tools/vdb/convert.h"
+#include "tools/vdb/openvdb.h"
 
 namespace openfab::tools {
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using texture::Pyramid;
-using texture::VolumeOptions;
 
-double linear(const Vec3d& p) {
-    return 3 + 0.5 * p.x - 2 * p.y + 0.25 * p.z;
-}
-
-class VdbVolumeTest : public ::testing::Test {
+class VdbVolumeTest : public FieldTest {
   protected:
     VdbVolumeTest() { openvdb::initialize(); }
     fs::path file() const { return folder_.path() / "a.vdb"; }
@@ -75,28 +67,6 @@ class VdbVolumeTest : public ::testing::Test {
             make_vdb_volume_file(file(), folder_.path() / "out.oftx", options, limits);
         return made ? "no error" : made.error().text();
     }
-    static Vec3i size(const Pyramid& p) { return {p.info()[15], p.info()[16], p.info()[17]}; }
-    static Vec3d three(const Pyramid& p, size_t from) {
-        const auto at = [&](size_t k) {
-            return static_cast<double>(std::bit_cast<float>(p.info()[from + k]));
-        };
-        return {at(0), at(1), at(2)};
-    }
-    static void each(const Pyramid& p, const std::function<void(const Vec3d&, float)>& use) {
-        const Vec3i n = size(p);
-        const Vec3d from = three(p, 8), extent = three(p, 11);
-        const float* at = p.texels().data();
-        for (int z = 0; z < n.z; ++z) {
-            for (int y = 0; y < n.y; ++y) {
-                for (int x = 0; x < n.x; ++x)
-                    use({from.x + (x + 0.5) * extent.x / n.x, from.y + (y + 0.5) * extent.y / n.y,
-                         from.z + (z + 0.5) * extent.z / n.z},
-                        *at++);
-            }
-        }
-    }
-
-    testing::TempFolder folder_;
 };
 
 /// OpenVDB's matrices act on rows: the last row translates.
@@ -110,19 +80,19 @@ TEST_F(VdbVolumeTest, GridsAreInPlace) {
     const auto p = converted();
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(size(*p), (Vec3i{12, 10, 9}));
-    EXPECT_EQ(three(*p, 8), (Vec3d{8.75, 20.125, 29}));
-    EXPECT_EQ(three(*p, 11), (Vec3d{6, 2.5, 18}));
-    each(*p, [](const Vec3d& at, float value) {
-        EXPECT_FLOAT_EQ(value, static_cast<float>(linear(at)));
+    EXPECT_EQ(origin(*p), (Vec3d{8.75, 20.125, 29}));
+    EXPECT_EQ(extent(*p), (Vec3d{6, 2.5, 18}));
+    each(*p, [](const Vec3d& at, const float* value) {
+        EXPECT_FLOAT_EQ(*value, static_cast<float>(linear(at)));
     });
     // By the unit that the file names, and the options' before it.
     openvdb::MetaMap metadata;
     metadata.insertMeta("unit", openvdb::StringMetadata("cm"));
     write({field(kScaled)}, metadata);
-    EXPECT_EQ(three(*converted(), 11), (Vec3d{60, 25, 180}));
+    EXPECT_EQ(extent(*converted()), (Vec3d{60, 25, 180}));
     VolumeOptions options;
     options.unit = "m";
-    EXPECT_EQ(three(*converted(options), 11), (Vec3d{6000, 2500, 18000}));
+    EXPECT_EQ(extent(*converted(options)), (Vec3d{6000, 2500, 18000}));
 }
 
 TEST_F(VdbVolumeTest, ExchangedAndTurnedAxes) {
@@ -131,8 +101,8 @@ TEST_F(VdbVolumeTest, ExchangedAndTurnedAxes) {
     const auto p = converted();
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(size(*p), (Vec3i{10, 9, 12}));
-    each(*p, [](const Vec3d& at, float value) {
-        EXPECT_FLOAT_EQ(value, static_cast<float>(linear(at)));
+    each(*p, [](const Vec3d& at, const float* value) {
+        EXPECT_FLOAT_EQ(*value, static_cast<float>(linear(at)));
     });
     const double c = std::cos(0.3), s = std::sin(0.3);
     write({field(map({c, s, 0, 0, -s, c, 0, 0, 0, 0, 2, 0, 1, 2, 3, 1}))});
@@ -142,14 +112,14 @@ TEST_F(VdbVolumeTest, ExchangedAndTurnedAxes) {
     const auto q = converted(options);
     ASSERT_NE(q, nullptr);
     int inside = 0, outside = 0;
-    each(*q, [&](const Vec3d& at, float value) {
+    each(*q, [&](const Vec3d& at, const float* value) {
         const double x = c * (at.x - 1) + s * (at.y - 2), y = -s * (at.x - 1) + c * (at.y - 2),
                      z = (at.z - 3) / 2;
         if (x > -2 && x < 9 && y > 1 && y < 10 && z > 0 && z < 8) {
-            EXPECT_NEAR(value, linear(at), 1e-5);
+            EXPECT_NEAR(*value, linear(at), 1e-5);
             ++inside;
         } else if (x < -2.6 || x > 9.6 || y < 0.4 || y > 10.6) {
-            EXPECT_EQ(value, 55);
+            EXPECT_EQ(*value, 55);
             ++outside;
         }
     });
@@ -229,8 +199,8 @@ TEST_F(VdbVolumeTest, FractionsGoOutAndComeInAgain) {
     const auto p = converted(options);
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(size(*p), (Vec3i{5, 4, 11}));
-    EXPECT_EQ(three(*p, 8), (Vec3d{1, 2, 3 + 3 * 0.125}));
-    EXPECT_EQ(three(*p, 11), (Vec3d{1.25, 2, 11 * 0.125}));
+    EXPECT_EQ(origin(*p), (Vec3d{1, 2, 3 + 3 * 0.125}));
+    EXPECT_EQ(extent(*p), (Vec3d{1.25, 2, 11 * 0.125}));
     EXPECT_EQ(std::vector<float>(p->texels().begin(), p->texels().begin() + 220), first);
 }
 
