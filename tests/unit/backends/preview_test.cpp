@@ -242,6 +242,11 @@ TEST(PreviewColor, SrgbAndBack) {
     for (double v : {0.05, 0.2, 0.5, 0.73, 1.0}) {
         EXPECT_NEAR(srgb_to_linear(v), std::pow((v + 0.055) / 1.055, 2.4), 1e-14);
     }
+    // The nearest: as far as half a step on either side.
+    for (int i = 0; i < 255; ++i) {
+        EXPECT_EQ(linear_to_srgb8(srgb_to_linear((i + 0.49) / 255)), i);
+        EXPECT_EQ(linear_to_srgb8(srgb_to_linear((i + 0.51) / 255)), i + 1);
+    }
     EXPECT_EQ(linear_to_srgb8(-1), 0);
     EXPECT_EQ(linear_to_srgb8(2), 255);
 }
