@@ -17,8 +17,8 @@ double masking(double cosine, double alpha) {
     return 2 / (1 + std::sqrt(1 + alpha * alpha * tangent2));
 }
 
-/// Draws a facet's normal that is visible from `to_viewer`, in the frame whose third axis is the
-/// surface's normal.
+}  // namespace
+
 Vec3d visible_facet(const Vec3d& to_viewer, double alpha, Random* random) {
     const Vec3d v = normalized(Vec3d{alpha * to_viewer.x, alpha * to_viewer.y, to_viewer.z});
     const double across = v.x * v.x + v.y * v.y;
@@ -34,8 +34,6 @@ Vec3d visible_facet(const Vec3d& to_viewer, double alpha, Random* random) {
     const Vec3d n = t1 * p1 + t2 * p2 + v * p3;
     return normalized(Vec3d{alpha * n.x, alpha * n.y, std::max(1e-9, n.z)});
 }
-
-}  // namespace
 
 double fresnel(double cosine, double eta, double* cosine_beyond) {
     const double sine2 = eta * eta * std::max(0.0, 1 - cosine * cosine);

@@ -34,4 +34,8 @@ struct Bounce {
 Bounce bounce_at(const SurfaceOptics& surface, const Vec3d& direction, const Vec3d& normal,
                  bool inside, Random* random);
 
+/// Draws a facet's normal that is visible from `to_viewer`, in the frame whose third axis is the
+/// surface's normal, of GGX's distribution of width `alpha`.
+Vec3d visible_facet(const Vec3d& to_viewer, double alpha, Random* random);
+
 }  // namespace openfab::render
