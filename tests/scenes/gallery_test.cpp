@@ -173,7 +173,16 @@ TEST_P(Gallery, IsWhatItWas) {
         EXPECT_GT(voxels, 0) << material;
 }
 
-/// The postcard, whose program has both instruction sets, on each push; all exhibits in long runs.
+/// Instruction sets that this machine has.
+std::vector<std::string> isas_here() {
+    std::vector<std::string> out;
+    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+        if (abi::best_isa(isa) == isa) out.emplace_back(abi::isa_name(isa));
+    }
+    return out;
+}
+
+/// The postcard, whose program has all instruction sets, on each push; all exhibits in long runs.
 class GalleryInEveryWay : public Gallery {
   public:
     static std::vector<Exhibit> exhibits() {
@@ -183,24 +192,26 @@ class GalleryInEveryWay : public Gallery {
 };
 
 TEST_P(GalleryInEveryWay, PrintsTheSame) {
-    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX512}) {
-        const std::string name = abi::isa_name(isa);
-        if (abi::best_isa(isa) != isa) continue;
-        if (GetParam().program != kExhibits[0].program) {
-            binary_ = *scratch_ / fmt::format("{}-{}", GetParam().program, name);
-            const Outcome built =
-                run({program("openflc").string(), "build",
-                     (folder_ / fmt::format("{}.fl", GetParam().program)).string(), "-o",
-                     binary_.string(), "--target", name},
-                    environment());
-            ASSERT_EQ(built.exit_code, 0) << built.err;
+    if (GetParam().program != std::string(kExhibits[0].program)) {
+        binary_ = *scratch_ / fmt::format("{}-all", GetParam().program);
+        const Outcome built = run({program("openflc").string(), "build",
+                                   (folder_ / fmt::format("{}.fl", GetParam().program)).string(),
+                                   "-o", binary_.string(), "--target", "all"},
+                                  environment());
+        ASSERT_EQ(built.exit_code, 0) << built.err;
+    }
+    for (const std::string& isa : isas_here()) {
+        for (const char* threads : {"1", "2", "3", "4", "5"}) {
+            if (!long_run() && threads != std::string("2")) continue;
+            const Contents contents =
+                print(world(), {"--threads", threads, "--no-cull", "--isa", isa});
+            EXPECT_EQ(contents.hash, expected_hash(GetParam().name())) << isa << ", " << threads;
         }
-        const Contents contents = print(world(), {"--threads", "2", "--no-cull", "--isa", name});
-        EXPECT_EQ(contents.hash, expected_hash(GetParam().name())) << name;
     }
 }
 
-/// A small exhibit on each push, under one random schedule; all in long runs.
+/// A small exhibit on each push, under one random schedule; in long runs all, under 20, for all
+/// instruction sets.
 class GalleryUnderSchedules : public Gallery {
   public:
     static std::vector<Exhibit> exhibits() {
@@ -220,7 +231,7 @@ class GalleryUnderSchedules : public Gallery {
     Outcome build(const std::filesystem::path& schedules) {
         binary_ = *scratch_ / "scheduled";
         return run({program("openflc").string(), "build", fablet().string(), "-o", binary_.string(),
-                    "--target", long_run() ? "both" : "sse41", "--schedule", schedules.string()},
+                    "--target", long_run() ? "all" : "sse41", "--schedule", schedules.string()},
                    environment());
     }
     void expect_the_same(const std::filesystem::path& schedules) {
@@ -228,15 +239,20 @@ class GalleryUnderSchedules : public Gallery {
         // What would take minutes to compile, or too much memory to run, is refused.
         if (built.exit_code == 1 && built.err.find("; the limit is ") != std::string::npos) return;
         ASSERT_EQ(built.exit_code, 0) << built.err;
-        ++printed_;
-        EXPECT_EQ(print(world()).hash, expected_hash(GetParam().name()));
+        for (const std::string& isa :
+             long_run() ? isas_here() : std::vector<std::string>{"sse41"}) {
+            const std::string threads = std::to_string(1 + printed_++ % 5);
+            EXPECT_EQ(print(world(), {"--isa", isa, "--threads", threads}).hash,
+                      expected_hash(GetParam().name()))
+                << isa << ", " << threads;
+        }
     }
 
     int printed_ = 0;
 };
 
 TEST_P(GalleryUnderSchedules, PrintsTheSame) {
-    for (const char* name : {"naive", "wide"}) {
+    for (const char* name : {"naive", "strips", "wide"}) {
         SCOPED_TRACE(name);
         expect_the_same(source_dir() / "tests" / "scenes" / "schedules" / name);
     }
