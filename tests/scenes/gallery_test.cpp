@@ -90,11 +90,15 @@ class Gallery : public ::testing::TestWithParam<Exhibit> {
         if (!long_run()) GTEST_SKIP() << "takes a minute to compile";
         binary_ = *scratch_ / exhibit.program;
         if (std::filesystem::exists(binary_)) return;
-        const Outcome built = run(
-            {program("openflc").string(), "build",
-             (folder_ / fmt::format("{}.fl", exhibit.program)).string(), "-o", binary_.string()},
-            environment());
+        const Outcome built =
+            run({program("openflc").string(), "build", fablet().string(), "-o", binary_.string()},
+                environment());
         ASSERT_EQ(built.exit_code, 0) << built.err;
+    }
+
+    std::filesystem::path fablet() const {
+        const std::string name = GetParam().program;
+        return folder_ / fmt::format("{}.fl", name == "postcard" ? "magic_postcard" : name);
     }
 
     static RunOptions environment() {
@@ -196,9 +200,8 @@ class GalleryInEveryWay : public Gallery {
 TEST_P(GalleryInEveryWay, PrintsTheSame) {
     if (long_run()) {
         binary_ = *scratch_ / fmt::format("{}-all", GetParam().program);
-        const Outcome built = run({program("openflc").string(), "build",
-                                   (folder_ / fmt::format("{}.fl", GetParam().program)).string(),
-                                   "-o", binary_.string(), "--target", "all"},
+        const Outcome built = run({program("openflc").string(), "build", fablet().string(), "-o",
+                                   binary_.string(), "--target", "all"},
                                   environment());
         ASSERT_EQ(built.exit_code, 0) << built.err;
     }
@@ -225,10 +228,6 @@ class GalleryUnderSchedules : public Gallery {
     }
 
   protected:
-    std::filesystem::path fablet() const {
-        const std::string name = GetParam().program;
-        return folder_ / fmt::format("{}.fl", name == "postcard" ? "magic_postcard" : name);
-    }
     /// Builds the fablet with the schedules of a folder.
     Outcome build(const std::filesystem::path& schedules) {
         binary_ = *scratch_ / "scheduled";
