@@ -13,6 +13,7 @@
 
 #include "mesh/check/mesh_check.h"
 #include "mesh/model/polygon.h"
+#include "mesh/read/obj_lines.h"
 #include "tests/support/meshes/meshes.h"
 
 namespace openfab::mesh {
@@ -398,6 +399,106 @@ TEST(Obj, SurvivesDamage) {
         damaged.resize(random() % damaged.size() + 1);
         (void)error_of(damaged);  // any result but a crash
     }
+}
+
+TEST(Obj, DividesTextsBetweenTheirLines) {
+    struct Line {
+        int32_t number;
+        std::vector<std::string_view> tokens;
+        std::string_view comment;
+        bool operator==(const Line&) const = default;
+    };
+    const auto add_lines = [](std::string_view text, const ObjPart& part, std::vector<Line>* out) {
+        ObjLines lines(text, part.begin, part.end, static_cast<int32_t>(part.before.newlines) + 1);
+        while (lines.next_or_comment())
+            out->push_back({lines.line(), lines.tokens(), lines.comment()});
+    };
+    const char* const pieces[] = {"v 1 2 3", " vt 0 1", "vn 0 0 1",      "f 1 2 3", "fo 1 2 3 \\",
+                                  "\\",      "\\\r",    "# comment \\",  "# unit",  "",
+                                  "vnx v",   "o\\",     "\tf -1 \\\r\r", "g a b"};
+    std::mt19937 random(11);
+    for (int round = 0; round < 2000; ++round) {
+        std::string text;
+        for (unsigned n = random() % 40; n > 0; --n)
+            text += std::string(pieces[random() % std::size(pieces)]) +
+                    (random() % 4 == 0 ? "\r\n" : "\n");
+        if (random() % 2 == 0 && !text.empty()) text.pop_back();
+        std::vector<Line> whole, divided;
+        add_lines(text, {0, text.size(), {}, {}}, &whole);
+        size_t end = 0, vertices = 0, uv = 0, normals = 0, faces = 0;
+        for (const ObjPart& part : divide_obj(text, 1 + random() % 50)) {
+            ASSERT_EQ(part.begin, end);
+            ASSERT_EQ(part.before.vertices, vertices);
+            ASSERT_EQ(part.before.uv, uv);
+            ASSERT_EQ(part.before.normals, normals);
+            ASSERT_EQ(part.before.faces, faces);
+            const size_t first = divided.size();
+            add_lines(text, part, &divided);
+            for (size_t i = first; i < divided.size(); ++i) {
+                if (divided[i].tokens.empty()) continue;
+                const std::string_view word = divided[i].tokens[0];
+                vertices += word == "v";
+                uv += word == "vt";
+                normals += word == "vn";
+                faces += word == "f" || word == "fo";
+            }
+            end = part.end;
+        }
+        EXPECT_EQ(end, text.size());
+        ASSERT_EQ(divided, whole) << text;
+    }
+}
+
+TEST(Obj, ReadsLongTextsAsShortOnes) {
+    // Boxes in a row; faces refer to vertices by either kind of number, and groups last longer than
+    // a part of the text.
+    constexpr int kBoxes = 16'000;
+    std::string text;
+    for (int b = 0; b < kBoxes; ++b) {
+        if (b % 5000 == 0) text += fmt::format("g row{}\n", b / 5000);
+        const std::string box = box_text(0, 1, true, b % 2 == 0 ? 1 + b * 8 : -8);
+        for (size_t at = 0; at < box.size();) {
+            const size_t line = box.find('\n', at) + 1;
+            text += box[at] == 'v'
+                        ? fmt::format("v {}{}", b * 2, box.substr(at + 10, line - at - 10))
+                        : box.substr(at, line - at);
+            at = line;
+        }
+        if (b % 100 == 0) text += "f -8 -7 -5 # a triangle\n";
+    }
+    ASSERT_GT(text.size(), 5'000'000u);
+    const Result<MeshSource> read = parse_obj(text, "m.obj");
+    ASSERT_TRUE(read) << read.error().text();
+    ASSERT_EQ(read->mesh.positions.size(), 8u * kBoxes);
+    ASSERT_EQ(read->mesh.triangles.size(), 12u * kBoxes + kBoxes / 100);
+    ASSERT_EQ(read->groups.size(), 4u);
+    size_t t = 0;
+    int32_t line = 0;
+    for (int b = 0; b < kBoxes; ++b) {
+        line += b % 5000 == 0;
+        EXPECT_EQ(read->mesh.positions[static_cast<size_t>(b) * 8 + 4], (Vec3d{b * 2.0, 0, 1}));
+        for (int face = 0; face < 6; ++face) {
+            ASSERT_EQ(read->origin.lines[t], line + 9 + face);
+            ASSERT_EQ(read->face_groups[t], b / 5000);
+            const auto& first = read->mesh.triangles[t];
+            ASSERT_EQ(*std::min_element(first.begin(), first.end()) / 8, b);
+            t += 2;
+        }
+        line += 14;
+        if (b % 100 != 0) continue;
+        ++line;
+        ASSERT_EQ(read->origin.lines[t], line);
+        ASSERT_EQ(read->mesh.triangles[t++], (std::array<int32_t, 3>{b * 8, b * 8 + 1, b * 8 + 3}));
+    }
+    EXPECT_EQ(
+        error_of(text + "  f 1 2 128001 4\nv x\n"),
+        fmt::format("m.obj:{}:9: `128001` refers to vertex 128001, but there are 128000 so far",
+                    line + 1));
+    // The first of several mistakes, whichever part is read first.
+    const size_t middle = text.find("g row2");
+    EXPECT_EQ(error_of(text.substr(0, middle) + "f 1 2\n" + text.substr(middle) + "v x\n"),
+              fmt::format("m.obj:{}:1: a face with 2 corners; it needs 3 or more",
+                          1 + std::count(text.begin(), text.begin() + middle, '\n')));
 }
 
 TEST(Obj, ReadsMeshesOfOthers) {
