@@ -35,10 +35,15 @@ size_t count_nodes(size_t n) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const Mesh& mesh) : boxes_(mesh.triangles.size()) {
-    std::vector<Center> centers(boxes_.size());
-    if (centers.empty()) return;
-    const auto range = tbb::blocked_range<size_t>(0, centers.size(), kSplitAlone);
+TriangleTree::TriangleTree(const Mesh& mesh) {
+    const size_t count = mesh.triangles.size();
+    if (count == 0) return;
+    std::vector<Center> centers;
+    // The first touch of fresh memory takes longer than what is done with it.
+    tbb::parallel_invoke([&] { boxes_.resize(count); }, [&] { centers.resize(count); },
+                         [&] { nodes_.resize(count_nodes(count)); },
+                         [&] { order_.resize(count); });
+    const auto range = tbb::blocked_range<size_t>(0, count, kSplitAlone);
     tbb::parallel_for(range, [&](const tbb::blocked_range<size_t>& some) {
         for (size_t t = some.begin(); t < some.end(); ++t) {
             for (int32_t v : mesh.triangles[t])
@@ -46,12 +51,8 @@ TriangleTree::TriangleTree(const Mesh& mesh) : boxes_(mesh.triangles.size()) {
             centers[t] = {boxes_[t].center(), static_cast<int32_t>(t)};
         }
     });
-    nodes_.resize(count_nodes(centers.size()));
     const size_t used = split(0, 0, centers, 1);
     OPENFAB_CHECK_EQ(used, nodes_.size());
-    order_.reserve(centers.size());
-    for (const Center& c : centers)
-        order_.push_back(c.triangle);
 }
 
 // Splits at the median, so that the depth is logarithmic for any mesh, and the place of each node
@@ -64,7 +65,11 @@ size_t TriangleTree::split(size_t node, int32_t first, std::span<Center> centers
         spread.add(c.at);
     }
     nodes_[node] = {whole, first, static_cast<int32_t>(centers.size()), centers.size() <= kLeaf};
-    if (nodes_[node].leaf) return children;
+    if (nodes_[node].leaf) {
+        for (const Center& c : centers)
+            order_[first++] = c.triangle;
+        return children;
+    }
     const Vec3d size = spread.size();
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const size_t half = centers.size() / 2;

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <map>
@@ -97,12 +98,20 @@ class ObjReader {
         to->insert(to->end(), from.begin(), from.end());
     }
 
+    /// Runs all, in parallel where that is worth it.
+    template <typename... Tasks>
+    static void side_by_side(size_t values, const Tasks&... tasks) {
+        constexpr size_t kWorthIt = 2048;
+        if (values < kWorthIt) return (tasks(), ...);
+        tbb::parallel_invoke(tasks...);
+    }
+
     void add(const ObjPiece& piece) {
         if (out_.unit_mm == 0) out_.unit_mm = piece.unit_mm;
-        append(piece.positions, &mesh_.positions);
-        append(piece.uv, &uv_);
-        append(piece.normals, &normals_);
-        append(piece.colors, &colors_);
+        side_by_side(
+            piece.positions.size(), [&] { append(piece.positions, &mesh_.positions); },
+            [&] { append(piece.uv, &uv_); }, [&] { append(piece.normals, &normals_); },
+            [&] { append(piece.colors, &colors_); });
         size_t triangles = 0, corners = 0;
         for (const ObjCut& cut : piece.cuts) {
             add_triangles(piece, triangles, cut.triangles);
@@ -131,10 +140,11 @@ class ObjReader {
             const auto first = from.begin() + static_cast<std::ptrdiff_t>(begin);
             to->insert(to->end(), first, first + static_cast<std::ptrdiff_t>(end - begin));
         };
-        add(piece.triangles, &mesh_.triangles);
-        add(piece.uv_corners, &uv_corners_);
-        add(piece.normal_corners, &normal_corners_);
-        add(piece.lines, &lines_);
+        side_by_side(
+            end - begin, [&] { add(piece.triangles, &mesh_.triangles); },
+            [&] { add(piece.uv_corners, &uv_corners_); },
+            [&] { add(piece.normal_corners, &normal_corners_); },
+            [&] { add(piece.lines, &lines_); });
         out_.face_groups.insert(out_.face_groups.end(), end - begin, group());
     }
 

@@ -39,12 +39,12 @@ void count_statement(std::string_view word, ObjCounts* counts) {
 
 ObjCounts count_statements(std::string_view text) {
     ObjCounts counts;
-    counts.newlines = static_cast<size_t>(std::count(text.begin(), text.end(), '\n'));
     for (size_t at = 0; at < text.size();) {
         const size_t end = std::min(text.find('\n', at), text.size());
         if (ends_in_backslash(text, end)) {
-            ObjLines lines(text, at, text.size(), 1);
+            ObjLines lines(text, at, text.size(), 0);
             if (lines.next()) count_statement(lines.tokens()[0], &counts);
+            counts.newlines += static_cast<size_t>(lines.next_number());
             at = lines.end();
             continue;
         }
@@ -55,6 +55,7 @@ ObjCounts count_statements(std::string_view text) {
         while (length < 3 && at + length < end && !is_blank(text[at + length]))
             ++length;
         count_statement(text.substr(at, length), &counts);
+        counts.newlines += end < text.size();
         at = end + 1;
     }
     return counts;

@@ -39,7 +39,7 @@ std::vector<ObjPart> divide_obj(std::string_view text, size_t bytes);
 /// a line continues it. Keeps a reference to the text.
 class ObjLines {
   public:
-    /// Starts at a byte of the text that begins the line of the number `line`, from 1.
+    /// Starts at a byte of the text that begins the line of the number `line`.
     ObjLines(std::string_view text, size_t begin, size_t end, int32_t line)
         : text_(text.substr(0, end)), at_(begin), line_(line) {}
 
@@ -55,8 +55,9 @@ class ObjLines {
     /// The number of the line on which the logical one begins, and the byte of the text.
     int32_t line() const { return first_line_; }
     size_t start() const { return start_; }
-    /// The byte behind the logical line.
+    /// The byte behind the logical line, and the number of the line that begins there.
     size_t end() const { return at_; }
+    int32_t next_number() const { return line_; }
 
     /// The rest of a token's line from that token on, without blanks at its end.
     std::string_view rest_of_line(std::string_view token) const;
