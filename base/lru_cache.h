@@ -27,6 +27,7 @@ class LruCache {
   public:
     struct Counts {
         int64_t hits = 0, misses = 0, evictions = 0, peak_bytes = 0;
+        int64_t inserted_bytes = 0;  ///< of all values so far, evicted or not
     };
 
     /// `shard_bytes`: a shard should hold many values, or sharding wastes the budget.
@@ -76,6 +77,7 @@ class LruCache {
         shard.entries.push_front({key, bytes, value});
         shard.index.emplace(key, shard.entries.begin());
         shard.bytes += bytes;
+        shard.counts.inserted_bytes += static_cast<int64_t>(bytes);
         shard.counts.peak_bytes =
             std::max(shard.counts.peak_bytes, static_cast<int64_t>(shard.bytes));
         return value;
@@ -89,6 +91,7 @@ class LruCache {
             sum.misses += shard->counts.misses;
             sum.evictions += shard->counts.evictions;
             sum.peak_bytes += shard->counts.peak_bytes;
+            sum.inserted_bytes += shard->counts.inserted_bytes;
         }
         return sum;
     }

@@ -27,10 +27,21 @@ namespace {
 struct CoarsePrint {
     double voxels, set_up_seconds, seconds;
 };
-/// Most worlds take a second or less for the first; the other is for those that take long.
-constexpr std::array<CoarsePrint, 2> kCoarsePrints{{{4e6, 2.0, 1.4}, {1e5, 1.0, 0.6}}};
+/// Of coarse prints; with less than kFewVoxels materials are known roughly.
+constexpr double kMostVoxels = 4e6, kFewVoxels = 1e6, kLeastVoxels = 1e5;
+/// Seconds of the processor that a coarse print shall take, as far as the estimate of the print's own tells.
+constexpr double kCoarseSeconds = 0.5;
 /// Seconds for slabs at the print's own pitch.
-constexpr double kTimeSeconds = 3.0;
+constexpr double kTimeSeconds = 2.0;
+
+/// Returns coarse prints to try, one after the other. What takes the time of a print are mostly its
+/// surfaces, which shrink with the square of the pitch, so that their voxels are 3/2 powers of it.
+std::array<CoarsePrint, 2> coarse_prints(const Estimate& e) {
+    const double share = kCoarseSeconds / std::max(e.time.processor_seconds, kCoarseSeconds);
+    const double voxels = static_cast<double>(e.set_up.voxels_total) * std::pow(share, 1.5);
+    return {{{std::clamp(voxels, kLeastVoxels, kMostVoxels), 1.0, 2 * kCoarseSeconds},
+             {kLeastVoxels, 1.0, kCoarseSeconds}}};
+}
 
 /// Prints with that many voxels; returns false if it takes too long or too much memory.
 Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
@@ -131,11 +142,11 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     if (!time) return time.error();
     out.time = *time;
     print.reset();
-    for (const CoarsePrint& coarse : kCoarsePrints) {
+    for (const CoarsePrint& coarse : coarse_prints(out)) {
+        out.few_voxels = coarse.voxels < kFewVoxels;
         const Result<bool> done = print_coarse(coarse, input, pipeline, info, interrupt, &out);
         if (!done) return done.error();
         if (*done) break;
-        out.few_voxels = true;
     }
     out.warnings.insert(out.warnings.end(), out.sample.overlaps.begin(), out.sample.overlaps.end());
     return out;

@@ -28,7 +28,7 @@ struct Estimate {
     /// long.
     pipeline::PrintStatistics sample;
     double sample_voxel_ml = 0;
-    bool few_voxels = false;    ///< its first attempt, at a finer pitch, took too long
+    bool few_voxels = false;    ///< in the coarse print: a finer one would take too long
     pipeline::TimeSample time;  ///< without places for a dry run
     std::vector<std::string> warnings;
 

@@ -180,6 +180,8 @@ constexpr size_t kHeldPatchBytes = 2u << 20;
 constexpr size_t kMaxPinnedBytes = 32u << 20;
 /// Changes the byte budget; call while no other thread uses the cache.
 void set_budget(PatchCache* cache, size_t bytes);
+/// Returns the bytes of all trees that were built so far, evicted or not.
+int64_t built_bytes(const PatchCache& cache);
 /// Changes the limit of pinned bytes per thread; call while no other thread uses the cache.
 void set_max_pinned(PatchCache* cache, size_t bytes);
 

@@ -82,8 +82,8 @@ class PrintJobImpl final : public PrintJob {
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
     Result<void> set_up_surfaces(const MemoryPlanner& planner, const CacheBudgets& caches);
     Result<void> set_up_grid();
-    void set_up_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
-    void place_parts(const std::shared_ptr<nearest::PatchCache>& trees, size_t crossing_bytes);
+    void set_up_parts(size_t crossing_bytes);
+    void place_parts(size_t crossing_bytes);
     void set_up_slabs();
     Result<MemoryPlan> plan_memory(const MemoryPlanner& planner, const CacheBudgets& caches,
                                    const SurfaceCounts& displaced, int64_t textures) const;
@@ -109,8 +109,8 @@ class PrintJobImpl final : public PrintJob {
                                 const pipeline::SliceSink& sink, SliceCommitter* committer);
     void encode(const pipeline::SliceSink& sink, const SlabRun& run, int32_t shift,
                 FinishedSlices* finished);
-    Result<SlabTrial> try_slab(int32_t slab, int32_t pieces, double seconds,
-                               const std::atomic<bool>& interrupt, TrialSlices* slices);
+    Result<SlabTrial> try_slab(const SlabTry& wanted, const std::atomic<bool>& interrupt,
+                               TrialSlices* slices);
     int64_t patches_diced() const;
     void fill_statistics(const SliceCommitter& committer, PrintStatistics* statistics);
 
@@ -121,6 +121,7 @@ class PrintJobImpl final : public PrintJob {
     pipeline::PrintInfo info_;
     std::vector<int32_t> owners_;  ///< by part: the first one with its surface
     std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
+    std::shared_ptr<nearest::PatchCache> trees_;                     ///< of displaced patches
     std::vector<std::unique_ptr<volume::PlacedPart>> parts_;
     SlabSetup setup_;
     std::unique_ptr<const support_material::DepthMap> support_;
@@ -152,9 +153,9 @@ Result<void> PrintJobImpl::set_up() {
     const CacheBudgets caches = planner.caches(displaced, resident_bytes(), textures);
     if (const Result<void> made = set_up_surfaces(planner, caches); !made) return made;
     if (const Result<void> made = set_up_grid(); !made) return made;
-    const std::shared_ptr<nearest::PatchCache> trees = nearest::make_patch_cache(caches.trees);
-    nearest::set_max_pinned(trees.get(), planner.max_pinned_bytes());
-    set_up_parts(trees, caches.crossings);
+    trees_ = nearest::make_patch_cache(caches.trees);
+    nearest::set_max_pinned(trees_.get(), planner.max_pinned_bytes());
+    set_up_parts(caches.crossings);
     if (options_.interrupted()) return interrupted_early();
     set_up_slabs();
     if (const Result<void> made = set_up_support(); !made) return made;
@@ -165,7 +166,7 @@ Result<void> PrintJobImpl::set_up() {
     plan_ = *plan;
     for (const auto& surface : surfaces_)
         surface->set_cache_bytes(plan_.caches.micropolygons);
-    nearest::set_budget(trees.get(), plan_.caches.trees);
+    nearest::set_budget(trees_.get(), plan_.caches.trees);
     setup_.rows_in_flight = plan_.rows_in_flight;
     fill_info();
     seconds_set_up_ = seconds_now() - start;
@@ -218,16 +219,15 @@ Result<void> PrintJobImpl::set_up_grid() {
 
 /// Places the parts on the grid and orders them: higher priority first, then the later in the build
 /// list.
-void PrintJobImpl::set_up_parts(const std::shared_ptr<nearest::PatchCache>& trees,
-                                size_t crossing_bytes) {
+void PrintJobImpl::set_up_parts(size_t crossing_bytes) {
     for (size_t i = 0; i < input_.parts.size(); ++i) {
         parts_.push_back(std::make_unique<volume::PlacedPart>(input_.parts[i]));
         parts_.back()->index = static_cast<int32_t>(i);
         parts_.back()->surface = surfaces_[i];
         setup_.order.push_back(static_cast<int32_t>(i));
     }
-    place_parts(trees, crossing_bytes);
-    volume::resolve_object_queries(parts_, options_.isa, trees);
+    place_parts(crossing_bytes);
+    volume::resolve_object_queries(parts_, options_.isa, trees_);
     std::sort(setup_.order.begin(), setup_.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = parts_[a]->part->priority;
         const int32_t pb = parts_[b]->part->priority;
@@ -317,12 +317,11 @@ Result<void> PrintJobImpl::set_up_support() {
 }
 
 // In parallel: parts that own their surface first, since the others share theirs.
-void PrintJobImpl::place_parts(const std::shared_ptr<nearest::PatchCache>& trees,
-                               size_t crossing_bytes) {
+void PrintJobImpl::place_parts(size_t crossing_bytes) {
     for (const bool owners : {true, false}) {
         tbb::parallel_for(size_t{0}, parts_.size(), [&](size_t i) {
             if (owns_surface(i) != owners) return;
-            parts_[i]->set_grid(grid_, options_.isa, trees, crossing_bytes, *parts_[owners_[i]]);
+            parts_[i]->set_grid(grid_, options_.isa, trees_, crossing_bytes, *parts_[owners_[i]]);
             if (options_.dither == dither::kOwnDitherName)
                 parts_[i]->set_own_dither(abi::fold_seed(options_.seed));
         });
@@ -350,8 +349,8 @@ int64_t PrintJobImpl::patches_diced() const {
 
 /// Does what TrySlab says. The coverage of the first slab has time of its own, and its seconds begin
 /// with its blocks: its time is not known without some of them.
-Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, int32_t pieces, double seconds,
-                                         const std::atomic<bool>& interrupt, TrialSlices* slices) {
+Result<SlabTrial> PrintJobImpl::try_slab(const SlabTry& wanted, const std::atomic<bool>& interrupt,
+                                         TrialSlices* slices) {
     const auto evaluated = [&] {
         int64_t blocks = 0;
         for (const auto& e : evaluators_.all())
@@ -359,24 +358,29 @@ Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, int32_t pieces, double se
         return blocks;
     };
     const bool first = evaluators_.all().empty();
+    if (wanted.drop_trees) {
+        nearest::set_budget(trees_.get(), 0);
+        nearest::set_budget(trees_.get(), plan_.caches.trees);
+    }
     const int64_t before = evaluated(), diced = patches_diced();
+    const int64_t trees = nearest::built_bytes(*trees_);
     const double start = seconds_now(), start_processor = processor_seconds();
     Deadline deadline(interrupt);
     setup_.interrupt = &deadline.passed();  // checked from one batch of blocks to the next
-    deadline.start(first ? kCoverageSeconds : seconds);
+    deadline.start(first ? kCoverageSeconds : wanted.seconds);
     SlabRun* run = runs_.take([&] { return std::make_unique<SlabRun>(setup_); });
-    abi::KernelStatus status = run->begin(slab, &evaluators_);
+    abi::KernelStatus status = run->begin(wanted.slab, &evaluators_);
     SlabTrial trial;
     trial.blocks = status.ok() ? run->blocks_to_evaluate() : -1;
     trial.processor_seconds_begun = processor_seconds() - start_processor;
     trial.patches_begun = patches_diced() - diced;
-    if (first) deadline.start(seconds);
+    if (first) deadline.start(wanted.seconds);
     FinishedSlices finished;
-    const SlabSlices of_slab = slices_of(slab);
+    const SlabSlices of_slab = slices_of(wanted.slab);
     finished.first = of_slab.first;
     finished.end = of_slab.end;
     const StopFlags flags{deadline.passed()};
-    trial.pieces = pieces;
+    trial.pieces = wanted.pieces;
     if (status.ok()) {
         status = run->try_rows(bits_of_slices(of_slab.first, of_slab.end), &evaluators_, flags,
                                &trial.pieces);
@@ -385,7 +389,7 @@ Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, int32_t pieces, double se
     volume::PrintfLog dropped;
     if (!run->log().empty()) dropped.append(&run->log());
     Result<void> taken;
-    if (status.ok() && pieces == kAllPieces && slices->sink != nullptr) {
+    if (status.ok() && wanted.pieces == kAllPieces && slices->sink != nullptr) {
         encode(*slices->sink, *run, slices->next - of_slab.first, &finished);
         for (FinishedSlices::Slice& slice : finished.slices) {
             // In low prints slabs are tried again.
@@ -397,15 +401,17 @@ Result<SlabTrial> PrintJobImpl::try_slab(int32_t slab, int32_t pieces, double se
     if (!taken) return taken.error();
     if (!status.ok() && !status.is_stopped()) {
         return internal_error(fmt::format("slices from {}: a kernel failed with code {}: {}",
-                                          8 * slab, status.code(), abi::take_kernel_error()));
+                                          8 * wanted.slab, status.code(),
+                                          abi::take_kernel_error()));
     }
-    if (!status.ok() || pieces != kAllPieces) {
+    if (!status.ok() || wanted.pieces != kAllPieces) {
         trial.share = std::min(1.0, static_cast<double>(evaluated() - before) /
                                         static_cast<double>(std::max<int64_t>(trial.blocks, 1)));
     }
     trial.seconds = seconds_now() - start;
     trial.processor_seconds = processor_seconds() - start_processor;
     trial.patches_diced = patches_diced() - diced;
+    trial.tree_bytes = nearest::built_bytes(*trees_) - trees;
     return trial;
 }
 
@@ -416,20 +422,20 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, pipeline::SliceSink
     if (sink != nullptr) {
         if (const Result<void> begun = sink->begin(info_); !begun) return begun.error();
     }
-    int64_t patches = 0;
+    PatchNeeds needs;
+    needs.tree_room = static_cast<int64_t>(plan_.caches.trees);
     for (size_t i = 0; i < surfaces_.size(); ++i) {
         if (owns_surface(i) && !surfaces_[i]->identity())
-            patches += static_cast<int64_t>(surfaces_[i]->patches().size());
+            needs.patches += static_cast<int64_t>(surfaces_[i]->patches().size());
     }
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(threads_));
     tbb::task_arena arena(threads_);
     TrialSlices slices{sink, range_.x};
     Result<TimeSample> sample = arena.execute([&] {
-        return pipeline::sample_time(slabs(), seconds, patches,
-                                     [&](int32_t slab, int32_t pieces, double time) {
-                                         return try_slab(slab, pieces, time, interrupt, &slices);
-                                     });
+        return pipeline::sample_time(slabs(), seconds, needs, [&](const SlabTry& wanted) {
+            return try_slab(wanted, interrupt, &slices);
+        });
     });
     if (sink != nullptr) {
         // It is told that the print ended early, and may say so.

@@ -3,6 +3,7 @@
 #include "runtime/pipeline/time_sample.h"
 
 #include <algorithm>
+#include <map>
 #include <vector>
 
 namespace openfab::pipeline {
@@ -18,24 +19,29 @@ constexpr double kPlaces = 0.6;
 constexpr double kEnough = 0.05;
 /// Of the time that is left, what the first of two neighbours may take; the second finds more cached.
 constexpr double kCold = 2.0 / 3;
+/// Of the pieces tried, the part that is tried again without trees, which takes longer.
+constexpr int32_t kRebuiltPieces = 2;
 /// Slabs of a print that is tried whole, as it would be printed.
 constexpr int32_t kFewSlabs = 4;
 
-/// What one place of the height takes.
+/// What one slab takes.
 struct Place {
+    int32_t slab = 0;
     double seconds = 0;  ///< of the processor, for a whole slab
     double diced = 0;    ///< patches in that time
     double blocks = -1;  ///< -1: unknown
     bool tried = false;
+    bool typical = true;  ///< of slabs near it: what they share with others is cached
 };
 
 class Sampler {
   public:
-    Sampler(const Vec2<int32_t>& slabs, double seconds, int64_t patches, const TrySlab& try_slab)
+    Sampler(const Vec2<int32_t>& slabs, double seconds, const PatchNeeds& needs,
+            const TrySlab& try_slab)
         : slabs_(slabs),
           left_(seconds),
           counting_left_(seconds / 2),
-          patches_(patches),
+          needs_(needs),
           try_slab_(try_slab) {}
 
     Result<TimeSample> sample() {
@@ -52,8 +58,8 @@ class Sampler {
         return std::min(trial.seconds, std::max(trial.processor_seconds, trial.seconds / 10));
     }
 
-    Result<SlabTrial> try_slab(int32_t slab, int32_t pieces, double seconds) {
-        Result<SlabTrial> trial = try_slab_(slab, pieces, seconds);
+    Result<SlabTrial> try_slab(const SlabTry& wanted) {
+        Result<SlabTrial> trial = try_slab_(wanted);
         if (!trial) return trial;
         seconds_tried_ += trial->seconds;
         processor_tried_ += trial->processor_seconds;
@@ -62,11 +68,11 @@ class Sampler {
         return trial;
     }
 
-    static Place whole(const SlabTrial& trial) {
+    static Place whole(int32_t slab, const SlabTrial& trial) {
         const double share = trial.share > 0 ? trial.share : 1;
         const auto all = [&](double begun, double sum) { return begun + (sum - begun) / share; };
         return {
-            all(trial.processor_seconds_begun, trial.processor_seconds),
+            slab, all(trial.processor_seconds_begun, trial.processor_seconds),
             all(static_cast<double>(trial.patches_begun), static_cast<double>(trial.patches_diced)),
             static_cast<double>(trial.blocks), trial.share > 0};
     }
@@ -75,17 +81,19 @@ class Sampler {
         if (places_.empty()) share_ = trial.share;
     }
 
+    bool is_tried(int32_t slab) const {
+        return std::any_of(places_.begin(), places_.end(),
+                           [&](const Place& p) { return p.slab == slab && p.tried; });
+    }
+
     /// As in the print itself: what is diced is part of each slab's time.
     Result<void> try_all() {
         for (int32_t slab = slabs_.x; slab < slabs_.y; ++slab) {
-            if (slab > slabs_.x && left_ <= 0) {
-                places_.push_back({});
-                continue;
-            }
-            const Result<SlabTrial> trial = try_slab(slab, kAllPieces, left_);
+            if (slab > slabs_.x && left_ <= 0) continue;
+            const Result<SlabTrial> trial = try_slab({slab, kAllPieces, left_});
             if (!trial) return trial.error();
             note_share(*trial);
-            Place place = whole(*trial);
+            Place place = whole(slab, *trial);
             place.diced = 0;
             place.tried = slab == slabs_.x || trial->share > kEnough;
             places_.push_back(place);
@@ -103,25 +111,9 @@ class Sampler {
                 slabs_.x +
                 static_cast<int32_t>((2 * int64_t{part_of(i, bits)} + 1) * count() / (2 * parts));
             // Little of a slab tells less than its blocks.
-            if (i > 1 && left_ <= took / 2) {
-                if (const Result<void> counted = count_blocks(first); !counted) return counted;
-                continue;
-            }
-            const Result<SlabTrial> cold = try_slab(first, kAllPieces, kCold * left_);
-            if (!cold) return cold.error();
-            note_share(*cold);
-            Place place = whole(*cold);
-            place.tried = places_.empty() || cold->share > kEnough;
-            if (cold->share > kEnough && first + 1 < slabs_.y && left_ > 0) {
-                const Result<SlabTrial> warm =
-                    try_slab(first + 1, cold->share < 1 ? cold->pieces : kAllPieces, left_);
-                if (!warm) return warm.error();
-                if (warm->share > kEnough * cold->share) {
-                    compare(place, whole(*warm));
-                    place = whole(*warm);
-                }
-            }
-            places_.push_back(place);
+            const bool late = i > 1 && left_ <= took / 2;
+            const Result<void> done = late ? count_blocks(first) : try_neighbours(first);
+            if (!done) return done;
             if (i == 1) took = seconds - left_;
             // Two neighbours each, so that no slab is tried twice.
             while (i == 1 && bits < kMostBits && (4 << bits) <= count() &&
@@ -140,11 +132,48 @@ class Sampler {
         return part - 1;
     }
 
+    /// Tries `first` and the slab above it, as far as they were not; in low prints places meet.
+    Result<void> try_neighbours(int32_t first) {
+        const int32_t second = first + 1;
+        const bool has_second = second < slabs_.y && !is_tried(second);
+        if (is_tried(first)) return has_second ? try_alone(second) : Result<void>();
+        const Result<SlabTrial> cold = try_slab({first, kAllPieces, kCold * left_});
+        if (!cold) return cold.error();
+        note_share(*cold);
+        Place place = whole(first, *cold);
+        place.tried = places_.empty() || cold->share > kEnough;
+        if (cold->share > kEnough && has_second && left_ > 0) {
+            const int32_t pieces = cold->share < 1 ? cold->pieces : kAllPieces;
+            const Result<SlabTrial> warm = try_slab({second, pieces, left_});
+            if (!warm) return warm.error();
+            if (warm->share > kEnough * cold->share) {
+                place.typical = false;
+                const Place above = whole(second, *warm);
+                compare(place, above);
+                places_.push_back(above);
+                if (const Result<void> done = rebuild(*cold, second, *warm); !done) return done;
+            }
+        }
+        places_.push_back(place);
+        return {};
+    }
+
+    /// Tries a slab whose neighbour was tried.
+    Result<void> try_alone(int32_t slab) {
+        const Result<SlabTrial> trial = try_slab({slab, kAllPieces, left_});
+        if (!trial) return trial.error();
+        places_.push_back(whole(slab, *trial));
+        places_.back().tried = trial->share > kEnough;
+        return {};
+    }
+
     /// Of a place that is not tried.
     Result<void> count_blocks(int32_t slab) {
+        if (is_tried(slab)) return {};
         Place place;
+        place.slab = slab;
         if (counting_left_ > 0 && places_.front().blocks > 0) {
-            const Result<SlabTrial> trial = try_slab_(slab, 0, counting_left_);
+            const Result<SlabTrial> trial = try_slab_({slab, 0, counting_left_});
             if (!trial) return trial.error();
             counting_left_ -= spent(*trial);
             diced_ += static_cast<double>(trial->patches_diced);
@@ -161,62 +190,116 @@ class Sampler {
         more_diced_ += cold.diced - warm.diced * like;
     }
 
+    /// Returns the seconds that dicing a patch takes.
+    double of_patch() const {
+        return more_diced_ > 0 ? std::max(0.0, more_seconds_ / more_diced_) : 0.0;
+    }
+
+    /// Learns what it takes to build the trees of a patch again, from the first place whose slab needs
+    /// more than there is room for: there a print builds those of each patch twice, whole ones first,
+    /// and once these are evicted smaller ones of its pieces.
+    Result<void> rebuild(const SlabTrial& cold, int32_t slab, const SlabTrial& warm) {
+        const auto bytes_of_slab = static_cast<double>(cold.tree_bytes) / cold.share;
+        if (of_rebuilt_ > 0 || left_ <= 0 || bytes_of_slab <= static_cast<double>(needs_.tree_room))
+            return {};
+        const int32_t pieces = std::max(cold.pieces / kRebuiltPieces, 1);
+        const Result<SlabTrial> again = try_slab({slab, pieces, left_, true});
+        if (!again) return again.error();
+        const auto of_blocks = [&](const SlabTrial& trial) {
+            const auto diced = static_cast<double>(trial.patches_diced - trial.patches_begun);
+            return trial.processor_seconds - trial.processor_seconds_begun - of_patch() * diced;
+        };
+        const double seconds =
+            of_blocks(*again) - std::max(0.0, of_blocks(warm)) * again->share / warm.share;
+        // By bytes: of the patches at the ends of pieces only some trees are built again.
+        if (again->tree_bytes > 0 && cold.patches_diced > 0) {
+            of_rebuilt_ = std::max(0.0, seconds / static_cast<double>(again->tree_bytes)) *
+                          static_cast<double>(cold.tree_bytes) /
+                          static_cast<double>(cold.patches_diced);
+        }
+        return {};
+    }
+
     TimeSample conclude() const {
         TimeSample out;
         out.share = share_;
-        const double of_patch = more_diced_ > 0 ? std::max(0.0, more_seconds_ / more_diced_) : 0.0;
         double sum = 0, blocks = 0;
+        std::map<int32_t, double> tried;
         for (const Place& place : places_) {
             if (!place.tried) continue;
+            tried[place.slab] = steady(place);
+            if (!place.typical) continue;
             ++out.places;
-            sum += steady(place, of_patch);
+            sum += tried[place.slab];
             blocks += place.blocks;
         }
         if (processor_tried_ <= 0) {
             out.places = 0;
             return out;
         }
-        double all = 0, slowest = 0;
+        const double mean = out.places > 0 ? sum / out.places : 0;
+        std::map<int32_t, double> typical;
+        double slowest = 0;
         for (const Place& place : places_) {
-            double seconds = out.places > 0 ? sum / out.places : 0;
+            if (!place.typical) continue;
+            double seconds = mean;
             if (place.tried) {
-                seconds = steady(place, of_patch);
+                seconds = tried[place.slab];
             } else if (place.blocks >= 0 && blocks > 0) {
                 seconds = sum / blocks * place.blocks;
             }
-            all += seconds;
+            typical[place.slab] = seconds;
             slowest = std::max(slowest, place.tried ? place.seconds : seconds);
         }
-        const double dicing = of_patch * std::max(static_cast<double>(patches_), diced_);
-        out.processor_seconds = all / static_cast<double>(places_.size()) * count() + dicing;
+        // Some patches are never needed, which is known where all slabs were tried.
+        const bool all = static_cast<int32_t>(tried.size()) == count();
+        const double patches = all ? diced_ : std::max(static_cast<double>(needs_.patches), diced_);
+        out.processor_seconds = all_slabs(tried, typical) + (of_patch() + of_rebuilt_) * patches;
         const double clock = seconds_tried_ / processor_tried_;
         out.seconds = out.processor_seconds * clock;
         out.slowest_slab_seconds = slowest * clock;
         return out;
     }
 
+    /// Returns the seconds of all slabs, each like itself or the nearest typical one.
+    double all_slabs(const std::map<int32_t, double>& tried,
+                     const std::map<int32_t, double>& typical) const {
+        double all = 0;
+        auto near = typical.begin();
+        for (int32_t slab = slabs_.x; slab < slabs_.y; ++slab) {
+            for (auto next = near; ++next != typical.end();) {
+                if (next->first - slab > slab - near->first) break;
+                near = next;
+            }
+            const auto found = tried.find(slab);
+            all += found != tried.end() ? found->second : near->second;
+        }
+        return all;
+    }
+
     /// Without dicing. What is left is at least something, however that was estimated.
-    static double steady(const Place& place, double of_patch) {
+    double steady(const Place& place) const {
         constexpr double kLeast = 0.1;
-        return std::max(place.seconds - of_patch * place.diced, kLeast * place.seconds);
+        return std::max(place.seconds - of_patch() * place.diced, kLeast * place.seconds);
     }
 
     Vec2<int32_t> slabs_;
     double left_, counting_left_;  ///< seconds for trials, and then for counting blocks
-    int64_t patches_;
+    PatchNeeds needs_;
     const TrySlab& try_slab_;
-    std::vector<Place> places_;
+    std::vector<Place> places_;  ///< each slab at most once
     double seconds_tried_ = 0, processor_tried_ = 0;
     double diced_ = 0;  ///< in all trials
     double more_seconds_ = 0, more_diced_ = 0;
+    double of_rebuilt_ = 0;  ///< seconds for the trees of a patch that are built again
     double share_ = 1;
 };
 
 }  // namespace
 
-Result<TimeSample> sample_time(const Vec2<int32_t>& slabs, double seconds, int64_t patches,
+Result<TimeSample> sample_time(const Vec2<int32_t>& slabs, double seconds, const PatchNeeds& needs,
                                const TrySlab& try_slab) {
-    return Sampler(slabs, seconds, patches, try_slab).sample();
+    return Sampler(slabs, seconds, needs, try_slab).sample();
 }
 
 }  // namespace openfab::pipeline

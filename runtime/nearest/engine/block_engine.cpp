@@ -404,6 +404,10 @@ void set_budget(PatchCache* cache, size_t bytes) {
     cache->set_budget(bytes);
 }
 
+int64_t built_bytes(const PatchCache& cache) {
+    return cache.built_bytes();
+}
+
 void set_max_pinned(PatchCache* cache, size_t bytes) {
     cache->set_max_pinned(bytes);
 }

@@ -27,6 +27,8 @@ class PatchCache {
     /// Changes a limit; call while no other thread uses the cache.
     void set_budget(size_t bytes) { trees_.set_budget(bytes); }
     void set_max_pinned(size_t bytes) { max_pinned_ = bytes; }
+    /// Returns the bytes of all trees that were built so far.
+    int64_t built_bytes() const { return trees_.counts().inserted_bytes; }
     size_t max_pinned() const { return max_pinned_; }
     /// Returns a surface id that is new in this and any other cache.
     static int32_t new_surface_id() {

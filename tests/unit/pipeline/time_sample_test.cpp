@@ -20,12 +20,15 @@ struct Print {
     std::function<int64_t(int32_t)> blocks = [](int32_t) { return 1000; };
     int64_t patches_a_slab = 0;
     double of_patch = 0;
+    int64_t tree_bytes = 0;  ///< of the trees of a patch, whole or in pieces
+    double of_rebuilt = 0;   ///< seconds for the trees of a patch whose first were evicted
 
     std::vector<int32_t> tried, counted;
     std::set<int32_t> diced;
 
-    Result<SlabTrial> operator()(int32_t slab, int32_t pieces, double room) {
+    Result<SlabTrial> operator()(const SlabTry& wanted) {
         constexpr int32_t kPieces = 16;
+        const int32_t slab = wanted.slab, pieces = wanted.pieces;
         SlabTrial trial;
         trial.blocks = blocks(slab);
         if (pieces == 0) {
@@ -37,15 +40,22 @@ struct Print {
         int64_t patches = 0;
         for (int32_t near = slab - 1; near <= slab + 1; ++near)
             patches += diced.insert(near).second ? patches_a_slab : 0;
-        const double whole = seconds(slab) + of_patch * static_cast<double>(patches);
-        trial.share = std::min({1.0, room / whole, static_cast<double>(pieces) / kPieces});
+        const int64_t rebuilt = wanted.drop_trees ? 3 * patches_a_slab : 0;
+        const double whole = seconds(slab) + of_patch * static_cast<double>(patches) +
+                             of_rebuilt * static_cast<double>(rebuilt);
+        trial.share =
+            std::min({1.0, wanted.seconds / whole, static_cast<double>(pieces) / kPieces});
         trial.pieces = std::min(pieces, static_cast<int32_t>(std::ceil(kPieces * trial.share)));
         trial.seconds = trial.processor_seconds = whole * trial.share;
-        trial.patches_diced = static_cast<int64_t>(trial.share * static_cast<double>(patches));
+        const auto of_share = [&](int64_t all) {
+            return static_cast<int64_t>(trial.share * static_cast<double>(all));
+        };
+        trial.patches_diced = of_share(patches);
+        trial.tree_bytes = of_share((patches + rebuilt) * tree_bytes);
         return trial;
     }
-    TimeSample sample(const Vec2<int32_t>& slabs, double room, int64_t patches = 0) {
-        return *sample_time(slabs, room, patches, std::ref(*this));
+    TimeSample sample(const Vec2<int32_t>& slabs, double room, const PatchNeeds& needs = {}) {
+        return *sample_time(slabs, room, needs, std::ref(*this));
     }
 };
 
@@ -81,7 +91,7 @@ TEST(TimeSample, OfLowPrintsTriesEachSlabOnce) {
     Print print;
     print.patches_a_slab = 100;
     print.of_patch = 0.001;
-    const TimeSample sample = print.sample({0, 3}, 0.45, 500);
+    const TimeSample sample = print.sample({0, 3}, 0.45, {500, 0});
     EXPECT_EQ(print.tried, (std::vector<int32_t>{0, 1, 2}));
     EXPECT_NEAR(sample.seconds, 3 * 0.01 + 0.5, 1e-9);
 }
@@ -90,7 +100,7 @@ TEST(TimeSample, DicingCountsOncePerPatch) {
     Print print;
     print.patches_a_slab = 50;
     print.of_patch = 0.0005;
-    const TimeSample sample = print.sample({0, 200}, 3, 200 * 50);
+    const TimeSample sample = print.sample({0, 200}, 3, {200 * 50, 0});
     EXPECT_NEAR(sample.seconds, 200 * (0.01 + 50 * 0.0005), 0.01);
 }
 
@@ -99,10 +109,39 @@ TEST(TimeSample, DicingIsToldFromStoppedTrials) {
     print.seconds = [](int32_t) { return 2.0; };
     print.patches_a_slab = 1000;
     print.of_patch = 0.005;
-    const TimeSample sample = print.sample({0, 200}, 3, 200 * 1000);
+    const TimeSample sample = print.sample({0, 200}, 3, {200 * 1000, 0});
     EXPECT_EQ(sample.places, 1);
     EXPECT_LT(sample.share, 0.2);
     EXPECT_NEAR(sample.seconds, 200 * (2 + 1000 * 0.005), 20);
+}
+
+TEST(TimeSample, TreesAreBuiltTwiceWhereASlabNeedsMoreThanThereIsRoomFor) {
+    Print print;
+    print.seconds = [](int32_t) { return 2.0; };
+    print.patches_a_slab = 1000;
+    print.of_patch = 0.005;
+    print.tree_bytes = 1000;
+    print.of_rebuilt = 0.002;
+    const int64_t of_slab = 3 * print.patches_a_slab * print.tree_bytes;
+    const double once = 200 * (2 + 1000 * 0.005);
+    Print fits = print;
+    EXPECT_NEAR(fits.sample({0, 200}, 3, {200 * 1000, of_slab + 100'000}).seconds, once, 20);
+    EXPECT_NEAR(print.sample({0, 200}, 3, {200 * 1000, of_slab - 100'000}).seconds,
+                once + 200 * 1000 * 0.002, 30);
+}
+
+TEST(TimeSample, OfLowPrintsNoSlabCountsForAnother) {
+    // The two upper ones of 12 take all the time, which more than two places would meet.
+    Print print;
+    print.seconds = [](int32_t slab) { return slab < 10 ? 0.001 : 0.2; };
+    EXPECT_NEAR(print.sample({0, 12}, 3).seconds, 10 * 0.001 + 2 * 0.2, 1e-9);
+    const std::set<int32_t> once(print.tried.begin(), print.tried.end());
+    EXPECT_EQ(once.size(), print.tried.size());
+    // Nor do patches that no slab needs.
+    Print diced;
+    diced.patches_a_slab = 50;
+    diced.of_patch = 0.0005;
+    EXPECT_NEAR(diced.sample({0, 12}, 3, {5000, 0}).seconds, 12 * 0.01 + 14 * 50 * 0.0005, 0.002);
 }
 
 TEST(TimeSample, PlacesThatWereNotTriedCountByTheirBlocks) {
@@ -129,7 +168,7 @@ TEST(TimeSample, OfOneSlabThatWasStoppedIsMarkedSo) {
 }
 
 TEST(TimeSample, OfCoverageAloneIsALeastTime) {
-    const TimeSample sample = *sample_time({0, 50}, 1, 0, [](int32_t, int32_t, double) {
+    const TimeSample sample = *sample_time({0, 50}, 1, {}, [](const SlabTry&) {
         SlabTrial trial;
         trial.seconds = trial.processor_seconds = trial.processor_seconds_begun = 3;
         trial.share = 0;
