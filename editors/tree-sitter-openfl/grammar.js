@@ -16,6 +16,10 @@ const PRECEDENCE = {
 
 const BINARY = [["||"], ["&&"], ["|"], ["^"], ["&"], ["==", "!="], ["<", ">", "<=", ">="], ["<<", ">>"], ["+", "-"], ["*", "/", "%"]];
 
+const SIDES = ["1", "2", "3", "4"];
+const PRIMITIVE_TYPES = ["bool", "int", "uint", "float"].flatMap((base) =>
+    ["", ...SIDES, ...SIDES.flatMap((rows) => SIDES.map((columns) => `${rows}x${columns}`))].map((size) => base + size));
+
 const list = (rule) => seq(rule, repeat(seq(",", rule)));
 const optionalList = (rule) => optional(seq(list(rule), optional(",")));
 
@@ -24,7 +28,7 @@ module.exports = grammar({
     extras: ($) => [/\s/, "\uFEFF", $.comment],
     word: ($) => $.identifier,
     supertypes: ($) => [$._statement, $._expression],
-    conflicts: ($) => [[$.type, $._expression]],
+    conflicts: ($) => [[$._named_type, $._expression]],
 
     rules: {
         source_file: ($) => repeat(choice($.import, $.fablet, $._declaration, ";")),
@@ -33,33 +37,35 @@ module.exports = grammar({
         fablet: ($) => seq("fablet", field("name", $.identifier), field("body", $.fablet_body)),
         fablet_body: ($) => seq("{", repeat(choice($.uniforms, $.stage, $._declaration, ";")), "}"),
         uniforms: ($) => seq("@", alias("uniform", $.marker), "{", repeat($.uniform), "}"),
-        uniform: ($) => seq(field("type", $.type), list($.declarator), ";"),
+        uniform: ($) => seq(field("type", $._type), list($.declarator), ";"),
         stage: ($) =>
             seq("@", field("kind", alias($.identifier, $.marker)), "(", optional($.varyings), ")",
                 field("body", $.block)),
         varyings: ($) => seq("@", alias("varying", $.marker), "{", optionalList($.varying), "}"),
         varying: ($) =>
-            seq(optional(seq("@", alias("nearest", $.marker))), repeat($.qualifier), field("type", $.type), $.declarator),
+            seq(optional(seq("@", alias("nearest", $.marker))), repeat($.qualifier), field("type", $._type), $.declarator),
 
         _declaration: ($) => choice($.function, $.struct, $.declaration),
         struct: ($) =>
             seq(repeat($.qualifier), "struct", field("name", alias($.identifier, $.type_identifier)), "{", repeat($.member), "}",
                 optional(list($.declarator)), ";"),
-        member: ($) => seq(field("type", $.type), list($.declarator), ";"),
+        member: ($) => seq(field("type", $._type), list($.declarator), ";"),
         function: ($) =>
-            seq(repeat($.qualifier), field("type", $.type), field("name", $.identifier), field("parameters", $.parameters),
+            seq(repeat($.qualifier), field("type", $._type), field("name", $.identifier), field("parameters", $.parameters),
                 field("body", $.block)),
         parameters: ($) => seq("(", optionalList($.parameter), ")"),
-        parameter: ($) => seq(repeat($.qualifier), field("type", $.type), $.declarator),
-        declaration: ($) => seq(repeat($.qualifier), field("type", $.type), list($.declarator), ";"),
+        parameter: ($) => seq(repeat($.qualifier), field("type", $._type), $.declarator),
+        declaration: ($) => seq(repeat($.qualifier), field("type", $._type), list($.declarator), ";"),
         declarator: ($) =>
             seq(field("name", $.identifier), repeat($.extent), optional(seq("=", field("value", $._initializer))),
                 optional($.annotations)),
         extent: ($) => seq("[", optional($._expression), "]"),
         annotations: ($) => seq("[[", optionalList($.annotation), "]", "]"),
-        annotation: ($) => seq(field("type", $.type), field("name", $.identifier), "=", field("value", $._expression)),
+        annotation: ($) => seq(field("type", $._type), field("name", $.identifier), "=", field("value", $._expression)),
         qualifier: () => choice("const", "static", "in", "out", "inout"),
-        type: ($) => alias($.identifier, $.type_identifier),
+        _type: ($) => choice($.primitive_type, $._named_type),
+        _named_type: ($) => alias($.identifier, $.type_identifier),
+        primitive_type: () => choice("void", "string", ...PRIMITIVE_TYPES),
 
         block: ($) => seq("{", repeat($._statement), "}"),
         _statement: ($) =>
@@ -89,7 +95,7 @@ module.exports = grammar({
         list: ($) => seq("{", optionalList($._initializer), "}"),
 
         _expression: ($) =>
-            choice($.identifier, $.number, $.string, $.boolean, $.parenthesized, $.unary, $.update, $.binary, $.conditional,
+            choice($.identifier, $.primitive_type, $.number, $.string, $.boolean, $.parenthesized, $.unary, $.update, $.binary, $.conditional,
                 $.assignment, $.cast, $.call, $.index, $.field),
         parenthesized: ($) => seq("(", $._any_expression, ")"),
         unary: ($) => prec(PRECEDENCE.unary, seq(field("operator", choice("+", "-", "!", "~")), $._expression)),
@@ -107,7 +113,10 @@ module.exports = grammar({
                 seq(field("left", $._expression),
                     field("operator", choice("=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>=")),
                     field("right", $._initializer))),
-        cast: ($) => prec(PRECEDENCE.cast, seq("(", field("type", $.type), ")", field("value", $._expression))),
+        // `(T)-x` and `(T)(x)` are casts where T is built in, else a difference and a call.
+        cast: ($) =>
+            choice(...[[0, $.primitive_type], [-1, $._named_type]].map(([likely, type]) =>
+                prec.dynamic(likely, prec(PRECEDENCE.cast, seq("(", field("type", type), ")", field("value", $._expression)))))),
         call: ($) => prec(PRECEDENCE.postfix, seq(field("function", $._expression), field("arguments", $.arguments))),
         arguments: ($) => seq("(", optionalList($._initializer), ")"),
         index: ($) => prec(PRECEDENCE.postfix, seq($._expression, "[", $._any_expression, "]")),
