@@ -8,7 +8,16 @@ set(openfab_home lib/openfab)
 set(openfab_programs openfab openflc openfab-texture openfab-text openfab-color openfab-render
     openfab-tuner)
 
-install(TARGETS ${openfab_programs} RUNTIME DESTINATION ${openfab_home}/bin)
+# What these start where they are built: readers and writers that link optional libraries. Nobody types their names.
+set(openfab_converters openfab-vdb openfab-texture-vdb openfab-texture-dicom openfab-texture-hdf5)
+foreach(name IN LISTS openfab_converters)
+    if(NOT TARGET ${name})
+        list(REMOVE_ITEM openfab_converters ${name})
+    endif()
+endforeach()
+add_custom_target(openfab_installed DEPENDS ${openfab_programs} ${openfab_converters})
+
+install(TARGETS ${openfab_programs} ${openfab_converters} RUNTIME DESTINATION ${openfab_home}/bin)
 foreach(name IN LISTS openfab_programs)
     file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/install)
     file(CREATE_LINK ../${openfab_home}/bin/${name} ${CMAKE_BINARY_DIR}/install/${name} SYMBOLIC)
