@@ -1,6 +1,8 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pages of the standard library, of what stdlib/*.fl says: each function with its signature, comment and swatch."""
+"""Pages of the standard library: each function with its signature, comment, swatch (gallery/library), cost and bounds
+(stdlib/costs.json)."""
+import json
 import re
 from dataclasses import dataclass, field
 
@@ -93,16 +95,16 @@ def swatches(root, pages):
         # Squares of 9 mm, 10 mm apart, around the middle of a plate 61 mm wide (gallery/library/sheet.fl).
         scale = (picture.width - 2) / 61
         for y, row in enumerate(rows):
-            for x, name in enumerate(row):
-                if not name:
+            for x, cell in enumerate(row):
+                if not cell:
                     continue
                 middle = (picture.width / 2 + (x - 2.5) * 10 * scale, picture.height / 2 + (y - (len(rows) - 1) / 2) * 10 * scale)
                 box = [round(c + sign * 4.5 * scale) for sign in (-1, 1) for c in middle]
-                name = name.strip("`")
-                file = f"library/swatches/{re.sub(r'[^a-z0-9]+', '_', name).strip('_')}.png"
+                file = f"library/swatches/{re.sub(r'[^a-z0-9]+', '_', cell).strip('_')}.png"
                 (pages / file).parent.mkdir(parents=True, exist_ok=True)
                 picture.crop(box).save(pages / file)
-                out[name] = file
+                # One square may show several functions at work.
+                out |= dict.fromkeys(re.findall(r"`([^`]+)`", cell), file)
     return out
 
 
@@ -126,9 +128,69 @@ def swatch_of(signature, name, known):
     return None
 
 
+class Costs:
+    """What each function costs and how tight its interval is, by module and types, as bench/library measured it."""
+
+    def __init__(self, file):
+        table = json.loads(file.read_text(encoding="utf-8"))
+        self.processor, self.rounds = table["processor"], table["rounds"]
+        self.rows = {(row["module"], row["function"]): row for row in table["functions"]}
+        self.shown = set()
+
+    def row_of(self, module, signature):
+        head = signature[:signature.index("(")]
+        types = [type_ + "".join(re.findall(r"\[\w*\]", name)) for type_, name in parameters(signature)]
+        key = (module, f"{head}({', '.join(types)})")
+        self.shown.add(key)
+        if key not in self.rows:
+            raise SystemExit(f"stdlib/costs.json has no row of {module}'s `{key[1]}`")
+        return self.rows[key]
+
+    def table(self, module, signatures):
+        """Returns the Markdown of a function's table, and notes of overloads that have no call."""
+        rows = [self.row_of(module, signature) for signature in signatures]
+        lines = ["| call | [ns a voxel](index.md#cost-and-bounds) | of a copy | interval | cubes decided |",
+                 "| --- | --- | --- | --- | --- |"]
+        for row in rows:
+            if "call" not in row:
+                continue
+            cost = f"{row['ns']:g}" if row["ns"] >= 0.1 else "< 0.1"
+            interval = ("none" if not row.get("bounded") else f"{row['width']:.3g}" if "width" in row else "mostly unknown")
+            decided = f"{100 * row['decided']:.0f} of {100 * row['one_sided']:.0f} %" if "decided" in row else ""
+            if row["module"] == "dither":
+                interval = ""
+            lines.append(f"| `{row['call']}` | {cost} | {max(row['copies'], 1):g} | {interval} | {decided} |")
+        notes = [row["note"] for row in rows if "note" in row]
+        return ["\n".join(lines)] * (len(lines) > 2) + notes
+
+    def explanation(self):
+        return f"""## Cost and bounds
+
+Each function has a call of it with what that costs: processor time of one core of an {self.processor} with kernels for
+AVX2, beyond that of a kernel that copies the voxel's position, and the ratio of both kernels. They are medians of
+{self.rounds} rounds in turn. That of a dither rule is beyond a rule that always returns 0, with three materials in each
+voxel. A print adds its own work for each voxel: it finds, dithers and writes it.
+
+*Interval*: how many times as wide as the values themselves the interval is that culling works with, over cubes of 8
+voxels a side, 0.4 mm, at random places within 32 mm (the median). 1 is exact. *Cubes decided*: in how many of these cubes
+the interval tells on which side of a level all values lie, and in how many they do lie on one side. The level is that at which a
+fablet would change its material: 0, or the middle of a range that does not contain it. Of a mixture, it is the
+cubes that are the same throughout. Whole cubes that are decided are filled without evaluating their voxels; larger
+ones are tried first.
+
+In a call `p` is the voxel's centre, `unit` the same as 0 ... 1, `t` and `d` their first components. The figures are in
+`stdlib/costs.json`; `bench_library` writes them."""
+
+    def check(self):
+        if gone := set(self.rows) - self.shown:
+            raise SystemExit("stdlib/costs.json has rows of what is not in stdlib: " +
+                             ", ".join(f"{module}'s `{function}`" for module, function in sorted(gone)))
+
+
 def write(root, pages):
     """Writes library/*.md; returns their paths, and names of functions without a swatch."""
     known = swatches(root, pages)
+    costs = Costs(root / "stdlib/costs.json")
     names, bare = [], []
     index = ["# Standard library", "Modules of OpenFL that `openflc` has inside: `import lattice;` makes the functions of "
              "one callable. The sources are in `stdlib/`.", "", "| module | functions |", "| --- | --- |"]
@@ -154,10 +216,13 @@ def write(root, pages):
                 page.append("```openfl\n" + "\n".join(function.signatures) + "\n```")
                 if function.comment:
                     page.append(function.comment)
+                page += costs.table(path.stem, function.signatures)
         names.append(f"library/{path.stem}.md")
         (pages / names[-1]).parent.mkdir(parents=True, exist_ok=True)
         (pages / names[-1]).write_text("\n\n".join(page) + "\n", encoding="utf-8")
         links = ", ".join(f"[`{name}`]({path.stem}.md#{name})" for name in dict.fromkeys(listed))
         index.append(f"| [{path.stem}]({path.stem}.md) | {links} |")
+    costs.check()
+    index += ["", costs.explanation()]
     (pages / "library/index.md").write_text("\n".join(index) + "\n", encoding="utf-8")
     return ["library/index.md"] + names, bare
