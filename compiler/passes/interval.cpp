@@ -280,8 +280,10 @@ Interval IntervalForm::float_interval(const Instr& instr) {
             return remainder_interval(a, b);
         case Op::kNeg:
             return {emit(Op::kNeg, a.hi), emit(Op::kNeg, a.lo), ir::kNoValue};
-        case Op::kAbs:
-            return magnitude_interval(a);
+        case Op::kAbs: {
+            const std::optional<Interval> folded = folded_interval(instr.args[0]);
+            return folded ? *folded : magnitude_interval(a);
+        }
         case Op::kSqrt:
             return root_interval(a);
         case Op::kMin:

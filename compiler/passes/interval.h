@@ -65,6 +65,18 @@ class IntervalForm {
     Interval noise_interval(const ir::Instr& instr);
     Interval around_centre(const ir::Instr& instr, size_t axes, float one, float all, Id farthest);
     Interval widened(Id first, Id last);
+    Interval hash_interval(const ir::Instr& instr);
+    // interval_sawtooth.cpp
+    /// A value that rises, or falls, between breaks at which it starts anew.
+    struct Sawtooth {
+        Id at_lo, at_hi;               ///< at the ends of the box
+        Id before_break, after_break;  ///< the limits on either side of a break
+        Id breaks;                     ///< how many are in the box
+        Id known;
+    };
+    std::optional<Sawtooth> sawtooth(Id value, int depth);
+    /// Returns the magnitude of a sawtooth; nothing of another value.
+    std::optional<Interval> folded_interval(Id value);
     // interval_samples.cpp
     Interval sample_interval(const ir::Instr& instr);
     Interval query_result_interval(const ir::Instr& instr);

@@ -74,10 +74,24 @@ Interval IntervalForm::function_interval(const Instr& instr) {
         case Op::kCellular:
             return noise_interval(instr);
         case Op::kHash:
-            return full_range(Type::kUint);
+            return hash_interval(instr);
         default:
             return monotone_interval(instr.op, a, false);
     }
+}
+
+/// Any value, unless the box has one list of words alone: a cell of a pattern.
+Interval IntervalForm::hash_interval(const ir::Instr& instr) {
+    ir::Instr exact = instr;
+    Id single = b_.constant(true);
+    for (Id& arg : exact.args) {
+        const Interval& word = values_[arg];
+        if (!word.is_point()) single = both(single, emit(Op::kEq, word.lo, word.hi));
+        arg = word.lo;
+    }
+    const Id value = b_.append(std::move(exact));
+    const Interval full = full_range(Type::kUint);
+    return {b_.select(single, value, full.lo), b_.select(single, value, full.hi), ir::kNoValue};
 }
 
 /// Ends in any order, widened; neither crosses 0, since all functions return results of the right

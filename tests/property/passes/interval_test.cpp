@@ -190,6 +190,102 @@ TEST(Interval, HoldsWhatFunctionsGive) {
     EXPECT_GT(tally.known * 10, tally.all);
 }
 
+/// abs(q - floor(q) - c), abs(m * (q - round(q)) + c), …: the fraction of a nearest float, moved by
+/// constants and by a uniform.
+ir::Stage folded(ir::Op whole, float factor, float offset, bool uniform) {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kVolume;
+    ir::Builder b(&stage);
+    const ir::ValueId q = b.input(ir::Type::kFloat, OPENFAB_ARG_NEAREST, 0, 0);
+    ir::ValueId value = b.emit(ir::Op::kSub, {q, b.emit(whole, {q})});
+    const ir::ValueId m =
+        uniform ? b.input(ir::Type::kFloat, OPENFAB_ARG_UNIFORM, 0, 0) : b.constant(factor);
+    value = b.emit(ir::Op::kSub, {b.emit(ir::Op::kMul, {m, value}), b.constant(offset)});
+    stage.outputs.push_back({"out", OPENFAB_ARG_WEIGHT, 0, 0, b.emit(ir::Op::kAbs, {value})});
+    return stage;
+}
+
+/// A fold is continuous, and so exact in narrow boxes, with a break in them or not.
+TEST(Interval, OfAFoldIsExact) {
+    std::mt19937 random(5);
+    const auto unit = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+    int breaks = 0;
+    for (int k = 0; k < 4000; ++k) {
+        const bool floors = k % 2 == 0, uniform = k % 4 > 1;
+        const float factor = std::array{1.0f, 2.0f, -3.0f, 0.25f}[static_cast<size_t>(k / 4 % 4)];
+        // Continuous where the fraction starts anew; and anything, which is not.
+        const bool continuous = k % 3 != 0;
+        const float offset = continuous ? (floors ? 0.5f * factor : 0.0f) : unit() - 0.5f;
+        const ir::Stage stage =
+            folded(floors ? ir::Op::kFloor : ir::Op::kRound, factor, offset, uniform);
+        const ir::Stage bounds = passes::form_volume_bounds(stage);
+        const float lo = (unit() - 0.5f) * (k % 5 == 0 ? 1e6f : 8.0f);
+        const float hi = lo + unit() * (k % 7 == 0 ? 3.0f : 0.6f);
+        Values ends, at;
+        ends.values[{OPENFAB_ARG_NEAREST_LO, 0, 0}] = std::bit_cast<uint32_t>(lo);
+        ends.values[{OPENFAB_ARG_NEAREST_HI, 0, 0}] = std::bit_cast<uint32_t>(hi);
+        ends.values[{OPENFAB_ARG_UNIFORM, 0, 0}] = std::bit_cast<uint32_t>(factor);
+        at.values = ends.values;
+        const std::vector<uint32_t> known = interp::evaluate(bounds, ends);
+        const float low = std::bit_cast<float>(known[0]), high = std::bit_cast<float>(known[1]);
+        float least = 1e9f, most = -1e9f;
+        constexpr int kSteps = 400;
+        for (int step = 0; step <= kSteps; ++step) {
+            const float t = static_cast<float>(step) / kSteps;
+            const float q = std::fmin(std::fmax(lo + (hi - lo) * t, lo), hi);
+            at.values[{OPENFAB_ARG_NEAREST, 0, 0}] = std::bit_cast<uint32_t>(q);
+            const float value = std::bit_cast<float>(interp::evaluate(stage, at)[0]);
+            ASSERT_TRUE(low <= value && value <= high)
+                << value << " at " << q << " is outside " << low << " .. " << high;
+            least = std::min(least, value);
+            most = std::max(most, value);
+        }
+        if (!continuous) continue;
+        // Up to a step of the samples.
+        const float slack = std::abs(factor) * ((hi - lo) / kSteps + std::abs(lo) * 1e-6f);
+        EXPECT_NEAR(low, least, slack) << k << ": " << lo << " to " << hi;
+        EXPECT_NEAR(high, most, slack) << k << ": " << lo << " to " << hi;
+        breaks +=
+            std::floor(lo + (floors ? 0.0f : 0.5f)) != std::floor(hi + (floors ? 0.0f : 0.5f));
+    }
+    EXPECT_GT(breaks, 500);
+    // Nothing is known of a fold of what may be infinite.
+    const ir::Stage bounds = passes::form_volume_bounds(folded(ir::Op::kFloor, 1, 0.5f, false));
+    Values ends;
+    ends.values[{OPENFAB_ARG_NEAREST_LO, 0, 0}] = std::bit_cast<uint32_t>(0.0f);
+    ends.values[{OPENFAB_ARG_NEAREST_HI, 0, 0}] = 0x7f800000u;
+    EXPECT_TRUE(std::isnan(std::bit_cast<float>(interp::evaluate(bounds, ends)[0])));
+}
+
+/// The hash of a single list of words is that hash; of several it may be anything.
+TEST(Interval, OfAHashIsExactInOneCell) {
+    ir::Stage stage;
+    stage.kind = ir::StageKind::kVolume;
+    ir::Builder b(&stage);
+    const ir::ValueId cell =
+        b.convert(b.emit(ir::Op::kFloor, {b.input(ir::Type::kFloat, OPENFAB_ARG_NEAREST, 0, 0)}),
+                  ir::Type::kInt);
+    ir::Instr hash;
+    hash.op = ir::Op::kHash;
+    hash.type = ir::Type::kUint;
+    hash.args = {b.convert(cell, ir::Type::kUint), b.constant(uint32_t{5})};
+    stage.outputs.push_back(
+        {"out", OPENFAB_ARG_WEIGHT, 0, 0, b.convert(b.append(hash), ir::Type::kFloat)});
+    ASSERT_EQ(ir::verify(stage), "");
+    const ir::Stage bounds = passes::form_volume_bounds(stage);
+    for (const float at : {-7.9f, -0.5f, 0.25f, 12.0f}) {
+        Values ends, point;
+        point.values[{OPENFAB_ARG_NEAREST, 0, 0}] = std::bit_cast<uint32_t>(at + 0.05f);
+        ends.values[{OPENFAB_ARG_NEAREST_LO, 0, 0}] = std::bit_cast<uint32_t>(at);
+        ends.values[{OPENFAB_ARG_NEAREST_HI, 0, 0}] = std::bit_cast<uint32_t>(at + 0.1f);
+        const std::vector<uint32_t> known = interp::evaluate(bounds, ends);
+        EXPECT_EQ(known[0], interp::evaluate(stage, point)[0]);
+        EXPECT_EQ(known[1], known[0]);
+        ends.values[{OPENFAB_ARG_NEAREST_HI, 0, 0}] = std::bit_cast<uint32_t>(at + 1);
+        EXPECT_LT(std::bit_cast<float>(interp::evaluate(bounds, ends)[0]), 1.0f);
+    }
+}
+
 }  // namespace
 
 }  // namespace openfab::testing
