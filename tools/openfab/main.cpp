@@ -196,6 +196,10 @@ void add_view(CLI::App& app, Action* action) {
                      "the world that a print was made from, to see its parts and what the dither "
                      "was given")
         ->type_name("WORLD");
+    command
+        ->add_option("--fablet", view.fablet,
+                     "where a mesh was printed alone, `--world MESH`: the `--fablet` of its print")
+        ->type_name("FABLET");
     command->add_flag("--watch", view.watch,
                       "print a world again whenever it changes, and let the page change it");
     command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")

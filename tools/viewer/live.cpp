@@ -399,7 +399,7 @@ std::optional<std::string> Live::part_at(const Vec3d& point_mm) const {
 
 Result<std::vector<double>> Live::fractions_at(const pipeline::PrintInfo& info,
                                                const Vec3d& point_mm) {
-    ProbedWorld world{options_.file, options_.allow, {}};
+    ProbedWorld world{options_.file, {}, options_.allow, {}};
     {
         const std::lock_guard lock(mutex_);
         world.settings = shown_settings_;

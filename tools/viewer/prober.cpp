@@ -48,6 +48,7 @@ Result<std::vector<double>> Prober::fractions(const ProbedWorld& world,
                                   "--probe=" + triple(point_mm),
                                   "--pitch=" + triple(info.pitch_mm),
                                   "--progress=none"};
+    if (!world.fablet.empty()) argv.push_back("--fablet=" + world.fablet);
     for (const std::string& folder : world.allow)
         argv.push_back("--allow=" + folder);
     for (const std::string& setting : world.settings)

@@ -16,9 +16,9 @@
 
 namespace openfab::viewer {
 
-/// The world of a print, and what it was printed with.
+/// The world of a print, or its mesh and that one's fablet, and what it was printed with.
 struct ProbedWorld {
-    std::string file;
+    std::string file, fablet;
     std::vector<std::string> allow, settings;  ///< as of `openfab print`
 };
 

@@ -42,11 +42,29 @@ Answer state(Session* session, const Live* live) {
     return {200, "application/json", out.take()};
 }
 
+/// Checks that what a print was made from is a world, or a mesh with its fablet.
+Result<void> check_origin(const ViewOptions& options) {
+    const bool is_world = options.world.ends_with(".json");
+    if (!options.fablet.empty() && (options.world.empty() || is_world)) {
+        return usage_error(
+            "`--fablet` is for a print of a mesh: name the mesh, `--world MESH --fablet FABLET`; a "
+            "world names its own fablets");
+    }
+    if (options.world.empty() || is_world || !options.fablet.empty()) return {};
+    return usage_error(
+        fmt::format("`--world {}` is not a world (.fab.json); of a print of a mesh give its "
+                    "`--fablet`, too, or "
+                    "print a world of the mesh, which `openfab import` makes",
+                    options.world));
+}
+
 /// Opens the prints; of a world there is none yet.
 Result<void> open_prints(const ViewOptions& options, bool is_world, Session* session) {
     if (is_world) {
         if (!options.world.empty())
             return usage_error("`--world` is for a print; the file is a world itself");
+        if (!options.fablet.empty())
+            return usage_error("`--fablet` is for a print of a mesh; a world names its own");
         if (!options.compare.empty())
             return usage_error("a world cannot be compared; print it to an .ofr file first");
         // Whatever else is wrong with it can be mended while the page is open.
@@ -59,24 +77,27 @@ Result<void> open_prints(const ViewOptions& options, bool is_world, Session* ses
         return usage_error(
             "`--set` and `--allow` are for a world (.fab.json), or for the `--world` of a print");
     }
+    if (Result<void> fits = check_origin(options); !fits) return fits;
     if (Result<void> opened = session->open(options.file); !opened) return opened;
     return options.compare.empty() ? Result<void>() : session->open(options.compare);
 }
 
-/// Reads the world that a print was made from.
+/// Reads the world that a print was made from. A mesh that was printed alone is its only part.
 Result<void> know_world(const ViewOptions& options, std::unique_ptr<TemporaryFolder>* scratch,
                         OfWorld* out) {
-    Result<world::World> world = world::load_world(
-        options.world, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
-    if (!world) return world.error();
+    if (options.fablet.empty()) {
+        Result<world::World> world = world::load_world(
+            options.world, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
+        if (!world) return world.error();
+        const auto finder = std::make_shared<const PartFinder>(
+            std::make_shared<const world::World>(std::move(*world)));
+        out->part_at = [finder](const Vec3d& point_mm) { return finder->at(point_mm); };
+    }
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     *scratch = std::move(*folder);
-    const auto finder =
-        std::make_shared<const PartFinder>(std::make_shared<const world::World>(std::move(*world)));
-    out->part_at = [finder](const Vec3d& point_mm) { return finder->at(point_mm); };
     const auto prober = std::make_shared<Prober>(options.programs, (*scratch)->path());
-    const ProbedWorld probed{options.world, options.allow, options.settings};
+    const ProbedWorld probed{options.world, options.fablet, options.allow, options.settings};
     out->amounts_at = [prober, probed](const pipeline::PrintInfo& info, const Vec3d& point_mm) {
         return prober->fractions(probed, info, point_mm);
     };

@@ -16,7 +16,8 @@ namespace openfab::viewer {
 struct ViewOptions {
     std::string file;     ///< an .ofr file, finished or not, or a world (.fab.json)
     std::string compare;  ///< a second print; empty: none
-    std::string world;    ///< that the print was made from; empty: unknown
+    std::string world;    ///< or the mesh that the print was made from; empty: unknown
+    std::string fablet;   ///< of a print of a mesh, as of `openfab print`; empty: of a world
     std::string address = "127.0.0.1";
     int32_t port = 0;    ///< 0: any that is free
     bool watch = false;  ///< print a world again on each change, and let the page make changes

@@ -522,6 +522,10 @@ TEST_F(ViewPrint, WhatCannotBeShownIsRefusedWithAReason) {
         {{path("odd")}, "not that of a folder of slices"},
         {{print, path("none.ofr")}, "cannot open"},
         {{print, "--watch"}, "is for a world"},
+        {{print, "--world", "cube.obj"}, "of a print of a mesh give its `--fablet`, too"},
+        {{print, "--fablet", "solid"}, "name the mesh"},
+        {{print, "--world", "cube.fab.json", "--fablet", "solid"}, "name the mesh"},
+        {{path("none.fab.json"), "--fablet", "solid"}, "a world names its own"},
         {{print, "--listen", "example.org"}, "is not an address"},
         {{print, "--port", "70000"}, "--port"},
         {{print, "--memory", "20kB"}, "memory"}};

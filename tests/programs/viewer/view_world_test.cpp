@@ -139,6 +139,29 @@ TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {
     EXPECT_EQ(alone.get("/api/amounts" + voxel).status, 404);
 }
 
+TEST_F(ViewWorld, OfAMeshThatWasPrintedAloneItsFabletTellsWhatTheDitherWasGiven) {
+    scratch_.write("corner.obj",
+                   "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    const std::string mesh = (scratch_ / "corner.obj").string();
+    const std::string fablet = (scratch_ / "halves.fl").string();
+    const std::string file = (scratch_ / "corner.ofr").string();
+    const Outcome printed = run({OPENFAB_PROGRAM, "print", mesh, "--fablet", fablet, "-o", file,
+                                 "--draft", "2", "--set", "corner.share=0.125"},
+                                {{{"OPENFAB_CACHE", cache()}}, {}, {}});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    const std::string voxel = "?generation=1&print=0&x=2&y=2&z=2";
+    const auto view = [&](const std::string& setting) {
+        const Viewer viewer({file, "--world", mesh, "--fablet", fablet, "--set", setting}, cache());
+        return viewer.get("/api/amounts" + voxel);
+    };
+    const JsonValue amounts = view("corner.share=0.125").json();
+    EXPECT_NEAR(member(amounts, "fractions").items.at(0).number, 0.125, 1e-5);
+    EXPECT_NEAR(member(amounts, "fractions").items.at(1).number, 0.875, 1e-5);
+    const HttpAnswer refused = view("corner.share=0.25");
+    EXPECT_EQ(refused.status, 422);
+    EXPECT_THAT(refused.body, HasSubstr("the world has changed since it was printed: uniforms"));
+}
+
 TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {
     const Viewer viewer({world(), "--watch"}, cache());
     JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
