@@ -128,8 +128,8 @@ abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator
     const volume::PlacedPart& part = *active->part;
     active->seconds_coverage = 0;
     {
-        const StageTimer timer(Stage::kCoverage, &active->seconds_coverage);
-        part.voxeliser->coverage(slab_, &active->mask, setup_.interrupt);
+        const StageTimer timer(Stage::kCoverage);
+        part.voxeliser->coverage(slab_, &active->mask, setup_.interrupt, &active->seconds_coverage);
     }
     if (setup_.interrupt != nullptr && setup_.interrupt->load())
         return abi::KernelStatus::stopped();

@@ -11,6 +11,7 @@
 #include <limits>
 #include <mutex>
 
+#include "base/clock.h"
 #include "base/stage_timer.h"
 #include "runtime/surface/transform_box.h"
 #include "runtime/voxel/crossings.h"
@@ -89,7 +90,7 @@ struct Voxeliser::Impl {
     void find_box();
     std::unique_ptr<Scratch> take_scratch() const;
     void give_scratch(std::unique_ptr<Scratch> scratch) const;
-    void take_patches(int32_t slab, Scratch* scratch, const std::atomic<bool>* stop) const;
+    double take_patches(int32_t slab, Scratch* scratch, const std::atomic<bool>* stop) const;
     void find_patch(int32_t patch, const Window& window, Scratch* scratch,
                     std::vector<Crossing>* out) const;
     void take_patch(int32_t patch, int32_t slab, const Window& window, Scratch* scratch) const;
@@ -236,9 +237,10 @@ void Voxeliser::Impl::give_scratch(std::unique_ptr<Scratch> scratch) const {
 }
 
 /// Sets scratch->crossings to those of all patches in one slab. Threads that have nothing else to do
-/// help: a slab that dices many patches, as the first one may, would keep them waiting.
-void Voxeliser::Impl::take_patches(int32_t slab, Scratch* scratch,
-                                   const std::atomic<bool>* stop) const {
+/// help: a slab that dices many patches, as the first one may, would keep them waiting. Returns their
+/// seconds, less those that this thread waited, in which it may have worked at something else.
+double Voxeliser::Impl::take_patches(int32_t slab, Scratch* scratch,
+                                     const std::atomic<bool>* stop) const {
     // A task takes far longer than it costs to hand it out, where patches are diced or not.
     constexpr size_t kDicedTogether = 4, kPlainTogether = 2048;
     scratch->crossings.clear();
@@ -261,21 +263,31 @@ void Voxeliser::Impl::take_patches(int32_t slab, Scratch* scratch,
     };
     const size_t count = scratch->patches.size();
     const size_t together = surface.identity() ? kPlainTogether : kDicedTogether;
-    if (count <= together) return take(0, count, scratch);
+    if (count <= together) {
+        take(0, count, scratch);
+        return 0;
+    }
     // Any order of patches gives the same rows of crossings.
     std::mutex mutex;
+    double seconds = 0;
+    const double start = seconds_now();
     tbb::parallel_for(tbb::blocked_range<size_t>(0, count, together), [&](const auto& range) {
-        const StageTimer timer(Stage::kCoverage);
+        double taken = 0;
         std::unique_ptr<Scratch> own = take_scratch();
-        own->crossings.clear();
-        take(range.begin(), range.end(), own.get());
+        {
+            const StageTimer timer(Stage::kCoverage, &taken);
+            own->crossings.clear();
+            take(range.begin(), range.end(), own.get());
+        }
         {
             const std::lock_guard lock(mutex);
+            seconds += taken;
             scratch->crossings.insert(scratch->crossings.end(), own->crossings.begin(),
                                       own->crossings.end());
         }
         give_scratch(std::move(own));
     });
+    return seconds - (seconds_now() - start);
 }
 
 /// Turns crossings into bits: the inside state of each row is toggled where its winding number
@@ -360,12 +372,15 @@ Voxeliser::~Voxeliser() {
     delete impl_;
 }
 
-void Voxeliser::coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop) const {
+void Voxeliser::coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop,
+                         double* seconds) const {
     const Impl& impl = *impl_;
+    const double start = seconds_now();
     std::unique_ptr<Scratch> scratch = impl.take_scratch();
-    impl.take_patches(slab, scratch.get(), stop);
+    const double others = impl.take_patches(slab, scratch.get(), stop);
     impl.fill(slab, scratch.get(), out);
     impl.give_scratch(std::move(scratch));
+    if (seconds != nullptr) *seconds += seconds_now() - start + others;
 }
 
 Box3i Voxeliser::voxel_box() const {

@@ -43,8 +43,10 @@ class Voxeliser {
     Voxeliser& operator=(const Voxeliser&) = delete;
 
     /// Computes the coverage of slices [8 slab, 8 slab + 8) into `out`, reusing its memory. Once
-    /// `stop` is set, it ends soon, and what is in `out` is of no use.
-    void coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop = nullptr) const;
+    /// `stop` is set, it ends soon, and what is in `out` is of no use. Adds to `seconds` what it took,
+    /// of the threads that helped, too, but not what this one waited for them.
+    void coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop = nullptr,
+                  double* seconds = nullptr) const;
     /// Returns the part's conservative box in voxels of the grid, hi exclusive.
     Box3i voxel_box() const;
     /// Returns the bytes held now: by set-up and by waiting crossings, without surface and index.

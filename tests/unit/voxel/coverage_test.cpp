@@ -3,6 +3,15 @@
 #include "runtime/voxel/coverage.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
 
 #include "runtime/voxel/crossings.h"
 #include "tests/support/meshes/meshes.h"
@@ -143,6 +152,57 @@ TEST(Coverage, EndsWhenItIsStopped) {
     stop = true;
     voxeliser.coverage(0, &mask, &stop);
     EXPECT_EQ(mask.width, 0);
+}
+
+/// A surface whose patches are diced, each for a while.
+class SlowSurface final : public surface::Surface {
+  public:
+    static constexpr double kSeconds = 0.01;  ///< a patch
+
+    explicit SlowSurface(std::unique_ptr<surface::Surface> of)
+        : of_(std::move(of)), patches_(of_->patches()) {
+        for (surface::Patch& patch : patches_)
+            patch.kind = surface::PatchKind::kLattice;
+    }
+    const std::vector<surface::Patch>& patches() const override { return patches_; }
+    const surface::PatchRanges& ranges() const override { return of_->ranges(); }
+    bool identity() const override { return false; }
+    std::shared_ptr<const surface::MicroMesh> micro(int32_t patch) const override {
+        ++diced;
+        std::this_thread::sleep_for(std::chrono::duration<double>(kSeconds));
+        return of_->micro(patch);
+    }
+    bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
+        return of_->identity_corners(patch, out);
+    }
+    void displacement_bounds(int32_t patch,
+                             std::vector<surface::GrownPolygon>* out) const override {
+        of_->displacement_bounds(patch, out);
+    }
+    Box3d exact_box(const Affine3d& map) const override { return of_->exact_box(map); }
+    surface::SurfaceCounts counts() const override { return {}; }
+
+    mutable std::atomic<int> diced{0};
+
+  private:
+    std::unique_ptr<surface::Surface> of_;
+    std::vector<surface::Patch> patches_;
+};
+
+TEST(Coverage, TheSecondsOfThreadsThatHelpCount) {
+    const part::Part part = testing::make_part(testing::empty_fablet(), testing::cube(3),
+                                               {.transform = moved(2, 2, 2)});
+    const SlowSurface surface(std::move(*surface::Surface::create(part, {})));
+    const voxel::Voxeliser voxeliser(part, surface, grid({10, 10, 8}));
+    constexpr size_t kThreads = 4;  // so many wait at once, on however many cores
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, kThreads);
+    tbb::task_arena arena(kThreads);
+    voxel::SlabMask mask;
+    double seconds = 0;
+    arena.execute([&] { voxeliser.coverage(0, &mask, nullptr, &seconds); });
+    EXPECT_EQ(mask.width, 8);
+    EXPECT_GT(surface.diced, 4);  // more than one thread takes
+    EXPECT_GE(seconds, surface.diced * SlowSurface::kSeconds);
 }
 
 TEST(Coverage, HugeTrianglesDoNotOverflow) {
