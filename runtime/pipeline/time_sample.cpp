@@ -197,7 +197,8 @@ class Sampler {
 
     /// Learns what it takes to build the trees of a patch again, from the first place whose slab needs
     /// more than there is room for: there a print builds those of each patch twice, whole ones first,
-    /// and once these are evicted smaller ones of its pieces.
+    /// and once these are evicted smaller ones of its pieces. Of the pieces of a slab that fill a part
+    /// of the room, about that part is evicted before it is needed again, and built once more.
     Result<void> rebuild(const SlabTrial& cold, int32_t slab, const SlabTrial& warm) {
         const auto bytes_of_slab = static_cast<double>(cold.tree_bytes) / cold.share;
         if (of_rebuilt_ > 0 || left_ <= 0 || bytes_of_slab <= static_cast<double>(needs_.tree_room))
@@ -213,7 +214,10 @@ class Sampler {
             of_blocks(*again) - std::max(0.0, of_blocks(warm)) * again->share / warm.share;
         // By bytes: of the patches at the ends of pieces only some trees are built again.
         if (again->tree_bytes > 0 && cold.patches_diced > 0) {
-            of_rebuilt_ = std::max(0.0, seconds / static_cast<double>(again->tree_bytes)) *
+            const auto bytes = static_cast<double>(again->tree_bytes);
+            const double filled =
+                std::min(1.0, bytes / again->share / static_cast<double>(needs_.tree_room));
+            of_rebuilt_ = (1 + filled) * std::max(0.0, seconds / bytes) *
                           static_cast<double>(cold.tree_bytes) /
                           static_cast<double>(cold.patches_diced);
         }
