@@ -261,11 +261,14 @@ class Texture:
     @classmethod
     def volume(
         cls, volume: str | os.PathLike[str] | ArrayLike, *, origin: Sequence[float] | None = None,
-        spacing: float | Sequence[float] | None = None, wrap: str = "clamp", filter: str = "trilinear",
+        spacing: float | Sequence[float] | None = None, field: str | None = None, unit: str | None = None,
+        pitch: float | None = None, outside: float | None = None, wrap: str = "clamp", filter: str = "trilinear",
     ) -> Texture:
         """A volume: a file, or an array [z][y][x] or [z][y][x][channel], whose first value is at the lowest corner.
 
-        `origin` is that corner in part space and `spacing` the size of a texel, in mm.
+        `origin` is that corner in part space and `spacing` the size of a texel, in mm. Of files that hold fields,
+        `field` is the name of the one that is read, `unit` that of their lengths (mm, cm, m, um, in), `pitch` how
+        fine their cells are sampled, in mm, and `outside` the value where they have none.
         """
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)
@@ -282,6 +285,11 @@ class Texture:
             self._keys["origin_mm"] = [float(x) for x in origin]
         if spacing is not None:
             self._keys["spacing_mm"] = [float(x) for x in np.broadcast_to(np.asarray(spacing, float), 3)]
+        if pitch is not None:
+            self._keys["pitch_mm"] = float(pitch)
+        if outside is not None:
+            self._keys["outside"] = float(outside)
+        self._keys.update({key: value for key, value in (("field", field), ("unit", unit)) if value is not None})
         return self
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:

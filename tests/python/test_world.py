@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -122,6 +123,53 @@ def test_a_volume_is_an_array() -> None:
     volume = openfab.Texture.volume(field, origin=(-2.5, -2, 0), spacing=0.5, filter="nearest")
     world.add(openfab.box(5, 4, 3), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": RED, "other": BLUE})
     np.testing.assert_allclose(openfab.sample(world, voxel=0.5).fractions[..., 0], field, atol=2e-5)
+
+
+# Two cubes of 1 that are 2 apart, with x of 0 to 4 as the field `along`, 0 to 1.
+CUBES_VTU = """<VTKFile type="UnstructuredGrid" version="1.0"><UnstructuredGrid>
+<Piece NumberOfPoints="16" NumberOfCells="2"><PointData>
+<DataArray type="Float32" Name="along" format="ascii">0 .25 .25 0 0 .25 .25 0 .75 1 1 .75 .75 1 1 .75</DataArray>
+<DataArray type="Float32" Name="flat" format="ascii">1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1</DataArray>
+</PointData><Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">
+0 0 0  1 0 0  1 1 0  0 1 0  0 0 1  1 0 1  1 1 1  0 1 1
+3 0 0  4 0 0  4 1 0  3 1 0  3 0 1  4 0 1  4 1 1  3 1 1
+</DataArray></Points><Cells>
+<DataArray type="Int32" Name="connectivity" format="ascii">0 1 2 3 4 5 6 7  8 9 10 11 12 13 14 15</DataArray>
+<DataArray type="Int32" Name="offsets" format="ascii">8 16</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">12 12</DataArray>
+</Cells></Piece></UnstructuredGrid></VTKFile>"""
+
+
+def by_field(folder: Path, **keys: Any) -> openfab.World:
+    (folder / "cubes.vtu").write_text(CUBES_VTU)
+    world = openfab.World(printer="generic")
+    volume = openfab.Texture.volume(folder / "cubes.vtu", filter="nearest", **keys)
+    world.add(openfab.box(40, 10, 10), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": RED, "other": BLUE})
+    return world
+
+
+def test_a_volume_is_a_field_of_a_file(tmp_path: Path) -> None:
+    world = by_field(tmp_path, field="along", unit="cm", pitch=0.5, outside=0.6, origin=(-20, -5, 0))
+    row = openfab.sample(world, ((-20, 0, 5), (20, 0.5, 5.5)), voxel=0.5).fractions[0, 0, :, 0]
+    along = (np.arange(80) + 0.5) / 80
+    np.testing.assert_allclose(row[:20], along[:20], atol=2e-5)
+    np.testing.assert_allclose(row[26:54], 0.6, atol=2e-5)
+    np.testing.assert_allclose(row[60:], along[60:], atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({}, "along"),
+        ({"field": "across"}, "across"),
+        ({"field": "flat", "unit": "yard"}, "`unit` of texture"),
+        ({"field": "flat", "pitch": -1}, "`pitch_mm` of texture"),
+        ({"field": "flat", "outside": 1e31}, "`outside` of texture"),
+    ],
+)
+def test_fields_are_refused_as_in_a_world(tmp_path: Path, keys: dict[str, Any], message: str) -> None:
+    with pytest.raises(openfab.InputError, match=message):
+        openfab.sample(by_field(tmp_path, **keys), voxel=2)
 
 
 def test_files_go_with_their_owners() -> None:
