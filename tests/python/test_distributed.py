@@ -8,6 +8,8 @@ import os
 import random
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -143,7 +145,7 @@ def test_object_storage_is_reached_by_fsspec(client: Any, ball: openfab.World, t
 
 
 def test_storage_that_fails_is_an_error(
-    client: Any, ball: openfab.World, monkeypatch: pytest.MonkeyPatch
+    client: Any, ball: openfab.World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     fsspec = pytest.importorskip("fsspec")
     from fsspec.implementations.memory import MemoryFile
@@ -160,19 +162,44 @@ def test_storage_that_fails_is_an_error(
     assert memory.cat_file("/prints/kept.ofr") == b"before"
     with pytest.raises(openfab.InputError, match="nosuch"):
         over.print_world(ball, client, "nosuch://prints/ball.ofr", voxel=0.5)
+    with pytest.raises(openfab.OutsideError, match="none/slices"):
+        over.print_world(ball, client, f"file://{tmp_path}/none/slices", voxel=0.5, format="png")
+    assert list(tmp_path.iterdir()) == []
 
 
-def test_a_receiver_gets_the_bytes_of_one_process(client: Any, ball: openfab.World, tmp_path: Path) -> None:
+@pytest.mark.parametrize("listen", ["unix:{folder}/printer", "tcp://127.0.0.1:0"])
+def test_a_receiver_gets_the_bytes_of_one_process(
+    client: Any, ball: openfab.World, tmp_path: Path, listen: str
+) -> None:
     openfab.print_world(ball, tmp_path / "alone.ofr", voxel=0.2)
-    address = f"unix:{tmp_path}/printer"
-    command = [str(TOOL), "receive", "--listen", address, "-o", str(tmp_path / "received.ofr")]
-    with subprocess.Popen(command, stderr=subprocess.DEVNULL) as receiver:
-        deadline = time.monotonic() + 20
-        while not (tmp_path / "printer").exists() and time.monotonic() < deadline:
-            time.sleep(0.02)
+    command = [TOOL, "receive", "--listen", listen.format(folder=tmp_path), "-o", tmp_path / "received.ofr"]
+    with subprocess.Popen(list(map(str, command)), stderr=subprocess.PIPE, text=True) as receiver:
+        assert receiver.stderr is not None
+        words, _, address = receiver.stderr.readline().strip().rpartition(" ")
+        assert words == "listening at"
         over.print_world(ball, client, address, voxel=0.2)
-        assert receiver.wait(30) == 0
+        receiver.communicate(timeout=30)
+    assert receiver.returncode == 0
     assert (tmp_path / "received.ofr").read_bytes() == (tmp_path / "alone.ofr").read_bytes()
+
+
+def test_a_receiver_that_goes_away_is_an_error(client: Any, ball: openfab.World, many_shares: None) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        address = "tcp://{}:{}".format(*listener.getsockname())
+
+        def hang_up() -> None:
+            connection, _ = listener.accept()
+            connection.recv(1)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            connection.close()
+
+        thread = threading.Thread(target=hang_up)
+        thread.start()
+        with pytest.raises(openfab.OutsideError, match=re.escape(address)):
+            over.print_world(ball, client, address, voxel=0.05)
+        thread.join()
+    with pytest.raises(openfab.OutsideError, match=re.escape(address)):
+        over.print_world(ball, client, address, voxel=0.5)
 
 
 class Mortals:

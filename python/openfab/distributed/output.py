@@ -169,12 +169,17 @@ class _Folder:
         self._fs, self._path = _file_system(url)
 
     def __enter__(self) -> Path:
+        try:
+            # Without its parents: a bucket whose name is mistyped would be made, too.
+            if not self._fs.isdir(self._path):
+                self._fs.mkdir(self._path, create_parents=False)
+        except OSError as error:
+            raise OutsideError(f"`{self._url}` cannot be written: {error}") from error
         self._made = Path(tempfile.mkdtemp(prefix="openfab-"))
         return self._made / "slices"
 
     def written(self, error: _core.Error | None) -> None:
         try:
-            self._fs.makedirs(self._path, exist_ok=True)
             for file in sorted((self._made / "slices").iterdir()):
                 self._fs.put_file(str(file), f"{self._path}/{file.name}")
                 if file.name.startswith("slice_"):
