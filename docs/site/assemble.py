@@ -160,10 +160,7 @@ def main():
     shutil.rmtree(out / "pages", ignore_errors=True)
     site = Site(root, out)
     (site.pages / "world").mkdir(parents=True)
-    made, bare = library.write(root, site.pages)
-    if bare:
-        print("assemble.py: no swatch in gallery/library shows\n  " + "\n  ".join(bare), file=sys.stderr)
-    site.made.update(made)
+    site.made.update(library.write(root, site.pages))
     site.made.add(worlds.write(root, site.pages))
     site.made.update(commands.write(root, programs, site.pages))
     site.copy("world/fab_world.schema.json")

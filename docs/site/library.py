@@ -188,7 +188,7 @@ In a call `p` is the voxel's centre, `unit` the same as 0 ... 1, `t` and `d` the
 
 
 def write(root, pages):
-    """Writes library/*.md; returns their paths, and names of functions without a swatch."""
+    """Writes library/*.md and returns their paths; an error names functions that have no swatch."""
     known = swatches(root, pages)
     costs = Costs(root / "stdlib/costs.json")
     names, bare = [], []
@@ -225,4 +225,6 @@ def write(root, pages):
     costs.check()
     index += ["", costs.explanation()]
     (pages / "library/index.md").write_text("\n".join(index) + "\n", encoding="utf-8")
-    return ["library/index.md"] + names, bare
+    if bare:
+        raise SystemExit("no swatch in gallery/library shows\n  " + "\n  ".join(bare))
+    return ["library/index.md"] + names

@@ -57,6 +57,7 @@ constexpr Exhibit kExhibits[] = {
     {"library", "trusses", "trusses", "0.25mm", true},
     {"library", "patterns", "patterns", "0.25mm"},
     {"library", "textures", "textures", "0.25mm"},
+    {"library", "dithers", "dithers", "0.25mm"},
     {"library", "mappings", "mappings", "0.25mm"},
     {"library", "grades", "grades", "0.25mm"},
     {"library", "color_spaces", "color_spaces", "0.25mm"},
