@@ -51,7 +51,7 @@ std::string processor() {
 /// The row with its figures.
 std::string measured(const JsonValue& row) {
     const std::string signature = text_of(row, "function");
-    const Sample sample{
+    const testing::LibraryCall sample{
         text_of(row, "module"),
         text_of(row, "module") == "dither" ? "rule" : signature.substr(0, signature.find(' ')),
         text_of(row, "call")};

@@ -59,65 +59,6 @@ const Places& places() {
     return all;
 }
 
-/// Values of a table, corners of a polygon and what else a call may name.
-constexpr const char* kPropertyTable = R"(
-const PropertyTable ROWS_OF_THREE = {
-    4,
-    {0, 2, 5, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {{1, 0, 0, 0}, {0.25, 0.75, 0, 0}, {0, 0.5, 0.5, 0}, {0, 0, 1, 0}, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-};
-)";
-constexpr const char* kStar = R"(
-const float2 STAR[32] = {float2(0, 12), float2(2.9, 4), float2(11.4, 3.7), float2(4.8, -1.5), float2(7, -9.7),
-    float2(0, -5), float2(-7, -9.7), float2(-4.8, -1.5), float2(-11.4, 3.7), float2(-2.9, 4),
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-)";
-
-/// The components of what a function returns: each is an amount.
-const std::map<std::string, std::vector<std::string>>& components() {
-    static const std::map<std::string, std::vector<std::string>> all = {
-        {"int", {""}},
-        {"float", {""}},
-        {"float2", {".x", ".y"}},
-        {"float3", {".x", ".y", ".z"}},
-        {"float4", {".x", ".y", ".z", ".w"}},
-        {"Cells", {".at.x", ".at.y", ".at.z", ".size.x", ".size.y", ".size.z"}},
-        {"Joint", {".fillet", ".least", ".square"}},
-        {"Polygon", {".p.x", ".p.y", ".square", ".inside ? 1 : 0"}},
-        {"Voronoi", {".site.x", ".site.y", ".site.z", ".face", ".edge"}},
-    };
-    return all;
-}
-
-std::string text_of(const Sample& sample) {
-    std::string text = fmt::format("import {};\n", sample.module);
-    if (sample.module == "property") text += kPropertyTable;
-    if (sample.module == "solids") text += kStar;
-    const bool rule = sample.type == "rule", mixture = sample.type == "MaterialComposition";
-    const std::string type = rule ? "float3" : sample.type;
-    // Each material is an amount to write.
-    size_t materials = mixture ? 0 : components().at(type).size();
-    while (mixture && sample.call.find(fmt::format("m{}", materials)) != std::string::npos)
-        ++materials;
-    text += "fablet F { @uniform {";
-    for (size_t k = 0; k < materials; ++k)
-        text += fmt::format(" Material m{};", k);
-    text +=
-        " }\nMaterialComposition pure(Material m) { MaterialComposition mc; mc.Set(m, 1); return "
-        "mc; }\n"
-        "@Volume(@varying { VolumeAttributes attr }) { float3 p = attr.voxelCenter;\n";
-    text += fmt::format("float3 unit = p / {} + 0.5; float t = unit.x, d = p.x;\n", kRegionMm);
-    if (mixture) return text + "return " + sample.call + "; } }\n";
-    text += "MaterialComposition mc;\n";
-    text += fmt::format("{} v = {};\n", type, rule ? "unit" : sample.call);
-    for (size_t k = 0; k < materials; ++k)
-        text += fmt::format("mc.Set(m{}, v{});\n", k, components().at(type)[k]);
-    text += "return mc; }\n";
-    if (rule)
-        text += "@Dither(@varying { DitherAttributes voxel }) { return " + sample.call + "; }\n";
-    return text + "}\n";
-}
-
 /// Fails loudly: a benchmark has no other way to go on.
 template <typename T>
 T loaded(std::variant<T, lower::Fault> result, const std::string& call) {
@@ -144,8 +85,8 @@ class Kernel {
 /// The amounts of a volume stage. It runs as segments, of which it is one unless it has loops.
 class Amounts : public Kernel, segments::Arguments, segments::Handler {
   public:
-    explicit Amounts(const Sample& sample) {
-        const ir::Module module = load_module(text_of(sample));
+    explicit Amounts(const testing::LibraryCall& sample) {
+        const ir::Module module = load_module(testing::fablet_of(sample));
         const passes::PipelineResult made = passed(module);
         passes::KernelStages stages;
         stages.volume = made.stages.volume;
@@ -208,7 +149,7 @@ class Amounts : public Kernel, segments::Arguments, segments::Handler {
 class Rule : public Kernel {
   public:
     explicit Rule(const std::string& call) : channels_(std::vector<int32_t>{1, 2, 3}) {
-        const ir::Module module = load_module(text_of({"dither", "rule", call}));
+        const ir::Module module = load_module(testing::fablet_of({"dither", "rule", call}));
         const passes::PipelineResult made = passed(module);
         lower::ProgramOptions options;
         options.isas = {kIsa};
@@ -298,12 +239,13 @@ Kernel* copy_of(size_t outputs) {
     static std::map<size_t, std::unique_ptr<Amounts>> known;
     auto& copy = known[outputs];
     if (copy) return copy.get();
-    static const std::array<Sample, 6> kCopies = {{{"grade", "float", "p.x"},
-                                                   {"grade", "float2", "p.xy"},
-                                                   {"grade", "float3", "p"},
-                                                   {"grade", "float4", "float4(p, p.x)"},
-                                                   {"voronoi", "Voronoi", "{p, p.x, p.y}"},
-                                                   {"conformal", "Cells", "{p, p}"}}};
+    static const std::array<testing::LibraryCall, 6> kCopies = {
+        {{"grade", "float", "p.x"},
+         {"grade", "float2", "p.xy"},
+         {"grade", "float3", "p"},
+         {"grade", "float4", "float4(p, p.x)"},
+         {"voronoi", "Voronoi", "{p, p.x, p.y}"},
+         {"conformal", "Cells", "{p, p}"}}};
     copy = std::make_unique<Amounts>(kCopies.at(outputs - 1));
     return copy.get();
 }
@@ -402,7 +344,7 @@ Bounds bounds_of(const Amounts& amounts, bool mixture) {
 
 }  // namespace
 
-Figures measure(const Sample& sample) {
+Figures measure(const testing::LibraryCall& sample) {
     if (sample.type == "rule") {
         static Rule none("0");
         Rule rule(sample.call);

@@ -5,8 +5,8 @@
 // What one function of the standard library costs a voxel, and how tight its interval form is.
 
 #include <optional>
-#include <string>
-#include <vector>
+
+#include "tests/support/library_call.h"
 
 namespace openfab::bench {
 
@@ -14,16 +14,6 @@ namespace openfab::bench {
 constexpr float kRegionMm = 32;
 constexpr float kVoxelMm = 0.05F;
 constexpr int kRounds = 25;
-
-/// A function as the table of costs has it.
-struct Sample {
-    std::string module;
-    std::string type;  ///< what it returns, as OpenFL writes it
-    /// A call of it. In scope: `p`, the voxel's centre, mm, within 16 of the origin; `unit`, that
-    /// as a share of the region, 0 ... 1; t and d, their first components; Materials m0 to m5; and
-    /// `voxel` in a dither rule.
-    std::string call;
-};
 
 struct Cost {
     double ns = 0;      ///< a voxel, beyond the copy of a position
@@ -47,6 +37,6 @@ struct Figures {
 };
 
 /// Compiles the call for AVX2 and measures it. A call that does not compile ends the program.
-Figures measure(const Sample& sample);
+Figures measure(const testing::LibraryCall& sample);
 
 }  // namespace openfab::bench

@@ -212,6 +212,26 @@ TEST_P(Struts, AreAsThickAsAskedAwayFromNodes) {
     }
 }
 
+/// The four of `lattice` in cubes, without a fillet: exact everywhere.
+TEST_P(Struts, InCubesWithoutFilletsAreExact) {
+    const Case& lattice = GetParam();
+    const std::string name = lattice.name;
+    if (name != "cubic" && name != "bcc" && name != "fcc" && name != "octet") return;
+    std::vector<Bond> reference = lattice.bonds();
+    for (Bond& bond : reference)
+        bond = {times(bond.from, {6, 6, 6}), times(bond.to, {6, 6, 6})};
+    const LibraryFunction strut = function("strut_" + name + "(p, 6, 0.4)");
+    std::mt19937 random(13);
+    std::uniform_real_distribution<double> place(-3, 3);
+    for (int k = 0; k < 600; ++k) {
+        const Vec p = {place(random), place(random), place(random)};
+        double least = 1e9;
+        for (const Bond& bond : reference)
+            least = std::min(least, distance(p, bond));
+        EXPECT_NEAR(strut(p), least - 0.4, 3e-6);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, Struts,
     ::testing::Values(
@@ -279,6 +299,30 @@ TEST(Plates, HoneycombsAreExact) {
         }
     }
     expect_walls("honeycomb_chiral(p.xy, 6, 1.5, 0.5)", {6, 6, 6}, chiral);
+}
+
+/// Planes of one family are where the coordinates, in edges, add up to a whole number.
+TEST(Plates, AreTheNearestOfTheirPlanes) {
+    const LibraryFunction octet = function("plates_octet(p, float3(4, 5, 6), 0.5)");
+    const LibraryFunction cubic = function("plates_cubic(p, float3(4, 5, 6), 0.5)");
+    const Vec cell = {4, 5, 6};
+    std::mt19937 random(17);
+    std::uniform_real_distribution<double> place(-9, 9);
+    for (int k = 0; k < 500; ++k) {
+        const Vec p = {place(random), place(random), place(random)};
+        double across = 1e9, along = 1e9;
+        for (int n = -12; n <= 12; ++n) {
+            for (const Vec& sign : {Vec{1, 1, 1}, Vec{1, 1, -1}, Vec{1, -1, 1}, Vec{1, -1, -1}}) {
+                const Vec slope = {sign[0] / cell[0], sign[1] / cell[1], sign[2] / cell[2]};
+                const double sum = slope[0] * p[0] + slope[1] * p[1] + slope[2] * p[2];
+                across = std::min(across, std::abs(sum - n) / length(slope));
+            }
+            for (size_t axis = 0; axis < 3; ++axis)
+                along = std::min(along, std::abs(p[axis] - n * cell[axis]));
+        }
+        EXPECT_NEAR(octet(p), across - 0.25, 1e-5);
+        EXPECT_NEAR(cubic(p), along - 0.25, 1e-5);
+    }
 }
 
 TEST(Plates, PlanesPassThroughTheirNodes) {
