@@ -66,6 +66,19 @@ void on_document_type(void* data, const char*, const char*, const char*, int) {
     static_cast<Parse*>(data)->stop("a document type declaration, which is not allowed");
 }
 
+void on_entity(void* data, const char*, int, const char*, int, const char*, const char*,
+               const char*, const char*) {
+    static_cast<Parse*>(data)->stop("a declaration of an entity, which is not allowed");
+}
+
+void on_attributes(void* data, const char*, const char*, const char*, const char*, int) {
+    static_cast<Parse*>(data)->stop("a declaration of attributes, which is not allowed");
+}
+
+void on_unknown_entity(void* data, const char* name, int) {
+    static_cast<Parse*>(data)->stop(fmt::format("an entity `{}`, which is not known", name));
+}
+
 }  // namespace
 
 const char* XmlAttributes::find(std::string_view name) const {
@@ -90,7 +103,11 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     XML_SetUserData(parser.get(), &parse);
     XML_SetElementHandler(parser.get(), on_start, on_end);
     if (handler->wants_text()) XML_SetCharacterDataHandler(parser.get(), on_text);
-    XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
+    if (!handler->allows_document_type())
+        XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
+    XML_SetEntityDeclHandler(parser.get(), on_entity);
+    XML_SetAttlistDeclHandler(parser.get(), on_attributes);
+    XML_SetSkippedEntityHandler(parser.get(), on_unknown_entity);
     // Parses in pieces, as expat's length is an int.
     constexpr size_t kPiece = 1 << 24;
     for (size_t at = 0;; at += kPiece) {

@@ -34,10 +34,13 @@ class XmlHandler {
     /// Text between tags, in pieces, where `wants_text` says so before parsing begins.
     virtual bool wants_text() const { return false; }
     virtual void text(std::string_view) {}
+    /// Whether the file may name a document type, as XDMF does. What that type is, is not read.
+    virtual bool allows_document_type() const { return false; }
 };
 
-/// Parses `text`; errors are located in `file`. Document types are refused: none is needed here,
-/// and entities can expand a small file into a large one.
+/// Parses `text`; errors are located in `file`. Document types are refused unless the handler allows their
+/// name, and what they declare in any case: none of it is needed here, and entities can expand a small file
+/// into a large one.
 Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler);
 
 }  // namespace openfab

@@ -99,6 +99,7 @@ std::vector<std::string> arguments(const VolumeOptions& options) {
     if (!options.unit.empty()) out.push_back("--unit=" + options.unit);
     if (options.pitch_mm > 0) out.push_back(fmt::format("--pitch={:.17g}mm", options.pitch_mm));
     if (options.outside) out.push_back(fmt::format("--outside={:.17g}", *options.outside));
+    if (options.time) out.push_back(fmt::format("--time={:.17g}", *options.time));
     return out;
 }
 
@@ -136,11 +137,12 @@ namespace {
 
 /// Names the data files of a detached NRRD header or an XDMF file; none of any other file, or of one that
 /// cannot be read.
-std::vector<std::string> data_files_of(const fs::path& file, const ReadLimits& limits) {
+std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
+                                       const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
     if (is_xdmf(file)) {
-        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, limits);
+        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, time, limits);
         return grid ? grid->data_files() : std::vector<std::string>();
     }
     const Result<NrrdHeader> header = read_nrrd_header(*opened);
@@ -150,9 +152,9 @@ std::vector<std::string> data_files_of(const fs::path& file, const ReadLimits& l
 
 }  // namespace
 
-std::vector<fs::path> detached_data(const fs::path& file) {
+std::vector<fs::path> detached_data(const fs::path& file, std::optional<double> time) {
     std::vector<fs::path> out;
-    for (const std::string& name : data_files_of(file, {}))
+    for (const std::string& name : data_files_of(file, time, {}))
         out.push_back(file.parent_path() / name);
     return out;
 }
@@ -170,7 +172,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         text += fmt::format("|{:016x}", *key);
     }
     if (files->size() == 1) {
-        for (const std::string& name : data_files_of(files->front(), limits)) {
+        for (const std::string& name : data_files_of(files->front(), options.time, limits)) {
             // Opened and checked to be allowed before a byte of it is read.
             const Result<InputFile> data = open_data_file(files->front(), name, limits);
             if (!data)

@@ -28,6 +28,7 @@ struct VolumeOptions {
     std::string unit;  ///< of the file's lengths: mm, cm, m, um or in; empty: what it says, else mm
     double pitch_mm = 0;            ///< of what is resampled; 0: see there
     std::optional<double> outside;  ///< the value where a file has none
+    std::optional<double> time;     ///< of a file of several steps, which is read; else the first
 };
 
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file
@@ -36,8 +37,10 @@ struct VolumeOptions {
 /// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
-/// Lists the data files that `file` names if it is the header of a detached NRRD or an XDMF file.
-std::vector<std::filesystem::path> detached_data(const std::filesystem::path& file);
+/// Lists the data files that `file` names if it is the header of a detached NRRD or an XDMF file; of
+/// steps, those of the one that is read.
+std::vector<std::filesystem::path> detached_data(const std::filesystem::path& file,
+                                                 std::optional<double> time);
 
 /// Hashes all bytes of the files, of its data files, the options and the version of the file
 /// format.

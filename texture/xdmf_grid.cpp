@@ -11,20 +11,15 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "base/xml.h"
+#include "texture/xdmf_steps.h"
 
 namespace openfab::texture {
 
 namespace {
 
 constexpr int64_t kMostNumbers = int64_t{1} << 40;
+constexpr const char* kBadSizes = "its `Dimensions` are not whole numbers from 1, or too large";
 constexpr const char* kPlain = "write the file with its data as XML or Binary, or as a .vtu";
-
-/// Returns an attribute in lower case, under either of its names.
-std::string word_of(const XmlAttributes& a, std::string_view name, std::string_view other = {}) {
-    const char* value = a.find(name);
-    if (value == nullptr && !other.empty()) value = a.find(other);
-    return value == nullptr ? std::string() : lower_ascii(std::string(value));
-}
 
 /// Parses whole numbers from 1, whose product is kept within bounds.
 bool read_sizes(const char* text, std::vector<int64_t>* sizes, int64_t* product) {
@@ -41,7 +36,7 @@ bool read_sizes(const char* text, std::vector<int64_t>* sizes, int64_t* product)
 
 /// Reads what kind of numbers an item has.
 Complaint read_kind(const XmlAttributes& a, XdmfItem* item) {
-    std::string type = word_of(a, "NumberType", "DataType");
+    std::string type = xdmf_word(a, "NumberType", "DataType");
     int64_t bytes = 4;
     if (const char* precision = a.find("Precision");
         precision != nullptr && !scan_integer(precision, 1, 8, &bytes).empty())
@@ -62,31 +57,60 @@ Complaint read_kind(const XmlAttributes& a, XdmfItem* item) {
 }
 
 Complaint read_item(const XmlAttributes& a, XdmfItem* item) {
-    if (const std::string type = word_of(a, "ItemType"); !type.empty() && type != "uniform")
+    if (const std::string type = xdmf_word(a, "ItemType"); !type.empty() && type != "uniform")
         return {fmt::format("it is computed of others (`{}`)", type), kPlain};
     if (a.find("Reference") != nullptr)
         return {"it is a reference to another", "write the numbers where they are used"};
-    const std::string format = word_of(a, "Format");
+    const std::string format = xdmf_word(a, "Format");
     if (!format.empty() && format != "xml" && format != "binary" && format != "hdf")
         return {fmt::format("its format `{}` is not known", format), kPlain};
     item->place = format == "binary" ? XdmfItem::Place::kDataFile
                   : format == "hdf"  ? XdmfItem::Place::kHdf
                                      : XdmfItem::Place::kHere;
-    if (const std::string packed = word_of(a, "Compression"); !packed.empty() && packed != "raw")
+    if (const std::string packed = xdmf_word(a, "Compression"); !packed.empty() && packed != "raw")
         return {fmt::format("it is compressed by `{}`", packed), "write it not compressed"};
-    item->big_endian = word_of(a, "Endian") == "big";
+    item->big_endian = xdmf_word(a, "Endian") == "big";
     if (const char* seek = a.find("Seek");
         seek != nullptr && !scan_integer(seek, 0, INT64_MAX / 2, &item->seek).empty())
         return fmt::format("its `Seek` is `{}`, no number of bytes", seek);
-    if (!read_sizes(a.find("Dimensions"), &item->sizes, &item->count))
-        return {"its `Dimensions` are not whole numbers from 1, or too large"};
+    if (!read_sizes(a.find("Dimensions"), &item->sizes, &item->count)) return {kBadSizes};
     return read_kind(a, item);
+}
+
+/// Parses the three rows of a slab, and checks it against its array and the item's `Dimensions`.
+Complaint read_slab(std::string_view text, std::vector<int64_t> sizes, XdmfItem* item) {
+    XdmfSlab slab;
+    slab.sizes = std::move(sizes);
+    int64_t product = 1;
+    for (std::vector<int64_t>* row : {&slab.start, &slab.stride, &slab.count}) {
+        for (const int64_t size : slab.sizes) {
+            const int64_t least = row == &slab.start ? 0 : 1;
+            int64_t& number = row->emplace_back();
+            if (!scan_integer(take_word(&text), least, size, &number).empty())
+                return "its hyperslab has not a start, a stride and a count for each side of its "
+                       "array";
+        }
+    }
+    for (size_t a = 0; a < slab.sizes.size(); ++a) {
+        const int64_t room = slab.sizes[a] - 1 - slab.start[a], steps = slab.count[a] - 1;
+        if (room < 0 || (steps > 0 && slab.stride[a] > room / steps)) {
+            return fmt::format("its hyperslab goes beyond the {} numbers of a side of its array",
+                               slab.sizes[a]);
+        }
+        product *= slab.count[a];  // of parts of the array's sides, whose product is in bounds
+    }
+    if (product != item->count || !take_word(&text).empty())
+        return fmt::format("its hyperslab has {} numbers, its `Dimensions` {}", product,
+                           item->count);
+    item->slab = std::move(slab);
+    return {};
 }
 
 /// Receives the elements.
 class Reading final : public XmlHandler {
   public:
-    explicit Reading(XdmfGrid* grid) : grid_(*grid) {}
+    /// Reads the step of this index.
+    Reading(XdmfGrid* grid, int step) : grid_(*grid), wanted_step_(step) {}
 
     Complaint start(std::string_view name, const XmlAttributes& a) override {
         ++depth_;
@@ -97,38 +121,54 @@ class Reading final : public XmlHandler {
         if (name == "include") return include(a);
         if (depth_ == grid_depth_ + 1) {
             const bool of_mesh = name == "Topology" || name == "Geometry";
-            if (grids_ == 2 && (mesh_is_first() ? of_mesh : name == "Attribute")) return several();
+            if (!in_first_step_ && grids_ == 2 && (mesh_is_first() ? of_mesh : name == "Attribute"))
+                return several();
             part(name, a);
         }
         if (name == "DataItem" && items_ != nullptr) {
-            // Items within another are what it is computed of.
-            if (item_depth_ > 0) return {};
+            if (item_depth_ > 0) {
+                if (depth_ == item_depth_ + 1) part_of_slab(a);
+                return {};
+            }
             constexpr int kMostItems = 10'000;
             if (++count_ > kMostItems)
                 return {fmt::format("its grid has more than {} arrays", kMostItems)};
             item_depth_ = depth_;
             items_->emplace_back();
-            items_->back().wrong = read_item(a, &items_->back());
+            begin_item(a);
         }
         return {};
     }
     void end(std::string_view) override {
         if (skipped_ == depth_) skipped_ = 0;
-        if (item_depth_ == depth_) item_depth_ = 0;
+        if (item_depth_ > 0 && item_depth_ == depth_) {
+            end_item();
+            item_depth_ = 0;
+        }
         if (grid_depth_ > 0 && depth_ == grid_depth_ + 1) end_part();
         if (grid_depth_ == depth_) grid_depth_ = 0;
         if (!series_.empty() && series_.back() == depth_) series_.pop_back();
+        if (in_first_step_ && !series_.empty() && series_.back() == depth_ - 1)
+            in_first_step_ = false;
         --depth_;
     }
     bool wants_text() const override { return true; }
+    bool allows_document_type() const override { return true; }
     void text(std::string_view piece) override {
-        if (item_depth_ > 0 && item_depth_ == depth_ && items_->back().wrong.empty())
-            items_->back().text += piece;
+        if (item_depth_ == 0 || !items_->back().wrong.empty()) return;
+        if (!is_slab_ && item_depth_ == depth_) items_->back().text += piece;
+        if (is_slab_ && item_depth_ + 1 == depth_ && slab_parts_ == 1) slab_text_ += piece;
+        if (is_slab_ && item_depth_ + 1 == depth_ && slab_parts_ == 2) source_.text += piece;
     }
-    /// Says what is missing at the end.
-    Complaint missing() const {
+    /// Ends the grid. Says what is missing of it.
+    Complaint finish() {
+        const bool has_first = first_grids_ == 1 && !first_.topology.empty();
         if (grids_ == 0) return {"it has no grid"};
-        if (grids_ == 1 && includer_ != 0) return not_there();
+        if (includer_ != 0 && has_first == (grids_ == 2)) return not_there();
+        if (includer_ != 0 && has_first) {
+            first_.fields = std::move(grid_.fields);
+            grid_ = std::move(first_);
+        }
         return grids_ == 2 && includer_ == 0 ? several() : Complaint();
     }
 
@@ -145,6 +185,7 @@ class Reading final : public XmlHandler {
     /// Solvers write a mesh as a grid without fields, before or after a series whose steps take cells
     /// and points of it.
     Complaint include(const XmlAttributes& a) {
+        if (in_first_step_) return {};  // then the wanted step includes the same
         const char* const pointer = a.find("xpointer");
         const std::string_view what = pointer == nullptr ? "" : pointer;
         if (includer_ != 0 || a.find("href") != nullptr ||
@@ -157,12 +198,17 @@ class Reading final : public XmlHandler {
     bool mesh_is_first() const { return includer_ != 1; }
     Complaint grid(const XmlAttributes& a) {
         const bool is_step = !series_.empty() && series_.back() == depth_ - 1;
-        if (is_step && ++steps_ > 1) {
-            skipped_ = depth_;
-            return {};
+        if (is_step) {
+            const int step = steps_++;
+            // Later steps may take cells and points of it.
+            in_first_step_ = step == 0 && wanted_step_ > 0;
+            if (step != wanted_step_ && !in_first_step_) {
+                skipped_ = depth_;
+                return {};
+            }
         }
-        const std::string type = word_of(a, "GridType", "Type");
-        if (type == "collection" && word_of(a, "CollectionType") == "temporal") {
+        const std::string type = xdmf_word(a, "GridType", "Type");
+        if (type == "collection" && xdmf_word(a, "CollectionType") == "temporal") {
             if (!series_.empty()) return {"it has series of steps within each other"};
             series_.push_back(depth_);
             steps_ = 0;
@@ -171,33 +217,74 @@ class Reading final : public XmlHandler {
         if (type == "collection" || type == "tree") return {};
         if (!type.empty() && type != "uniform")
             return {fmt::format("it has a grid of type `{}`", type), "write a Uniform one"};
+        if (in_first_step_) {
+            first_grids_++ == 0 ? grid_depth_ = depth_ : skipped_ = depth_;
+            return {};
+        }
         if (grids_ == 2 || (grids_ == 1 && mesh_is_first() && !grid_.fields.empty()))
             return several();
         ++grids_;
         grid_depth_ = depth_;
         return {};
     }
+    /// Begins an array: one that is written, or a part of one (a HyperSlab), which stands within it
+    /// behind the numbers that say which part.
+    void begin_item(const XmlAttributes& a) {
+        XdmfItem& item = items_->back();
+        is_slab_ = xdmf_word(a, "ItemType") == "hyperslab";
+        slab_parts_ = 0;
+        slab_text_.clear();
+        source_ = {};
+        if (!is_slab_) {
+            item.wrong = read_item(a, &item);
+        } else if (!read_sizes(a.find("Dimensions"), &item.sizes, &item.count)) {
+            item.wrong = kBadSizes;
+        }
+    }
+    void part_of_slab(const XmlAttributes& a) {
+        XdmfItem& item = items_->back();
+        if (!is_slab_ || !item.wrong.empty()) return;
+        ++slab_parts_;
+        const std::string format = xdmf_word(a, "Format");
+        if (slab_parts_ == 1 && !format.empty() && format != "xml")
+            item.wrong = {"the numbers of its hyperslab do not stand in the file itself"};
+        if (slab_parts_ == 2) item.wrong = read_item(a, &source_);
+    }
+    void end_item() {
+        XdmfItem& item = items_->back();
+        if (!is_slab_ || !item.wrong.empty()) return;
+        if (slab_parts_ != 2) {
+            item.wrong = {"its hyperslab has not two items: which part, and of which array"};
+            return;
+        }
+        source_.count = item.count;
+        std::swap(source_.sizes, item.sizes);
+        const std::vector<int64_t> whole = std::move(item.sizes);
+        item = std::move(source_);
+        item.wrong = read_slab(slab_text_, whole, &item);
+    }
     /// Begins a child of the grid.
     void part(std::string_view name, const XmlAttributes& a) {
+        XdmfGrid& into = in_first_step_ ? first_ : grid_;
         if (name == "Topology") {
-            grid_.topology = word_of(a, "TopologyType", "Type");
+            into.topology = xdmf_word(a, "TopologyType", "Type");
             const char* sizes = a.find("NumberOfElements");
             if (sizes == nullptr) sizes = a.find("Dimensions");
-            grid_.points_along.clear();
-            if (!read_sizes(sizes, &grid_.points_along, &grid_.cells))
-                grid_.wrong_topology = {"its topology does not say how many elements it has"};
+            into.points_along.clear();
+            if (!read_sizes(sizes, &into.points_along, &into.cells))
+                into.wrong_topology = {"its topology does not say how many elements it has"};
             if (const char* base = a.find("BaseOffset");
-                base != nullptr && !scan_integer(base, 0, INT32_MAX, &grid_.first_point).empty())
-                grid_.wrong_topology = {"its `BaseOffset` is not a whole number"};
+                base != nullptr && !scan_integer(base, 0, INT32_MAX, &into.first_point).empty())
+                into.wrong_topology = {"its `BaseOffset` is not a whole number"};
             if (a.find("Order") != nullptr)
-                grid_.wrong_topology = {"its corners are in an order of their own",
-                                        "write it without `Order`"};
-            items_ = &grid_.cell_items;
+                into.wrong_topology = {"its corners are in an order of their own",
+                                       "write it without `Order`"};
+            items_ = &into.cell_items;
         } else if (name == "Geometry") {
-            grid_.geometry = word_of(a, "GeometryType", "Type");
-            items_ = &grid_.point_items;
-        } else if (name == "Attribute") {
-            const std::string center = word_of(a, "Center");
+            into.geometry = xdmf_word(a, "GeometryType", "Type");
+            items_ = &into.point_items;
+        } else if (name == "Attribute" && !in_first_step_) {
+            const std::string center = xdmf_word(a, "Center");
             is_field_ = center.empty() || center == "node" || center == "cell";
             if (!is_field_) return;
             field_ = {};
@@ -217,6 +304,14 @@ class Reading final : public XmlHandler {
     }
 
     XdmfGrid& grid_;
+    const int wanted_step_;
+    bool in_first_step_ = false;  ///< while another one is wanted
+    XdmfGrid first_;              ///< its cells and points
+    int first_grids_ = 0;
+    bool is_slab_ = false;  ///< the item at hand
+    int slab_parts_ = 0;    ///< items within it so far
+    std::string slab_text_;
+    XdmfItem source_;  ///< the array of which it is a part
     int depth_ = 0;
     int skipped_ = 0, grid_depth_ = 0, item_depth_ = 0;  ///< of the element; 0: in none
     std::vector<int> series_;                            ///< depth of a collection of steps
@@ -276,7 +371,8 @@ std::vector<std::string> XdmfGrid::data_files() const {
     return out;
 }
 
-Result<XdmfGrid> read_xdmf_grid(const InputFile& file, const ReadLimits& limits) {
+Result<XdmfGrid> read_xdmf_grid(const InputFile& file, std::optional<double> time,
+                                const ReadLimits& limits) {
     // With it lie the texts of the items, and what is made of them.
     const int64_t most = limits.memory_bytes / 4;
     if (file.bytes() > most) {
@@ -287,16 +383,23 @@ Result<XdmfGrid> read_xdmf_grid(const InputFile& file, const ReadLimits& limits)
     }
     const Result<std::string> text = file.read_all(most);
     if (!text) return text.error();
-    XdmfGrid grid;
-    Reading reading(&grid);
-    if (Result<void> parsed = parse_xml(*text, {}, &reading); !parsed) {
-        Error error = parsed.error();
+    const auto at_line = [](Error error) {
         if (error.location.line > 0)
             error.message = fmt::format("line {}: {}", error.location.line, error.message);
         error.location = {};
         return error;
+    };
+    int step = 0;
+    if (time) {
+        const Result<int> found = find_xdmf_step(*text, *time);
+        if (!found) return at_line(found.error());
+        step = *found;
     }
-    if (const Complaint missing = reading.missing(); !missing.empty())
+    XdmfGrid grid;
+    Reading reading(&grid, step);
+    if (Result<void> parsed = parse_xml(*text, {}, &reading); !parsed)
+        return at_line(parsed.error());
+    if (const Complaint missing = reading.finish(); !missing.empty())
         return user_error(missing.what, missing.help);
     for (std::vector<XdmfItem>* items : {&grid.cell_items, &grid.point_items}) {
         for (XdmfItem& item : *items)

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,12 @@
 #include "texture/cache.h"
 
 namespace openfab::texture {
+
+/// Which numbers of an array are taken, along each of its sides.
+struct XdmfSlab {
+    std::vector<int64_t> sizes;  ///< of the array
+    std::vector<int64_t> start, stride, count;
+};
 
 /// An array of numbers.
 struct XdmfItem {
@@ -26,10 +33,11 @@ struct XdmfItem {
     int bytes = 4;  ///< of a number in a data file
     enum class Place { kHere, kDataFile, kHdf } place = Place::kHere;
     bool big_endian = false;
-    int64_t seek = 0;  ///< bytes of the data file before the first number
-    std::string text;  ///< the numbers, or the name of the data file
-    std::string set;   ///< of an HDF5 file: where the numbers are in it
-    Complaint wrong;   ///< why it cannot be read; only where it is wanted does that matter
+    int64_t seek = 0;              ///< bytes of the data file before the first number
+    std::string text;              ///< the numbers, or the name of the data file
+    std::string set;               ///< of an HDF5 file: where the numbers are in it
+    std::optional<XdmfSlab> slab;  ///< else all numbers of that array
+    Complaint wrong;  ///< why it cannot be read; only where it is wanted does that matter
 };
 
 struct XdmfField {
@@ -40,7 +48,7 @@ struct XdmfField {
 
 struct XdmfGrid {
     std::string topology, geometry;     ///< their types, in lower case
-    std::vector<int64_t> points_along;  ///< of a regular grid: z, y, x
+    std::vector<int64_t> points_along;  ///< of a structured grid: z, y, x
     int64_t cells = 0;                  ///< of any other
     int64_t first_point = 0;            ///< the number by which cells name it
     Complaint wrong_topology;
@@ -56,9 +64,10 @@ struct XdmfGrid {
 /// Returns whether a file is XDMF by its name.
 bool is_xdmf(const std::filesystem::path& file);
 
-/// Reads the one grid of the file, of the first step where it has several. It may include cells and
-/// points of one other grid, which then has no fields. Fails where there are several otherwise. Errors
-/// do not name the file.
-Result<XdmfGrid> read_xdmf_grid(const InputFile& file, const ReadLimits& limits);
+/// Reads the one grid of the file; of several steps that of `time` (xdmf_steps.h), else the first. It may
+/// include cells and points of the first step, or of one other grid, which then has no fields. Fails
+/// where there are several otherwise. Errors do not name the file.
+Result<XdmfGrid> read_xdmf_grid(const InputFile& file, std::optional<double> time,
+                                const ReadLimits& limits);
 
 }  // namespace openfab::texture

@@ -192,7 +192,10 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("texture"), what)) return;
         Texture texture;
         texture.name = m.key;
-        texture.file = files_.images(m.value.find("file")->value, "the file of " + what);
+        if (const JsonMember* p = m.value.find("time"))
+            texture.time = json_.number(p->value, "`time` of " + what, -1e30, 1e30);
+        texture.file =
+            files_.images(m.value.find("file")->value, "the file of " + what, texture.time);
         const auto choice = [&](const char* key, const std::vector<std::string>& choices,
                                 size_t otherwise) {
             const JsonMember* p = m.value.find(key);

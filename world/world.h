@@ -49,10 +49,10 @@ struct Texture {
     /// Lowest corner and texel size of a volume; they override those of the file.
     std::optional<std::array<double, 3>> origin_mm, spacing_mm;
     /// Of a volume's file: which field, the unit of its lengths, the pitch at which it is resampled (0:
-    /// left to the reader) and the value where it has none (texture::VolumeOptions).
+    /// left to the reader), the value where it has none and which step (texture::VolumeOptions).
     std::string field, unit;
     double pitch_mm = 0;
-    std::optional<double> outside;
+    std::optional<double> outside, time;
     SourceLocation location;
 };
 

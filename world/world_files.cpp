@@ -82,7 +82,8 @@ void WorldFiles::add(const JsonValue& value, const fs::path& file) {
     }
 }
 
-fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
+fs::path WorldFiles::images(const JsonValue& value, const std::string& what,
+                            std::optional<double> time) {
     fs::path path = this->path(value, what);
     std::error_code ignored;
     const bool many = fs::is_directory(path, ignored) ||
@@ -101,7 +102,7 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what) {
     }
     if (!json_.ok() || slices.size() > 1) return path;
     // A faulty header is reported when it is read.
-    for (const fs::path& data : texture::detached_data(slices[0])) {
+    for (const fs::path& data : texture::detached_data(slices[0], time)) {
         if (json_.ok()) also(value, data);
     }
     return path;

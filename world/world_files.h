@@ -24,8 +24,10 @@ class WorldFiles {
     std::filesystem::path path(const JsonValue& value, const std::string& what);
     /// Reads a path of a file that must exist.
     std::filesystem::path existing(const JsonValue& value, const std::string& what);
-    /// Reads the path of one file, or of a volume's slices: a folder or a pattern with matches.
-    std::filesystem::path images(const JsonValue& value, const std::string& what);
+    /// Reads the path of one file, or of a volume's slices: a folder or a pattern with matches. Of a file
+    /// of several steps, `time` says which one's data belong to the world.
+    std::filesystem::path images(const JsonValue& value, const std::string& what,
+                                 std::optional<double> time);
     /// Adds a file that a file of the world, at `value`, names in turn.
     void also(const JsonValue& value, const std::filesystem::path& file);
 

@@ -18,7 +18,7 @@ const std::vector<KeySet>& world_key_sets() {
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
         {"texture",
          {"file", "wrap", "filter", "space", "channels", "origin_mm", "spacing_mm", "field", "unit",
-          "pitch_mm", "outside"},
+          "pitch_mm", "outside", "time"},
          {"file"}},
         {"mesh",
          {"file", "unit", "up", "groups", "groups_attribute", "box", "sphere", "cylinder", "plane",

@@ -213,7 +213,7 @@ class WorldBinder {
             volume ? texture::get_volume(
                          texture.file,
                          {options, texture.origin_mm, texture.spacing_mm, texture.field,
-                          texture.unit, texture.pitch_mm, texture.outside},
+                          texture.unit, texture.pitch_mm, texture.outside, texture.time},
                          wrap, filter, limits)
                    : texture::get_pyramid(texture.file, options, wrap, filter, limits);
         if (!pyramid) {

@@ -47,7 +47,8 @@ herr_t refuse(const char*, const char*, const char*, const char*, unsigned*, hid
 
 class SetNumbers final : public ArrayNumbers {
   public:
-    Result<void> open(const InputFile& file, const std::string& set, int64_t count) {
+    Result<void> open(const InputFile& file, const std::string& set, int64_t count,
+                      const std::optional<texture::XdmfSlab>& slab) {
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
         H5PLset_loading_state(0);  // else filters that a file names are loaded as code
         file_ = {H5Fopen(file.name().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
@@ -69,16 +70,28 @@ class SetNumbers final : public ArrayNumbers {
         space_ = {H5Dget_space(set_), H5Sclose};
         const int rank = H5Sget_simple_extent_ndims(space_);
         sizes_.resize(static_cast<size_t>(std::max(rank, 0)));
-        if (rank < 1 || H5Sget_simple_extent_dims(space_, sizes_.data(), nullptr) != rank ||
-            H5Sget_simple_extent_npoints(space_) != count) {
-            return user_error(
-                fmt::format("the data set `{}` has not the {} numbers of its "
-                            "`Dimensions`",
-                            set, count));
+        const bool has_sides =
+            rank >= 1 && H5Sget_simple_extent_dims(space_, sizes_.data(), nullptr) == rank;
+        const hssize_t all = H5Sget_simple_extent_npoints(space_);
+        start_.assign(sizes_.size(), 0);
+        stride_.assign(sizes_.size(), 1);
+        if (slab) {
+            if (!has_sides ||
+                !std::equal(sizes_.begin(), sizes_.end(), slab->sizes.begin(), slab->sizes.end())) {
+                return user_error(fmt::format(
+                    "the data set `{}` has the sides {}, not {} as its `Dimensions` say", set,
+                    fmt::join(sizes_, " "), fmt::join(slab->sizes, " ")));
+            }
+            start_.assign(slab->start.begin(), slab->start.end());
+            stride_.assign(slab->stride.begin(), slab->stride.end());
+            sizes_.assign(slab->count.begin(), slab->count.end());
+        } else if (!has_sides || all != count) {
+            return user_error(fmt::format(
+                "the data set `{}` has not the {} numbers of its `Dimensions`", set, count));
         }
         // What is not stored has a default, so a small file may claim any size.
         constexpr uint64_t kDensest = 1032;  // of deflate: bytes per compressed byte
-        if (H5Dget_storage_size(set_) < static_cast<uint64_t>(count) * H5Tget_size(type) / kDensest)
+        if (H5Dget_storage_size(set_) < static_cast<uint64_t>(all) * H5Tget_size(type) / kDensest)
             return user_error(kArrayCutShort);
         plan(layout);
         return {};
@@ -117,14 +130,14 @@ class SetNumbers final : public ArrayNumbers {
     Result<void> fill() {
         if (begin_ == sizes_[axis_]) return user_error(kArrayCutShort);
         const hsize_t rows = std::min(rows_, sizes_[axis_] - begin_);
-        std::vector<hsize_t> start(sizes_.size(), 0), size = sizes_;
-        start[axis_] = begin_;
+        std::vector<hsize_t> start = start_, size = sizes_;
+        start[axis_] += begin_ * stride_[axis_];
         size[axis_] = rows;
         const hsize_t numbers = rows * row_;
         held_.resize(numbers);
         at_ = 0;
         const Handle memory(H5Screate_simple(1, &numbers, nullptr), H5Sclose);
-        if (H5Sselect_hyperslab(space_, H5S_SELECT_SET, start.data(), nullptr, size.data(),
+        if (H5Sselect_hyperslab(space_, H5S_SELECT_SET, start.data(), stride_.data(), size.data(),
                                 nullptr) < 0 ||
             H5Dread(set_, H5T_NATIVE_DOUBLE, memory, space_, H5P_DEFAULT, held_.data()) < 0)
             return user_error(
@@ -134,7 +147,8 @@ class SetNumbers final : public ArrayNumbers {
     }
 
     Handle file_, set_, space_;
-    std::vector<hsize_t> sizes_;
+    std::vector<hsize_t> sizes_;           ///< of what is read
+    std::vector<hsize_t> start_, stride_;  ///< where that lies in the set
     size_t axis_ = 0;
     hsize_t row_ = 1, rows_ = 1;  ///< numbers of a row, and rows that are read at once
     hsize_t begin_ = 0;           ///< the next row
@@ -145,9 +159,10 @@ class SetNumbers final : public ArrayNumbers {
 }  // namespace
 
 Result<std::unique_ptr<ArrayNumbers>> open_data_set(const InputFile& file, const std::string& set,
-                                                    int64_t count) {
+                                                    int64_t count,
+                                                    const std::optional<texture::XdmfSlab>& slab) {
     auto out = std::make_unique<SetNumbers>();
-    if (Result<void> opened = out->open(file, set, count); !opened) return opened.error();
+    if (Result<void> opened = out->open(file, set, count, slab); !opened) return opened.error();
     return std::unique_ptr<ArrayNumbers>(std::move(out));
 }
 

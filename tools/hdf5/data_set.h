@@ -6,18 +6,22 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/input_file.h"
 #include "base/result.h"
+#include "texture/xdmf_grid.h"
 #include "tools/texture/array_numbers.h"
 
 namespace openfab::tools {
 
 /// Opens the data set at the path `set`, of integers or floats of any size and byte order, chunked and
-/// compressed by what the library itself has, or not. Fails where it has not `count` numbers, or where
-/// it, or what leads to it, lies in another file: such names were not checked against what may be read.
+/// compressed by what the library itself has, or not, or a slab of one. Fails where it has not `count` numbers,
+/// or the slab's array not its sides, or where it, or what leads to it, lies in another file: such names
+/// were not checked against what may be read.
 Result<std::unique_ptr<ArrayNumbers>> open_data_set(const InputFile& file, const std::string& set,
-                                                    int64_t count);
+                                                    int64_t count,
+                                                    const std::optional<texture::XdmfSlab>& slab);
 
 }  // namespace openfab::tools

@@ -22,7 +22,8 @@ int texture_main(int argc, char** argv) {
     openfab::clean_up_on_signals();
     TextureJob job;
     if (const std::optional<int> code = parse_texture_job(argc, argv, &job)) return *code;
-    const OptionalConverter* other = job.is_volume ? optional_converter(job.input) : nullptr;
+    const OptionalConverter* other =
+        job.is_volume ? optional_converter(job.input, job.options.time) : nullptr;
     if (other != nullptr) return openfab::say_error(execute(*other, argv));
     return do_quietly([&] {
         return job.is_volume

@@ -65,7 +65,7 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_flag(
         "--volume", job->is_volume,
         "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, .cube, .vti, "
-        ".vtu");
+        ".vtr, .vts, .vtu, .xdmf");
     app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
@@ -81,6 +81,8 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
         ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
     app.add_option("--pitch", pitch, "of texels of a volume that is resampled, such as 0.5mm");
     app.add_option("--outside", volume.outside, "the value where a volume's file has none");
+    app.add_option("--time", volume.time,
+                   "which step of an .xdmf file is read (default: the first)");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

@@ -124,6 +124,8 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
     if (kind == ".vti") return open_vtk_image(files[0], options, limits);
+    if (kind == ".vtr" || kind == ".vts")
+        return open_vtk_structured(files[0], kind == ".vtr", options, limits);
     if (kind == ".vtu") return open_vtk_mesh(files[0], options, limits);
     if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");

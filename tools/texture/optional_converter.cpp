@@ -36,10 +36,10 @@ constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5",
                                   "and build again, or write the data "
                                   "of the XDMF file as XML or Binary"};
 
-bool has_hdf(const fs::path& path) {
+bool has_hdf(const fs::path& path, std::optional<double> time) {
     const Result<InputFile> file = InputFile::open(path);
     if (!file) return false;
-    const Result<texture::XdmfGrid> grid = texture::read_xdmf_grid(*file, {});
+    const Result<texture::XdmfGrid> grid = texture::read_xdmf_grid(*file, time, {});
     return grid && grid->has_hdf();
 }
 
@@ -57,14 +57,14 @@ const OptionalConverter* by_content(const fs::path& path) {
 
 }  // namespace
 
-const OptionalConverter* optional_converter(const fs::path& volume) {
+const OptionalConverter* optional_converter(const fs::path& volume, std::optional<double> time) {
     const Result<std::vector<fs::path>> files = texture::volume_files(volume);
     if (!files) return nullptr;
     constexpr size_t kFirst = 8;
     for (size_t i = 0; i < std::min(files->size(), kFirst); ++i) {
         if (const OptionalConverter* found = by_content((*files)[i])) return found;
     }
-    if (texture::is_xdmf(files->front()) && has_hdf(files->front())) return &kHdf5;
+    if (texture::is_xdmf(files->front()) && has_hdf(files->front(), time)) return &kHdf5;
     const std::string kind = lower_ascii(files->front().extension().string());
     if (kind == ".vdb") return &kOpenVdb;
     return kind == ".dcm" ? &kDicom : nullptr;

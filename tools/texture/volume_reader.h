@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti and .vtu. Those of
-// XDMF are in xdmf_reader.h.
+// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti, .vtr, .vts and
+// .vtu. Those of XDMF are in xdmf_reader.h.
 
 #include <array>
 #include <cstdint>
@@ -63,6 +63,10 @@ MadeReader open_cube(const std::filesystem::path& file, const texture::ReadLimit
 /// in place by its origin, spacing and direction, which may be turned (placed_grid.h).
 MadeReader open_vtk_image(const std::filesystem::path& file, const texture::VolumeOptions& options,
                           const texture::ReadLimits& limits);
+/// Opens VTK's rectilinear grid (.vtr) or its curvilinear one (.vts), whose cells are hexahedra.
+MadeReader open_vtk_structured(const std::filesystem::path& file, bool is_rectilinear,
+                               const texture::VolumeOptions& options,
+                               const texture::ReadLimits& limits);
 /// Opens VTK's unstructured grid (.vtu) of tetrahedra, hexahedra and wedges (cell_field.h); lines and
 /// faces beside them are left out.
 MadeReader open_vtk_mesh(const std::filesystem::path& file, const texture::VolumeOptions& options,

@@ -70,15 +70,17 @@ class VtkFile::Reading final : public XmlHandler {
 
     Complaint start(std::string_view name, const XmlAttributes& a) override {
         if (depth_++ == 0) return root(name, a);
-        if (name == kind_ && kind_ == "ImageData") return image(a);
+        if (name == kind_ && kind_ != "UnstructuredGrid") return image(a);
         if (name == "Piece") return piece(a);
         if (name == "PointData" || name == "CellData") {
             where_ = name == "PointData" ? Where::kPoints : Where::kCells;
             if (const char* scalars = a.find("Scalars"))
                 (name == "PointData" ? file_.point_scalars_ : file_.cell_scalars_) = scalars;
             inside_ = true;
-        } else if (name == "Points" || name == "Cells") {
-            where_ = name == "Points" ? Where::kPlaces : Where::kTopology;
+        } else if (name == "Points" || name == "Cells" || name == "Coordinates") {
+            where_ = name == "Points"  ? Where::kPlaces
+                     : name == "Cells" ? Where::kTopology
+                                       : Where::kAxes;
             inside_ = true;
         } else if (name == "DataArray" && inside_) {
             return array(a);
@@ -90,13 +92,15 @@ class VtkFile::Reading final : public XmlHandler {
     }
     void end(std::string_view name) override {
         --depth_;
-        if (name == "DataArray") open_ = false;
-        if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells")
+        if (open_ == depth_ + 1) open_ = 0;
+        if (name == "PointData" || name == "CellData" || name == "Points" || name == "Cells" ||
+            name == "Coordinates")
             inside_ = false;
     }
     bool wants_text() const override { return true; }
     void text(std::string_view piece) override {
-        if (open_) file_.arrays_.back().text += piece;
+        // VTK writes elements of its own between the tags of an array (InformationKey).
+        if (open_ > 0 && open_ == depth_) file_.arrays_.back().text += piece;
     }
     int pieces() const { return pieces_; }
 
@@ -105,8 +109,10 @@ class VtkFile::Reading final : public XmlHandler {
         const char* type = a.find("type");
         if (name != "VTKFile" || type == nullptr) return {"it is not an XML file of VTK"};
         if (type != kind_) {
-            return {fmt::format("it holds {}, where {} is read", type, kind_),
-                    "write it as ImageData (.vti) or UnstructuredGrid (.vtu)"};
+            return {
+                fmt::format("it holds {}, where {} is read", type, kind_),
+                "write it as ImageData (.vti), RectilinearGrid (.vtr), StructuredGrid (.vts) or "
+                "UnstructuredGrid (.vtu)"};
         }
         if (const char* order = a.find("byte_order"))
             file_.swapped_ = std::string_view(order) == "BigEndian";
@@ -114,11 +120,9 @@ class VtkFile::Reading final : public XmlHandler {
             file_.header_bytes_ = std::string_view(header) == "UInt64" ? 8 : 4;
         if (const char* compressor = a.find("compressor");
             compressor != nullptr && *compressor != 0) {
-            if (std::string_view(compressor) != "vtkZLibDataCompressor") {
-                return {fmt::format("its data is packed by {}", compressor),
-                        "write it with zlib (vtkZLibDataCompressor), or not compressed"};
-            }
             file_.packed_ = true;
+            if (std::string_view(compressor) != "vtkZLibDataCompressor")
+                file_.unknown_packer_ = compressor;
         }
         return {};
     }
@@ -167,7 +171,7 @@ class VtkFile::Reading final : public XmlHandler {
             offset != nullptr && !scan_integer(offset, 0, INT64_MAX / 2, &out.offset).empty())
             return {fmt::format("array `{}` has an offset that is no whole number", out.name)};
         file_.arrays_.push_back(std::move(out));
-        open_ = true;
+        open_ = depth_;
         return {};
     }
 
@@ -176,7 +180,7 @@ class VtkFile::Reading final : public XmlHandler {
     int depth_ = 0, pieces_ = 0;
     Where where_ = Where::kPoints;
     bool inside_ = false;  ///< of one of the groups of arrays
-    bool open_ = false;    ///< in an array
+    int open_ = 0;         ///< depth of an array; 0: in none
 };
 
 Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path, const std::string& kind,
@@ -236,8 +240,25 @@ Result<const VtkFile::Array*> VtkFile::part(Where where, const std::string& name
                                    : fmt::format("it has no `{}` of its cells", name));
 }
 
+Result<std::array<const VtkFile::Array*, 3>> VtkFile::axes() const {
+    std::array<const Array*, 3> out{};
+    size_t found = 0;
+    for (const Array& array : arrays_) {
+        if (array.where != Where::kAxes) continue;
+        if (found < out.size()) out[found] = &array;
+        ++found;
+    }
+    if (found != out.size())
+        return user_error(fmt::format("it has {} arrays of coordinates, where 3 are read", found));
+    return out;
+}
+
 Result<std::unique_ptr<ArrayNumbers>> VtkFile::numbers(const Array& array, int64_t count) const {
     if (array.coding == Coding::kText) return open_array_text(array.text, count);
+    if (!unknown_packer_.empty()) {
+        return user_error(fmt::format("its data is packed by {}", unknown_packer_),
+                          "write it with zlib (vtkZLibDataCompressor), or not compressed");
+    }
     ArrayBytes bytes;
     bytes.swapped = swapped_;
     bytes.header_bytes = header_bytes_;

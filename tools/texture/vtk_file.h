@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// VTK's XML files (.vti, .vtu), https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html:
+// VTK's XML files (.vti, .vtr, .vts, .vtu), https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html:
 // which arrays there are, and the numbers in them, whether as text, base64 or raw bytes, packed by zlib
 // or not. Read without VTK, whose package takes half a gigabyte with what it needs: of its format these
 // files are a small part, and untrusted ones must not reach the rest.
@@ -23,7 +23,7 @@ namespace openfab::tools {
 
 class VtkFile {
   public:
-    enum class Where { kPoints, kCells, kPlaces, kTopology };
+    enum class Where { kPoints, kCells, kPlaces, kTopology, kAxes };
     enum class Coding { kText, kBase64, kAppended };
     struct Array {
         Where where = Where::kPoints;
@@ -46,12 +46,14 @@ class VtkFile {
     Result<const Array*> field(const std::string& name) const;
     /// Returns the array of the mesh itself; fails where there is none.
     Result<const Array*> part(Where where, const std::string& name) const;
+    /// Returns the places along x, y and z of a rectilinear grid; fails where there are not three.
+    Result<std::array<const Array*, 3>> axes() const;
 
     /// Opens an array that holds `count` numbers. Fails where the file cannot hold as many. Must not
     /// outlive the file.
     Result<std::unique_ptr<ArrayNumbers>> numbers(const Array& array, int64_t count) const;
 
-    // Of ImageData and its piece; of UnstructuredGrid the counts.
+    // Of ImageData and other structured grids and their piece; of UnstructuredGrid the counts.
     std::array<double, 6> extent{};  ///< of the piece: first and last point along each axis
     std::array<double, 3> origin{}, spacing{1, 1, 1};
     std::array<double, 9> direction{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -63,8 +65,9 @@ class VtkFile {
 
     InputFile file_;
     bool swapped_ = false, packed_ = false, appended_base64_ = false;
-    int64_t header_bytes_ = 4;  ///< of a number before the bytes of an array
-    int64_t appended_at_ = -1;  ///< offset of its first byte
+    std::string unknown_packer_;  ///< empty, or what packed arrays that are not text
+    int64_t header_bytes_ = 4;    ///< of a number before the bytes of an array
+    int64_t appended_at_ = -1;    ///< offset of its first byte
     std::vector<Array> arrays_;
     std::string point_scalars_, cell_scalars_;
 };

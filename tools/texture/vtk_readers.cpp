@@ -1,7 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 //
-// Volumes from VTK's image data (.vti) and unstructured grids (.vtu).
+// Volumes from VTK's image data (.vti), rectilinear (.vtr), curvilinear (.vts) and unstructured grids
+// (.vtu).
 
 #include <fmt/format.h>
 
@@ -11,6 +12,7 @@
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/placed_grid.h"
+#include "tools/texture/structured_cells.h"
 #include "tools/texture/volume_reader.h"
 #include "tools/texture/vtk_file.h"
 
@@ -59,17 +61,35 @@ Result<Vec3i> image_size(const VtkFile& file, bool of_points, double unit, GridF
 }
 
 /// Reads points, in mm.
-Result<void> read_places(const VtkFile& file, double unit, CellMesh* mesh) {
+Result<void> read_places(const VtkFile& file, int64_t points, double unit, CellMesh* mesh) {
     const Result<const VtkFile::Array*> places = file.part(Where::kPlaces, {});
     if (!places) return places.error();
     if ((*places)->components != 3) return user_error("its points have not three coordinates");
-    Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(**places, 3 * file.points);
+    Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(**places, 3 * points);
     if (!numbers) return numbers.error();
-    mesh->points.resize(static_cast<size_t>(3 * file.points));
+    mesh->points.resize(static_cast<size_t>(3 * points));
     if (Result<void> got = (*numbers)->next(mesh->points.data(), mesh->points.size()); !got)
         return got;
     for (double& coordinate : mesh->points)
         coordinate *= unit;
+    return {};
+}
+
+/// Reads the points of a rectilinear grid, in mm.
+Result<void> read_axes(const VtkFile& file, const std::array<int64_t, 3>& along, double unit,
+                       CellMesh* mesh) {
+    const Result<std::array<const VtkFile::Array*, 3>> arrays = file.axes();
+    if (!arrays) return arrays.error();
+    std::array<std::vector<double>, 3> axes;
+    for (size_t a = 0; a < 3; ++a) {
+        const Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(*(*arrays)[a], along[a]);
+        if (!numbers) return numbers.error();
+        axes[a].resize(static_cast<size_t>(along[a]));
+        if (Result<void> got = (*numbers)->next(axes[a].data(), axes[a].size()); !got) return got;
+        for (double& place : axes[a])
+            place *= unit;
+    }
+    set_crossed_points(axes, mesh);
     return {};
 }
 
@@ -167,6 +187,43 @@ MadeReader open_vtk_image(const fs::path& path, const texture::VolumeOptions& op
     return place_reader(std::move(reader), frame, options, limits);
 }
 
+MadeReader open_vtk_structured(const fs::path& path, bool is_rectilinear,
+                               const texture::VolumeOptions& options,
+                               const texture::ReadLimits& limits) {
+    Result<std::unique_ptr<VtkFile>> file =
+        VtkFile::open(path, is_rectilinear ? "RectilinearGrid" : "StructuredGrid", limits);
+    if (!file) return file.error();
+    const Result<const VtkFile::Array*> field = (*file)->field(options.field);
+    if (!field) return field.error();
+    const Result<int32_t> channels = field_channels((*field)->name, (*field)->components);
+    if (!channels) return channels.error();
+    std::array<int64_t, 3> along{};
+    for (size_t a = 0; a < 3; ++a) {
+        const double low = (*file)->extent[2 * a], high = (*file)->extent[2 * a + 1];
+        if (!(high >= low && high - low < INT32_MAX && low == std::floor(low) &&
+              high == std::floor(high)))
+            return user_error(fmt::format("its extent {:g} to {:g} is not possible", low, high));
+        along[a] = static_cast<int64_t>(high - low) + 1;
+    }
+    const bool of_points = (*field)->where == Where::kPoints;
+    Result<CellMesh> mesh = structured_cells(along, *channels, of_points, limits);
+    if (!mesh) return mesh.error();
+    const int64_t points = along[0] * along[1] * along[2];
+    const double unit = unit_mm(options);
+    const Result<void> placed = is_rectilinear ? read_axes(**file, along, unit, &*mesh)
+                                               : read_places(**file, points, unit, &*mesh);
+    if (!placed) return placed.error();
+    const int64_t items = of_points ? points : static_cast<int64_t>(mesh->types.size());
+    const Result<std::unique_ptr<ArrayNumbers>> numbers =
+        (*file)->numbers(**field, items * *channels);
+    if (!numbers) return numbers.error();
+    mesh->values.resize(static_cast<size_t>(items * *channels));
+    if (Result<void> got = read_floats(numbers->get(), mesh->values.data(), items * *channels);
+        !got)
+        return got.error();
+    return open_cell_field(std::move(*mesh), options, limits);
+}
+
 MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& options,
                          const texture::ReadLimits& limits) {
     Result<std::unique_ptr<VtkFile>> file = VtkFile::open(path, "UnstructuredGrid", limits);
@@ -184,7 +241,8 @@ MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& opt
     const int64_t needed =
         (*file)->points * kBytesOfPoint + (*file)->cells * kBytesOfCell + items * *channels * 4;
     if (Result<void> fits = check_memory(needed, limits.memory_bytes); !fits) return fits.error();
-    if (Result<void> got = read_places(**file, unit_mm(options), &mesh); !got) return got.error();
+    if (Result<void> got = read_places(**file, (*file)->points, unit_mm(options), &mesh); !got)
+        return got.error();
     const Result<std::vector<int32_t>> kept = read_cells(**file, &mesh);
     if (!kept) return kept.error();
     Result<std::unique_ptr<ArrayNumbers>> numbers = (*file)->numbers(**field, items * *channels);

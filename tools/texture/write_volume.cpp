@@ -13,6 +13,7 @@
 
 #include "base/units.h"
 #include "texture/pyramid_file.h"
+#include "texture/xdmf_grid.h"
 #include "tools/texture/check_memory.h"
 
 namespace openfab::tools {
@@ -45,6 +46,9 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     const auto bad = [&](const Error& error) {
         return with_context(error, fmt::format("cannot read {}: ", source.string()));
     };
+    if (options.time && !texture::is_xdmf(source))
+        return bad(
+            user_error("it has no steps, of which `time` could choose one", "leave `time` out"));
     MadeReader reader = open();
     if (!reader) return bad(reader.error());
     VolumeReader& volume = **reader;

@@ -11,7 +11,9 @@
 #include "texture/xdmf_grid.h"
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/number_slab.h"
 #include "tools/texture/placed_grid.h"
+#include "tools/texture/structured_cells.h"
 
 namespace openfab::tools {
 
@@ -59,26 +61,34 @@ class ItemNumbers {
                            "write the file with its data as XML or Binary, or as a .vtu"));
         }
         ItemNumbers out;
+        int64_t whole = 1;  // numbers of the array of which it may be a slab
+        if (item.slab) {
+            for (const int64_t size : item.slab->sizes)
+                whole *= size;
+        } else {
+            whole = item.count;
+        }
         Result<std::unique_ptr<ArrayNumbers>> numbers = user_error({});
         if (item.place == XdmfItem::Place::kHere) {
-            numbers = open_array_text(item.text, item.count);
+            numbers = open_array_text(item.text, whole);
         } else {
             Result<InputFile> file = texture::open_data_file(path, item.text, limits);
             if (!file) return failed(file.error());
             out.file_ = std::make_unique<InputFile>(std::move(*file));
             if (is_set) {
-                numbers = open_set(*out.file_, item.set, item.count);
+                numbers = open_set(*out.file_, item.set, item.count, item.slab);
             } else {
                 ArrayBytes bytes;
                 bytes.file = out.file_.get();
                 bytes.begin = item.seek;
                 bytes.swapped = item.big_endian;
                 bytes.header_bytes = 0;
-                numbers = open_array_bytes(bytes, type_of(item), item.count);
+                numbers = open_array_bytes(bytes, type_of(item), whole);
             }
         }
         if (!numbers) return failed(numbers.error());
-        out.numbers_ = std::move(*numbers);
+        out.numbers_ =
+            item.slab && !is_set ? take_slab(std::move(*numbers), *item.slab) : std::move(*numbers);
         return out;
     }
     ArrayNumbers* operator->() const { return numbers_.get(); }
@@ -99,7 +109,7 @@ class Source {
     MadeReader open() {
         Result<InputFile> file = InputFile::open(path_);
         if (!file) return file.error();
-        Result<XdmfGrid> grid = texture::read_xdmf_grid(*file, limits_);
+        Result<XdmfGrid> grid = texture::read_xdmf_grid(*file, options_.time, limits_);
         if (!grid) return grid.error();
         grid_ = std::move(*grid);
         std::vector<std::string> names;
@@ -111,7 +121,10 @@ class Source {
         field_ = &grid_.fields[*picked];
         if (!grid_.wrong_topology.empty())
             return user_error(grid_.wrong_topology.what, grid_.wrong_topology.help);
-        return grid_.topology == "3dcorectmesh" ? open_regular() : open_cells();
+        if (grid_.topology == "3dcorectmesh") return open_regular();
+        const bool is_rectilinear = grid_.topology == "3drectmesh";
+        if (is_rectilinear || grid_.topology == "3dsmesh") return open_structured(is_rectilinear);
+        return open_cells();
     }
 
   private:
@@ -156,12 +169,11 @@ class Source {
         if (!origin) return origin.error();
         const Result<Vec3d> step = read_vector(grid_.point_items[1], "the spacing of its grid");
         if (!step) return step.error();
-        if (grid_.points_along.size() != 3)
-            return user_error("its regular grid has not three dimensions");
+        const Result<std::array<int64_t, 3>> along = sides();
+        if (!along) return along.error();
         Vec3i size;
         for (int a = 0; a < 3; ++a) {
-            const int64_t side =
-                grid_.points_along[static_cast<size_t>(2 - a)] - (field_->of_points ? 0 : 1);
+            const int64_t side = (*along)[static_cast<size_t>(a)] - (field_->of_points ? 0 : 1);
             if (side < 1 || side > kMostSide)
                 return user_error(fmt::format("a side of {} is not possible", side));
             size[a] = static_cast<int32_t>(side);
@@ -179,6 +191,65 @@ class Source {
         if (Result<void> got = read_floats(opened->get(), values.data(), count); !got)
             return got.error();
         return open_placed_grid(size, channels, std::move(values), frame, options_);
+    }
+
+    /// Of the three sides that a topology gives in the order z, y, x.
+    Result<std::array<int64_t, 3>> sides() const {
+        if (grid_.points_along.size() != 3)
+            return user_error("its structured grid has not three dimensions");
+        return std::array<int64_t, 3>{grid_.points_along[2], grid_.points_along[1],
+                                      grid_.points_along[0]};
+    }
+
+    MadeReader open_structured(bool is_rectilinear) const {
+        const Result<std::array<int64_t, 3>> along = sides();
+        if (!along) return along.error();
+        int64_t items = 1;
+        for (const int64_t n : *along)
+            items *= field_->of_points ? n : std::max<int64_t>(1, n - 1);
+        int32_t channels = 0;
+        const Result<ItemNumbers> values = open_field(items, &channels);
+        if (!values) return values.error();
+        Result<CellMesh> mesh = structured_cells(*along, channels, field_->of_points, limits_);
+        if (!mesh) return mesh.error();
+        if (is_rectilinear) {
+            if (grid_.geometry != "vxvyvz" || grid_.point_items.size() != 3) {
+                return user_error(
+                    fmt::format("its rectilinear grid has a geometry `{}`; VXVYVZ with three "
+                                "arrays is read",
+                                grid_.geometry));
+            }
+            std::array<std::vector<double>, 3> axes;
+            for (size_t a = 0; a < 3; ++a) {
+                const XdmfItem& item = grid_.point_items[a];
+                if (item.wrong.empty() && item.count != (*along)[a]) {
+                    return user_error(fmt::format("axis {} of its grid has {} places for {} points",
+                                                  "xyz"[a], item.count, (*along)[a]));
+                }
+                const Result<ItemNumbers> opened = numbers(item, "an axis of its grid");
+                if (!opened) return opened.error();
+                axes[a].resize(static_cast<size_t>(item.count));
+                if (Result<void> got = (*opened)->next(axes[a].data(), axes[a].size()); !got)
+                    return got.error();
+                for (double& place : axes[a])
+                    place *= unit_mm(options_);
+            }
+            set_crossed_points(axes, &*mesh);
+        } else {
+            const Result<int64_t> points = point_count();
+            if (!points) return points.error();
+            const int64_t wanted = (*along)[0] * (*along)[1] * (*along)[2];
+            if (*points != wanted) {
+                return user_error(
+                    fmt::format("its grid has {} points instead of {}", *points, wanted));
+            }
+            if (Result<void> got = read_points(*points, &*mesh); !got) return got.error();
+        }
+        const int64_t count = field_->item.count;
+        mesh->values.resize(static_cast<size_t>(count));
+        if (Result<void> got = read_floats(values->get(), mesh->values.data(), count); !got)
+            return got.error();
+        return open_cell_field(std::move(*mesh), options_, limits_);
     }
 
     MadeReader open_cells() const {

@@ -8,22 +8,25 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "base/input_file.h"
 #include "base/result.h"
+#include "texture/xdmf_grid.h"
 #include "tools/texture/array_numbers.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
 
-/// Opens the data set at this path of an HDF5 file. Fails where it has not `count` numbers. Must not
-/// outlive the file.
+/// Opens the data set at this path of an HDF5 file, or a slab of it. Fails where that has not `count`
+/// numbers. Must not outlive the file.
 using OpenDataSet = std::function<Result<std::unique_ptr<ArrayNumbers>>(
-    const InputFile& file, const std::string& set, int64_t count)>;
+    const InputFile& file, const std::string& set, int64_t count,
+    const std::optional<texture::XdmfSlab>& slab)>;
 
-/// Opens an XDMF file: its one grid, of the first step where it has several; of tetrahedra, hexahedra
-/// and wedges (cell_field.h), or regular. Numbers stand in it, or in data files beside it; those of
+/// Opens an XDMF file: its one grid, of the options' time where it has several steps, else of the first; of
+/// tetrahedra, hexahedra and wedges (cell_field.h), rectilinear, curvilinear or regular. Numbers stand in it, or in data files beside it; those of
 /// HDF5 files are refused without `open_set`.
 MadeReader open_xdmf(const std::filesystem::path& file, const texture::VolumeOptions& options,
                      const texture::ReadLimits& limits, const OpenDataSet& open_set = {});

@@ -124,6 +124,32 @@ TEST_F(Hdf5Test, ChunksThatArePackedComeBackToo) {
     H5Pclose(row);
 }
 
+TEST_F(Hdf5Test, PartsOfDataSetsAreRead) {
+    const hid_t chunked = H5Pcreate(H5P_DATASET_CREATE);
+    const std::array<hsize_t, 3> chunk{2, 7, 1};
+    H5Pset_chunk(chunked, 3, chunk.data());
+    write_mesh();
+    // Row 3 of 5 steps, every second number from the fourth on, second of two components.
+    std::vector<double> all(size_t{5} * 140 * 2, -7);
+    const std::vector<double> field = values();
+    for (size_t i = 0; i < field.size(); ++i)
+        all[(3 * 140 + 4 + 2 * i) * 2 + 1] = field[i];
+    const std::string contiguous = item("/E", {5, 140, 2}, all, H5T_IEEE_F64LE);
+    const std::string chunks = item("/C", {5, 140, 2}, all, H5T_IEEE_F64BE, chunked);
+    H5Pclose(chunked);
+    const auto part = [](const std::string& which, const std::string& of) {
+        return "<DataItem ItemType=\"HyperSlab\" Dimensions=\"64\"><DataItem>" + which +
+               "</DataItem>" + of + "</DataItem>";
+    };
+    EXPECT_THAT(wrong(part("3 1 4 1 1 1 1 1 64", named("5 2 140", "m.h5:/E"))),
+                HasSubstr("the data set `/E` has the sides 5 140 2, not 5 2 140 as its "
+                          "`Dimensions` say"));
+    const std::string which = "3 4 1  1 2 1  1 64 1";
+    EXPECT_EQ(wrong(part(which, contiguous)), "no error");
+    expect_linear(file(part(which, chunks)), 2e-6);
+    expect_linear(file(part(which, contiguous)), 2e-6);
+}
+
 TEST_F(Hdf5Test, ReadsNothingFromOtherFiles) {
     write_mesh();
     const std::string outside = (folder_.path() / "outside.bin").string();

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 TEST(OptionalConverter, IsKnownByContentThenByName) {
     const testing::TempFolder folder;
     const auto program = [](const fs::path& volume) {
-        const OptionalConverter* const found = optional_converter(volume);
+        const OptionalConverter* const found = optional_converter(volume, {});
         return std::string(found == nullptr ? "none" : found->program);
     };
     const std::string slice = std::string(128, '\0') + "DICM";

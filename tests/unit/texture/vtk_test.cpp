@@ -52,6 +52,11 @@ class Writer {
                       const std::vector<T>& values) {
         std::string tag = "<DataArray type=\"" + type + "\" Name=\"" + name +
                           "\" NumberOfComponents=\"" + std::to_string(components) + "\" format=\"";
+        // As VTK's writers put it behind the numbers of an array.
+        const std::string end =
+            "<InformationKey name=\"L2_NORM_RANGE\" location=\"vtkDataArray\" length=\"2\">"
+            "<Value index=\"0\">0.5</Value><Value index=\"1\">7</Value></InformationKey>"
+            "</DataArray>\n";
         std::string bytes;
         for (const T value : values)
             bytes += raw(value);
@@ -60,14 +65,14 @@ class Writer {
                 tag += "ascii\">\n";
                 for (const T value : values)
                     tag += fmt::format("{} ", value);
-                return tag + "</DataArray>\n";
+                return tag + end;
             }
             case Form::kBase64:
-                return tag + "binary\">\n  " + base64(raw<uint32_t>(bytes.size()) + bytes) +
-                       "\n</DataArray>\n";
+                return tag + "binary\">\n  " + base64(raw<uint32_t>(bytes.size()) + bytes) + "\n" +
+                       end;
             case Form::kPacked: {
                 const auto [header, data] = packed(bytes);
-                return tag + "binary\">" + base64(header) + base64(data) + "</DataArray>\n";
+                return tag + "binary\">" + base64(header) + base64(data) + end;
             }
             case Form::kAppended:
                 tag += place();
@@ -281,6 +286,83 @@ TEST_F(VtkTest, LinearFieldsOnCellsComeBack) {
     }
 }
 
+TEST_F(VtkTest, RectilinearAndCurvilinearGridsAreSampled) {
+    // Places from the lowest, but those along y, which fall.
+    const std::array<std::vector<double>, 3> axes{{{-1, 0.3, 1.5, 2}, {3, 1, 0}, {2, 2.5, 5}}};
+    for (const bool is_rectilinear : {true, false}) {
+        for (const Form form : kForms) {
+            SCOPED_TRACE(static_cast<int>(form));
+            Writer writer(form);
+            std::vector<double> points, values;
+            std::vector<int16_t> numbers;
+            for (const double z : axes[2]) {
+                for (const double y : axes[1]) {
+                    for (const double x : axes[0]) {
+                        points.insert(points.end(), {x, y, z});
+                        values.push_back(linear({x, y, z}));
+                    }
+                }
+            }
+            for (int16_t i = 0; i < 12; ++i)
+                numbers.push_back(i);
+            const std::string kind = is_rectilinear ? "RectilinearGrid" : "StructuredGrid";
+            // Points from (3, 0, -1) on, as a part of a larger grid has them.
+            std::string content = "<" + kind +
+                                  " WholeExtent=\"3 6 0 2 -1 1\">"
+                                  "<Piece Extent=\"3 6 0 2 -1 1\"><PointData>" +
+                                  writer.array("E", "Float64", 1, values) +
+                                  "</PointData><CellData>" +
+                                  writer.array("n", "Int16", 1, numbers) + "</CellData>";
+            if (is_rectilinear) {
+                content += "<Coordinates>" + writer.array("x", "Float64", 1, axes[0]) +
+                           writer.array("y", "Float64", 1, axes[1]) +
+                           writer.array("z", "Float64", 1, axes[2]) + "</Coordinates>";
+            } else {
+                content += "<Points>" + writer.array("Points", "Float64", 3, points) + "</Points>";
+            }
+            const auto written =
+                folder_.write(is_rectilinear ? "m.vtr" : "m.vts",
+                              writer.file(kind, content + "</Piece></" + kind + ">"));
+            VolumeOptions options;
+            options.pitch_mm = 0.25;
+            options.field = "E";
+            const auto p = converted(written, options);
+            ASSERT_NE(p, nullptr);
+            EXPECT_EQ(size(*p), (Vec3i{12, 12, 12}));
+            EXPECT_EQ(origin(*p), (Vec3d{-1, 0, 2}));
+            each(*p, [](const Vec3d& at, const float* value) {
+                EXPECT_NEAR(*value, linear(at), 2e-6);
+            });
+            options.field = "n";
+            const auto q = converted(written, options);
+            ASSERT_NE(q, nullptr);
+            each(*q, [&](const Vec3d& at, const float* value) {
+                const int x = at.x < 0.3 ? 0 : at.x < 1.5 ? 1 : 2, y = at.y > 1 ? 0 : 1;
+                EXPECT_EQ(*value, static_cast<float>(((at.z < 2.5 ? 0 : 1) * 2 + y) * 3 + x));
+            });
+        }
+    }
+    Writer w(Form::kText);
+    const auto wrong = [&](const std::string& extent, const std::string& coordinates) {
+        return trouble(folder_.write(
+            "w.vtr", w.file("RectilinearGrid",
+                            "<RectilinearGrid WholeExtent=\"" + extent + "\"><Piece><PointData>" +
+                                w.array("a", "Float32", 1, std::vector<float>(8, 1)) +
+                                "</PointData><Coordinates>" + coordinates +
+                                "</Coordinates></Piece></RectilinearGrid>")));
+    };
+    const std::string axis = w.array("x", "Float32", 1, std::vector<float>{0, 1});
+    EXPECT_EQ(wrong("0 1 0 1 0 1", axis + axis),
+              "it has 2 arrays of coordinates, where 3 are read");
+    EXPECT_EQ(wrong("0 1 0 1 0 2", axis + axis + axis),
+              "it is cut short: an array has fewer numbers than it says");
+    EXPECT_EQ(wrong("0 1 0 1 0 0", axis + axis + axis),
+              "its grid has 2 x 2 x 1 points, and no cell between them");
+    EXPECT_EQ(wrong("0 1 0 1 1 0", axis + axis + axis), "its extent 1 to 0 is not possible");
+    EXPECT_EQ(wrong("0 65535 0 65535 0 65535", axis + axis + axis),
+              "it has more than 2147483647 points");
+}
+
 TEST_F(VtkTest, CellsKeepTheirValueAndTheOutsideHasItsOwn) {
     BlockMesh mesh;
     mesh.points = {0, 0, 0, 4, 0, 0, 0, 4, 0, 0, 0, 4, 40, 40, 40};
@@ -371,12 +453,26 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
                 ::testing::HasSubstr("cell 0 is of VTK's type 24; tetrahedra (10)"));
     EXPECT_EQ(trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
               "line 1: it holds PolyData, where UnstructuredGrid is read; write it as ImageData "
-              "(.vti) or "
-              "UnstructuredGrid (.vtu)");
-    EXPECT_THAT(trouble(folder_.write("z.vtu",
-                                      "<VTKFile type=\"UnstructuredGrid\" "
-                                      "compressor=\"vtkLZ4DataCompressor\"></VTKFile>")),
-                ::testing::HasSubstr("its data is packed by vtkLZ4DataCompressor"));
+              "(.vti), RectilinearGrid (.vtr), StructuredGrid (.vts) or UnstructuredGrid (.vtu)");
+    // The name of a packer stands in files of text, too.
+    for (const Form form : {Form::kPacked, Form::kText}) {
+        Writer writer(form);
+        std::string text = writer.file(
+            "UnstructuredGrid",
+            text_of(mesh, &writer,
+                    "<PointData>" + writer.array("a", "Float32", 1, field) + "</PointData>"));
+        const std::string mark = "header_type=\"UInt32\"";
+        if (const size_t zlib = text.find("vtkZLib"); zlib != std::string::npos) {
+            text.replace(zlib, 7, "vtkLZ4");
+        } else {
+            text.replace(text.find(mark), mark.size(),
+                         mark + " compressor=\"vtkLZ4DataCompressor\"");
+        }
+        EXPECT_EQ(trouble(folder_.write("z.vtu", text)),
+                  form == Form::kText ? "no error"
+                                      : "its data is packed by vtkLZ4DataCompressor; write it with "
+                                        "zlib (vtkZLibDataCompressor), or not compressed");
+    }
 }
 
 }  // namespace

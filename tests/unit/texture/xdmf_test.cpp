@@ -126,6 +126,16 @@ TEST_F(XdmfTest, LinearFieldsOnCellsComeBackInEveryForm) {
     }
 }
 
+TEST_F(XdmfTest, NamesItsDocumentTypeAsVersionTwoDoes) {
+    const BlockMesh mesh = block(12);
+    Writer writer(Form::kText, folder_);
+    std::string text =
+        file(grid(points_of(mesh, &writer) + cells_of(mesh, &writer) +
+                  attribute("E", "Node", writer.item(kFloat64, "64", field_of(mesh)))));
+    text.insert(text.find("<Xdmf"), "<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n");
+    expect_linear(text);
+}
+
 TEST_F(XdmfTest, MixedCellsAndPointsInThreeArrays) {
     const BlockMesh mesh = block(12);
     for (const Form form : kForms) {
@@ -257,6 +267,195 @@ TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
     }
 }
 
+TEST_F(XdmfTest, TheStepOfATimeIsRead) {
+    const BlockMesh mesh = block(12);
+    Writer writer(Form::kText, folder_);
+    const std::string shape = points_of(mesh, &writer) + cells_of(mesh, &writer);
+    const std::string steps = R"(GridType="Collection" CollectionType="Temporal")";
+    // Step i has the value i throughout.
+    const auto values = [&](double value) {
+        return attribute("E", "Node", writer.item(kFloat64, "64", std::vector<double>(64, value)));
+    };
+    const auto value_at = [&](const std::string& text, double time) -> float {
+        VolumeOptions options;
+        options.time = time;
+        const auto p = converted(folder_.write("m.xdmf", text), options);
+        return p == nullptr ? -1 : p->texels()[0];
+    };
+    const auto at = [](const std::string& time) { return "<Time Value=\"" + time + "\"/>"; };
+    const std::string own =
+        file(grid(grid(at("0") + shape + values(0)) + grid(shape + values(1) + at("0.1")) +
+                      grid(shape + values(2) + at(".30000000000000004")),
+                  steps));
+    EXPECT_EQ(value_at(own, 0), 0);
+    EXPECT_EQ(value_at(own, 0.1), 1);
+    EXPECT_EQ(value_at(own, 0.3), 2);
+    // Cells and points of the first step, or of a mesh beside the series.
+    const std::string both =
+        "<xi:include xpointer=\"xpointer(//Grid[1]/*[self::Topology or self::Geometry])\"/>";
+    const auto series = [&](const std::string& first, const std::string& times = "") {
+        return grid(times + first + grid(both + values(1)) + grid(both + values(2)), steps);
+    };
+    EXPECT_EQ(value_at(file(series(grid(shape + values(0)))), 2), 2);
+    EXPECT_EQ(value_at(file(series(grid(shape + values(0)))), 0), 0);
+    EXPECT_EQ(value_at(file(grid(shape) + series(grid(both + values(0)))), 1), 1);
+    EXPECT_EQ(value_at(file(series(grid(both + values(0))) + grid(shape)), 2), 2);
+    const std::string parts = R"(GridType="Collection" CollectionType="Spatial")";
+    EXPECT_EQ(value_at(file(series(grid(grid(shape + values(0)), parts))), 1), 1);
+    // Times that the collection lists.
+    const auto list = [](const std::string& type, const std::string& numbers) {
+        return "<Time TimeType=\"" + type + "\"><DataItem Format=\"XML\" Dimensions=\"3\">" +
+               numbers + "</DataItem></Time>";
+    };
+    EXPECT_EQ(value_at(file(series(grid(shape + values(0)), list("List", "5 7 11"))), 11), 2);
+    EXPECT_EQ(value_at(file(series(grid(shape + values(0)), list("HyperSlab", "5 2 3"))), 7), 1);
+    // What belongs to the world are the data of that step.
+    Writer binary(Form::kLittle, folder_);
+    std::string two;
+    for (const double value : {3.0, 4.0})
+        two += grid(
+            points_of(mesh, &binary) + cells_of(mesh, &binary) +
+            attribute("E", "Node", binary.item(kFloat64, "64", std::vector<double>(64, value))));
+    const auto path = folder_.write("m.xdmf", file(grid(two, steps)));
+    const auto names = [&](std::optional<double> time) {
+        std::vector<std::string> out;
+        for (const auto& data : texture::detached_data(path, time))
+            out.push_back(data.filename().string());
+        return out;
+    };
+    EXPECT_THAT(names({}), ::testing::UnorderedElementsAre("data0.bin", "data1.bin", "data2.bin"));
+    EXPECT_THAT(names(1), ::testing::UnorderedElementsAre("data3.bin", "data4.bin", "data5.bin"));
+
+    VolumeOptions options;
+    options.time = 0.2;
+    EXPECT_EQ(message(own, options), "none of its 3 steps has the time 0.2: they have 0, 0.1, 0.3");
+    EXPECT_EQ(message(file(grid(shape + values(0))), options),
+              "it has no steps, of which `time` could choose one; leave `time` out");
+    EXPECT_THAT(message(file(series(grid(shape + values(0))) + series("")), options),
+                ::testing::EndsWith("it has several series of steps, which `time` cannot tell"));
+    EXPECT_THAT(message(file(grid(grid(at("late") + shape + values(0)), steps)), options),
+                ::testing::HasSubstr("the time of a step is `late`, no number"));
+    options.time = 2;
+    EXPECT_THAT(message(file(series(grid(grid(shape) + grid(shape), parts))), options),
+                ::testing::HasSubstr("takes parts by `xi:include` that are not"));
+    EXPECT_THAT(message(file(grid(shape) + series(grid(shape + values(0)))), options),
+                ::testing::HasSubstr("takes parts by `xi:include` that are not"))
+        << "of which of the two is not known";
+    EXPECT_EQ(trouble(folder_.write("a.nrrd", "NRRD0004\n"), options),
+              "it has no steps, of which `time` could choose one; leave `time` out");
+}
+
+TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
+    // Places from the lowest, but those along y, which fall.
+    const std::array<std::vector<double>, 3> axes{
+        {{-1, 0.3, 1.5, 2}, {3, 1, 0}, {2, 2.5, 4, 4.5, 5}}};
+    BlockMesh mesh;
+    for (const double z : axes[2]) {
+        for (const double y : axes[1]) {
+            for (const double x : axes[0])
+                mesh.points.insert(mesh.points.end(), {x, y, z});
+        }
+    }
+    for (const Form form : kForms) {
+        SCOPED_TRACE(static_cast<int>(form));
+        Writer writer(form, folder_);
+        std::string crossed =
+            "<Topology TopologyType=\"3DRectMesh\" Dimensions=\"5 3 4\"/>"
+            "<Geometry GeometryType=\"VXVYVZ\">";
+        for (const std::vector<double>& axis : axes)
+            crossed += writer.item(kFloat64, std::to_string(axis.size()), axis);
+        const std::string field =
+            attribute("E", "Node", writer.item(kFloat64, "5 3 4", field_of(mesh)));
+        expect_linear(file(grid(crossed + "</Geometry>" + field)));
+        const std::string curved =
+            "<Topology TopologyType=\"3DSMesh\" Dimensions=\"5 3 4\"/>" + points_of(mesh, &writer);
+        expect_linear(file(grid(curved + field)));
+        // Values of cells: 3 x 2 x 4 of them, here their numbers.
+        std::vector<float> numbers(24);
+        for (size_t i = 0; i < numbers.size(); ++i)
+            numbers[i] = static_cast<float>(i);
+        VolumeOptions options;
+        options.pitch_mm = 0.25;
+        const auto p = converted(
+            folder_.write("c.xdmf",
+                          file(grid(curved + attribute("n", "Cell",
+                                                       writer.item(kFloat32, "4 2 3", numbers))))),
+            options);
+        ASSERT_NE(p, nullptr);
+        each(*p, [&](const Vec3d& at, const float* value) {
+            const int x = at.x < 0.3 ? 0 : at.x < 1.5 ? 1 : 2, y = at.y > 1 ? 0 : 1;
+            const int z = at.z < 2.5 ? 0 : at.z < 4 ? 1 : at.z < 4.5 ? 2 : 3;
+            EXPECT_EQ(*value, static_cast<float>((z * 2 + y) * 3 + x));
+        });
+    }
+    Writer w(Form::kText, folder_);
+    const std::string field = attribute("E", "Node", w.item(kFloat64, "60", field_of(mesh)));
+    const auto shaped = [&](const std::string& type, const std::string& sizes) {
+        return message(file(grid("<Topology TopologyType=\"" + type + "\" Dimensions=\"" + sizes +
+                                 "\"/>" + points_of(mesh, &w) + field)));
+    };
+    EXPECT_EQ(shaped("3DRectMesh", "5 3 4"),
+              "its rectilinear grid has a geometry `xyz`; VXVYVZ with three arrays is read");
+    EXPECT_EQ(shaped("3DSMesh", "5 12"), "its structured grid has not three dimensions");
+    EXPECT_EQ(shaped("3DSMesh", "5 12 1"),
+              "its grid has 1 x 12 x 5 points, and no cell between them");
+    EXPECT_EQ(shaped("3DSMesh", "5 3 5"), "its field `E` has 60 numbers, for 75 points");
+    EXPECT_EQ(shaped("3DSMesh", "5 3 2"), "its grid has 60 points instead of 30");
+    const std::string short_axis =
+        file(grid("<Topology TopologyType=\"3DRectMesh\" Dimensions=\"5 3 4\"/>"
+                  "<Geometry GeometryType=\"VXVYVZ\">" +
+                  w.item(kFloat64, "4", axes[0]) + w.item(kFloat64, "4", axes[0]) +
+                  w.item(kFloat64, "5", axes[2]) + "</Geometry>" + field));
+    EXPECT_EQ(message(short_axis), "axis y of its grid has 4 places for 3 points");
+}
+
+TEST_F(XdmfTest, PartsOfArraysAreTaken) {
+    const BlockMesh mesh = block(12);
+    for (const Form form : kForms) {
+        SCOPED_TRACE(static_cast<int>(form));
+        Writer writer(form, folder_);
+        // The field is every second number of the second of three rows; the points are the last three
+        // columns of five.
+        std::vector<double> rows(3 * 130, -7), columns;
+        const std::vector<double> values = field_of(mesh);
+        for (size_t i = 0; i < values.size(); ++i) {
+            rows[130 + 1 + 2 * i] = values[i];
+            columns.insert(columns.end(), {-1, -2});
+            for (size_t a = 0; a < 3; ++a)
+                columns.push_back(mesh.points[3 * i + a]);
+        }
+        const auto part = [&](const std::string& sizes, const std::string& which,
+                              const std::string& item) {
+            return "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + sizes +
+                   "\">\n<DataItem Dimensions=\"3 2\" Format=\"XML\">" + which + "</DataItem>\n" +
+                   item + "</DataItem>";
+        };
+        const std::string points =
+            "<Geometry GeometryType=\"XYZ\">" +
+            part("64 3", "0 2 1 1 64 3", writer.item(kFloat64, "64 5", columns)) + "</Geometry>\n";
+        expect_linear(file(
+            grid(points + cells_of(mesh, &writer) +
+                 attribute("E", "Node",
+                           part("64", "1 1  1 2  1 64", writer.item(kFloat64, "3 130", rows))))));
+        const auto wrong = [&](const std::string& sizes, const std::string& which) {
+            return message(file(grid(
+                points_of(mesh, &writer) + cells_of(mesh, &writer) +
+                attribute("E", "Node", part(sizes, which, writer.item(kFloat64, "3 130", rows))))));
+        };
+        const std::string start = "its field `E` cannot be read: its hyperslab ";
+        EXPECT_EQ(wrong("64", "1 1 1 2 1"),
+                  start + "has not a start, a stride and a count for each side of its array");
+        EXPECT_EQ(wrong("64", "1 1 1 0 1 64"),
+                  start + "has not a start, a stride and a count for each side of its array");
+        EXPECT_EQ(wrong("64", "1 4 1 2 1 64"),
+                  start + "goes beyond the 130 numbers of a side of its array");
+        EXPECT_EQ(wrong("64", "3 0 1 2 1 64"),
+                  start + "goes beyond the 3 numbers of a side of its array");
+        EXPECT_EQ(wrong("64", "1 1 1 2 1 60"), start + "has 60 numbers, its `Dimensions` 64");
+        EXPECT_EQ(wrong("64", "1 1 1 2 1 64 1"), start + "has 64 numbers, its `Dimensions` 64");
+    }
+}
+
 TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
     const BlockMesh mesh = block(10);
     Writer text(Form::kText, folder_);
@@ -311,7 +510,10 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_THAT(item(R"(Reference="XML")"),
                 ::testing::StartsWith(start + "it is a reference to another"));
     EXPECT_THAT(item(R"(ItemType="HyperSlab")"),
-                ::testing::StartsWith(start + "it is computed of others (`hyperslab`)"));
+                ::testing::StartsWith(
+                    start + "its hyperslab has not two items: which part, and of which array"));
+    EXPECT_THAT(item(R"(ItemType="Function")"),
+                ::testing::StartsWith(start + "it is computed of others (`function`)"));
     EXPECT_THAT(item(R"(Format="Binary" Compression="Zlib")"),
                 ::testing::StartsWith(start + "it is compressed by `zlib`"));
     EXPECT_THAT(item(R"(NumberType="Double")"),
@@ -357,8 +559,12 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_THAT(with("<include/>"),
                 ::testing::HasSubstr("takes parts by `xi:include` that are not"));
     EXPECT_EQ(message("<VTKFile/>"), "line 1: it is not an XDMF file");
-    EXPECT_THAT(message("<!DOCTYPE Xdmf [<!ENTITY a \"aaaa\">]><Xdmf>&a;</Xdmf>"),
-                ::testing::HasSubstr("a document type declaration, which is not allowed"));
+    EXPECT_EQ(message("<!DOCTYPE Xdmf [<!ENTITY a \"aaaa\">]><Xdmf>&a;</Xdmf>"),
+              "line 1: a declaration of an entity, which is not allowed");
+    EXPECT_EQ(message("<!DOCTYPE Xdmf [<!ATTLIST Grid Name CDATA \"a\">]><Xdmf/>"),
+              "line 1: a declaration of attributes, which is not allowed");
+    EXPECT_EQ(message("<!DOCTYPE Xdmf SYSTEM \"/etc/passwd\">\n<Xdmf>&a;</Xdmf>"),
+              "line 2: an entity `a`, which is not known");
     EXPECT_THAT(
         trouble(folder_.write("m.xdmf", file(grid(points + cells + field))), {}, {4000, {}}),
         ::testing::HasSubstr("of text, more than a quarter of the 4 kB of `--memory`"));
