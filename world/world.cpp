@@ -17,6 +17,7 @@
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "world/build_reader.h"
+#include "world/dither_ref.h"
 #include "world/json_reader.h"
 #include "world/primitive_reader.h"
 #include "world/uniform_values.h"
@@ -28,7 +29,6 @@ namespace {
 using Kind = JsonValue::Kind;
 namespace fs = std::filesystem;
 
-constexpr size_t kLargestWorld = 256'000'000;
 constexpr size_t kMostMaterials = 64;
 /// Each placement searches them linearly.
 constexpr size_t kMostTextures = 4096;
@@ -62,6 +62,8 @@ class WorldReader {
                 world_.tray = static_cast<Tray>(
                     json_.choice(m->value, "`tray`", {"anywhere", "corner", "center"}));
             section(*root, "fablets", &WorldReader::fablet);
+            if (const JsonMember* m = root->find("dither"))
+                world_.dither = read_dither(m->value, &json_, &files_);
             section(*root, "materials", &WorldReader::material);
             if (const JsonMember* m = root->find("support")) support(m->value);
             section(*root, "textures", &WorldReader::texture);

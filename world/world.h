@@ -71,6 +71,13 @@ struct FabletRef {
     SourceLocation source_location;
 };
 
+/// A function of a module by which mixtures are dithered.
+struct DitherRef {
+    std::filesystem::path source;  ///< the module
+    std::string rule;              ///< name of the function
+    SourceLocation location;       ///< of that name
+};
+
 struct Object {
     std::string name;
     int32_t mesh = 0;      ///< index in World::meshes
@@ -108,6 +115,7 @@ struct World {
     std::vector<mesh::Mesh> meshes;
     std::vector<Object> objects;
     std::vector<Placement> build;
+    std::optional<DitherRef> dither;  ///< of the fablets without a rule of their own
     Tray tray = Tray::kAnywhere;
     SupportChoice support;
     std::string printer;  ///< name or file, empty where the world names none
@@ -117,6 +125,8 @@ struct World {
     std::vector<std::filesystem::path> roots;
 };
 
+constexpr size_t kLargestWorld = 256'000'000;  ///< bytes
+
 /// Limits for reading a world.
 struct FileRules {
     /// Allowed folders besides the world's own or that of its project (world_files.h).
@@ -124,6 +134,11 @@ struct FileRules {
     /// Memory for reading the world and for its meshes; more is an error.
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
+
+/// Reads what load_world puts into World::dither, and nothing else: what kernels are compiled from,
+/// before the rest of the world is read.
+Result<std::optional<DitherRef>> load_dither(const std::filesystem::path& file,
+                                             const FileRules& rules = {});
 
 /// Reads a world and the meshes it names. Every error has a location.
 Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});

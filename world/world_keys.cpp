@@ -11,10 +11,11 @@ namespace openfab::world {
 const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
         {"world",
-         {"$schema", "openfab", "printer", "tray", "support", "fablets", "materials", "textures",
-          "meshes", "objects", "groups", "arrange", "build"},
+         {"$schema", "openfab", "printer", "tray", "support", "fablets", "dither", "materials",
+          "textures", "meshes", "objects", "groups", "arrange", "build"},
          {"openfab", "fablets", "meshes", "objects", "build"}},
         {"fablet", {"source", "fablet"}, {"source", "fablet"}},
+        {"dither", {"source", "rule"}, {"source", "rule"}},
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
         {"texture",
          {"file", "wrap", "filter", "space", "channels", "origin_mm", "spacing_mm", "field", "unit",

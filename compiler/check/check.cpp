@@ -228,7 +228,7 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         check_varying(v, *volume, to);
     check_stage_body(*volume, &to->volume, StageContext::kVolume, {Base::kComposition, 1});
     scopes_.pop_back();
-    if (dither == nullptr) return;
+    if (dither == nullptr) return call_rule(from, to);
     to->ir.has_dither = true;
     to->dither.span = dither->span;
     scopes_.emplace_back();
@@ -236,6 +236,30 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         check_varying(v, *dither, to);
     check_stage_body(*dither, &to->dither, StageContext::kDither, kIntType);
     scopes_.pop_back();
+}
+
+/// Gives a fablet the stage `@Dither(@varying { DitherAttributes attr }) { return rule(attr); }`.
+void Checker::call_rule(const ast::Fablet& from, Fablet* to) {
+    if (rule_ == nullptr) return;
+    to->ir.has_dither = true;
+    to->dither.span = from.span;
+    auto attributes = std::make_unique<Symbol>();
+    attributes->kind = SymbolKind::kAttributes;
+    attributes->name = "attr";
+    attributes->span = from.span;
+    attributes->type = {Base::kDitherAttributes};
+    ExprPtr argument = make(ExprKind::kVariable, attributes->type, from.span);
+    argument->symbol = attributes.get();
+    to->dither.symbols.push_back(std::move(attributes));
+    auto result = std::make_unique<Stmt>();
+    result->kind = StmtKind::kReturn;
+    result->span = from.span;
+    result->expr = make(ExprKind::kCall, kIntType, from.span);
+    result->expr->function = rule_;
+    result->expr->args.push_back(std::move(argument));
+    to->dither.body = std::make_unique<Stmt>();
+    to->dither.body->span = from.span;
+    to->dither.body->body.push_back(std::move(result));
 }
 
 void Checker::check_stage_body(const ast::Stage& from, Stage* to, StageContext context,

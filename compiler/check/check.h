@@ -22,6 +22,11 @@ struct Unit {
 struct CheckOptions {
     bool need_fablet = true;  ///< false: a file of functions is enough
     Uses* uses = nullptr;     ///< filled in if given
+    /// The dither rule of fablets without one: a function of the unit of this index.
+    struct Rule {
+        size_t unit = 0;
+        std::string name;  ///< empty: none
+    } rule;
 };
 
 /// Resolves names, types and stages of the last unit, the program, and of the modules before it,

@@ -38,8 +38,11 @@ Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options
     program_ = &program;
     uses_ = options.uses;
     std::vector<Exports> done;
-    for (const Unit& unit : units)
-        check_unit(unit, &done, &program);
+    for (size_t i = 0; i < units.size(); ++i) {
+        check_unit(units[i], &done, &program);
+        if (!options.rule.name.empty() && i == options.rule.unit)
+            find_rule(units[i], done[i], options.rule.name);
+    }
     const ast::File& file = *units.back().file;
     const bool empty = done.back().names.empty() && done.back().functions.empty();
     if (file.fablets.empty() && (options.need_fablet || empty) && sink_->errors() == 0) {
@@ -94,6 +97,42 @@ void Checker::import_names(const Unit& unit, const std::vector<Exports>& done) {
             if (!again) imported_functions_.push_back(f);
         }
     }
+}
+
+/// Finds the function of a module that is the dither rule of fablets without one.
+void Checker::find_rule(const Unit& unit, const Exports& exports, const std::string& name) {
+    std::vector<std::string> rules;
+    const Function* other = nullptr;
+    for (const Function* f : exports.functions) {
+        if (is_private(f->name)) continue;
+        const bool fits = f->return_type == kIntType && f->parameters.size() == 1 &&
+                          f->parameters[0]->type.is(Base::kDitherAttributes);
+        if (fits) rules.push_back(f->name);
+        if (f->name != name) continue;
+        if (fits) {
+            rule_ = f;
+            return;
+        }
+        other = f;
+    }
+    if (other != nullptr) {
+        sink_
+            ->report(
+                other->span, diag::kBadDeclaration,
+                fmt::format("`{}` is to be a dither rule, but is not of the form of one", name))
+            .help(fmt::format("a rule is `int {}(DitherAttributes voxel)`", name));
+        return;
+    }
+    diag::Diagnostic& d = sink_->report(unit.file->end, diag::kUnknownFunction, name);
+    if (rules.empty()) {
+        d.help(fmt::format("module `{}` has no dither rule: write `int {}(DitherAttributes voxel)`",
+                           unit.name, name));
+        return;
+    }
+    std::string list;
+    for (const std::string& rule : rules)
+        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", rule);
+    d.help(fmt::format("the dither rules of module `{}` are {}", unit.name, list));
 }
 
 void Checker::check_file_fablets(const ast::File& file, Program* program) {

@@ -27,6 +27,7 @@ class Checker : private StatementChecker {
     void check_unit(const Unit& unit, std::vector<Exports>* done, Program* program);
     void import_names(const Unit& unit, const std::vector<Exports>& done);
     void check_file_fablets(const ast::File& file, Program* program);
+    void find_rule(const Unit& unit, const Exports& exports, const std::string& name);
 
     // check.cpp
     void check_fablet(const ast::Fablet& from, Fablet* to);
@@ -35,6 +36,7 @@ class Checker : private StatementChecker {
     bool assign_uniform_index(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
                               Fablet* to);
     void check_stages(const ast::Fablet& from, Fablet* to);
+    void call_rule(const ast::Fablet& from, Fablet* to);
     void check_stage_body(const ast::Stage& from, Stage* to, StageContext context,
                           const Type& result);
     void check_varying(const ast::Variable& v, const ast::Stage& stage, Fablet* to);
@@ -55,6 +57,8 @@ class Checker : private StatementChecker {
                          const std::vector<std::unique_ptr<Function>>& to);
     std::unique_ptr<Symbol> parameter(const ast::Variable& v);
     void check_recursion(const std::vector<std::unique_ptr<Function>>& functions);
+
+    const Function* rule_ = nullptr;  ///< of fablets without `@Dither`; may be null
 };
 
 }  // namespace openfab::check

@@ -91,8 +91,10 @@ std::string kernel_report(const std::vector<lower::KernelTime>& kernels) {
 void Compilation::run_front_end(Outcome* out) {
     const Clock::time_point begin = Clock::now();
     for (const std::string& path : options_.files) {
-        std::optional<ir::Module> module = frontend::compile_to_ir(
-            sources_, path, out->sink, &out->fault, {.enable_printf = options_.enable_printf});
+        std::optional<ir::Module> module =
+            frontend::compile_to_ir(sources_, path, out->sink, &out->fault,
+                                    {.enable_printf = options_.enable_printf,
+                                     .dither = options_.dither ? &*options_.dither : nullptr});
         if (!out->fault.empty()) {
             out->code = unread_exit_code(path);
             return;

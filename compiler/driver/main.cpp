@@ -116,6 +116,17 @@ void add_compilation_options(CLI::App* command, CompilationOptions* options) {
     command->add_option("--jobs", options->threads, "kernels compiled at once; 0: all cores")
         ->check(CLI::Range(0, 1024));
     command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
+    command->add_option(
+        "--dither-rule",
+        [options](const std::vector<std::string>& words) {
+            const size_t colon = words[0].rfind(':');
+            if (colon == std::string::npos || colon == 0 || colon + 1 == words[0].size())
+                throw CLI::ValidationError("--dither-rule",
+                                           "write FILE.fl:NAME, a module and its function");
+            options->dither = {words[0].substr(0, colon), words[0].substr(colon + 1)};
+            return true;
+        },
+        "FILE.fl:NAME, a function of a module: the dither rule of fablets without one");
     command->add_flag("--time", options->time, "print the seconds of each step");
     add_schedule_options(command, &options->back_end.schedules);
     command->add_option("--no-pass", options->back_end.disabled, "leave a pass out")

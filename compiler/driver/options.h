@@ -4,8 +4,11 @@
 
 // The options of openflc's commands; main.cpp defines their syntax.
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "compiler/frontend/frontend.h"
 
 namespace openfab::driver {
 
@@ -39,6 +42,7 @@ struct CompilationOptions {
     int threads = 0;              ///< kernels compiled at once; 0: all cores
     bool time = false;            ///< seconds of each step to stderr
     bool enable_printf = false;   ///< compile `printf` and `assert` in
+    std::optional<frontend::DitherRule> dither;  ///< of fablets without one
     BackEndOptions back_end;
 };
 

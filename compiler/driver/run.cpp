@@ -25,6 +25,7 @@
 #include "program/interrupt.h"
 #include "program/options.h"
 #include "program/print_main.h"
+#include "world/world.h"
 
 namespace openfab::driver {
 
@@ -112,14 +113,29 @@ class Run {
             if (!stop_) say("watching; Ctrl-C ends\n");
             while (!stop_ && !changed())
                 std::this_thread::sleep_for(kPollInterval);
-            fablet_changed = program_ == nullptr || of_sources->changed();
+            // A world may name another dither rule.
+            const std::optional<frontend::DitherRule> before = compile_->dither;
+            const bool other_rule = of_world.changed() && take_rule() && compile_->dither != before;
+            fablet_changed = program_ == nullptr || of_sources->changed() || other_rule;
         }
         return kExitDone;
     }
 
   private:
+    /// Takes the world's dither rule, if it names one, unless an option does.
+    Result<void> take_rule() {
+        if (options_.compilation.dither || !print_.input.ends_with(".json")) return {};
+        const Result<std::optional<world::DitherRef>> rule = world::load_dither(
+            print_.input, {{print_.allow.begin(), print_.allow.end()}, print_.memory_bytes});
+        if (!rule) return rule.error();
+        compile_->dither.reset();
+        if (*rule) compile_->dither = {(*rule)->source.string(), (*rule)->rule};
+        return {};
+    }
+
     int compile() {
         const Clock::time_point begin = Clock::now();
+        if (const Result<void> taken = take_rule(); !taken) return program::finish(taken);
         Compilation compilation(*compile_, common_);
         const int code = compilation.prepare();
         sources_ = compilation.sources().files();

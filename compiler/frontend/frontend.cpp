@@ -26,17 +26,24 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         std::string* fault, const FrontEndOptions& options) {
     const std::optional<uint32_t> file = sources.load(path, fault);
     if (!file) return std::nullopt;
-    return compile_to_ir(sources, *file, sink, options);
+    return compile_to_ir(sources, *file, sink, options, fault);
 }
 
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
-                                        diag::Sink& sink, const FrontEndOptions& options) {
+                                        diag::Sink& sink, const FrontEndOptions& options,
+                                        std::string* fault) {
     // Errors in other files of the same command do not count.
     const size_t errors = sink.errors();
     Modules modules(&sources, &sink);
+    check::CheckOptions checks{options.need_fablet};
+    if (options.dither != nullptr) {
+        const std::optional<size_t> unit = modules.load_module(options.dither->source, fault);
+        if (!unit) return std::nullopt;
+        checks.rule = {*unit, options.dither->name};
+    }
     const std::vector<check::Unit>& units = modules.load(file);
     if (sink.errors() != errors) return std::nullopt;
-    const check::Program program = check::check(units, {options.need_fablet}, &sink);
+    const check::Program program = check::check(units, checks, &sink);
     if (sink.errors() != errors) return std::nullopt;
     ir::Module module = translate::translate(program, {options.enable_printf}, &sink);
     if (sink.errors() != errors) return std::nullopt;

@@ -14,9 +14,18 @@
 
 namespace openfab::frontend {
 
+/// A function of a module that is the dither rule of fablets without one.
+struct DitherRule {
+    std::string source;  ///< the module's file
+    std::string name;
+
+    bool operator==(const DitherRule&) const = default;
+};
+
 struct FrontEndOptions {
     bool need_fablet = true;     ///< false: a module of functions is enough
     bool enable_printf = false;  ///< compile `printf` and `assert` in
+    const DitherRule* dither = nullptr;
 };
 
 /// Lexes, parses, checks and translates a file and its imports. Empty after any error; diagnostics
@@ -26,8 +35,9 @@ std::optional<ir::Module> compile_to_ir(source::SourceManager& sources,
                                         const std::filesystem::path& path, diag::Sink& sink,
                                         std::string* fault, const FrontEndOptions& options = {});
 
-/// Does the same for a file that `sources` already holds.
+/// Does the same for a file that `sources` already holds. `fault` may be null where no dither rule is given.
 std::optional<ir::Module> compile_to_ir(source::SourceManager& sources, uint32_t file,
-                                        diag::Sink& sink, const FrontEndOptions& options = {});
+                                        diag::Sink& sink, const FrontEndOptions& options = {},
+                                        std::string* fault = nullptr);
 
 }  // namespace openfab::frontend

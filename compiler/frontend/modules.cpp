@@ -121,17 +121,34 @@ std::optional<size_t> Modules::import(const ast::Import& import, uint32_t from) 
         sink_->report(import.span, diag::kBadModule, import.name, "imports itself");
         return std::nullopt;
     }
-    Entry& entry = known_[key];
-    entry.file = *file;
     const std::string name(import.name);
     sink_->set_origin(*file, import.span, fmt::format("`{}` is imported here", name));
-    const std::optional<size_t> unit = parse(*file, name);
+    return parse_module(*file, key, name, import.span);
+}
+
+std::optional<size_t> Modules::load_module(const fs::path& path, std::string* fault) {
+    const std::optional<uint32_t> file = sources_->load(path, fault);
+    if (!file) return std::nullopt;
+    std::error_code error;
+    return parse_module(*file, fs::weakly_canonical(path, error).string(), path.stem().string(),
+                        {});
+}
+
+/// Parses a module that is known by `key` from here on.
+std::optional<size_t> Modules::parse_module(uint32_t file, const std::string& key,
+                                            const std::string& name,
+                                            std::optional<source::Span> import) {
+    Entry& entry = known_[key];
+    entry.file = file;
+    const std::optional<size_t> unit = parse(file, name);
     if (!unit) return std::nullopt;
     entry.done = true;
     entry.unit = *unit;
     const ast::File& tree = *units_[*unit].file;
     if (!tree.fablets.empty()) {
-        sink_->report(import.span, diag::kBadModule, name, "holds a fablet")
+        sink_
+            ->report(import.value_or(tree.fablets[0].span), diag::kBadModule, name,
+                     "holds a fablet")
             .note(tree.fablets[0].span, "the fablet is here")
             .help(
                 "a module has functions, constants and structs: move those to a file of their own");

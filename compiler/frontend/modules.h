@@ -39,6 +39,10 @@ class Modules {
     /// The units point into this object.
     const std::vector<check::Unit>& load(uint32_t program);
 
+    /// Parses a module that no program imports, and all that it imports, before the program; returns its unit's index.
+    /// A file that cannot be read is reported in `fault`.
+    std::optional<size_t> load_module(const std::filesystem::path& path, std::string* fault);
+
   private:
     /// A module that is being read or has been read.
     struct Entry {
@@ -49,6 +53,8 @@ class Modules {
 
     std::optional<size_t> parse(uint32_t file, const std::string& name);
     std::optional<size_t> import(const ast::Import& import, uint32_t from);
+    std::optional<size_t> parse_module(uint32_t file, const std::string& key,
+                                       const std::string& name, std::optional<source::Span> import);
     std::optional<uint32_t> find(const ast::Import& import, uint32_t from, std::string* key);
     void report_unknown(const ast::Import& import, uint32_t from);
 

@@ -41,8 +41,7 @@ TriangleTree::TriangleTree(const Mesh& mesh) {
     std::vector<Center> centers;
     // The first touch of fresh memory takes longer than what is done with it.
     tbb::parallel_invoke([&] { boxes_.resize(count); }, [&] { centers.resize(count); },
-                         [&] { nodes_.resize(count_nodes(count)); },
-                         [&] { order_.resize(count); });
+                         [&] { nodes_.resize(count_nodes(count)); }, [&] { order_.resize(count); });
     const auto range = tbb::blocked_range<size_t>(0, count, kSplitAlone);
     tbb::parallel_for(range, [&](const tbb::blocked_range<size_t>& some) {
         for (size_t t = some.begin(); t < some.end(); ++t) {

@@ -137,6 +137,14 @@ class WorldBinder {
                 "again",
                 ref.fablet, fablet->abi_version, OPENFAB_ABI_VERSION));
         }
+        if (world_.dither && fablet->has_dither == 0) {
+            return error_at(
+                world_.dither->location,
+                fmt::format("fablet `{}` was compiled without the world's dither rule `{}`",
+                            ref.fablet, world_.dither->rule),
+                "`openfab print` compiles it in, and so does `openflc build --dither-rule "
+                "FILE.fl:NAME`");
+        }
         return fablet;
     }
 

@@ -81,6 +81,7 @@ Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments)
 /// The sources to compile, and their folder if it is temporary.
 struct Sources {
     std::vector<std::filesystem::path> files;
+    std::optional<world::DitherRef> dither;
     std::unique_ptr<TemporaryFolder> folder;
 };
 
@@ -100,12 +101,21 @@ Result<Sources> stock_sources(const std::string& fablet) {
     return sources;
 }
 
+world::FileRules file_rules(const program::Options& options) {
+    return {{options.allow.begin(), options.allow.end()}, options.memory_bytes};
+}
+
 Result<Sources> sources_of(const program::Options& options, const std::string& fablet) {
     const std::string& input = options.input;
     if (is_stock_fablet(fablet)) return stock_sources(fablet);
     Sources sources;
     if (!fablet.empty()) {
         sources.files.emplace_back(fablet);
+        if (!input.ends_with(".json")) return sources;
+        Result<std::optional<world::DitherRef>> dither =
+            world::load_dither(input, file_rules(options));
+        if (!dither) return dither.error();
+        sources.dither = std::move(*dither);
         return sources;
     }
     if (!input.ends_with(".json")) {
@@ -115,12 +125,12 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
             "{}",
             input, stock_fablet_names()));
     }
-    Result<world::World> world = world::load_world(
-        input, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
+    Result<world::World> world = world::load_world(input, file_rules(options));
     if (!world) return world.error();
     Result<std::vector<std::filesystem::path>> files = world::fablet_sources(*world, input);
     if (!files) return files.error();
     sources.files = std::move(*files);
+    sources.dither = std::move(world->dither);
     return sources;
 }
 
@@ -165,7 +175,7 @@ Result<void> print_world(std::vector<std::string> arguments) {
     // It runs here: the other sets are for programs that somebody builds to take elsewhere.
     const PrintProgram wanted{sources->files,
                               abi::best_isa(options->isa.value_or(program::kUsualIsa)),
-                              compilation->schedules};
+                              compilation->schedules, sources->dither};
     // The print binary checks again, with all that the world names, but does not know these files.
     if (Result<void> apart =
             program::check_outputs(program::outputs_of(*options, "", {}), inputs_of(wanted));

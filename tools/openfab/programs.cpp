@@ -99,6 +99,7 @@ std::vector<fs::path> modules_of(const PrintProgram& program) {
     std::set<fs::path> folders;
     for (const fs::path& source : program.sources)
         folders.insert(folder_of(source));
+    if (program.dither) folders.insert(folder_of(program.dither->source));
     return files_beside(folders, ".fl");
 }
 
@@ -119,6 +120,13 @@ Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& progra
         if (Result<void> added = hash.add_content(source); !added) {
             return with_context(added.error(), fmt::format("cannot read the fablet source `{}`: ",
                                                            source.string()));
+        }
+    }
+    if (wanted.dither) {
+        hash.add_text("dither rule " + wanted.dither->rule);
+        if (Result<void> added = hash.add_content(wanted.dither->source); !added) {
+            return with_context(added.error(), fmt::format("cannot read the dither rule `{}`: ",
+                                                           wanted.dither->source.string()));
         }
     }
     for (const fs::path path : wanted.schedules.paths) {
@@ -233,6 +241,9 @@ Result<void> compile(const fs::path& compiler, const PrintProgram& wanted,
         arguments.push_back("--schedule=" + path);
     for (const std::string& param : wanted.schedules.params)
         arguments.push_back("--param=" + param);
+    if (wanted.dither)
+        arguments.push_back(fmt::format("--dither-rule={}:{}", as_argument(wanted.dither->source),
+                                        wanted.dither->rule));
     arguments.emplace_back("--");
     for (const fs::path& source : wanted.sources)
         arguments.push_back(as_argument(source));
@@ -253,6 +264,7 @@ Result<fs::path> program_folder() {
 
 std::vector<fs::path> inputs_of(const PrintProgram& program) {
     std::vector<fs::path> files = program.sources;
+    if (program.dither) files.push_back(program.dither->source);
     files.insert(files.end(), program.schedules.paths.begin(), program.schedules.paths.end());
     for (const std::vector<fs::path>& beside : {modules_of(program), schedules_of(program)})
         files.insert(files.end(), beside.begin(), beside.end());

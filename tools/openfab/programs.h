@@ -5,12 +5,14 @@
 // Finds the programs, and print binaries made from fablets.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "abi/fablet_table.h"
 #include "base/input_file.h"
 #include "base/result.h"
+#include "world/world.h"
 
 namespace openfab::tools {
 
@@ -27,6 +29,7 @@ struct PrintProgram {
     std::vector<std::filesystem::path> sources;  ///< of OpenFL
     openfab_isa isa;
     ScheduleArguments schedules;
+    std::optional<world::DitherRef> dither;  ///< the rule of fablets without one
 };
 
 /// Lists the sources and schedules, and all modules and schedules beside them, which they may name.

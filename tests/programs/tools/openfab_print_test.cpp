@@ -121,6 +121,79 @@ TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
     EXPECT_THAT(wrong.err, HasSubstr("base.sched:2:"));
 }
 
+TEST_F(OpenfabPrint, AWorldChoosesADitherRule) {
+    const auto fablet = [](const std::string& rule) {
+        return R"(fablet Mix {
+    @uniform { Material body, other; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(body, 0.4);
+        mc.Set(other, 0.6);
+        return mc;
+    }
+)" + rule + "}\n";
+    };
+    scratch_.write("rules.fl",
+                   "int checks(DitherAttributes v) { return 1 + ((v.voxel.x + v.voxel.y) & 1); }\n"
+                   "int stripes(DitherAttributes v) { return 1 + (v.voxel.x & 1); }\n");
+    scratch_.write("plain.fl", fablet(""));
+    scratch_.write("own.fl", "import rules;\n" +
+                                 fablet("    @Dither(@varying { DitherAttributes attr }) { return "
+                                        "checks(attr); }\n"));
+    std::string world = kWorld;
+    world.replace(world.find(R"("Plain")"), 7, R"("Mix")");
+    world.insert(world.find(R"("resin": )"), R"("wax": {"key": "#000000"}, )");
+    world.insert(world.find(R"("body": )"), R"("other": "wax", )");
+    const auto with = [&](const std::string& source, const std::string& dither) {
+        std::string text = world;
+        text.replace(text.find("plain.fl"), 8, source);
+        if (!dither.empty())
+            text.insert(text.find("  \"materials\""),
+                        R"("dither": {"source": "rules.fl", "rule": ")" + dither + "\"},\n");
+        return text;
+    };
+    const auto codes = [&](const std::string& text, bool compiles) {
+        scratch_.write("world.fab.json", text);
+        const Outcome outcome = print({path("world.fab.json"), "-o", path("codes.npy")});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        EXPECT_EQ(outcome.err.find("compiling") != std::string::npos, compiles) << outcome.err;
+        return read_file(path("codes.npy"));
+    };
+    const std::string own = codes(with("own.fl", ""), true);
+    const std::string checks = codes(with("plain.fl", "checks"), true);
+    EXPECT_TRUE(own == checks);
+    EXPECT_TRUE(codes(with("plain.fl", "checks"), false) == checks);
+    const std::string stripes = codes(with("plain.fl", "stripes"), true);
+    EXPECT_FALSE(stripes == checks);
+    EXPECT_TRUE(codes(with("own.fl", "stripes"), true) == own) << "a fablet's own rule stays";
+
+    // In memory, from the same world.
+    scratch_.write("world.fab.json", with("plain.fl", "stripes"));
+    const Outcome in_memory = run(
+        {OPENFAB_OPENFLC, "run", path("plain.fl"), path("world.fab.json"), "-o", path("run.npy")});
+    ASSERT_EQ(in_memory.exit_code, 0) << in_memory.err;
+    EXPECT_TRUE(read_file(path("run.npy")) == stripes);
+
+    scratch_.write("world.fab.json", with("plain.fl", "dots"));
+    const Outcome unknown = print({path("world.fab.json"), "-o", path("x.npy")});
+    EXPECT_EQ(unknown.exit_code, 1);
+    EXPECT_THAT(unknown.err,
+                HasSubstr("the dither rules of module `rules` are `checks`, `stripes`"));
+    scratch_.write("world.fab.json", with("plain.fl", "stripes"));
+    const Outcome spared =
+        print({path("world.fab.json"), "-o", path("rules.fl"), "--format", "npy"});
+    EXPECT_EQ(spared.exit_code, 1) << "an output in the place of an input";
+
+    // A program that was built without the rule.
+    const Outcome built = run(
+        {OPENFAB_OPENFLC, "build", path("plain.fl"), "-o", path("without"), "--target", "sse41"});
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    const Outcome without = run({path("without"), path("world.fab.json"), "-o", path("x.npy")});
+    EXPECT_EQ(without.exit_code, 1);
+    EXPECT_THAT(without.err,
+                HasSubstr("`Mix` was compiled without the world's dither rule `stripes`"));
+}
+
 TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
     const fs::path temporary = path("temporary");
     fs::create_directory(temporary);

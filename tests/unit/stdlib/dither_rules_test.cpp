@@ -16,6 +16,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
+#include "compiler/ir/ir.h"
 #include "tests/support/reference/blue_noise.h"
 
 namespace openfab {
@@ -64,6 +65,24 @@ std::optional<ir::Stage> rule(const std::string& expression) {
     EXPECT_TRUE(module.has_value()) << expression << '\n' << diag::render_text(sink, sources);
     if (!module) return std::nullopt;
     return module->fablets[0].dither;
+}
+
+/// A fablet of three materials with the members `stages`, after the front end.
+std::optional<ir::Module> with_rule(const std::string& stages, const std::string& module,
+                                    const std::string& name, std::string* said) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    sources.replace("/rules/screens.fl", module);
+    const uint32_t file =
+        sources.add("test.fl",
+                    "fablet T { @uniform { Material a, b, c; }\n"
+                    "@Volume() { MaterialComposition mc; return mc; }\n" +
+                        stages + "}\nint mine(DitherAttributes v) { return 9; }\n");
+    const frontend::DitherRule rule{"/rules/screens.fl", name};
+    std::string fault;
+    auto made = frontend::compile_to_ir(sources, file, sink, {.dither = &rule}, &fault);
+    *said = fault + diag::render_text(sink, sources);
+    return made;
 }
 
 int32_t choose(const ir::Stage& stage, const RuleVoxel& voxel) {
@@ -123,6 +142,58 @@ TEST(DitherRules, AThresholdTakesTheFirstSumAboveIt) {
         voxel.at[0] = threshold;
         EXPECT_EQ(choose(*stage, voxel), number) << threshold;
     }
+}
+
+TEST(DitherRules, OfAModuleAreThoseOfAFabletThatCallsThem) {
+    // The fablet's own functions do not stand in for the module's.
+    const std::string module =
+        "import dither;\nfloat _side() { return 0.6; }\n"
+        "int mine(DitherAttributes v) { return dither_dots(v, _side(), 0.3); }\n";
+    std::string said;
+    const auto made = with_rule("", module, "mine", &said);
+    ASSERT_TRUE(made) << said;
+    ASSERT_TRUE(made->fablets[0].has_dither);
+    const auto own = rule("dither_dots(attr, 0.6, 0.3)");
+    ASSERT_TRUE(own);
+    EXPECT_EQ(ir::dump(made->fablets[0].dither), ir::dump(*own));
+
+    // A fablet that has a rule keeps it.
+    const auto kept =
+        with_rule("@Dither(@varying { DitherAttributes attr }) { return attr.count - 1; }", module,
+                  "mine", &said);
+    ASSERT_TRUE(kept) << said;
+    RuleVoxel voxel;
+    voxel.fractions = {1, 65534, 0, 0};
+    EXPECT_EQ(choose(kept->fablets[0].dither, voxel), 3);
+}
+
+TEST(DitherRules, OfAModuleAreRefusedWithAPlace) {
+    const auto refusal = [](const std::string& module, const std::string& name) {
+        std::string said;
+        EXPECT_FALSE(with_rule("", module, name, &said)) << module;
+        return said;
+    };
+    const std::string two =
+        "int one(DitherAttributes v) { return 0; }\nint two(DitherAttributes v) { return 1; }\n"
+        "float three(DitherAttributes v) { return 1; }\nint _four(DitherAttributes v) { return 1; "
+        "}\n";
+    EXPECT_NE(refusal(two, "tow").find("no function `tow`"), std::string::npos);
+    EXPECT_NE(refusal(two, "tow").find("of module `screens` are `one`, `two`\n"),
+              std::string::npos);
+    EXPECT_NE(refusal(two, "_four").find("no function `_four`"), std::string::npos);
+    EXPECT_NE(refusal(two, "three").find("screens.fl:3:7: error: `three` is to be a dither rule"),
+              std::string::npos);
+    EXPECT_NE(refusal("int side() { return 1; }\n", "dots").find("has no dither rule: write "),
+              std::string::npos);
+    EXPECT_NE(refusal("fablet F { @Volume() { MaterialComposition mc; return mc; } }\n", "dots")
+                  .find("module `screens` holds a fablet"),
+              std::string::npos);
+    EXPECT_NE(refusal("int dots(DitherAttributes v) { return v; }\n", "dots").find("screens.fl:1:"),
+              std::string::npos);
+    // What a rule may not do.
+    EXPECT_NE(refusal("int dots(DitherAttributes v) { return (int)distance(float3(0)); }\n", "dots")
+                  .find("error"),
+              std::string::npos);
 }
 
 }  // namespace

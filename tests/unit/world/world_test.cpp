@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "world/world.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -257,8 +258,9 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
         {"\"build\": [", "\"build\": [], \"x\": [",
          "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
-         "`printer`, `tray`, `support`, `fablets`, `materials`, `textures`, `meshes`, `objects`, "
-         "`groups`, `arrange` and 1 more"},
+         "`printer`, `tray`, `support`, `fablets`, `dither`, `materials`, `textures`, `meshes`, "
+         "`objects`, "
+         "`groups` and 2 more"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
@@ -352,6 +354,50 @@ std::set<std::string> keys_of(const JsonValue& value) {
     for (const JsonMember& m : value.members)
         keys.insert(m.key);
     return keys;
+}
+
+TEST_F(WorldTest, NamesADitherRule) {
+    const auto with = [](const std::string& dither) {
+        std::string text = kWorld;
+        return text.replace(text.find("  \"materials\""), 0, "  \"dither\": " + dither + ",\n");
+    };
+    folder_.write("rules.fl", "not read here");
+    const std::string text = with(R"({"source": "rules.fl", "rule": "dots"})");
+    const Result<World> world = load(text);
+    ASSERT_TRUE(world) << world.error().text();
+    ASSERT_TRUE(world->dither);
+    EXPECT_EQ(world->dither->source, folder_.path() / "rules.fl");
+    EXPECT_EQ(world->dither->rule, "dots");
+    EXPECT_EQ(world->dither->location.line, 5);
+    EXPECT_TRUE(std::find(world->files.begin(), world->files.end(), world->dither->source) !=
+                world->files.end());
+    EXPECT_FALSE(load(kWorld)->dither);
+
+    EXPECT_EQ(error_of(with(R"({"source": "no.fl", "rule": "dots"})")),
+              fmt::format("5:24: the source of `dither` `{}` does not exist; paths count from the "
+                          "world's folder",
+                          (folder_.path() / "no.fl").string()));
+    EXPECT_EQ(error_of(with(R"({"source": "rules.fl"})")).substr(0, 5), "5:13:");
+    EXPECT_EQ(error_of(with(R"({"source": "rules.fl", "rule": 3})")).substr(0, 5), "5:44:");
+    EXPECT_EQ(error_of(with(R"("dots")")).substr(0, 5), "5:13:");
+
+    // What is compiled first is what the whole world says, mistakes included.
+    for (const std::string dither :
+         {R"({"source": "rules.fl", "rule": "dots"})", R"({"source": "no.fl", "rule": "dots"})",
+          R"({"source": "/etc/passwd", "rule": "dots"})", R"({"rule": "dots"})", "[]"}) {
+        const std::filesystem::path file = folder_.write("w.fab.json", with(dither));
+        const Result<std::optional<DitherRef>> early = load_dither(file);
+        const Result<World> whole = load_world(file);
+        ASSERT_EQ(bool{early}, bool{whole}) << dither;
+        if (!early) {
+            EXPECT_EQ(early.error().text(), whole.error().text());
+        } else {
+            EXPECT_EQ((*early)->source, whole->dither->source);
+            EXPECT_EQ((*early)->rule, whole->dither->rule);
+        }
+    }
+    const Result<std::optional<DitherRef>> none = load_dither(folder_.write("w.fab.json", kWorld));
+    EXPECT_TRUE(none && !*none);
 }
 
 TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
