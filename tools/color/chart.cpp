@@ -13,11 +13,11 @@
 #include "backends/ofr/ofr_reader.h"
 #include "base/check.h"
 #include "base/input_file.h"
-
 #include "base/text.h"
 #include "tools/color/chart_texts.h"
 #include "tools/color/nrrd_write.h"
 #include "tools/color/picture.h"
+#include "tools/color/print_inks.h"
 
 namespace openfab::color {
 
@@ -291,21 +291,8 @@ Result<PrintedChart> read_print(const std::string& file, const SampleTable& char
     if (!opened) return opened.error();
     ofr::OfrReader& print = **opened;
     const pipeline::PrintInfo& info = print.info();
-    std::vector<int> ink_of_code(info.materials.size() + 1, -1);
-    constexpr std::array<const char*, 4> kNames = {"cyan", "magenta", "yellow", "black"};
-    for (size_t i = 0; i < kNames.size(); ++i) {
-        bool found = false;
-        for (size_t m = 0; m < info.materials.size(); ++m) {
-            if (lower_ascii(info.materials[m].name).find(kNames[i]) == std::string::npos) continue;
-            ink_of_code[m + 1] = static_cast<int>(i);
-            found = true;
-        }
-        if (!found) {
-            return user_error(
-                fmt::format("no material of {} has a name with `{}`", file, kNames[i]),
-                "inks are found by the names of their materials");
-        }
-    }
+    const Result<std::vector<int>> ink_of_code = inks_of_codes(info, file);
+    if (!ink_of_code) return ink_of_code.error();
     const int columns = chart.columns, rows = rows_of(chart);
     const auto patch_of = [](int32_t voxel, int32_t size, int patches) {
         const double place = (voxel + 0.5) / size * patches;
@@ -334,10 +321,10 @@ Result<PrintedChart> read_print(const std::string& file, const SampleTable& char
             for (int32_t x = 0; x < slice.width; ++x) {
                 if (column_of[static_cast<size_t>(x)] < 0) continue;
                 const uint8_t code = slice.code(x, y, info.bits);
-                if (code == 0 || code >= ink_of_code.size()) continue;
+                if (code == 0 || code >= ink_of_code->size()) continue;
                 const int patch =
                     row_of[static_cast<size_t>(y)] * columns + column_of[static_cast<size_t>(x)];
-                const int ink = ink_of_code[code];
+                const int ink = (*ink_of_code)[code];
                 ++counts[static_cast<size_t>(patch)][static_cast<size_t>(ink < 0 ? 4 : ink)];
             }
         }

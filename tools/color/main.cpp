@@ -19,12 +19,14 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "base/text.h"
 #include "base/units.h"
 #include "tools/color/chart.h"
 #include "tools/color/check_print.h"
 #include "tools/color/ink_table.h"
 #include "tools/color/nominal_inks.h"
 #include "tools/color/picture.h"
+#include "tools/color/print_inks.h"
 #include "tools/color/printer_model.h"
 #include "tools/color/profile.h"
 
@@ -35,7 +37,8 @@ namespace {
 using backends::write_whole_file;
 
 struct Arguments {
-    std::string first, second, third, output, table, skin = "0.5mm", intent = "perceptual", name;
+    std::string first, second, third, output, table, skin = "0.5mm", window = "0.3mm",
+                                                     intent = "perceptual", name;
     std::vector<double> corners;
     double black = 0.5, limit = 100;
     bool black_point = false, absolute = false;
@@ -120,13 +123,53 @@ Result<void> bake(const Arguments& a) {
                                           a.black_point ? " with black point" : "", a.limit)));
 }
 
+/// Writes the colours of inks as a picture; where `is_there` says no, it is grey.
+Result<void> write_proof(const Arguments& a, const std::string& profile_file, int width, int height,
+                         const std::vector<Inks>& inks, const std::vector<bool>& is_there) {
+    const Result<PrinterProfile> profile = PrinterProfile::read(profile_file);
+    if (!profile) return profile.error();
+    const Result<std::vector<Lab>> colours = profile->to_lab(inks, a.absolute);
+    if (!colours)
+        return with_context(colours.error(), fmt::format("cannot read {}: ", profile_file));
+    constexpr Rgb kNothing{0.2, 0.2, 0.2};
+    std::vector<Rgb> pixels;
+    pixels.reserve(colours->size());
+    for (const Lab& lab : *colours) {
+        const bool there = is_there.empty() || is_there[pixels.size()];
+        pixels.push_back(there ? linear_of_xyz(to_xyz(lab)) : kNothing);
+    }
+    const Result<std::vector<uint8_t>> png = png_of(width, height, pixels);
+    if (!png) return png.error();
+    return write_whole_file(a.output, *png);
+}
+
+Result<void> proof_print(const Arguments& a) {
+    const Result<double> window = parse_length_mm(a.window);
+    if (!window) return window.error();
+    const Result<double> skin = parse_length_mm(a.skin);
+    if (!skin) return skin.error();
+    if (*window <= 0 || *skin <= 0) return usage_error("a window and a skin are larger than 0");
+    const Result<PrintTop> top = read_print_top(a.first, *window, *skin, kDefaultMemoryBytes);
+    if (!top) return top.error();
+    return write_proof(a, a.second, top->width, top->height, top->windows, top->is_there);
+}
+
 Result<void> proof(const Arguments& a) {
+    if (lower_ascii(a.first).ends_with(".ofr")) {
+        if (a.third.empty()) return proof_print(a);
+        return usage_error(
+            "the inks of a print are in it, and no table is looked up: `openfab color proof "
+            "PRINT.ofr PROFILE -o proof.png`");
+    }
+    if (a.third.empty()) {
+        return usage_error(
+            "a picture is proofed by a table of inks and a profile: `openfab color proof PICTURE "
+            "TABLE PROFILE -o proof.png`");
+    }
     const Result<Picture> picture = Picture::read(a.first);
     if (!picture) return picture.error();
     const Result<InkTable> table = InkTable::read(a.second);
     if (!table) return table.error();
-    const Result<PrinterProfile> profile = PrinterProfile::read(a.third);
-    if (!profile) return profile.error();
     std::vector<Inks> inks;
     for (int y = 0; y < picture->height(); ++y) {
         for (int x = 0; x < picture->width(); ++x) {
@@ -136,15 +179,7 @@ Result<void> proof(const Arguments& a) {
             inks.push_back(table->at(encoded));
         }
     }
-    const Result<std::vector<Lab>> colours = profile->to_lab(inks, a.absolute);
-    if (!colours) return with_context(colours.error(), fmt::format("cannot read {}: ", a.third));
-    std::vector<Rgb> pixels;
-    pixels.reserve(colours->size());
-    for (const Lab& lab : *colours)
-        pixels.push_back(linear_of_xyz(to_xyz(lab)));
-    const Result<std::vector<uint8_t>> png = png_of(picture->width(), picture->height(), pixels);
-    if (!png) return png.error();
-    return write_whole_file(a.output, *png);
+    return write_proof(a, a.third, picture->width(), picture->height(), inks, {});
 }
 
 Result<void> check(const Arguments& a) {
@@ -231,11 +266,21 @@ void add_bake(CLI::App& app, Action* action) {
 }
 
 void add_proof(CLI::App& app, Action* action) {
-    CLI::App* c = app.add_subcommand("proof", "show a picture as its print will look");
+    CLI::App* c = app.add_subcommand(
+        "proof", "show a picture as its print will look, or a print as its own voxels are");
     auto a = std::make_shared<Arguments>();
-    c->add_option("PICTURE", a->first, "a picture, by its own profile or else sRGB")->required();
-    c->add_option("TABLE", a->second, "the table of inks it is printed with")->required();
-    c->add_option("PROFILE", a->third, "the printer's .icc profile")->required();
+    c->add_option("PICTURE", a->first,
+                  "a picture, by its own profile or else sRGB; or a print, an .ofr file")
+        ->required();
+    c->add_option("TABLE", a->second,
+                  "the table of inks a picture is printed with; of a print, the printer's profile")
+        ->required();
+    c->add_option("PROFILE", a->third, "the printer's .icc profile, of a picture");
+    c->add_option(
+        "--window", a->window,
+        "of a print: the size of a pixel, of whose voxels it is the mean (default: 0.3mm)");
+    c->add_option("--skin", a->skin,
+                  "of a print: thickness of the inks over white (default: 0.5mm)");
     c->add_option("-o,--output", a->output, "the .png file, in sRGB")->required();
     c->add_flag("--absolute", a->absolute,
                 "show the print's own white, not the screen's in its place");

@@ -7,11 +7,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "tests/support/process/process.h"
+#include "tests/unit/color/synthetic_printer.h"
 #include "tools/color/chart.h"
 #include "tools/color/ink_table.h"
+#include "tools/color/picture.h"
+#include "tools/color/printer_model.h"
 
 namespace openfab::testing {
 namespace {
@@ -52,6 +56,59 @@ TEST(ColorCommand, APrintedChartHasTheInksOfItsTable) {
         }
     }
     EXPECT_LT(sum / static_cast<double>(4 * chart->samples.size()), 0.004);
+
+    // The same print as a proof shows it, a millimetre a pixel: each patch of 4 mm as the profile sees
+    // its inks.
+    const SyntheticPrinter printer(0.2);
+    const Result<color::PrinterModel> model = color::PrinterModel::fit(printer.measured(0));
+    ASSERT_TRUE(model) << model.error().text();
+    color::ProfileOptions options;
+    options.ink_nodes = options.color_nodes = 9;
+    const Result<std::string> icc = color::make_profile(*model, options);
+    ASSERT_TRUE(icc) << icc.error().text();
+    folder.write("printer.icc", *icc);
+    const Outcome proofed = openfab(folder, {"color", "proof", "chart.ofr", "printer.icc", "-o",
+                                             "proof.png", "--window", "1mm"});
+    ASSERT_EQ(proofed.exit_code, 0) << proofed.err;
+    const Result<color::Picture> proof = color::Picture::read(folder / "proof.png");
+    ASSERT_TRUE(proof) << proof.error().text();
+    EXPECT_EQ(proof->width(), 4 * chart->columns);
+    const Result<color::PrinterProfile> profile =
+        color::PrinterProfile::read(folder / "printer.icc");
+    ASSERT_TRUE(profile);
+    const Result<std::vector<color::Lab>> wanted = profile->to_lab(is->patches, false);
+    ASSERT_TRUE(wanted);
+    double differences = 0;
+    for (size_t k = 0; k < wanted->size(); ++k) {
+        const int x = static_cast<int>(k) % chart->columns,
+                  y = static_cast<int>(k) / chart->columns;
+        color::Rgb mean{};
+        for (const int inner : {0, 1, 2, 3}) {
+            const color::Rgb& pixel = proof->at(4 * x + 1 + inner % 2, 4 * y + 1 + inner / 2);
+            for (size_t c = 0; c < 3; ++c)
+                mean[c] += pixel[c] / 4;
+        }
+        // Within sRGB, whose borders the screen's picture is clamped to.
+        const color::Rgb linear = color::linear_of_xyz(color::to_xyz((*wanted)[k]));
+        const auto [least, most] = std::minmax_element(linear.begin(), linear.end());
+        if (*least < 0 || *most > 1) continue;
+        const double difference =
+            color::ciede2000((*wanted)[k], color::to_lab(color::xyz_of_linear(mean)));
+        // A quarter of a patch has some 160 voxels, whose means are off by 0.02 as above.
+        EXPECT_LT(difference, 4) << "patch " << k + 1;
+        differences += difference;
+    }
+    EXPECT_LT(differences / static_cast<double>(wanted->size()), 1);
+    const Outcome fine = openfab(folder, {"color", "proof", "chart.ofr", "printer.icc", "-o",
+                                          "p.png", "--window", "0.01mm"});
+    EXPECT_EQ(fine.exit_code, 1);
+    EXPECT_THAT(fine.err, HasSubstr("a window of 0.01 mm is smaller than the voxels of chart.ofr"));
+    const Outcome three =
+        openfab(folder, {"color", "proof", "chart.ofr", kTable, "printer.icc", "-o", "p.png"});
+    EXPECT_EQ(three.exit_code, 2);
+    EXPECT_THAT(three.err, HasSubstr("the inks of a print are in it, and no table is looked up"));
+    const Outcome two = openfab(folder, {"color", "proof", "a.png", kTable, "-o", "p.png"});
+    EXPECT_EQ(two.exit_code, 2);
 }
 
 TEST(ColorCommand, RefusesWhatItCannotUse) {
