@@ -130,6 +130,11 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const world
 
 }  // namespace
 
+Result<std::optional<world::DitherRef>> load_rule(const Options& options) {
+    if (!is_world(options.input)) return std::optional<world::DitherRef>();
+    return world::load_dither(options.input, file_rules(options));
+}
+
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
     Result<world::World> world =
         is_world(options.input) ? world::load_world(options.input, file_rules(options))

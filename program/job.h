@@ -6,6 +6,7 @@
 // uniforms joined.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct Job {
     /// file, the program.
     std::vector<std::filesystem::path> inputs;
 };
+
+/// Returns the dither rule that the world of the print names, with which kernels are compiled; none for a mesh.
+Result<std::optional<world::DitherRef>> load_rule(const Options& options);
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);
 

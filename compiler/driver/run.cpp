@@ -23,9 +23,9 @@
 #include "compiler/lower/jit.h"
 #include "compiler/lower/kernel_cache.h"
 #include "program/interrupt.h"
+#include "program/job.h"
 #include "program/options.h"
 #include "program/print_main.h"
-#include "world/world.h"
 
 namespace openfab::driver {
 
@@ -124,9 +124,8 @@ class Run {
   private:
     /// Takes the world's dither rule, if it names one, unless an option does.
     Result<void> take_rule() {
-        if (options_.compilation.dither || !print_.input.ends_with(".json")) return {};
-        const Result<std::optional<world::DitherRef>> rule = world::load_dither(
-            print_.input, {{print_.allow.begin(), print_.allow.end()}, print_.memory_bytes});
+        if (options_.compilation.dither) return {};
+        const auto rule = program::load_rule(print_);
         if (!rule) return rule.error();
         compile_->dither.reset();
         if (*rule) compile_->dither = {(*rule)->source.string(), (*rule)->rule};
