@@ -28,19 +28,20 @@ struct CoarsePrint {
     double voxels, set_up_seconds, seconds;
 };
 /// Of coarse prints; with less than kFewVoxels materials are known roughly.
-constexpr double kMostVoxels = 4e6, kFewVoxels = 1e6, kLeastVoxels = 1e5;
+constexpr double kMostVoxels = 3e6, kFewVoxels = 1e6, kLeastVoxels = 1e5;
 /// Seconds of the processor that a coarse print shall take, as far as the estimate of the print's own tells.
 constexpr double kCoarseSeconds = 0.5;
 /// Seconds for slabs at the print's own pitch.
 constexpr double kTimeSeconds = 2.0;
 
-/// Returns coarse prints to try, one after the other. What takes the time of a print are mostly its
-/// surfaces, which shrink with the square of the pitch, so that their voxels are 3/2 powers of it.
+/// Returns coarse prints to try, one after the other. Voxels shrink with the cube of the pitch, what
+/// is diced far less: a patch is never less than a triangle of its mesh.
 std::array<CoarsePrint, 2> coarse_prints(const Estimate& e) {
     const double share = kCoarseSeconds / std::max(e.time.processor_seconds, kCoarseSeconds);
-    const double voxels = static_cast<double>(e.set_up.voxels_total) * std::pow(share, 1.5);
-    return {{{std::clamp(voxels, kLeastVoxels, kMostVoxels), 1.0, 2 * kCoarseSeconds},
-             {kLeastVoxels, 1.0, kCoarseSeconds}}};
+    const double diced = e.time.dicing_seconds / std::max(e.time.processor_seconds, kCoarseSeconds);
+    const double voxels = static_cast<double>(e.set_up.voxels_total) * std::pow(share, 1 + diced);
+    return {{{std::clamp(voxels, kLeastVoxels, kMostVoxels), 1.0, 3 * kCoarseSeconds},
+             {kLeastVoxels, 1.0, 2 * kCoarseSeconds}}};
 }
 
 /// Prints with that many voxels; returns false if it takes too long or too much memory.

@@ -258,7 +258,8 @@ class Sampler {
         // Some patches are never needed, which is known where all slabs were tried.
         const bool all = static_cast<int32_t>(tried.size()) == count();
         const double patches = all ? diced_ : std::max(static_cast<double>(needs_.patches), diced_);
-        out.processor_seconds = all_slabs(tried, typical) + (of_patch() + of_rebuilt_) * patches;
+        out.dicing_seconds = (of_patch() + of_rebuilt_) * patches;
+        out.processor_seconds = all_slabs(tried, typical) + out.dicing_seconds;
         const double clock = seconds_tried_ / processor_tried_;
         out.seconds = out.processor_seconds * clock;
         out.slowest_slab_seconds = slowest * clock;

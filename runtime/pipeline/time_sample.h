@@ -48,6 +48,7 @@ struct PatchNeeds {
 struct TimeSample {
     double seconds = 0;            ///< at least this long if `share` is 0
     double processor_seconds = 0;  ///< of all threads
+    double dicing_seconds = 0;     ///< of these, for displaced patches
     double slowest_slab_seconds = 0;
     double share = 1;    ///< of the only slab, if it was stopped
     int32_t places = 0;  ///< from which there is a time; 0: stopped before

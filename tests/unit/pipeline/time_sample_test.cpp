@@ -102,6 +102,7 @@ TEST(TimeSample, DicingCountsOncePerPatch) {
     print.of_patch = 0.0005;
     const TimeSample sample = print.sample({0, 200}, 3, {200 * 50, 0});
     EXPECT_NEAR(sample.seconds, 200 * (0.01 + 50 * 0.0005), 0.01);
+    EXPECT_NEAR(sample.dicing_seconds, 200 * 50 * 0.0005, 0.01);
 }
 
 TEST(TimeSample, DicingIsToldFromStoppedTrials) {
