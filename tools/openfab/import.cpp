@@ -13,9 +13,12 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "base/check.h"
 #include "base/color.h"
+#include "base/input_file.h"
 #include "base/json.h"
 #include "base/json_text.h"
+#include "texture/nrrd_header.h"
 #include "tools/openfab/stock.h"
 #include "tools/openfab/up_axis.h"
 
@@ -133,7 +136,8 @@ class Importer {
         if (Result<void> bound = bind(); !bound) return bound.error();
         std::string source(stock_text(fmt::format("stock_{}.fl", out_.fablet)));
         set_constant("GROUPS", groups_.size(), &source);
-        set_constant("MAPS", std::max<size_t>(textures_.size(), 1), &source);
+        set_constant("MAPS", std::max<size_t>(texture_names_.size(), 1), &source);
+        if (!options_.profile.empty()) mix_by_profile(&source);
         out_.files.push_back(
             {source_name(), std::make_shared<const std::string>(std::move(source))});
         out_.world = world();
@@ -199,6 +203,8 @@ class Importer {
             return does_not_go("--picture-size", "`--mapping planar`, `box` or `triplanar`");
         if (!options_.picture.empty() && f != "textured" && f != "mapped" && f != "relief")
             return does_not_go("--picture", "the fablets `textured`, `mapped` and `relief`");
+        if (!options_.profile.empty() && !has_inks())
+            return does_not_go("--profile", "the fablets `textured`, `mapped` and `painted`");
         if ((f == "textured" || f == "relief") && !has("uv", 2)) {
             return user_error(fmt::format(
                 "{}: the mesh has no texture coordinates, which `{}` needs; "
@@ -216,6 +222,53 @@ class Importer {
                 fmt::format("{}: the mesh's vertices have no colours, which `painted` "
                             "needs; choose another `--fablet`",
                             file_));
+        return {};
+    }
+
+    /// Whether the fablet mixes inks of colours.
+    bool has_inks() const {
+        return out_.fablet == "textured" || out_.fablet == "mapped" || out_.fablet == "painted";
+    }
+
+    /// Replaces the formula of the stock fablets by the look-up of a table.
+    static void mix_by_profile(std::string* source) {
+        const auto replace = [&](const std::string& from, const std::string& until,
+                                 const std::string& by) {
+            const size_t begin = source->find(from);
+            OPENFAB_CHECK_NE(begin, std::string::npos);
+            const size_t end = source->find(until, begin);
+            OPENFAB_CHECK_NE(end, std::string::npos);
+            source->replace(begin, end + until.size() - begin, by);
+        };
+        replace(
+            "float density", ";",
+            "ImageTexture3D profile [[ string help = \"inks by colour, a table of `openfab color "
+            "bake`\" ]];");
+        replace("ink_limit(rgb_to_cmyk(rgb", ", 1)", "ink_amounts(profile, rgb)");
+    }
+
+    /// Adds the table of inks to the world.
+    Result<void> bind_profile() {
+        const auto bad = [&](const Error& error) {
+            return with_context(error, fmt::format("cannot read {}: ", options_.profile));
+        };
+        const Result<InputFile> file = InputFile::open(options_.profile);
+        if (!file) return bad(file.error());
+        // INK_NODES of stdlib/color.fl along each axis.
+        constexpr const char* kSizes = "4 33 33 33";
+        const Result<texture::NrrdHeader> header = texture::read_nrrd_header(*file);
+        if (!header || header->field("sizes") != kSizes || !header->data_file().empty()) {
+            return bad(user_error("it is no table of inks over colours",
+                                  "`openfab color bake` makes one of a printer's profile"));
+        }
+        Result<std::string> bytes = file->read_all(options_.memory_bytes);
+        if (!bytes) return bad(bytes.error());
+        const std::string name = texture_files_.unique("inks");
+        textures_.push_back(fmt::format("        {}: {{\"file\": {}}}", json_text(name),
+                                        json_text(name + ".nrrd")));
+        out_.files.push_back(
+            {name + ".nrrd", std::make_shared<const std::string>(std::move(*bytes))});
+        uniform("profile", json_text(name));
         return {};
     }
 
@@ -278,7 +331,10 @@ class Importer {
         } else {
             return bind_relief();
         }
-        if (out_.fablet == "textured" || out_.fablet == "mapped" || out_.fablet == "painted") {
+        if (!options_.profile.empty()) {
+            if (Result<void> bound = bind_profile(); !bound) return bound;
+        }
+        if (has_inks()) {
             material("cyan", "cyan", {0, 0.3, 0.8});
             material("magenta", "magenta", {0.75, 0, 0.2});
             material("yellow", "yellow", {1, 0.8, 0});

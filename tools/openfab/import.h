@@ -19,6 +19,7 @@ struct ImportOptions {
     std::string fablet;  ///< a stock fablet; empty: chosen by the mesh's attributes
     std::string printer = "generic";
     std::string picture;               ///< a file instead of the mesh's own pictures
+    std::string profile;               ///< a table of inks (`openfab color bake`); empty: a formula
     std::optional<double> largest_mm;  ///< size along the longest side; default: unchanged
     std::string mapping;               ///< uv, planar, box or triplanar; empty: chosen by the mesh
     std::string side;                  ///< planar: front, right, …; empty: the largest

@@ -71,6 +71,9 @@ void add_import(CLI::App& app, Action* action) {
         "fits the mesh");
     command->add_option("--picture", a->import.picture,
                         "an image for textured, mapped or relief, instead of the mesh's own");
+    command->add_option("--profile", a->import.profile,
+                        "a table of inks of `openfab color bake`, by which textured, mapped and "
+                        "painted mix colours; else a formula");
     command
         ->add_option("--mapping", a->import.mapping,
                      "how a picture lies on the mesh: uv, by its texture coordinates; planar, from "

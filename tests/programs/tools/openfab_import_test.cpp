@@ -11,6 +11,7 @@
 
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
+#include "tools/color/ink_table.h"
 
 namespace openfab::testing {
 namespace {
@@ -66,6 +67,53 @@ class OpenfabImport : public ::testing::Test {
 
     ScratchFolder scratch_;
 };
+
+TEST_F(OpenfabImport, ColoursAreMixedByAProfile) {
+    const std::string table = OPENFAB_SOURCE_DIR "/gallery/ink_profile/inks.nrrd";
+    std::string grey = kBlock;
+    for (size_t at = 0; (at = grey.find("\nv ", at)) != std::string::npos; ++at)
+        grey.insert(grey.find('\n', at + 1), " 0.5 0.5 0.5");
+    grey.erase(0, grey.find('\n') + 1);  // no materials, and one group
+    for (size_t at = 0; (at = grey.find("usemtl")) != std::string::npos;)
+        grey.erase(at, grey.find('\n', at) + 1 - at);
+    scratch_.write("grey.obj", grey);
+    const Outcome imported = openfab(
+        {"import", path("grey.obj"), "-o", path("grey"), "--size", "20mm", "--profile", table});
+    ASSERT_EQ(imported.exit_code, 0) << imported.err;
+    EXPECT_THAT(imported.err, HasSubstr("with the fablet `painted`"));
+    // Inks right through, so that the whole block is what the table says of that grey.
+    const Outcome printed = openfab({"print", path("grey/grey.fab.json"), "-o", path("grey.ofr"),
+                                     "--voxel", "0.2mm", "--set", "grey.depth=50"});
+    ASSERT_EQ(printed.exit_code, 0) << printed.err;
+    const Result<color::InkTable> inks = color::InkTable::read(table);
+    ASSERT_TRUE(inks) << inks.error().text();
+    const color::Inks wanted = inks->at({0.5, 0.5, 0.5});
+    size_t i = 0;
+    for (const char* name : {"cyan", "magenta", "yellow", "black"})
+        EXPECT_NEAR(ml("grey.ofr", name) / 4, wanted[i++], 0.005) << name;
+
+    // A picture by texture coordinates and one that is laid on take it, too.
+    for (const std::string mapping : {"uv", "box"}) {
+        const std::string folder = "profile_" + mapping;
+        const Outcome one = openfab({"import", path("block.obj"), "-o", path(folder), "--unit",
+                                     "mm", "--mapping", mapping, "--profile", table});
+        ASSERT_EQ(one.exit_code, 0) << one.err;
+        const Outcome print = openfab({"print", path(folder + "/block.fab.json"), "-o",
+                                       path(folder + ".ofr"), "--voxel", "0.2mm"});
+        EXPECT_EQ(print.exit_code, 0) << print.err;
+    }
+    const auto refused = [&](const std::vector<std::string>& more, int code, const char* message) {
+        std::vector<std::string> arguments{"import", path("block.obj"), "-o", path("no")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = openfab(arguments);
+        EXPECT_EQ(outcome.exit_code, code) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(message));
+    };
+    refused({"--profile", table, "--fablet", "shell"}, 2,
+            "`--profile` is for the fablets `textured`, `mapped` and `painted`");
+    refused({"--profile", path("photo.ppm")}, 1, "it is no table of inks over colours");
+    refused({"--profile", path("none.nrrd")}, 1, "none.nrrd");
+}
 
 TEST_F(OpenfabImport, ATexturedModelPrintsByItsMaterials) {
     const Outcome imported = openfab({"import", path("block.obj"), "-o", path("made")});
