@@ -98,9 +98,10 @@ TEST_F(OpenfabImport, ColoursAreMixedByAProfile) {
         const Outcome one = openfab({"import", path("block.obj"), "-o", path(folder), "--unit",
                                      "mm", "--mapping", mapping, "--profile", table});
         ASSERT_EQ(one.exit_code, 0) << one.err;
-        const Outcome print = openfab({"print", path(folder + "/block.fab.json"), "-o",
-                                       path(folder + ".ofr"), "--voxel", "0.2mm"});
-        EXPECT_EQ(print.exit_code, 0) << print.err;
+        const std::string source =
+            path(folder + (mapping == "uv" ? "/stock_textured.fl" : "/stock_mapped.fl"));
+        const Outcome checked = run({OPENFAB_OPENFLC, "check", source}, {});
+        EXPECT_EQ(checked.exit_code, 0) << checked.err;
     }
     const auto refused = [&](const std::vector<std::string>& more, int code, const char* message) {
         std::vector<std::string> arguments{"import", path("block.obj"), "-o", path("no")};
