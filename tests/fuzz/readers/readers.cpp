@@ -313,7 +313,7 @@ constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "
                kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
                kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
-               kVtu[] = "a.vtu", kXdmf[] = "a.xdmf";
+               kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kXdmf[] = "a.xdmf";
 
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
@@ -340,6 +340,8 @@ constexpr Reader kReaders[] = {
     {"nrrd", true, volume<kNrrd>},
     {"cube", true, volume<kCube>},
     {"vti", true, volume<kVti>},
+    {"vtr", true, volume<kVtr>},
+    {"vts", true, volume<kVts>},
     {"vtu", true, volume<kVtu>},
     {"xdmf", true, volume<kXdmf>},
     {"sched", true, schedule},
