@@ -148,15 +148,20 @@ class Programs:
         self._lock = threading.Lock()
         self._kept: OrderedDict[tuple[Any, ...], _core.Program] = OrderedDict()
 
-    def find(self, sources: Iterable[Path], enable_printf: bool = False) -> tuple[_core.Program, bool]:
-        """Returns the program of some sources, and whether it was compiled for it."""
+    def find(
+        self, sources: Iterable[Path], enable_printf: bool = False, rule: tuple[str, str] | None = None,
+    ) -> tuple[_core.Program, bool]:
+        """Returns the program of some sources, and whether it was compiled for it.
+
+        `rule` is the dither rule of fablets without one: a file, and its function.
+        """
         files = tuple(str(source) for source in sources)
-        key = (files, enable_printf, _stamps(files))
+        key = (files, enable_printf, rule, _stamps((*files, rule[0]) if rule else files))
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
                 return self._kept[key], False
-        program, said = _core.compile(list(files), enable_printf)
+        program, said = _core.compile(list(files), enable_printf, rule)
         check_diagnostics(said)
         assert program is not None
         with self._lock:

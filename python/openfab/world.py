@@ -15,7 +15,7 @@ from typing import Any, Generic, Mapping, Sequence, TypeVar
 import numpy as np
 
 from . import _core, _files
-from .errors import InputError
+from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
 from .shapes import AnyMesh, Texture, as_mesh
 
@@ -123,7 +123,7 @@ class World:
     >>> white, black = Material("white", "#ffffff"), Material("black", "#000000")
     >>> world.add(sphere(12), Fablet("ball.fl"), {"core": white, "shell": black, "skin": 0.5})   # doctest: +SKIP
 
-    `keys` are further keys of a `.fab.json`: `tray`, `support`, `arrange`, `groups`.
+    `keys` are further keys of a `.fab.json`: `tray`, `support`, `arrange`, `groups`, `dither`.
     """
 
     def __init__(self, *, printer: str | os.PathLike[str] | None = None, title: str = "world", **keys: Any) -> None:
@@ -185,6 +185,11 @@ class World:
         if self._printer is not None:
             world["printer"] = self._printer
         world.update(self._keys)
+        dither = self._keys.get("dither")
+        if isinstance(dither, dict) and isinstance(dither.get("source"), (str, os.PathLike)):
+            source = Path(dither["source"]).absolute()
+            world["dither"] = {**dither, "source": str(source)}
+            allow.add(source.parent)
         world["fablets"] = {
             name: {"source": str(sources[name]), "fablet": fablet.name} for name, fablet in fablets.items()
         }
@@ -265,8 +270,17 @@ AnyWorld = World | FileWorld
 def _ready(world: AnyWorld, enable_printf: bool) -> tuple[_core.Program, list[str]]:
     """A world's program, and the words that name it to a print."""
     file, sources, allowed = world._write()
-    program, _ = programs.find(sources, enable_printf)
-    return program, [str(file), *allowed]
+    words = [str(file), *allowed]
+    program, _ = programs.find(sources, enable_printf, dither_rule(words))
+    return program, words
+
+
+def dither_rule(words: list[str]) -> tuple[str, str] | None:
+    """The file and the function of the dither rule that a world names; `words` name the world, and what it may read."""
+    rule = _core.world_dither(words)
+    if isinstance(rule, _core.Error):
+        raise_error(rule)
+    return rule
 
 
 def load(file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> FileWorld:

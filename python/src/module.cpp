@@ -126,10 +126,16 @@ nb::bytes bytes_of(const std::vector<uint8_t>& bytes) {
 
 using Compiled = std::tuple<std::shared_ptr<const Program>, Diagnostics>;
 
-Compiled compile_files(const std::vector<std::string>& files, bool enable_printf) {
+/// The file and the name of a dither rule.
+using Rule = std::pair<std::string, std::string>;
+
+Compiled compile_files(const std::vector<std::string>& files, bool enable_printf,
+                       const std::optional<Rule>& rule) {
     const nb::gil_scoped_release released;
     Diagnostics said;
-    auto made = compile(files, enable_printf, &said);
+    std::optional<frontend::DitherRule> dither;
+    if (rule) dither = {rule->first, rule->second};
+    auto made = compile(files, enable_printf, dither, &said);
     if (auto* failed = std::get_if<Diagnostics>(&made)) return {nullptr, std::move(*failed)};
     return {std::get<std::shared_ptr<const Program>>(std::move(made)), std::move(said)};
 }
@@ -221,6 +227,10 @@ void bind_shares(nb::module_& m) {
         "world_files",
         [](const std::vector<std::string>& words) { return either(world_files(words)); }, "words"_a,
         nb::call_guard<nb::gil_scoped_release>());
+    m.def(
+        "world_dither",
+        [](const std::vector<std::string>& words) { return either(world_dither(words)); },
+        "words"_a, nb::call_guard<nb::gil_scoped_release>());
 }
 
 }  // namespace
@@ -252,7 +262,8 @@ NB_MODULE(_core, m) {
             return read_interface(name, std::move(text));
         },
         "name"_a, "text"_a, nb::call_guard<nb::gil_scoped_release>());
-    m.def("compile", &compile_files, "files"_a, "enable_printf"_a = false);
+    m.def("compile", &compile_files, "files"_a, "enable_printf"_a = false,
+          "rule"_a = std::optional<Rule>());
     m.def("set_converter", &texture::set_converter, "program"_a);
 
     nb::class_<Error>(m, "Error", "What is wrong with an input, or went wrong.")

@@ -39,9 +39,10 @@ Diagnostics render(int code, const diag::Sink& sink, const source::SourceManager
     return out;
 }
 
-Interface interface_of(source::SourceManager* sources, uint32_t file) {
+Interface interface_of(source::SourceManager* sources, uint32_t file, bool need_fablet) {
     diag::Sink sink;
-    const std::optional<ir::Module> module = frontend::compile_to_ir(*sources, file, sink);
+    const std::optional<ir::Module> module =
+        frontend::compile_to_ir(*sources, file, sink, {.need_fablet = need_fablet});
     Interface out;
     out.diagnostics = render(module ? 0 : driver::kExitUserInput, sink, *sources);
     if (module) out.json = driver::describe(*module);
@@ -55,7 +56,7 @@ Interface read_interface(const std::filesystem::path& file) {
     source::SourceManager sources;
     std::string fault;
     const std::optional<uint32_t> number = sources.load(file, &fault);
-    if (number) return interface_of(&sources, *number);
+    if (number) return interface_of(&sources, *number, false);
     Interface out;
     out.diagnostics.code = driver::unread_exit_code(file);
     out.diagnostics.fault = fault;
@@ -65,7 +66,7 @@ Interface read_interface(const std::filesystem::path& file) {
 Interface read_interface(const std::string& name, std::string text) {
     source::SourceManager sources;
     if (text.size() <= source::SourceManager::kMaxFileBytes)
-        return interface_of(&sources, sources.add(name, std::move(text)));
+        return interface_of(&sources, sources.add(name, std::move(text)), true);
     Interface out;
     out.diagnostics.code = driver::kExitUserInput;
     out.diagnostics.fault = name + ": the text is larger than 16 MB";
@@ -79,9 +80,11 @@ int Program::compiled() const {
 }
 
 std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
-    const std::vector<std::string>& files, bool enable_printf, Diagnostics* warnings) {
+    const std::vector<std::string>& files, bool enable_printf,
+    const std::optional<frontend::DitherRule>& rule, Diagnostics* warnings) {
     driver::CompilationOptions options;
     options.files = files;
+    options.dither = rule;
     options.target = lower::isa_name(abi::best_isa(program::kUsualIsa));
     options.enable_printf = enable_printf;
     const driver::CommonOptions common;

@@ -6,11 +6,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "abi/fablet_table.h"
+#include "compiler/frontend/frontend.h"
 #include "compiler/lower/jit.h"
 
 namespace openfab::python {
@@ -31,7 +33,7 @@ struct Interface {
     std::vector<std::filesystem::path> files;  ///< the file and all that it imports
 };
 
-/// Checks a file with all that it imports.
+/// Checks a file with all that it imports; a module of functions, too.
 Interface read_interface(const std::filesystem::path& file);
 /// Checks a text that is called `name` in messages, and imports from the standard library alone.
 Interface read_interface(const std::string& name, std::string text);
@@ -47,7 +49,8 @@ class Program {
 
   private:
     friend std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
-        const std::vector<std::string>& files, bool enable_printf, Diagnostics* warnings);
+        const std::vector<std::string>& files, bool enable_printf,
+        const std::optional<frontend::DitherRule>& rule, Diagnostics* warnings);
     Program() = default;
 
     std::unique_ptr<lower::LoadedProgram> loaded_;
@@ -55,8 +58,9 @@ class Program {
 };
 
 /// Compiles the fablets of some files for this machine, with the kernels of OpenFab's own cache.
-/// `warnings` receives what else there is to say.
+/// `rule` is the dither rule of those without one; `warnings` receives what else there is to say.
 std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
-    const std::vector<std::string>& files, bool enable_printf, Diagnostics* warnings);
+    const std::vector<std::string>& files, bool enable_printf,
+    const std::optional<frontend::DitherRule>& rule, Diagnostics* warnings);
 
 }  // namespace openfab::python

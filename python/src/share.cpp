@@ -9,6 +9,7 @@
 
 #include "backends/ofr/format.h"
 #include "base/clock.h"
+#include "program/job.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "program/part_sizes.h"
@@ -199,6 +200,17 @@ Result<std::vector<std::filesystem::path>> world_files(const std::vector<std::st
     std::vector<std::filesystem::path> files = std::move(world->files);
     if (options->printer.ends_with(".json")) files.emplace_back(options->printer);
     return files;
+}
+
+Result<std::optional<std::pair<std::string, std::string>>> world_dither(
+    const std::vector<std::string>& words) {
+    const Result<program::Options> options = parse(words);
+    if (!options) return options.error();
+    const Result<std::optional<world::DitherRef>> rule = program::load_rule(*options);
+    if (!rule) return rule.error();
+    std::optional<std::pair<std::string, std::string>> out;
+    if (*rule) out.emplace((*rule)->source.string(), (*rule)->rule);
+    return out;
 }
 
 std::vector<uint8_t> header_of(const pipeline::PrintInfo& info) {

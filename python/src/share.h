@@ -9,8 +9,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -110,6 +112,10 @@ Result<std::string> output_format(const std::vector<std::string>& words,
 /// Returns the files that a print with these options reads, fablets aside, the world first. Reads
 /// the world with its meshes.
 Result<std::vector<std::filesystem::path>> world_files(const std::vector<std::string>& words);
+
+/// Returns the file and the name of the dither rule that the world of a print names.
+Result<std::optional<std::pair<std::string, std::string>>> world_dither(
+    const std::vector<std::string>& words);
 
 /// Returns the header of an .ofr file of a print.
 std::vector<uint8_t> header_of(const pipeline::PrintInfo& info);

@@ -87,6 +87,19 @@ def test_a_file_has_the_bytes_of_one_process(
     assert len(done.costs) >= min(slabs, 5) and ends[-1] == -(-done.info.slices[1] // 8)
 
 
+def test_a_dither_rule_reaches_workers(client: Any, tmp_path: Path) -> None:
+    (tmp_path / "tones.fl").write_text("const float SPACING = 0.6;")
+    (tmp_path / "screens.fl").write_text(
+        "import dither;\nimport tones;\nint dots(DitherAttributes voxel) { return dither_dots(voxel, SPACING, 0.3); }"
+    )
+    world = openfab.World(printer="generic", dither={"source": tmp_path / "screens.fl", "rule": "dots"})
+    white, black = openfab.Material("white", "#ffffff"), openfab.Material("black", "#000000")
+    world.add(openfab.sphere(6), openfab.Fablet(text=BALL), {"core": white, "shell": black})
+    alone = openfab.print_world(world, tmp_path / "alone.ofr", voxel=0.2)
+    done = over.print_world(world, client, tmp_path / "shared.ofr", voxel=0.2)
+    assert done.statistics["hash"] == alone.statistics["hash"]
+
+
 def test_objects_of_python_reach_workers(client: Any, ball: openfab.World, tmp_path: Path) -> None:
     picture = np.random.default_rng(3).integers(0, 256, (8, 8, 3), np.uint8)
     fablet = openfab.Fablet(

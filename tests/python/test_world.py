@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import gc
+import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 import pytest
@@ -219,3 +220,34 @@ def test_a_file_that_is_no_world_is_an_error(tmp_path: Path) -> None:
     for name in ("a.fab.json", "b.fab.json"):
         with pytest.raises(openfab.InputError):
             openfab.load(tmp_path / name)
+
+
+RULES = """import dither;
+int coarse(DitherAttributes voxel) { return dither_dots(voxel, 0.6, 0.3); }
+int fine(DitherAttributes voxel) { return dither_dots(voxel, 0.2, 0.3); }
+"""
+
+
+def test_a_world_names_the_dither_rule(tmp_path: Path, tool: Callable[..., dict[str, Any]]) -> None:
+    (tmp_path / "screens.fl").write_text(RULES)
+    hashes = {}
+    for rule in ("coarse", "fine"):
+        world = solid(openfab.box(2, 4, 3), dither={"source": tmp_path / "screens.fl", "rule": rule})
+        hashes[rule] = openfab.print_world(world, tmp_path / "a.ofr", voxel=0.1).statistics["hash"]
+        saved = tmp_path / f"{rule}.fab.json"
+        (tmp_path / "ball.fl").write_text(BALL)
+        described = world.to_json()
+        described["fablets"]["Ball"]["source"] = "ball.fl"
+        saved.write_text(json.dumps(described))
+        print_ = openfab.print_world(openfab.load(saved), tmp_path / "b.ofr", voxel=0.1)
+        assert print_.statistics["hash"] == hashes[rule]
+        assert tool(saved, "-o", str(tmp_path / "c.ofr"), "--voxel", "0.1mm")["hash"] == hashes[rule]
+    plain = openfab.print_world(solid(openfab.box(2, 4, 3)), tmp_path / "a.ofr", voxel=0.1).statistics["hash"]
+    assert len({plain, *hashes.values()}) == 3
+
+
+def test_a_dither_rule_that_is_none_says_which_there_are(tmp_path: Path) -> None:
+    (tmp_path / "screens.fl").write_text(RULES)
+    world = solid(openfab.box(2, 4, 3), dither={"source": tmp_path / "screens.fl", "rule": "course"})
+    with pytest.raises(openfab.CompileError, match="`coarse`, `fine`"):
+        openfab.print_world(world, tmp_path / "a.ofr", voxel=0.5)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .. import _core, _files
 from ..errors import check_diagnostics, raise_error
-from ..world import AnyWorld
+from ..world import AnyWorld, dither_rule
 
 Blob = NDArray[np.uint8]
 
@@ -57,7 +57,8 @@ def gather(world: AnyWorld, options: Sequence[str]) -> Inputs:
     if isinstance(names, _core.Error):
         raise_error(names)
     read: dict[str, Path] = {}
-    for path in [*names[1:], *_imported(sources)]:
+    rule = dither_rule([str(file), *allowed])
+    for path in [*names[1:], *_imported([*sources, *([Path(rule[0])] if rule else [])])]:
         read.setdefault(place(path), Path(path))
     files = {name: np.fromfile(read[name], np.uint8) for name in sorted(read)}
     digest = hashlib.sha256()
@@ -73,7 +74,7 @@ def gather(world: AnyWorld, options: Sequence[str]) -> Inputs:
 
 
 def _imported(sources: Iterable[Path]) -> list[Path]:
-    """Fablets and the modules that they import; those of the standard library have no files."""
+    """Fablets, dither rules and the modules that they import; those of the standard library have no files."""
     found: list[Path] = []
     for source in sources:
         interface = _core.read_file_interface(source)

@@ -19,6 +19,7 @@ import distributed
 from .. import _core
 from ..errors import Error, InputError, InternalError, OutsideError, raise_error
 from ..fablet import programs
+from ..world import dither_rule
 from .costs import ShareCost
 from .inputs import Blob, unpack
 
@@ -207,7 +208,8 @@ def _folder(digest: str) -> Path:
 
 def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob], description: bytes) -> _Kept:
     world = unpack(root, inputs, job.world, description)
-    program, _ = programs.find([root / source for source in job.sources])
+    rule = dither_rule([str(world), f"--allow={root}"])
+    program, _ = programs.find([root / source for source in job.sources], rule=rule)
     worker = distributed.get_worker()
     words = [f"--printer={root / word[10:]}" if word.startswith("--printer=files/") else word for word in job.options]
     if not job.memory_given:
