@@ -18,7 +18,7 @@
  * of blocks (slab, volume_demand), patches (surface_bounds) or micro-vertices (surface), and m that
  * of the columns that a call lists (OPENFAB_ARG_GROUPS):
  *
- *   inputs of segments of the volume stage           (512 n), column after column
+ *   states, and inputs of segments of the volume stage (512 n), column after column
  *   outputs of slab, volume_demand                   (z 8, m)
  *   volume_bounds, surface_bounds, surface buffers   (n)
  *   blocks                                           (3, n) int32
@@ -34,7 +34,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 9
+#define OPENFAB_ABI_VERSION 10
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -151,12 +151,13 @@ enum openfab_arg_kind {
     OPENFAB_ARG_BLOCKS =
         4, /* int32 (3, n): part-relative voxel index of each block's lowest corner */
     OPENFAB_ARG_BLOCK_SIZE = 5, /* scalar int32: voxels a side (volume_bounds: 4, 8, 16, 32, 64) */
-    /* kernels of segments of the volume stage; what a slab kernel asks its extern stage for */
+    /* kernels of segments of the volume stage, and the slab kernel after them; what another slab
+     * kernel asks its extern stage for */
     OPENFAB_ARG_NEAREST = 6, /* a = nearest input, b = component */
     OPENFAB_ARG_NEAREST_GRAD =
         7, /* a = nearest input, b = component * 3 + axis: change per voxel step along i, j, k */
     OPENFAB_ARG_DISTANCE = 8, /* signed distance at the voxel centre */
-    OPENFAB_ARG_WEIGHT = 9,   /* out of segments; a = slot */
+    OPENFAB_ARG_WEIGHT = 9,   /* what a volume stage gives, in the compiler only; a = slot */
     /* volume_bounds: every buffer is a pair */
     OPENFAB_ARG_NEAREST_LO = 10,
     OPENFAB_ARG_NEAREST_HI = 11,
@@ -191,7 +192,8 @@ enum openfab_arg_kind {
     /* slab and volume_demand too, where a group is a column. A slab kernel takes a multiple of
      * OPENFAB_LISTED_COLUMNS: lists are filled up with their last column */
     OPENFAB_ARG_GROUPS = 35, /* int32 (m): the groups of 8 lanes that this call evaluates */
-    OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane */
+    OPENFAB_ARG_STATE = 36,  /* a = state; read at 8 * group + lane. Of the slab kernel after
+                                segments, too */
     OPENFAB_ARG_STATE_OUT =
         37, /* out, a = state; written at 8 * i + lane for the i-th listed group */
     /* kernel `derived` */
@@ -286,7 +288,7 @@ struct openfab_step {
  * voxel's centre: a program over lists of groups of 8 lanes (columns of 8 voxels along z: group
  * (block * 8 + y) * 8 + x; or 8 micro-vertices). State is one array of 32-bit values for each state
  * number, 8 per group. Kernels take the buffers of the stage as flat arrays that are read at
- * 8 * group + lane; they write STATE_OUT, WEIGHT, POSITION, … at 8 * i + lane, from where the
+ * 8 * group + lane; they write STATE_OUT, POSITION, … at 8 * i + lane, from where the
  * runtime scatters it. The kernels themselves track which lanes of a group are active.
  *
  * State 0 is the runtime's: a bool, 1 for lanes to evaluate. Loops, queries and printfs do nothing
@@ -332,9 +334,10 @@ struct openfab_fablet {
     struct openfab_kernel slab;
     struct openfab_kernel volume_bounds;
 
-    /* If one has steps, the stage has no single kernel (surface or slab); the arguments of surface
-     * are then the buffers of the batch that the segments read and write. A slab kernel beside
-     * volume_segments is that of a dither rule: it takes the amounts (WEIGHT) that they give. */
+    /* If one has steps, the stage is no single kernel. The arguments of surface are then the buffers
+     * of the batch that the segments read and write. The last segment of a volume is in the slab
+     * kernel, which reads the others' states and the fields that they were given, for columns of the
+     * same blocks; if that has no arguments, amounts are in states: of slot k in state k + 1. */
     struct openfab_segments surface_segments;
     struct openfab_segments volume_segments;
 

@@ -8,6 +8,7 @@
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/schedules.h"
+#include "compiler/lower/fablet_data.h"
 
 namespace openfab::driver {
 
@@ -31,7 +32,17 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
         show(ir::dump(result.stages.of(stage)));
         return kExitDone;
     }
-    const ir::Stage& chosen = result.stages.of(stage);
+    const bool slab = stage == ir::StageKind::kVolume;
+    const ir::Stage& chosen = slab ? result.stages.slab() : result.stages.of(stage);
+    const bool several =
+        slab ? chosen.outputs.empty() && !result.stages.volume_segments.steps.empty()
+             : passes::needs_segments(chosen);
+    if (result.fault.empty() && several) {
+        return fail(
+            "the stage is several kernels; `--as ir` shows it "
+            "whole",
+            kExitUserInput);
+    }
     if (result.fault.empty() && chosen.outputs.empty()) {
         return fail(
             fmt::format("the stage has no such kernel: {}",
@@ -40,18 +51,9 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
                             : "no bounds are known for whole blocks, so every voxel is evaluated"),
             kExitUserInput);
     }
-    if (result.fault.empty() && passes::needs_segments(chosen)) {
-        return fail(
-            "the stage is several kernels; `--as ir` shows it "
-            "whole",
-            kExitUserInput);
-    }
     lower::KernelRequest request;
     request.stage = &chosen;
-    const ir::Stage& demand = result.stages.volume_demand;
-    const ir::Stage& dither = result.stages.dither;
-    if (stage == ir::StageKind::kVolume && !demand.outputs.empty()) request.inside.demand = &demand;
-    if (stage == ir::StageKind::kVolume && !dither.outputs.empty()) request.inside.dither = &dither;
+    if (slab) request.inside = lower::stages_inside_slab(result.stages);
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
         if (options.target == lower::isa_name(isa)) request.isa = isa;

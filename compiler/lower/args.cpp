@@ -150,6 +150,8 @@ KernelArgs collect_args(const ir::Stage& stage, const SlabStages& inside) {
         args.inputs.push_back(make_arg(OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0));
     if (slab) {
         args.inputs.push_back(make_arg(OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0));
+    }
+    if (slab && !inside.after_segments) {
         const size_t fields =
             std::erase_if(args.inputs, [](const openfab_arg& arg) { return is_field(arg.kind); });
         if (fields > 0)

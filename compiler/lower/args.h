@@ -28,6 +28,9 @@ struct KernelArgs {
 struct SlabStages {
     const ir::Stage* demand = nullptr;  ///< which voxels need their nearest surface point
     const ir::Stage* dither = nullptr;  ///< the fablet's rule
+    /// Whether the volume is the last of segments: what it reads of nearest surface points was asked
+    /// for before them, and is an input as their states are.
+    bool after_segments = false;
 };
 
 /// `inside`: of a slab kernel.

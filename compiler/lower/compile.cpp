@@ -51,11 +51,11 @@ Fault internal_fault(std::string message) {
     return fault;
 }
 
-/// Returns whether a kernel looks anything up in pictures, asks for nearest surface points, or applies
-/// a dither rule.
+/// Returns whether a kernel looks anything up in pictures, asks for nearest surface points, applies a
+/// dither rule, or goes on after segments.
 bool does_more_than_arithmetic(const KernelRequest& request) {
     const ir::Stage& stage = *request.stage;
-    return request.inside.dither != nullptr ||
+    return request.inside.dither != nullptr || request.inside.after_segments ||
            std::any_of(stage.instrs.begin(), stage.instrs.end(), [&](const ir::Instr& instr) {
                if (instr.op == ir::Op::kInput)
                    return stage.kind == ir::StageKind::kVolume && is_field(instr.kind);
@@ -228,11 +228,12 @@ std::string code_source(const KernelRequest& request) {
     const auto dump = [](const ir::Stage* stage) {
         return stage != nullptr ? ir::dump(*stage) : "";
     };
-    return fmt::format("{} {}{}\n{}\n{}{}{}", isa_name(request.isa),
+    return fmt::format("{} {}{}{}\n{}\n{}{}{}", isa_name(request.isa),
                        request.schedule != nullptr ? "checked" : "unchecked",
-                       request.profiled ? " profiled" : "", schedule::text_of(schedule_of(request)),
-                       ir::dump(*request.stage), dump(request.inside.demand),
-                       dump(request.inside.dither));
+                       request.profiled ? " profiled" : "",
+                       request.inside.after_segments ? " after segments" : "",
+                       schedule::text_of(schedule_of(request)), ir::dump(*request.stage),
+                       dump(request.inside.demand), dump(request.inside.dither));
 }
 
 std::variant<CompiledKernel, Fault> compile_object(const KernelRequest& request) {

@@ -13,6 +13,15 @@
 
 namespace openfab::lower {
 
+SlabStages stages_inside_slab(const passes::KernelStages& stages) {
+    SlabStages out;
+    out.after_segments = !stages.volume_segments.steps.empty();
+    if (!out.after_segments && !stages.volume_demand.outputs.empty())
+        out.demand = &stages.volume_demand;
+    if (!stages.dither.outputs.empty()) out.dither = &stages.dither;
+    return out;
+}
+
 std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     std::vector<KernelSlot> out;
     const auto add = [&](const ir::Stage& stage, openfab_kernel openfab_fablet::*kernel) {
@@ -34,20 +43,14 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     if (stages.surface_segments.steps.empty()) add(stages.surface, &openfab_fablet::surface);
     add_segments(stages.surface_segments, &openfab_fablet::surface_segments);
     add(stages.surface_bounds, &openfab_fablet::surface_bounds);
-    const bool slab = stages.volume_segments.steps.empty() && !stages.volume.outputs.empty();
-    if (slab) {
-        add(stages.volume, &openfab_fablet::slab);
-        if (!stages.volume_demand.outputs.empty()) out.back().inside.demand = &stages.volume_demand;
-    } else {
-        add(stages.amounts, &openfab_fablet::slab);
-    }
-    const bool ruled = !stages.dither.outputs.empty();
-    if (ruled && !out.empty() && out.back().kernel == &openfab_fablet::slab)
-        out.back().inside.dither = &stages.dither;
+    const SlabStages inside = stages_inside_slab(stages);
+    const bool slab = !stages.slab().outputs.empty();
+    add(stages.slab(), &openfab_fablet::slab);
+    if (slab) out.back().inside = inside;
     add_segments(stages.volume_segments, &openfab_fablet::volume_segments);
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
-    if (!slab) add(stages.volume_demand, &openfab_fablet::volume_demand);
+    if (!slab || inside.after_segments) add(stages.volume_demand, &openfab_fablet::volume_demand);
     return out;
 }
 

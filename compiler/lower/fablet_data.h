@@ -36,6 +36,9 @@ struct KernelSlot {
     std::string name;    ///< in C names: "slab", "volume_segment3"
 };
 
+/// Returns what the slab kernel of a fablet has inside.
+SlabStages stages_inside_slab(const passes::KernelStages& stages);
+
 /// Returns the kernels of a fablet, in the order of the table.
 std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages);
 

@@ -70,7 +70,8 @@ class StageLowering {
           names_(names_of(stage.kind)),
           lane_(of_columns(stage.kind) ? "z" : "lane"),
           group_(of_columns(stage.kind) ? "column" : "group"),
-          fields_(is_slab() ? collect_fields(stage) : std::vector<openfab_arg>()) {
+          fields_(is_slab() && !inside.after_segments ? collect_fields(stage)
+                                                      : std::vector<openfab_arg>()) {
         context_.isa = isa;
     }
 
@@ -144,7 +145,7 @@ class StageLowering {
     }
 
     Value load(const Key& key, Type type) const {
-        if (is_slab() && is_field(key[0])) {
+        if (!fields_.empty() && is_field(key[0])) {
             const auto same = [&](const openfab_arg& arg) {
                 return Key{arg.kind, arg.a, arg.b} == key;
             };

@@ -8,11 +8,13 @@
 //   kernel      Funcs
 //   slab        slab(z, column)                              the output, see normalise.h for what
 //                                                            is between it and
-//               weights(z, column)                           the amounts; column counts those listed
+//               weights(z, column)                           the amounts, by the volume stage or the last of
+//                                                            its segments; column counts those listed
 //               choice(z, column)                            of a dither rule: the code that it
 //                                                            chooses; choice_k what it computes
 //               nearest(z, field, column)                    what they read of the nearest surface
-//                                                            point: an extern stage
+//                                                            point: an extern stage; none after segments,
+//                                                            which were given the same
 //               demand(z, column)                            which voxels read any of it
 //               condition_k(z, column)                       what demand is computed from
 //   demand      demand(z, column)                            the output, of stages of segments

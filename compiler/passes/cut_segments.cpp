@@ -46,14 +46,21 @@ struct Region {
 
 class Cutter {
   public:
-    Cutter(const ir::Stage& stage, size_t longest)
-        : stage_(stage), longest_(longest), ends_(ir::loop_ends(stage)) {
+    Cutter(const ir::Stage& stage, size_t longest, Amounts amounts)
+        : stage_(stage),
+          longest_(longest),
+          in_states_(stage.kind == ir::StageKind::kVolume && amounts == Amounts::kStates),
+          ends_(ir::loop_ends(stage)) {
         segment_kind_ = stage.kind == ir::StageKind::kVolume ? ir::StageKind::kVolumeSegment
                                                              : ir::StageKind::kSurfaceSegment;
     }
 
     SegmentedStage run() {
         new_state(Type::kBool);
+        if (in_states_) {
+            for (const ir::Output& output : stage_.outputs)
+                new_state(at(output.value).type);
+        }
         find_regions();
         find_levels();
         find_segments();
@@ -353,10 +360,38 @@ class Cutter {
         }
         if (segment == region.last) finish_region(region, &kernel);
         if (kernel.empty()) return;
-        if (!needs_splitting(kernel.stage(), longest_))
-            return add_kernel(std::move(kernel.stage()));
-        for (ir::Stage& piece : split_kernel(kernel.stage(), &out_.states, longest_))
+        std::vector<ir::Stage> pieces;
+        if (needs_splitting(kernel.stage(), longest_)) {
+            pieces = split_kernel(kernel.stage(), &out_.states, longest_);
+        } else {
+            pieces.push_back(std::move(kernel.stage()));
+        }
+        const bool ends = region.loop == kNoValue && segment == region.last;
+        if (ends && stage_.kind == ir::StageKind::kVolume && !in_states_) keep_last(&pieces);
+        for (ir::Stage& piece : pieces)
             add_kernel(std::move(piece));
+    }
+
+    /// Takes the last segment of a volume stage, or the last piece of it, out of the program. What
+    /// other pieces have of the stage's outputs comes to it through states.
+    void keep_last(std::vector<ir::Stage>* pieces) {
+        ir::Stage& last = out_.last;
+        last = std::move(pieces->back());
+        pieces->pop_back();
+        last.kind = stage_.kind;
+        ir::Builder builder(&last);
+        for (ir::Stage& piece : *pieces) {
+            for (ir::Output& output : piece.outputs) {
+                if (output.kind == OPENFAB_ARG_STATE_OUT) continue;
+                const Type type = piece.instrs[output.value].type;
+                const int32_t state = new_state(type);
+                last.outputs.push_back(output);
+                last.outputs.back().value = builder.input(type, OPENFAB_ARG_STATE, state, 0);
+                output = {fmt::format("state_{}", state), OPENFAB_ARG_STATE_OUT, state, 0,
+                          output.value};
+            }
+        }
+        std::ranges::sort(last.outputs, {}, &ir::Output::a);
     }
 
     void add_kernel(ir::Stage kernel) {
@@ -411,7 +446,11 @@ class Cutter {
         if (region.loop == kNoValue) {
             for (ir::Output output : stage_.outputs) {
                 output.value = kernel->get(output.value);
-                kernel->stage().outputs.push_back(std::move(output));
+                if (in_states_) {
+                    kernel->write(output.a + 1, output.value);
+                } else {
+                    kernel->stage().outputs.push_back(std::move(output));
+                }
             }
             return;
         }
@@ -429,6 +468,7 @@ class Cutter {
 
     const ir::Stage& stage_;
     const size_t longest_;
+    const bool in_states_;  ///< the amounts of a volume
     const std::vector<ValueId> ends_;
     ir::StageKind segment_kind_;
     SegmentedStage out_;
@@ -450,8 +490,8 @@ bool needs_segments(const ir::Stage& stage, size_t longest) {
                        [](const Instr& instr) { return is_barrier(instr.op); });
 }
 
-SegmentedStage cut_segments(const ir::Stage& stage, size_t longest) {
-    return Cutter(stage, longest).run();
+SegmentedStage cut_segments(const ir::Stage& stage, size_t longest, Amounts amounts) {
+    return Cutter(stage, longest, amounts).run();
 }
 
 }  // namespace openfab::passes

@@ -5,7 +5,7 @@
 // Cuts a stage with loops, queries or printfs, or one too long for one kernel, into segments: a
 // program over groups of 8 lanes, of straight-line kernels and the steps between them, see
 // openfab_segments in abi/fablet_table.h. Values that cross segments are spilled to state, or
-// rematerialized if that is cheaper.
+// rematerialized if that is cheaper. The last segment of a volume stage is part of the slab kernel.
 
 #include <string>
 #include <vector>
@@ -31,19 +31,30 @@ struct SegmentPrintf {
 
 struct SegmentedStage {
     /// Kernels of kind kSurfaceSegment or kVolumeSegment. Inputs: those of the stage, and
-    /// OPENFAB_ARG_STATE; outputs: OPENFAB_ARG_STATE_OUT, and in the last kernel those of the
-    /// stage.
+    /// OPENFAB_ARG_STATE; outputs: OPENFAB_ARG_STATE_OUT, and of a surface stage in the last kernels
+    /// those of the stage.
     std::vector<ir::Stage> kernels;
     std::vector<openfab_step> steps;
     std::vector<SegmentQuery> queries;
     std::vector<SegmentPrintf> printfs;
     std::vector<ir::Type> states;  ///< state 0 is the runtime's: the active lanes
+    /// Of a volume stage, of that kind: its last segment, which comes after the steps. Reads the
+    /// inputs of the stage and OPENFAB_ARG_STATE, and has the outputs of the stage. Without outputs
+    /// where amounts are in states.
+    ir::Stage last;
 };
 
 /// True if the stage must be cut; a kernel has at most `longest` operations.
 bool needs_segments(const ir::Stage& stage, size_t longest = kMaxKernelOperations);
 
+/// Where a volume stage has its amounts.
+enum class Amounts {
+    kLast,   ///< in SegmentedStage::last
+    kStates  ///< in states, that of slot k in k + 1; then no segment is kept apart
+};
+
 /// Cuts a surface or volume stage that passes ir::verify and has no dead values.
-SegmentedStage cut_segments(const ir::Stage& stage, size_t longest = kMaxSegmentOperations);
+SegmentedStage cut_segments(const ir::Stage& stage, size_t longest = kMaxSegmentOperations,
+                            Amounts amounts = Amounts::kLast);
 
 }  // namespace openfab::passes

@@ -30,6 +30,9 @@ using ir::StageKind;
 /// A query takes about 0.1 us (docs/measurements). This many operations, on eight voxels at once,
 /// take less; more would cost, first of all in compile time.
 constexpr size_t kMaxDemandOperations = 400;
+// A slab kernel for more slots takes longer to compile than all segments before it, 6 s for 64.
+// Amounts of so many are normalised by the kernel that is there for any number.
+constexpr size_t kMostSlabSlots = 16;
 // An interval form has two outputs for each material.
 constexpr size_t kMaxBoundsOutputs = 192;
 
@@ -104,31 +107,23 @@ Written uniforms(Work* work, Stage* stage) {
     return {stage};
 }
 
-/// Returns a volume stage whose amounts are inputs.
-Stage form_amounts(const Stage& volume) {
-    Stage out;
-    out.kind = StageKind::kVolume;
-    ir::Builder b(&out);
-    for (const ir::Output& output : volume.outputs) {
-        out.outputs.push_back(output);
-        out.outputs.back().value =
-            b.input(ir::Type::kFloat, OPENFAB_ARG_WEIGHT, output.a, output.b);
-    }
-    return out;
-}
-
 Written cut(Work* work, Stage* stage) {
     if (!needs_segments(*stage)) return {};
     const bool volume = stage->kind == StageKind::kVolume;
     SegmentedStage& out = volume ? work->stages.volume_segments : work->stages.surface_segments;
     Stage live = *stage;
     ir::drop_dead_values(&live);
-    out = cut_segments(live);
-    if (volume && !work->stages.dither.outputs.empty())
-        work->stages.amounts = form_amounts(work->stages.volume);
+    const bool many = live.outputs.size() > kMostSlabSlots && work->stages.dither.outputs.empty();
+    out = cut_segments(live, kMaxSegmentOperations, many ? Amounts::kStates : Amounts::kLast);
+    // What made it need segments may have been dead.
+    if (out.steps.empty()) {
+        out = {};
+        return {};
+    }
     Written kernels;
     for (Stage& kernel : out.kernels)
         kernels.push_back(&kernel);
+    if (!out.last.outputs.empty()) kernels.push_back(&out.last);
     return kernels;
 }
 

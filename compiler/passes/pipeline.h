@@ -36,9 +36,6 @@ struct KernelStages {
     ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
     ir::Stage volume_demand;   ///< output DEMAND; none if every voxel needs its point
     ir::Stage dither;          ///< output CHOICE; none without a rule
-    /// Of a fablet with a rule and a volume of segments: outputs the WEIGHTs that they give, for
-    /// the slab kernel.
-    ir::Stage amounts;
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
     /// Compiled instead of a stage that must be cut; no steps otherwise.
     SegmentedStage surface_segments;
@@ -46,6 +43,11 @@ struct KernelStages {
 
     /// Returns the stage of one kernel; not of segments.
     const ir::Stage& of(ir::StageKind kind) const;
+    /// Returns the volume of the slab kernel: the stage, or its last segment. Without outputs where
+    /// the amounts of segments are in states.
+    const ir::Stage& slab() const {
+        return volume_segments.steps.empty() ? volume : volume_segments.last;
+    }
 };
 
 struct PassTime {

@@ -31,14 +31,14 @@ bool slab_argument(openfab_arg_kind kind) {
            (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_BLUE_NOISE);
 }
 
-/// Of a slab kernel that takes the amounts of segments.
-bool rule_argument(openfab_arg_kind kind) {
-    return slab_argument(kind) || kind == OPENFAB_ARG_WEIGHT;
+bool segment_argument(openfab_arg_kind kind) {
+    return volume_argument(kind) || kind == OPENFAB_ARG_STATE || kind == OPENFAB_ARG_STATE_OUT;
 }
 
-bool segment_argument(openfab_arg_kind kind) {
-    return volume_argument(kind) || kind == OPENFAB_ARG_WEIGHT || kind == OPENFAB_ARG_STATE ||
-           kind == OPENFAB_ARG_STATE_OUT;
+/// Of a slab kernel after segments, which asks for no nearest points itself.
+bool last_segment_argument(openfab_arg_kind kind) {
+    return kind != OPENFAB_ARG_NEAREST_SOURCE &&
+           (slab_argument(kind) || volume_argument(kind) || kind == OPENFAB_ARG_STATE);
 }
 
 bool bounds_argument(openfab_arg_kind kind) {
@@ -55,8 +55,8 @@ Result<void> check_kernel(const part::Part& part, const char* name, const openfa
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
         const bool slot_fits =
-            (arg.kind != OPENFAB_ARG_WEIGHT && arg.kind != OPENFAB_ARG_WEIGHT_LO &&
-             arg.kind != OPENFAB_ARG_WEIGHT_HI && arg.kind != OPENFAB_ARG_FRACTION) ||
+            (arg.kind != OPENFAB_ARG_WEIGHT_LO && arg.kind != OPENFAB_ARG_WEIGHT_HI &&
+             arg.kind != OPENFAB_ARG_FRACTION) ||
             arg.a < part.fablet->slot_count + (arg.kind == OPENFAB_ARG_FRACTION ? 1 : 0);
         if (!fits(arg.kind) || !slot_fits) {
             return internal_error(fmt::format(
@@ -92,10 +92,8 @@ Result<void> check_part(const part::Part& part, size_t materials) {
         if (const auto r = check_kernel(part, "volume", segments.kernels[k], segment_argument); !r)
             return r.error();
     }
-    if (segments.step_count == 0 || fablet.has_dither != 0) {
-        const auto fits = segments.step_count == 0 ? slab_argument : rule_argument;
-        if (const auto r = check_kernel(part, "slab", fablet.slab, fits); !r) return r.error();
-    }
+    const auto fits = segments.step_count == 0 ? slab_argument : last_segment_argument;
+    if (const auto r = check_kernel(part, "slab", fablet.slab, fits); !r) return r.error();
     if (const auto r = check_kernel(part, "volume_demand", fablet.volume_demand, demand_argument);
         !r)
         return r.error();

@@ -84,9 +84,9 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
         starts[p->box.lo.z / 8] += mask;
         starts[(p->box.hi.z + 7) / 8] -= mask;
         bounds = std::max(bounds, volume::CubeBounds::most_bytes(*p, volume::PartCull::kMostCubes));
-        // Query results, amounts of stages of segments, fractions; and codes, counts and demand.
+        // Query results, fractions; and codes, counts and demand.
         const int64_t inputs = p->nearest.floats() * int64_t{p->volume.gradients ? 4 : 1} +
-                               p->nearest.ints() + 2 * p->slots() + 4;
+                               p->nearest.ints() + p->slots() + 4;
         // State, and as much again for what a kernel writes before it is scattered.
         const openfab_segments& segments = p->part->fablet->volume_segments;
         const int64_t state = int64_t{2} * segments.state_count * segments::group_limit(segments) *

@@ -17,9 +17,8 @@ constexpr size_t kStateBytes = 256u << 10;
 constexpr size_t kGroupBytes = kLanes * sizeof(uint32_t);
 
 bool is_output(openfab_arg_kind kind) {
-    return kind == OPENFAB_ARG_STATE_OUT || kind == OPENFAB_ARG_WEIGHT ||
-           kind == OPENFAB_ARG_POSITION || kind == OPENFAB_ARG_SURFACE_OUT ||
-           kind == OPENFAB_ARG_SURFACE_STATUS;
+    return kind == OPENFAB_ARG_STATE_OUT || kind == OPENFAB_ARG_POSITION ||
+           kind == OPENFAB_ARG_SURFACE_OUT || kind == OPENFAB_ARG_SURFACE_STATUS;
 }
 
 }  // namespace

@@ -46,6 +46,8 @@ class Driver {
     /// failure of a kernel or the handler.
     abi::KernelStatus run(const openfab_segments& segments, openfab_isa isa,
                           std::span<const uint8_t> wanted, Arguments* arguments, Handler* handler);
+    /// Returns the states as the last run left them: defined in groups with a wanted lane.
+    const States& states() const { return states_; }
 
   private:
     struct Output {

@@ -19,6 +19,13 @@ constexpr size_t kBlockValues = nearest::kBlockVoxels;
 constexpr size_t kBatchValues = kBlockValues * BlockEvaluator::kBatch;
 static_assert(64 * BlockEvaluator::kBatch <= OPENFAB_MOST_COLUMNS);
 
+/// Fills a list of columns up to a length that the slab kernel takes.
+void fill_up(std::vector<int32_t>* columns) {
+    constexpr size_t kUnit = OPENFAB_LISTED_COLUMNS;
+    if (!columns->empty())
+        columns->resize((columns->size() + kUnit - 1) / kUnit * kUnit, columns->back());
+}
+
 }  // namespace
 
 void place_fractions(const abi::Channels& channels, const uint16_t* from, uint16_t* to) {
@@ -67,42 +74,48 @@ void BlockEvaluator::list_columns(int32_t n) {
         }
     }
     first_column_[static_cast<size_t>(n)] = columns_.size();
-    constexpr size_t kUnit = OPENFAB_LISTED_COLUMNS;
-    if (!columns_.empty())
-        columns_.resize((columns_.size() + kUnit - 1) / kUnit * kUnit, columns_.back());
+    fill_up(&columns_);
 }
 
-abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t n, int32_t channels,
+abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t first, int32_t count,
+                                           std::span<const int32_t> columns, int32_t channels,
                                            uint16_t* fractions) {
     const openfab_kernel& kernel = part.part->fablet->slab;
-    grow(&fractions_, static_cast<size_t>(part.channels.count()) * kBatchValues);
+    grow(&fractions_, static_cast<size_t>(8 * part.channels.count()));
     choices_.resize(kBatchValues);
-    arguments_.begin(kernel, part, corners_.data(), n, 8);
-    arguments_.set_groups(columns_);
+    const size_t column = first_column_[static_cast<size_t>(first)];
+    const int32_t values = static_cast<int32_t>(kBlockValues) * count;
+    arguments_.begin(kernel, part, &corners_[static_cast<size_t>(3 * first)], count, 8);
+    arguments_.set_groups(columns);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
         switch (arg.kind) {
             case OPENFAB_ARG_CODE:
-                arguments_.set_columns(i, codes_.data());
+                arguments_.set_columns(i, &codes_[8 * column]);
                 break;
             case OPENFAB_ARG_UNUSABLE:
-                arguments_.set_columns(i, unusable_.data());
+                arguments_.set_columns(i, &unusable_[8 * column]);
                 break;
             case OPENFAB_ARG_FRACTION:
                 if (const int32_t material = part.channels.material(arg.a);
                     material >= 0 && fractions != nullptr) {
-                    arguments_.set_columns(i, fractions + static_cast<ptrdiff_t>(8 * material),
-                                           8 * channels);
+                    const auto at = 8 * (column * static_cast<size_t>(channels) +
+                                         static_cast<size_t>(material));
+                    arguments_.set_columns(i, fractions + at, 8 * channels);
                 } else {
                     arguments_.set_columns(i, &fractions_[static_cast<size_t>(8 * arg.a)], 0);
                 }
                 break;
             case OPENFAB_ARG_CHOICE:
-                arguments_.set_columns(i, choices_.data());
+                arguments_.set_columns(i, &choices_[8 * column]);
                 break;
-            case OPENFAB_ARG_WEIGHT:
-                arguments_.set_values(i, &weights_[static_cast<size_t>(arg.a) * kBatchValues],
-                                      static_cast<int32_t>(kBlockValues) * n);
+            case OPENFAB_ARG_STATE:
+                arguments_.set_values(i, segments_.state(arg.a), values);
+                break;
+            case OPENFAB_ARG_NEAREST:
+            case OPENFAB_ARG_NEAREST_GRAD:
+            case OPENFAB_ARG_DISTANCE:
+                arguments_.set_values(i, field(part, arg, first), values);
                 break;
             case OPENFAB_ARG_NEAREST_SOURCE:
                 arguments_.set_source(i, nearest_.source());
@@ -137,39 +150,58 @@ abi::KernelStatus BlockEvaluator::ask_for_segments(const PlacedPart& part, int32
     return abi::KernelStatus::of_code(source->answer(source, &request));
 }
 
-abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n, int32_t channels,
-                                               uint16_t* fractions, PrintfLog* log) {
-    grow(&weights_, static_cast<size_t>(part.slots()) * kBatchValues);
-    grow(&fractions_, static_cast<size_t>(part.channels.count()) * kBatchValues);
-    abi::KernelStatus status = ask_for_segments(part, n);
-    if (!status.ok()) return status;
+/// Returns where the values of a field begin, of blocks from `first` on.
+const float* BlockEvaluator::field(const PlacedPart& part, const openfab_arg& arg,
+                                   int32_t first) const {
     const openfab_fablet& fablet = *part.part->fablet;
-    const auto input = [&](const openfab_arg& arg) -> const void* {
-        const auto same = [&](const openfab_arg& field) {
-            return field.kind == arg.kind && field.a == arg.a && field.b == arg.b;
-        };
-        const auto index =
-            std::find_if(fablet.fields, fablet.fields + fablet.field_count, same) - fablet.fields;
-        OPENFAB_CHECK_LT(index, fablet.field_count);
-        return &fields_[static_cast<size_t>(index) * kBatchValues];
+    const auto same = [&](const openfab_arg& field) {
+        return field.kind == arg.kind && field.a == arg.a && field.b == arg.b;
     };
-    status = segments_.run(part, isa_, corners_.data(), owned_.data(), n, input, weights_.data(),
-                           kBatchValues, log);
-    if (!status.ok()) return status;
-    return part.own_dither ? run_slab(part, n, channels, fractions)
-                           : normalise_segments(part, channels, fractions);
+    const auto index =
+        std::find_if(fablet.fields, fablet.fields + fablet.field_count, same) - fablet.fields;
+    OPENFAB_CHECK_LT(index, fablet.field_count);
+    return &fields_[static_cast<size_t>(index) * kBatchValues +
+                    static_cast<size_t>(first) * kBlockValues];
 }
 
-abi::KernelStatus BlockEvaluator::normalise_segments(const PlacedPart& part, int32_t channels,
-                                                     uint16_t* fractions) {
-    const abi::KernelStatus status =
-        abi::normalise(isa_, columns_, part.channels, weights_.data(), kBatchValues,
-                       fractions_.data(), codes_.data(), unusable_.data());
-    const auto step = static_cast<ptrdiff_t>(8 * part.channels.count());
-    for (size_t i = 0; i < columns_.size() && status.ok(); ++i) {
-        const auto at = static_cast<ptrdiff_t>(i);
-        place_fractions(part.channels, fractions_.data() + step * at,
-                        fractions + ptrdiff_t{8} * channels * at);
+abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n, int32_t channels,
+                                               uint16_t* fractions, PrintfLog* log) {
+    abi::KernelStatus status = ask_for_segments(part, n);
+    const int32_t most = VolumeSegments::most_blocks(part);
+    for (int32_t first = 0; first < n && status.ok(); first += most) {
+        const int32_t count = std::min(most, n - first);
+        const auto begin = static_cast<size_t>(first), end = static_cast<size_t>(first + count);
+        listed_.clear();
+        for (size_t i = first_column_[begin]; i < first_column_[end]; ++i)
+            listed_.push_back(columns_[i] - 64 * first);
+        if (listed_.empty()) continue;
+        // What it is filled up with is written where the columns of the next blocks go later.
+        fill_up(&listed_);
+        const auto input = [&](const openfab_arg& arg) -> const void* {
+            return field(part, arg, first);
+        };
+        status =
+            segments_.run(part, isa_, &corners_[3 * begin], &owned_[64 * begin], count, input, log);
+        if (!status.ok()) break;
+        status = part.part->fablet->slab.arg_count > 0
+                     ? run_slab(part, first, count, listed_, channels, fractions)
+                     : normalise_states(part, first, channels, fractions);
+    }
+    return status;
+}
+
+abi::KernelStatus BlockEvaluator::normalise_states(const PlacedPart& part, int32_t first,
+                                                   int32_t channels, uint16_t* fractions) {
+    grow(&fractions_, static_cast<size_t>(part.channels.count()) * kBatchValues);
+    const size_t column = first_column_[static_cast<size_t>(first)];
+    const abi::KernelStatus status = abi::normalise(
+        isa_, listed_, part.channels, reinterpret_cast<const float*>(segments_.state(1)),
+        segments_.state(1) - segments_.state(0), fractions_.data(), &codes_[8 * column],
+        &unusable_[8 * column]);
+    const auto step = static_cast<size_t>(8 * part.channels.count());
+    for (size_t i = 0; i < listed_.size() && status.ok(); ++i) {
+        place_fractions(part.channels, &fractions_[step * i],
+                        fractions + 8 * static_cast<size_t>(channels) * (column + i));
     }
     return status;
 }
@@ -238,11 +270,15 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
                     {culled_.data(), culls_ ? static_cast<size_t>(n) : 0}});
     // A fablet's own rule leaves nothing mixed in the band.
     dither::RowBand* const kept = part.own_dither ? mixtures : band;
-    const int32_t fractions = kept != nullptr ? kept->add_columns(columns_.size()) : 0;
+    // Segments fill up one list after the other.
+    const size_t room = segments ? std::min(columns_.size() + OPENFAB_LISTED_COLUMNS - 1,
+                                            static_cast<size_t>(64 * n))
+                                 : columns_.size();
+    const int32_t fractions = kept != nullptr ? kept->add_columns(room) : 0;
     if (!columns_.empty()) {
         uint16_t* to = kept != nullptr ? kept->fractions_at(fractions) : nullptr;
         status = segments ? run_segments(part, n, band->channels, to, log)
-                          : run_slab(part, n, band->channels, to);
+                          : run_slab(part, 0, n, columns_, band->channels, to);
     }
     if (!status.ok()) return status;
     merge(part, blocks, n, part.own_dither ? choices_.data() : codes_.data(), fractions, band);

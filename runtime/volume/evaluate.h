@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "abi/stages.h"
@@ -73,14 +74,19 @@ class BlockEvaluator {
     void take_blocks(const PlacedPart& part, int32_t slab, int32_t row, const OwnedBlock* blocks,
                      int32_t n);
     void list_columns(int32_t n);
-    /// `fractions`: of the listed columns, `channels` * 8 values each; null: nobody wants them.
-    abi::KernelStatus run_slab(const PlacedPart& part, int32_t n, int32_t channels,
+    /// Calls the slab kernel for columns of `count` blocks from `first` on. `fractions`: `channels` *
+    /// 8 values for each column in columns_; null: nobody wants them.
+    abi::KernelStatus run_slab(const PlacedPart& part, int32_t first, int32_t count,
+                               std::span<const int32_t> columns, int32_t channels,
                                uint16_t* fractions);
+    /// Does the same with what segments give, which it runs before.
     abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
                                    uint16_t* fractions, PrintfLog* log);
     abi::KernelStatus ask_for_segments(const PlacedPart& part, int32_t n);
-    abi::KernelStatus normalise_segments(const PlacedPart& part, int32_t channels,
-                                         uint16_t* fractions);
+    /// Normalises amounts that segments have written to states, as run_slab otherwise does.
+    abi::KernelStatus normalise_states(const PlacedPart& part, int32_t first, int32_t channels,
+                                       uint16_t* fractions);
+    const float* field(const PlacedPart& part, const openfab_arg& arg, int32_t first) const;
     void count_columns(const PlacedPart& part);
     /// `codes` of the listed columns, whose fractions begin at the band's number `fractions`.
     void merge(const PlacedPart& part, const OwnedBlock* blocks, int32_t n, const uint8_t* codes,
@@ -105,13 +111,14 @@ class BlockEvaluator {
     std::vector<uint8_t> codes_;
     std::vector<uint8_t> choices_;  ///< of a fablet with a dither rule
     std::vector<uint16_t> unusable_;
-    /// Fractions of segments, [column][channel][8]; of the slab kernel those that nobody wants,
-    /// [channel][8], one column over another.
+    /// Of amounts in states fractions, [column][channel][8]; of the slab kernel those that nobody
+    /// wants, [channel][8], one column over another.
     std::vector<uint16_t> fractions_;
     /// Of a stage of segments.
     std::vector<int32_t> all_columns_;
-    std::vector<uint8_t> demand_;          ///< 8 a column
-    std::vector<float> fields_, weights_;  ///< [field or slot][block][512]
+    std::vector<int32_t> listed_;  ///< of the blocks that they run on at once, from their first on
+    std::vector<uint8_t> demand_;  ///< 8 a column
+    std::vector<float> fields_;    ///< [field][block][512]
 };
 
 }  // namespace openfab::volume

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/volume/volume_segments.h"
 
-#include <algorithm>
+#include "base/check.h"
 
 namespace openfab::volume {
 
@@ -13,29 +13,26 @@ constexpr int32_t kBlockGroups = segments::kBlockGroups;
 
 }  // namespace
 
+int32_t VolumeSegments::most_blocks(const PlacedPart& part) {
+    return segments::group_limit(part.part->fablet->volume_segments) / kBlockGroups;
+}
+
 abi::KernelStatus VolumeSegments::run(const PlacedPart& part, openfab_isa isa,
                                       const int32_t* corners, const uint8_t* owned, int32_t n,
-                                      const Input& input, float* weights, size_t slot_stride,
-                                      PrintfLog* log) {
-    const openfab_segments& segments = part.part->fablet->volume_segments;
+                                      const Input& input, PrintfLog* log) {
+    OPENFAB_CHECK_LE(n, most_blocks(part));
     part_ = &part;
     inputs_ = &input;
     log_ = log;
-    weights_ = weights;
-    slot_stride_ = slot_stride;
-    const int32_t most = segments::group_limit(segments) / kBlockGroups;
-    for (first_ = 0; first_ < n; first_ += count_) {
-        count_ = std::min(most, n - first_);
-        corners_ = corners + static_cast<ptrdiff_t>(3 * first_);
-        const uint8_t* wanted = owned + static_cast<ptrdiff_t>(kBlockGroups * first_);
-        buffers_used_ = 0;
-        queries_.begin(part, corners_, wanted);
-        const abi::KernelStatus status = driver_.run(
-            segments, isa, {wanted, static_cast<size_t>(kBlockGroups * count_)}, this, this);
-        log_->end_batch();
-        if (!status.ok()) return status;
-    }
-    return {};
+    corners_ = corners;
+    count_ = n;
+    buffers_used_ = 0;
+    queries_.begin(part, corners, owned);
+    const abi::KernelStatus status =
+        driver_.run(part.part->fablet->volume_segments, isa,
+                    {owned, static_cast<size_t>(kBlockGroups * n)}, this, this);
+    log_->end_batch();
+    return status;
 }
 
 abi::KernelBuffer* VolumeSegments::next_buffer() {
@@ -53,18 +50,15 @@ const void* VolumeSegments::input(const openfab_arg& arg) {
         abi::KernelBuffer* buffer = arg.kind == OPENFAB_ARG_TEXTURE ? next_buffer() : nullptr;
         return part_argument(*part_, arg, buffer);
     }
-    const auto* values = static_cast<const uint32_t*>((*inputs_)(arg));
     abi::KernelBuffer* buffer = next_buffer();
-    buffer->set_dense(abi::halide_type(arg.scalar),
-                      values + static_cast<ptrdiff_t>(kBlockValues) * first_,
-                      {kBlockValues * count_});
+    buffer->set_dense(abi::halide_type(arg.scalar), (*inputs_)(arg), {kBlockValues * count_});
     return buffer->raw();
 }
 
 segments::OutputView VolumeSegments::output(const openfab_arg& arg) {
-    float* values =
-        weights_ + slot_stride_ * static_cast<size_t>(arg.a) + ptrdiff_t{kBlockValues} * first_;
-    return {reinterpret_cast<uint32_t*>(values)};
+    // They write states alone.
+    OPENFAB_CHECK_EQ(arg.kind, OPENFAB_ARG_STATE_OUT);
+    return {};
 }
 
 abi::KernelStatus VolumeSegments::query(const openfab_query& query, std::span<const int32_t> groups,

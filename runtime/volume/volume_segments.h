@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The volume stage of a fablet whose loops or queries cut it into segments, on a batch of blocks.
-// One per thread.
+// The segments of a volume stage that loops or queries cut, but for the last one, which is in the
+// slab kernel: on a batch of blocks. One per thread.
 
 #include <cstdint>
 #include <functional>
@@ -24,11 +24,16 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
 
     explicit VolumeSegments(size_t parts) : queries_(parts) {}
 
-    /// Runs the stage on n blocks: `corners` 3 part-relative indices, `owned` 64 bytes each.
-    /// Amounts go to weights[slot][block][512], slots `slot_stride` floats apart.
+    /// Returns how many blocks it takes at once: as many as their states stay in cache for.
+    static int32_t most_blocks(const PlacedPart& part);
+
+    /// Runs the segments on up to most_blocks: `corners` 3 part-relative indices, `owned` 64 bytes
+    /// each.
     abi::KernelStatus run(const PlacedPart& part, openfab_isa isa, const int32_t* corners,
-                          const uint8_t* owned, int32_t n, const Input& input, float* weights,
-                          size_t slot_stride, PrintfLog* log);
+                          const uint8_t* owned, int32_t n, const Input& input, PrintfLog* log);
+    /// Returns a state as the last run left it: blocks of 512 values, defined in columns with an
+    /// owned voxel.
+    const uint32_t* state(int32_t number) const { return driver_.states()[number]; }
 
     nearest::QueryCounts query_counts() const { return queries_.counts(); }
 
@@ -46,10 +51,8 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
     const PlacedPart* part_ = nullptr;
     const Input* inputs_ = nullptr;
     PrintfLog* log_ = nullptr;
-    const int32_t* corners_ = nullptr;  ///< of the current blocks
-    int32_t first_ = 0, count_ = 0;     ///< those blocks
-    float* weights_ = nullptr;
-    size_t slot_stride_ = 0;
+    const int32_t* corners_ = nullptr;  ///< of the blocks
+    int32_t count_ = 0;                 ///< of blocks
     std::vector<std::unique_ptr<abi::KernelBuffer>> buffers_;
     size_t buffers_used_ = 0;
 };

@@ -236,6 +236,25 @@ TEST(EmitCommand, PrintsEveryForm) {
     }
 }
 
+TEST(EmitCommand, ShowsTheLastSegmentInTheSlabKernel) {
+    const std::string queries = OPENFAB_SOURCE_DIR "/tests/property/pipeline/queries.fl";
+    const auto emit = [&](const char* form) {
+        return openflc({"emit", queries, "--fablet", "Walk", "--stage", "slab", "--as", form});
+    };
+    const Outcome funcs = emit("halide");
+    EXPECT_EQ(funcs.exit_code, 0) << funcs.err;
+    for (const char* part : {"  argument state_", "  func slab(z, column)\n",
+                             "  func weights(z, column)\n", "  func remainder(z, column)\n"})
+        EXPECT_NE(funcs.out.find(part), std::string::npos) << part << funcs.out;
+    EXPECT_EQ(funcs.out.find("argument weight_"), std::string::npos) << funcs.out;
+    const Outcome loops = emit("loops");
+    EXPECT_EQ(loops.exit_code, 0) << loops.err;
+    EXPECT_NE(loops.out.find("a call stores "), std::string::npos) << loops.out;
+    // The stage before it was cut.
+    const Outcome whole = emit("ir");
+    EXPECT_NE(whole.out.find(" query "), std::string::npos) << whole.out;
+}
+
 }  // namespace
 
 }  // namespace openfab::testing

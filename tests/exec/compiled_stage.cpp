@@ -126,6 +126,7 @@ class SegmentWalk : public interp::Environment {
     }
     interp::TextureView texture(int32_t index) const override { return outer_.texture(index); }
 
+    /// Returns the outputs by slot.
     std::map<int32_t, uint32_t> run() {
         for (size_t at = 0; at < segmented_.steps.size();) {
             const openfab_step& step = segmented_.steps[at++];
@@ -138,20 +139,18 @@ class SegmentWalk : public interp::Environment {
                 at = static_cast<size_t>(step.b);
             }
         }
-        return std::move(outputs_);
+        const std::vector<uint32_t> values = interp::evaluate(segmented_.last, *this);
+        std::map<int32_t, uint32_t> out;
+        for (size_t k = 0; k < values.size(); ++k)
+            out[segmented_.last.outputs[k].a] = values[k];
+        return out;
     }
 
   private:
     void run_kernel(const ir::Stage& kernel) {
         const std::vector<uint32_t> values = interp::evaluate(kernel, *this);
-        for (size_t k = 0; k < values.size(); ++k) {
-            const ir::Output& output = kernel.outputs[k];
-            if (output.kind == OPENFAB_ARG_STATE_OUT) {
-                states_[output.a] = values[k];
-            } else {
-                outputs_[output.a] = values[k];
-            }
-        }
+        for (size_t k = 0; k < values.size(); ++k)
+            states_[kernel.outputs[k].a] = values[k];
     }
     void run_query(const passes::SegmentQuery& query) {
         const auto state = [&](int32_t k) { return states_[k]; };
@@ -165,7 +164,6 @@ class SegmentWalk : public interp::Environment {
     const passes::SegmentedStage& segmented_;
     const interp::Environment& outer_;
     std::vector<uint32_t> states_;
-    std::map<int32_t, uint32_t> outputs_;  ///< by slot
 };
 
 /// Returns the texels, info or min-max values of the texture that `arg` names.
@@ -202,8 +200,8 @@ const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
 /// Flat buffers of the batch, in whole groups, and the answers to queries.
 class SegmentHost : public segments::Arguments, public segments::Handler {
   public:
-    SegmentHost(const StageInputs& inputs, size_t elements, StageResults* results)
-        : inputs_(inputs), elements_((elements + 7) / 8 * 8), results_(*results) {}
+    SegmentHost(const StageInputs& inputs, size_t elements)
+        : inputs_(inputs), elements_((elements + 7) / 8 * 8) {}
 
     const void* input(const openfab_arg& arg) override {
         if (is_scalar(arg.kind)) return inputs_.values.at({arg.kind, arg.a, arg.b}).data();
@@ -223,7 +221,8 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
         return buffer.raw();
     }
     segments::OutputView output(const openfab_arg& arg) override {
-        return {results_[arg.a].data()};
+        ADD_FAILURE() << "an output of kind " << arg.kind << " that is no state";
+        return {};
     }
     abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
                             const segments::States& states) override {
@@ -247,7 +246,6 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
   private:
     const StageInputs& inputs_;
     const size_t elements_;
-    StageResults& results_;
     std::deque<abi::KernelBuffer> buffers_;
     std::deque<std::vector<uint32_t>> padded_;
 };
@@ -279,14 +277,15 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
     out->stage_ = stage;
     out->isas_ = options.isas;
     passes::KernelStages stages;
-    *member(&stages, stage.kind) = stage;
-    // Segments write amounts, which the slab kernel keeps to itself.
-    if (stage.kind == ir::StageKind::kVolume || passes::needs_segments(stage)) {
+    if (stage.kind == ir::StageKind::kVolume) {
         ir::Stage live = stage;
         ir::drop_dead_values(&live);
         for (size_t k = 0; k < live.outputs.size(); ++k)
             live.outputs[k].a = static_cast<int32_t>(k);
-        stages.volume_segments = passes::cut_segments(live);
+        stages.volume_segments =
+            passes::cut_segments(live, passes::kMaxSegmentOperations, passes::Amounts::kStates);
+    } else {
+        *member(&stages, stage.kind) = stage;
     }
     out->program_ = load(stages, options);
     return out->program_ == nullptr ? nullptr : std::move(out);
@@ -334,14 +333,14 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
 StageResults CompiledStage::run_segments(const openfab_segments& segments, openfab_isa isa,
                                          const StageInputs& inputs) const {
     const size_t count = element_count(stage_, inputs);
-    StageResults results(stage_.outputs.size(), std::vector<uint32_t>(count + 8, kUnwritten));
-    SegmentHost host(inputs, count, &results);
+    SegmentHost host(inputs, count);
     segments::Driver driver;
     const std::vector<uint8_t> wanted((count + 7) / 8, 255);
     EXPECT_TRUE(driver.run(segments, isa, wanted, &host, &host).ok());
-    for (auto& result : results) {
-        EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
-        result.resize(count);
+    StageResults results;
+    for (size_t k = 0; k < stage_.outputs.size(); ++k) {
+        const uint32_t* values = driver.states()[1 + static_cast<int32_t>(k)];
+        results.emplace_back(values, values + count);
     }
     return results;
 }
@@ -480,9 +479,20 @@ struct InputSource : openfab_nearest_source {
     const std::vector<int32_t>& columns;
 };
 
+/// After the segments of the fablet, if it has any.
 SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageInputs& inputs,
                      const std::vector<int32_t>& columns, const abi::Channels& channels) {
     const openfab_kernel& kernel = fablet.slab;
+    const size_t voxels = static_cast<size_t>(inputs.elements) * kVoxels;
+    SegmentHost host(inputs, voxels);
+    segments::Driver driver;
+    if (fablet.volume_segments.step_count > 0) {
+        // Other columns have no state to read.
+        std::vector<uint8_t> wanted(voxels / 8, 0);
+        for (const int32_t column : columns)
+            wanted[static_cast<size_t>(column)] = 255;
+        EXPECT_TRUE(driver.run(fablet.volume_segments, isa, wanted, &host, &host).ok());
+    }
     InputSource source(fablet, inputs, columns);
     openfab_nearest_source* const source_address = &source;
     SlabResults out;
@@ -500,8 +510,13 @@ SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageI
             call.set(k, &source_address);
             continue;
         }
+        if (arg.kind == OPENFAB_ARG_STATE) {
+            abi::KernelBuffer& buffer = buffers.emplace_back();
+            buffer.set_dense(type, driver.states()[arg.a], {static_cast<int32_t>(voxels)});
+            call.set(k, buffer.raw());
+            continue;
+        }
         if (arg.kind < OPENFAB_ARG_CHANNELS) {
-            const size_t voxels = static_cast<size_t>(inputs.elements) * kVoxels;
             call.set(k, input_argument(arg, inputs, columns, voxels, &buffers));
             continue;
         }
@@ -530,8 +545,12 @@ void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
                        const ir::Stage* demand) {
     StageResults amounts;
     passes::KernelStages stages;
-    if (demand != nullptr) stages.volume_demand = *demand;
     stages.volume = with_float_outputs(stage, expected, &amounts);
+    if (passes::needs_segments(stages.volume)) {
+        stages.volume_segments = passes::cut_segments(stages.volume);
+    } else if (demand != nullptr) {
+        stages.volume_demand = *demand;
+    }
     const std::unique_ptr<lower::LoadedProgram> program = load(stages, options);
     if (program == nullptr) return;
     constexpr int32_t kMaterials = 2;

@@ -3,8 +3,8 @@
 #pragma once
 
 // Runs one stage both ways: compiled for an instruction set, and in the interpreter. Tests give the
-// inputs as bit patterns. A volume stage is compiled as a segment, whose amounts can be seen;
-// expect_equal_slab compares what its slab kernel makes of them.
+// inputs as bit patterns. A volume stage is compiled as segments that write its amounts to states,
+// where they can be seen; expect_equal_slab compares what its slab kernel makes of them.
 
 #include <array>
 #include <cstdint>
@@ -79,9 +79,10 @@ StageResults interpret_segments(const ir::Stage& stage, const passes::SegmentedS
 /// Returns the stage of amounts whose slab kernel expect_equal_slab compiles.
 ir::Stage slab_stage(const ir::Stage& stage);
 
-/// Compares what the slab kernel of a volume stage makes of the inputs with what the twin of
-/// normalise makes of the amounts that are expected: outputs that are no floats are left out.
-/// `demand`: the stage of demand that the kernel has inside; where it says no, inputs are noise.
+/// Compares what the slab kernel of a volume stage makes of the inputs, after the stage's segments if
+/// it has any, with what the twin of normalise makes of the amounts that are expected: outputs that
+/// are no floats are left out. `demand`: the stage of demand that a kernel without segments has
+/// inside; where it says no, inputs are noise.
 void expect_equal_slab(const ir::Stage& stage, const StageResults& expected,
                        const StageInputs& inputs, const lower::ProgramOptions& options,
                        const ir::Stage* demand = nullptr);

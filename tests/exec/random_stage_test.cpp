@@ -98,6 +98,7 @@ TEST(RandomStage, PassesAndCuttingChangeNoBitOfLoops) {
             const passes::SegmentedStage segmented = passes::cut_segments(stage, longest);
             for (const ir::Stage& kernel : segmented.kernels)
                 ASSERT_EQ(ir::verify(kernel), "") << ir::dump(kernel);
+            ASSERT_EQ(ir::verify(segmented.last), "") << ir::dump(segmented.last);
             const StageResults cut = interpret_segments(stage, segmented, inputs);
             expect_equal(stage, expected, cut, "cut");
         }
@@ -144,6 +145,16 @@ TEST(RandomStage, SlabsNormaliseWhatIsInterpreted) {
     for (uint32_t seed = 1; seed <= kStages; ++seed) {
         SCOPED_TRACE(::testing::Message() << "seed " << seed);
         const ir::Stage stage = random_stage(seed, kOperations / 2);
+        const StageInputs inputs = random_inputs(seed);
+        expect_equal_slab(stage, interpret(stage, inputs), inputs, {.isas = tested_isas()});
+    }
+}
+
+TEST(RandomStage, SlabsGoOnAfterSegments) {
+    for (uint32_t seed = 1; seed <= kLoopStages; ++seed) {
+        SCOPED_TRACE(::testing::Message() << "seed " << seed);
+        ir::Stage stage = random_looping_stage(seed, 40);
+        clean(&stage);
         const StageInputs inputs = random_inputs(seed);
         expect_equal_slab(stage, interpret(stage, inputs), inputs, {.isas = tested_isas()});
     }

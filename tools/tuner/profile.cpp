@@ -8,6 +8,8 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "backends/common/output_file.h"
@@ -261,10 +263,17 @@ class Profiler {
         // Of several fablets the mean.
         std::map<std::string, lower::FuncCost> costs;
         int64_t kernels = 0;
-        for (const lower::KernelUnit& unit : lower::list_kernels(workload_->compilation().fablets(),
-                                                                 workload_->program_options())) {
-            if (unit.request.stage->kind != ir::StageKind::kVolume) continue;
+        std::set<std::string> functions;
+        lower::ProgramOptions options = workload_->program_options();
+        options.profiled = true;
+        for (const lower::KernelUnit& unit :
+             lower::list_kernels(workload_->compilation().fablets(), options)) {
+            // The row has the seconds of segments, too, whose Funcs are not seen.
+            if (unit.request.stage->kind != ir::StageKind::kVolume ||
+                unit.request.inside.after_segments)
+                continue;
             ++kernels;
+            functions.insert(unit.request.function);
             for (const lower::FuncCost& cost : lower::func_costs(unit.request)) {
                 lower::FuncCost& sum = costs[pattern_of(cost.func)];
                 sum.operations += cost.operations;
@@ -276,8 +285,7 @@ class Profiler {
         for (const lower::FuncSamples& func : samples_) {
             // Nearest has a row of its own. Halide calls what is between Funcs overhead. Between
             // numbered Funcs LLVM moves operations, so that only together they have a time.
-            if (func.function.find("_slab_") == std::string::npos || func.func == "nearest")
-                continue;
+            if (!functions.contains(func.function) || func.func == "nearest") continue;
             seen[pattern_of(func.func)] += func.samples;
             profile_.samples += func.samples;
         }

@@ -137,9 +137,7 @@ void check(const std::string& text, uint64_t seed) {
         CompiledStage::make(made.stages.volume, options);
     ASSERT_NE(compiled, nullptr) << text;
     expect_equal(made.stages.volume, expected, compiled->run(isa, inputs), abi::isa_name(isa));
-    if (!passes::needs_segments(made.stages.volume))
-        expect_equal_slab(made.stages.volume, expected, inputs, options,
-                          &made.stages.volume_demand);
+    expect_equal_slab(made.stages.volume, expected, inputs, options, &made.stages.volume_demand);
     if (::testing::Test::HasFailure()) ADD_FAILURE() << text;
 }
 

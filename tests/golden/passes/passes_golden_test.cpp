@@ -104,6 +104,7 @@ std::string segments_text(const SegmentedStage& segments) {
     std::string out;
     for (const ir::Stage& kernel : segments.kernels)
         out += text_of(kernel);
+    out += text_of(segments.last);
     for (size_t k = 0; k < segments.queries.size(); ++k) {
         const SegmentQuery& query = segments.queries[k];
         out += fmt::format("  query {} of object {}: guard {}, point {}; gives", k, query.object,

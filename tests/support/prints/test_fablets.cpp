@@ -4,9 +4,16 @@
 
 #include <HalideRuntime.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <numeric>
+#include <vector>
+
+#include "abi/kernel_call.h"
+#include "abi/stage_table.h"
 
 namespace openfab::testing {
 
@@ -65,8 +72,18 @@ int each_cube(void** args, int first, const F& known) {
     return 0;
 }
 
-constexpr openfab_arg weight(int32_t slot) {
-    return {OPENFAB_ARG_WEIGHT, OPENFAB_FLOAT, slot, 0};
+// So many that of 16 blocks 5 are evaluated at once.
+constexpr int32_t kStates = 24;
+/// Amounts of the slots are the states from this on.
+constexpr int32_t kFirstAmount = kStates - 3;
+constexpr openfab_arg written(int32_t slot) {
+    return {OPENFAB_ARG_STATE_OUT, OPENFAB_FLOAT, kFirstAmount + slot, 0};
+}
+constexpr openfab_arg amount(int32_t slot) {
+    return {OPENFAB_ARG_STATE, OPENFAB_FLOAT, kFirstAmount + slot, 0};
+}
+constexpr openfab_arg fraction(int32_t channel) {
+    return {OPENFAB_ARG_FRACTION, OPENFAB_UINT, channel, 0};
 }
 constexpr openfab_arg lo(int32_t slot) {
     return {OPENFAB_ARG_WEIGHT_LO, OPENFAB_FLOAT, slot, 0};
@@ -77,7 +94,7 @@ constexpr openfab_arg hi(int32_t slot) {
 
 constexpr openfab_arg kColumns = {OPENFAB_ARG_GROUPS, OPENFAB_INT, 0, 0};
 
-const openfab_arg kWeights[] = {kColumns, weight(0), weight(1), weight(2)};
+const openfab_arg kWeights[] = {kColumns, written(0), written(1), written(2)};
 const openfab_arg kBounds[] = {lo(0), hi(0), lo(1), hi(1), lo(2), hi(2)};
 
 constexpr Weights kSolid{1, 0, 0}, kTint{3, 7, 0}, kHole{0, 0, 1};
@@ -95,7 +112,7 @@ int constant_bounds(void** args) {
 }
 
 const openfab_arg kSkinArgs[] = {
-    {OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0}, kColumns, weight(0), weight(1), weight(2)};
+    {OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0}, kColumns, written(0), written(1), written(2)};
 int skin_volume(void** args) {
     return each_voxel(args, 1,
                       [&](int32_t v) { return skin_weights(std::fabs(item<float>(args[0], v))); });
@@ -122,9 +139,9 @@ const openfab_arg kPictureArgs[] = {{OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0},
                                     {OPENFAB_ARG_NEAREST, OPENFAB_FLOAT, 0, 0},
                                     {OPENFAB_ARG_NEAREST, OPENFAB_INT, 1, 0},
                                     kColumns,
-                                    weight(0),
-                                    weight(1),
-                                    weight(2)};
+                                    written(0),
+                                    written(1),
+                                    written(2)};
 int picture_volume(void** args) {
     return each_voxel(args, 3, [&](int32_t v) {
         return picture_weights(std::fabs(item<float>(args[0], v)), item<int32_t>(args[2], v),
@@ -163,9 +180,52 @@ openfab_kernel kernel(openfab_kernel_fn fn, std::span<const openfab_arg> args) {
 }
 
 const openfab_step kOneKernel[] = {{OPENFAB_STEP_KERNEL, 0, 0}};
-const openfab_scalar_type kStates[] = {OPENFAB_BOOL};
+constexpr std::array<openfab_scalar_type, kStates> kStateTypes = [] {
+    std::array<openfab_scalar_type, kStates> out{};
+    out.fill(OPENFAB_FLOAT);
+    out[0] = OPENFAB_BOOL;
+    return out;
+}();
 
-/// The volume stage is one segment, `volume`: its kernel gives amounts.
+const openfab_arg kSlabArgs[] = {{OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0},
+                                 kColumns,
+                                 amount(0),
+                                 amount(1),
+                                 amount(2),
+                                 {OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0},
+                                 {OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0},
+                                 fraction(0),
+                                 fraction(1),
+                                 fraction(2),
+                                 fraction(3)};
+/// Normalises the amounts that the segment has left in states.
+int slab(void** args) {
+    constexpr int32_t kSlots = 3, kChannels = kSlots + 1;
+    const int32_t columns = buffer(args[1])->dim[0].extent;
+    std::vector<float> amounts;
+    for (int32_t slot = 0; slot < kSlots; ++slot) {
+        for (int32_t i = 0; i < 8 * columns; ++i)
+            amounts.push_back(
+                item<float>(args[2 + slot], 8 * item<int32_t>(args[1], i / 8) + i % 8));
+    }
+    std::vector<int32_t> all(static_cast<size_t>(columns));
+    std::iota(all.begin(), all.end(), 0);
+    std::vector<uint16_t> fractions(static_cast<size_t>(8 * kChannels * columns));
+    abi::KernelBuffer groups, weights, out;
+    groups.set_dense(abi::halide_type(OPENFAB_INT), all.data(), {columns});
+    weights.set_dense(abi::halide_type(OPENFAB_FLOAT), amounts.data(), {8, columns, kSlots});
+    out.set_dense(abi::halide_type(fraction(0)), fractions.data(), {8, kChannels, columns});
+    void* call[] = {groups.raw(), args[0], weights.raw(), out.raw(), args[5], args[6]};
+    const int status = openfab_stage_table.normalise[OPENFAB_ISA_SSE41](call);
+    for (int32_t i = 0; i < kChannels * columns; ++i) {
+        void* const to = args[7 + i % kChannels];
+        std::copy_n(&fractions[static_cast<size_t>(8 * i)], 8,
+                    &item<uint16_t>(to, i / kChannels * buffer(to)->dim[1].stride));
+    }
+    return status;
+}
+
+/// The volume stage has one segment before the slab kernel, `volume`: it writes amounts.
 openfab_fablet table(const char* name, const openfab_kernel& volume, const openfab_kernel& bounds,
                      std::span<const openfab_varying> nearest = {}) {
     static std::deque<openfab_kernel> kernels;
@@ -188,8 +248,9 @@ openfab_fablet table(const char* name, const openfab_kernel& volume, const openf
     f.volume_segments.steps = kOneKernel;
     f.volume_segments.kernel_count = 1;
     f.volume_segments.kernels = &kernels.back();
-    f.volume_segments.state_count = 1;
-    f.volume_segments.states = kStates;
+    f.volume_segments.state_count = kStates;
+    f.volume_segments.states = kStateTypes.data();
+    f.slab = kernel(slab, kSlabArgs);
     f.volume_bounds = bounds;
     return f;
 }
