@@ -57,9 +57,9 @@ struct TimeSample {
 /// Tries slabs of [slabs.x, slabs.y) spread over the height, the middle first, for so many seconds;
 /// of a low print all of them. What is diced once, and found cached by later slabs, is told from what
 /// every slab takes by trying two neighbours; the whole print dices all patches; or what the trials
-/// did, if that is more or they were of all slabs. Where one slab needs more trees than their cache holds, what it takes to build
-/// them again counts, too. Where time is over before a place was tried, its blocks count like those
-/// of the others; a slab that is none of these counts like the nearest.
+/// did, if that is more or they were of all slabs. Where one slab needs more trees than their cache
+/// holds, what it takes to build them again counts, too. Where time is over before a place was tried,
+/// its blocks count like those of the others; a slab that is none of these counts like the nearest.
 Result<TimeSample> sample_time(const Vec2<int32_t>& slabs, double seconds, const PatchNeeds& needs,
                                const TrySlab& try_slab);
 
