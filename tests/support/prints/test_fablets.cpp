@@ -225,6 +225,29 @@ int slab(void** args) {
     return status;
 }
 
+const openfab_arg kSkinSlabArgs[] = {{OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0},
+                                     {OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0},
+                                     kColumns,
+                                     amount(0),
+                                     amount(1),
+                                     amount(2),
+                                     {OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0},
+                                     {OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0},
+                                     fraction(0),
+                                     fraction(1),
+                                     fraction(2),
+                                     fraction(3)};
+/// The same, but fails where the distances are not those that the segment was given.
+int skin_slab(void** args) {
+    const int32_t columns = buffer(args[2])->dim[0].extent;
+    for (int32_t i = 0; i < 8 * columns; ++i) {
+        const int32_t v = 8 * item<int32_t>(args[2], i / 8) + i % 8;
+        const Weights w = skin_weights(std::fabs(item<float>(args[0], v)));
+        if (item<float>(args[3], v) != w.a || item<float>(args[4], v) != w.b) return -8;
+    }
+    return slab(args + 1);
+}
+
 /// The volume stage has one segment before the slab kernel, `volume`: it writes amounts.
 openfab_fablet table(const char* name, const openfab_kernel& volume, const openfab_kernel& bounds,
                      std::span<const openfab_varying> nearest = {}) {
@@ -273,8 +296,12 @@ const openfab_fablet& hole_fablet() {
     return f;
 }
 const openfab_fablet& skin_fablet() {
-    static const openfab_fablet f =
-        table("Skin", kernel(skin_volume, kSkinArgs), kernel(skin_bounds, kSkinBoundsArgs));
+    static const openfab_fablet f = [] {
+        openfab_fablet made =
+            table("Skin", kernel(skin_volume, kSkinArgs), kernel(skin_bounds, kSkinBoundsArgs));
+        made.slab = kernel(skin_slab, kSkinSlabArgs);
+        return made;
+    }();
     return f;
 }
 const openfab_fablet& picture_fablet() {
