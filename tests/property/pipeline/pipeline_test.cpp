@@ -236,6 +236,14 @@ TEST(Pipeline, QueriesInALoopAreTheReference) {
                      {0.13, 0.12, 0.11}, 11);
 }
 
+/// Of the 8 blocks in a row 5 go through the segments at once.
+TEST(Pipeline, SegmentsOfManySlotsAreTheReference) {
+    testing::PartOptions options;
+    options.slot_material = {1, 3, 2, 4, 0, 1, 1, 2, 3, 4, 2, 0, 3, 1, 4, 4, 2, 3};
+    expect_reference({{&queries(), "Layers", testing::torus(1.6, 0.7, 20, 10), options}},
+                     {0.08, 0.12, 0.11}, 12);
+}
+
 TEST(Pipeline, VolumesAreTheReference) {
     testing::PartOptions options;
     options.textures = {
