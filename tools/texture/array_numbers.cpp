@@ -20,6 +20,22 @@ namespace {
 
 constexpr size_t kAtOnce = 1 << 16;
 
+/// Takes bytes out of a buffer from `at` on, which `fill` fills anew where it is used up.
+template <typename Buffer, typename Fill>
+Result<void> take_from(const Buffer& held, size_t* at, char* out, size_t bytes, const Fill& fill) {
+    while (bytes > 0) {
+        if (*at == held.size()) {
+            if (Result<void> more = fill(); !more) return more;
+        }
+        const size_t n = std::min(bytes, held.size() - *at);
+        std::memcpy(out, held.data() + *at, n);
+        *at += n;
+        out += n;
+        bytes -= n;
+    }
+    return {};
+}
+
 /// The bytes as they are stored, base64 decoded.
 class Stored {
   public:
@@ -32,17 +48,7 @@ class Stored {
         return from_.base64 ? stored / 4 * 3 + 3 : stored;
     }
     Result<void> next(char* out, size_t bytes) {
-        while (bytes > 0) {
-            if (at_ == held_.size()) {
-                if (Result<void> more = fill(); !more) return more;
-            }
-            const size_t n = std::min(bytes, held_.size() - at_);
-            std::memcpy(out, held_.data() + at_, n);
-            at_ += n;
-            out += n;
-            bytes -= n;
-        }
-        return {};
+        return take_from(held_, &at_, out, bytes, [this] { return fill(); });
     }
 
   private:
@@ -187,17 +193,7 @@ class ByteNumbers final : public ArrayNumbers {
 
     Result<void> take(char* out, size_t bytes) {
         if (!bytes_.packed) return stored_.next(out, bytes);
-        while (bytes > 0) {
-            if (at_ == plain_.size()) {
-                if (Result<void> got = unpack(); !got) return got;
-            }
-            const size_t n = std::min(bytes, plain_.size() - at_);
-            std::memcpy(out, plain_.data() + at_, n);
-            at_ += n;
-            out += n;
-            bytes -= n;
-        }
-        return {};
+        return take_from(plain_, &at_, out, bytes, [this] { return unpack(); });
     }
 
     Result<void> unpack() {

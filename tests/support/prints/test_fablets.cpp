@@ -187,17 +187,17 @@ constexpr std::array<openfab_scalar_type, kStates> kStateTypes = [] {
     return out;
 }();
 
-const openfab_arg kSlabArgs[] = {{OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0},
-                                 kColumns,
-                                 amount(0),
-                                 amount(1),
-                                 amount(2),
-                                 {OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0},
-                                 {OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0},
-                                 fraction(0),
-                                 fraction(1),
-                                 fraction(2),
-                                 fraction(3)};
+constexpr std::array<openfab_arg, 11> kSlabArgs = {{{OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0},
+                                                    kColumns,
+                                                    amount(0),
+                                                    amount(1),
+                                                    amount(2),
+                                                    {OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0},
+                                                    {OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0},
+                                                    fraction(0),
+                                                    fraction(1),
+                                                    fraction(2),
+                                                    fraction(3)}};
 /// Normalises the amounts that the segment has left in states.
 int slab(void** args) {
     constexpr int32_t kSlots = 3, kChannels = kSlots + 1;
@@ -225,18 +225,12 @@ int slab(void** args) {
     return status;
 }
 
-const openfab_arg kSkinSlabArgs[] = {{OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0},
-                                     {OPENFAB_ARG_CHANNELS, OPENFAB_INT, 0, 0},
-                                     kColumns,
-                                     amount(0),
-                                     amount(1),
-                                     amount(2),
-                                     {OPENFAB_ARG_CODE, OPENFAB_UINT, 0, 0},
-                                     {OPENFAB_ARG_UNUSABLE, OPENFAB_UINT, 0, 0},
-                                     fraction(0),
-                                     fraction(1),
-                                     fraction(2),
-                                     fraction(3)};
+constexpr std::array<openfab_arg, kSlabArgs.size() + 1> kSkinSlabArgs = [] {
+    std::array<openfab_arg, kSlabArgs.size() + 1> out{};
+    out[0] = {OPENFAB_ARG_DISTANCE, OPENFAB_FLOAT, 0, 0};
+    std::copy(kSlabArgs.begin(), kSlabArgs.end(), out.begin() + 1);
+    return out;
+}();
 /// The same, but fails where the distances are not those that the segment was given.
 int skin_slab(void** args) {
     const int32_t columns = buffer(args[2])->dim[0].extent;

@@ -15,19 +15,13 @@
 
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/unit/color/saved_profile.h"
 #include "tools/color/picture.h"
 
 namespace openfab::tools {
 namespace {
 
-std::vector<uint8_t> saved(cmsHPROFILE profile) {
-    cmsUInt32Number size = 0;
-    EXPECT_TRUE(cmsSaveProfileToMem(profile, nullptr, &size));
-    std::vector<uint8_t> bytes(size);
-    EXPECT_TRUE(cmsSaveProfileToMem(profile, bytes.data(), &size));
-    cmsCloseProfile(profile);
-    return bytes;
-}
+using openfab::testing::saved;
 
 /// Adobe RGB (1998): its primaries, D65, a power of 563 / 256.
 std::vector<uint8_t> adobe_rgb() {

@@ -10,12 +10,14 @@
 #include <gtest/gtest.h>
 
 #include "base/color.h"
+#include "tests/unit/color/saved_profile.h"
 #include "tests/unit/color/synthetic_printer.h"
 
 namespace openfab::color {
 namespace {
 
 using openfab::testing::random_inks;
+using openfab::testing::saved;
 using openfab::testing::SyntheticPrinter;
 using ::testing::HasSubstr;
 
@@ -161,15 +163,6 @@ TEST_F(Profile, LimitAndBlackAreKept) {
     // Hue is kept rather than chroma: a red beyond reach stays one.
     const Lab red{50, 90, 60}, near = grid.at(much.find(red));
     EXPECT_NEAR(std::atan2(near.b, near.a), std::atan2(red.b, red.a), 0.2);
-}
-
-std::vector<uint8_t> saved(cmsHPROFILE profile) {
-    cmsUInt32Number size = 0;
-    EXPECT_TRUE(cmsSaveProfileToMem(profile, nullptr, &size));
-    std::vector<uint8_t> bytes(size);
-    EXPECT_TRUE(cmsSaveProfileToMem(profile, bytes.data(), &size));
-    cmsCloseProfile(profile);
-    return bytes;
 }
 
 /// A printer whose black makes it dark, down to L = 20, and whose other inks are the axes of Lab: what it
