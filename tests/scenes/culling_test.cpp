@@ -63,6 +63,25 @@ fablet Rough {
         return mc;
     }
 }
+
+// Near the surface a loop of queries elsewhere, whose trips vary: a stage of segments.
+fablet Marched {
+    @uniform { Material light, dark; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float depth = -distance(attr.voxelCenter);
+        float most = 0;
+        if (depth < 0.7) {
+            int steps = min(int(depth * 6), 5) + 1;
+            for (int i = 0; i < steps; i++)
+                most = max(most, -distance(attr.voxelCenter + float3(0.2 * (i + 1), 0, 0)));
+        }
+        mc.Set(light, saturate(most));
+        mc.Set(dark, 1 - saturate(most));
+        return mc;
+    }
+}
 )";
 
 constexpr const char* kWorld = R"({
@@ -145,6 +164,10 @@ TEST_F(Culling, LayersThinnerThanABlock) {
 
 TEST_F(Culling, AttributesOfADisplacedSkin) {
     check("Rough", 200, 0.7);
+}
+
+TEST_F(Culling, LoopsOfQueriesNearTheSurface) {
+    check("Marched", 40, 0.95);
 }
 
 }  // namespace
