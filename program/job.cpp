@@ -132,7 +132,10 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const world
 
 Result<std::optional<world::DitherRef>> load_rule(const Options& options) {
     if (!is_world(options.input)) return std::optional<world::DitherRef>();
-    return world::load_dither(options.input, file_rules(options));
+    Result<world::World> world =
+        world::load_world(options.input, file_rules(options), world::MeshFiles::kSkip);
+    if (!world) return world.error();
+    return std::move(world->dither);
 }
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {

@@ -15,19 +15,4 @@ DitherRef read_dither(const JsonValue& value, JsonReader* json, WorldFiles* file
     return out;
 }
 
-Result<std::optional<DitherRef>> load_dither(const std::filesystem::path& file,
-                                             const FileRules& rules) {
-    const Result<std::string> text = read_text_file(file, kLargestWorld);
-    if (!text) return text.error();
-    const Result<JsonValue> root = parse_json(*text, file.string(), rules.memory_bytes);
-    if (!root) return root.error();
-    const JsonMember* member = root->is(JsonValue::Kind::kObject) ? root->find("dither") : nullptr;
-    if (member == nullptr) return std::optional<DitherRef>();
-    JsonReader json(file.string());
-    WorldFiles files(file, rules, &json);
-    std::optional<DitherRef> out = read_dither(member->value, &json, &files);
-    if (!json.ok()) return json.error();
-    return out;
-}
-
 }  // namespace openfab::world

@@ -37,8 +37,9 @@ const std::vector<std::string> kUnits = {"mm", "cm", "m", "um", "in"};
 
 class WorldReader {
   public:
-    WorldReader(const fs::path& file, const FileRules& rules)
+    WorldReader(const fs::path& file, const FileRules& rules, MeshFiles mesh_files)
         : file_(file),
+          skips_mesh_files_(mesh_files == MeshFiles::kSkip),
           json_(file.string()),
           files_(file, rules, &json_),
           memory_left_(rules.memory_bytes) {
@@ -68,7 +69,7 @@ class WorldReader {
             if (const JsonMember* m = root->find("support")) support(m->value);
             section(*root, "textures", &WorldReader::texture);
             section(*root, "meshes", &WorldReader::mesh);
-            load_meshes();
+            if (!skips_mesh_files_) load_meshes();
             section(*root, "objects", &WorldReader::object);
             const JsonMember* groups = root->find("groups");
             const JsonMember* arrange = root->find("arrange");
@@ -444,6 +445,7 @@ class WorldReader {
     }
 
     fs::path file_;
+    const bool skips_mesh_files_;
     const JsonValue* root_ = nullptr;  ///< while read runs
     JsonReader json_;
     WorldFiles files_;
@@ -462,8 +464,8 @@ class WorldReader {
 
 }  // namespace
 
-Result<World> load_world(const fs::path& file, const FileRules& rules) {
-    return WorldReader(file, rules).read();
+Result<World> load_world(const fs::path& file, const FileRules& rules, MeshFiles mesh_files) {
+    return WorldReader(file, rules, mesh_files).read();
 }
 
 }  // namespace openfab::world

@@ -135,12 +135,13 @@ struct FileRules {
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
 
-/// Reads what load_world puts into World::dither, and nothing else: what kernels are compiled from,
-/// before the rest of the world is read.
-Result<std::optional<DitherRef>> load_dither(const std::filesystem::path& file,
-                                             const FileRules& rules = {});
+/// Whether load_world reads files of meshes. Without them these meshes are empty, placements that go
+/// by their boxes are wrong, and World::files lacks what they name: enough for what is compiled of a
+/// world, with all of its own mistakes.
+enum class MeshFiles { kRead, kSkip };
 
 /// Reads a world and the meshes it names. Every error has a location.
-Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {});
+Result<World> load_world(const std::filesystem::path& file, const FileRules& rules = {},
+                         MeshFiles mesh_files = MeshFiles::kRead);
 
 }  // namespace openfab::world

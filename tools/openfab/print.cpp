@@ -109,27 +109,24 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
     const std::string& input = options.input;
     if (is_stock_fablet(fablet)) return stock_sources(fablet);
     Sources sources;
-    if (!fablet.empty()) {
-        sources.files.emplace_back(fablet);
-        if (!input.ends_with(".json")) return sources;
-        Result<std::optional<world::DitherRef>> dither =
-            world::load_dither(input, file_rules(options));
-        if (!dither) return dither.error();
-        sources.dither = std::move(*dither);
-        return sources;
-    }
+    if (!fablet.empty()) sources.files.emplace_back(fablet);
     if (!input.ends_with(".json")) {
+        if (!fablet.empty()) return sources;
         return usage_error(fmt::format(
             "`{}` is not a world (.fab.json); a mesh alone needs `--fablet FILE.fl`, or a "
             "stock fablet: "
             "{}",
             input, stock_fablet_names()));
     }
-    Result<world::World> world = world::load_world(input, file_rules(options));
+    // The print binary reads the meshes.
+    Result<world::World> world =
+        world::load_world(input, file_rules(options), world::MeshFiles::kSkip);
     if (!world) return world.error();
-    Result<std::vector<std::filesystem::path>> files = world::fablet_sources(*world, input);
-    if (!files) return files.error();
-    sources.files = std::move(*files);
+    if (fablet.empty()) {
+        Result<std::vector<std::filesystem::path>> files = world::fablet_sources(*world, input);
+        if (!files) return files.error();
+        sources.files = std::move(*files);
+    }
     sources.dither = std::move(world->dither);
     return sources;
 }

@@ -49,8 +49,20 @@ class WorldTest : public ::testing::Test {
   protected:
     WorldTest() { folder_.write("photo.png", "not read here"); }
 
+    /// Loads it with and without the files of meshes: a mistake of the world's is told by both.
     Result<World> load(const std::string& text) {
-        return load_world(folder_.write("w.fab.json", text));
+        const std::filesystem::path file = folder_.write("w.fab.json", text);
+        Result<World> world = load_world(file);
+        const Result<World> early = load_world(file, {}, MeshFiles::kSkip);
+        if (world) {
+            EXPECT_TRUE(early) << early.error().text();
+        } else if (!early) {
+            EXPECT_EQ(early.error().text(), world.error().text());
+        } else {
+            // What is wrong is in a file of a mesh.
+            EXPECT_NE(world.error().text().rfind(file.string(), 0), 0u) << world.error().text();
+        }
+        return world;
     }
     /// Returns the message after the file's name.
     std::string error_of(const std::string& text) {
@@ -381,23 +393,23 @@ TEST_F(WorldTest, NamesADitherRule) {
     EXPECT_EQ(error_of(with(R"({"source": "rules.fl", "rule": 3})")).substr(0, 5), "5:44:");
     EXPECT_EQ(error_of(with(R"("dots")")).substr(0, 5), "5:13:");
 
-    // What is compiled first is what the whole world says, mistakes included.
-    for (const std::string dither :
-         {R"({"source": "rules.fl", "rule": "dots"})", R"({"source": "no.fl", "rule": "dots"})",
-          R"({"source": "/etc/passwd", "rule": "dots"})", R"({"rule": "dots"})", "[]"}) {
-        const std::filesystem::path file = folder_.write("w.fab.json", with(dither));
-        const Result<std::optional<DitherRef>> early = load_dither(file);
-        const Result<World> whole = load_world(file);
-        ASSERT_EQ(bool{early}, bool{whole}) << dither;
-        if (!early) {
-            EXPECT_EQ(early.error().text(), whole.error().text());
-        } else {
-            EXPECT_EQ((*early)->source, whole->dither->source);
-            EXPECT_EQ((*early)->rule, whole->dither->rule);
-        }
-    }
-    const Result<std::optional<DitherRef>> none = load_dither(folder_.write("w.fab.json", kWorld));
-    EXPECT_TRUE(none && !*none);
+}
+
+TEST_F(WorldTest, FilesOfMeshesCanBeLeftUnread) {
+    folder_.write("part.obj", "not a mesh");
+    std::string text = kWorld;
+    text.replace(text.find("{\"box\": [10, 20, 30]}"), 21, R"({"file": "part.obj"})");
+    text.replace(text.find("\"materials\""), 0, R"("dither": {"source": "f.fl", "rule": "r"}, )");
+    folder_.write("f.fl", "not read here");
+    const std::filesystem::path file = folder_.write("w.fab.json", text);
+    EXPECT_FALSE(load_world(file));
+    const Result<World> early = load_world(file, {}, MeshFiles::kSkip);
+    ASSERT_TRUE(early) << early.error().text();
+    EXPECT_TRUE(early->meshes.at(0).positions.empty());
+    EXPECT_FALSE(early->meshes.at(1).positions.empty());
+    EXPECT_EQ(early->fablets.at("f").source, folder_.path() / "f.fl");
+    EXPECT_EQ(early->dither->rule, "r");
+    EXPECT_EQ(early->build.size(), 3u);
 }
 
 TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
