@@ -46,4 +46,10 @@ schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const Sche
 schedule::Fault fault_of_storage(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
                                  const char* directive, const std::string& text);
 
+/// Returns the fault of a schedule whose loops would compute something for places that there are not:
+/// where steps of a loop overlap in what they need of a Func that is stored outside, Halide begins
+/// with steps before the first. `text` names the Func, or what it reads.
+schedule::Fault fault_of_overlap(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
+                                 const std::string& text);
+
 }  // namespace openfab::lower

@@ -18,8 +18,8 @@
 
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/check_lowered.h"
 #include "compiler/lower/kernel.h"
-#include "compiler/lower/kernel_memory.h"
 #include "compiler/lower/print_loops.h"
 #include "compiler/lower/sample_parts.h"
 

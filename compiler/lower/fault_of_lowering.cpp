@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <vector>
 
 #include "compiler/lower/apply_schedule.h"
 
@@ -92,6 +93,12 @@ struct Guilty {
     std::string name() const { return line != nullptr ? line->func.text : "the kernel"; }
 };
 
+schedule::Fault fault_without_reason(const Guilty& guilty) {
+    return schedule::fault_at(
+        guilty.word(), fmt::format("`{}` cannot be computed as this schedule asks", guilty.name()),
+        "the loops that it asks for cannot be made");
+}
+
 }  // namespace
 
 schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
@@ -101,19 +108,35 @@ schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const Sche
                      [&](const Reason& r) { return message.find(r.halide) != std::string::npos; });
     const bool known = reason != std::end(kReasons);
     const Guilty guilty(schedule, kernel, message, known ? reason->directives : "");
-    if (!known || guilty.directive == nullptr) {
-        return schedule::fault_at(
-            guilty.word(),
-            fmt::format("`{}` cannot be computed as this schedule asks", guilty.name()),
-            "the loops that it asks for cannot be made");
-    }
+    if (!known || guilty.directive == nullptr) return fault_without_reason(guilty);
     return schedule::fault_at(
         guilty.word(), fmt::format(fmt::runtime(reason->message), guilty.name()), reason->help);
+}
+
+schedule::Fault fault_of_overlap(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
+                                 const std::string& text) {
+    // What the loops compute too much of need not be what is stored outside of them.
+    std::vector<std::string> names;
+    std::optional<schedule::Word> first;
+    for (const ScheduledFunc& func : kernel.funcs()) {
+        if (!func.store || !func.store->directive || func.store->is_same(func.compute)) continue;
+        names.push_back("`" + func.name + "`");
+        if (!first || func.store->directive->offset < first->offset) first = func.store->directive;
+    }
+    if (!first) return fault_without_reason(Guilty(schedule, kernel, text, ""));
+    return schedule::fault_at(
+        *first,
+        fmt::format("a loop between where {} is stored and where it is computed has steps that "
+                    "overlap in what they need of it",
+                    fmt::join(names, " or ")),
+        "store it where it is computed, or place it outside that loop");
 }
 
 schedule::Fault fault_of_storage(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
                                  const char* directive, const std::string& text) {
     const Guilty guilty(schedule, kernel, text, directive);
+    // Storage is folded along loops by itself, too.
+    if (guilty.directive == nullptr) return fault_of_overlap(schedule, kernel, text);
     return schedule::fault_at(
         guilty.word(),
         fmt::format("it is not certain that this holds all of `{}` that is in use at a "

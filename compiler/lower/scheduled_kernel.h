@@ -50,6 +50,10 @@ struct Placement {
     size_t func = 0;                          ///< of kAt
     std::string var;                          ///< of kAt
     std::optional<schedule::Word> directive;  ///< what put it there; none: the kernel itself
+
+    bool is_same(const Placement& other) const {
+        return level == other.level && func == other.func && var == other.var;
+    }
 };
 
 struct ScheduledFunc {

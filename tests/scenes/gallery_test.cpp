@@ -236,11 +236,16 @@ class GalleryUnderSchedules : public Gallery {
                     "--target", long_run() ? "all" : "sse41", "--schedule", schedules.string()},
                    environment());
     }
-    void expect_the_same(const std::filesystem::path& schedules) {
+    /// Returns whether the schedules are legal.
+    bool expect_the_same(const std::filesystem::path& schedules) {
         const Outcome built = build(schedules);
-        // What would take minutes to compile, or too much memory to run, is refused.
-        if (built.exit_code == 1 && built.err.find("; the limit is ") != std::string::npos) return;
-        ASSERT_EQ(built.exit_code, 0) << built.err;
+        // Only lowered code shows what would take minutes to compile or too much memory to run, and
+        // which loops slide along what they store.
+        for (const char* reason : {"; the limit is ", "has steps that overlap"}) {
+            if (built.exit_code == 1 && built.err.find(reason) != std::string::npos) return false;
+        }
+        EXPECT_EQ(built.exit_code, 0) << built.err;
+        if (built.exit_code != 0) return false;
         for (const std::string& isa :
              long_run() ? isas_here() : std::vector<std::string>{"sse41"}) {
             const std::string threads = std::to_string(1 + printed_++ % 5);
@@ -248,6 +253,7 @@ class GalleryUnderSchedules : public Gallery {
                       expected_hash(GetParam().name()))
                 << isa << ", " << threads;
         }
+        return true;
     }
 
     int printed_ = 0;
@@ -256,19 +262,19 @@ class GalleryUnderSchedules : public Gallery {
 TEST_P(GalleryUnderSchedules, PrintsTheSame) {
     for (const char* name : {"naive", "strips", "wide"}) {
         SCOPED_TRACE(name);
-        expect_the_same(source_dir() / "tests" / "scenes" / "schedules" / name);
+        EXPECT_TRUE(expect_the_same(source_dir() / "tests" / "scenes" / "schedules" / name));
     }
     const int count = long_run() ? 20 : 1;
     std::mt19937 random(1);
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0, legal = 0; legal < count; ++k) {
+        ASSERT_LT(k, 2 * count + 2) << "half of the schedules are refused";
         const std::filesystem::path folder = *scratch_ / fmt::format("random{}", k);
         // One that has several fablets has one schedule for all of them, which is a matter of chance.
         if (!write_random_schedules(fablet(), folder, &random)) break;
         SCOPED_TRACE("random schedules:\n" + read_file(folder / "slab.sched"));
-        expect_the_same(folder);
+        legal += expect_the_same(folder) ? 1 : 0;
         if (HasFailure()) return;
     }
-    EXPECT_GE(printed_, 1);
 }
 
 // `total` is 4096 floats in each of 1024 columns: 16.8 MB for each thread.

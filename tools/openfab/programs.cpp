@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <csignal>
@@ -35,7 +36,6 @@ namespace fs = std::filesystem;
 
 /// The compiler refuses larger ones.
 constexpr int64_t kLargestSource = 16 << 20;
-constexpr int64_t kLargestProgram = int64_t{1} << 32;
 
 /// The trailer of a program in the cache, which loaders ignore: this magic, and the hash of
 /// everything before it.
@@ -189,6 +189,21 @@ ErrorCode code_of_exit(int status) {
     return ErrorCode::kInternal;
 }
 
+/// Hashes the first `bytes` of a file, piece by piece: a program's are not worth memory for all.
+Result<uint64_t> content_hash(const InputFile& file, int64_t bytes) {
+    Hasher hash;
+    std::array<char, 64 << 10> piece;
+    for (int64_t at = 0; at < bytes;) {
+        const auto wanted = static_cast<size_t>(std::min<int64_t>(bytes - at, piece.size()));
+        const Result<size_t> got = file.read(at, piece.data(), wanted);
+        if (!got) return got.error();
+        if (*got == 0) return outside_error("it became shorter while it was read");
+        hash.add_bytes(piece.data(), *got);
+        at += static_cast<int64_t>(*got);
+    }
+    return hash.value();
+}
+
 /// Appends the seal.
 Result<void> seal(const fs::path& program) {
     const auto trouble = [&](const std::string& reason) {
@@ -196,11 +211,10 @@ Result<void> seal(const fs::path& program) {
     };
     const Result<InputFile> made = InputFile::open(program);
     if (!made) return trouble(made.error().text());
-    const Result<std::string> bytes = made->read_all(kLargestProgram);
-    if (!bytes) return trouble(bytes.error().text());
-    const uint64_t hash = xxh3(*bytes);
+    const Result<uint64_t> hash = content_hash(*made, made->bytes());
+    if (!hash) return trouble(hash.error().text());
     std::ofstream out(program, std::ios::binary | std::ios::app);
-    out << kSeal << std::string_view(reinterpret_cast<const char*>(&hash), sizeof hash);
+    out << kSeal << std::string_view(reinterpret_cast<const char*>(&*hash), sizeof *hash);
     out.close();
     return out ? Result<void>() : trouble(std::strerror(errno));
 }
@@ -209,14 +223,17 @@ Result<void> seal(const fs::path& program) {
 Result<PrintBinary> open_print_binary(const fs::path& path) {
     Result<InputFile> file = InputFile::open(path);
     if (!file) return file.error();
-    const Result<std::string> bytes = file->read_all(kLargestProgram);
-    if (!bytes) return bytes.error();
-    if (bytes->size() < kSealBytes) return user_error("it is too short");
-    const std::string_view body = std::string_view(*bytes).substr(0, bytes->size() - kSealBytes);
-    const std::string_view end = std::string_view(*bytes).substr(body.size());
+    const int64_t body = file->bytes() - static_cast<int64_t>(kSealBytes);
+    if (body < 0) return user_error("it is too short");
+    std::array<char, kSealBytes> end{};
+    const Result<size_t> sealed = file->read(body, end.data(), end.size());
+    if (!sealed) return sealed.error();
     uint64_t hash = 0;
     std::memcpy(&hash, end.data() + kSeal.size(), sizeof hash);
-    if (!end.starts_with(kSeal) || hash != xxh3(body)) return user_error("it is damaged");
+    const Result<uint64_t> content = content_hash(*file, body);
+    if (!content) return content.error();
+    if (!std::string_view(end.data(), end.size()).starts_with(kSeal) || hash != *content)
+        return user_error("it is damaged");
     if (::access(path.c_str(), X_OK) != 0) return outside_error(std::strerror(errno));
     return PrintBinary{std::move(*file), path};
 }
