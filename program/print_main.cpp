@@ -107,10 +107,11 @@ Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& 
 
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,
-                       std::vector<std::filesystem::path>* files) {
+                       std::vector<std::filesystem::path>* files, double began_seconds) {
     if (options.probe_mm) return run_probe(options, fablets, interrupt);
     program::Progress progress(options.progress, stderr);
     PrintHooks hooks{.interrupt = interrupt};
+    hooks.began_seconds = began_seconds;
     hooks.loaded = [&](const Job& job) {
         if (files != nullptr) *files = job.files;
         if (quiet(options)) return;

@@ -14,10 +14,12 @@
 namespace openfab::program {
 
 /// Runs one print; `interrupt` ends it early after the slices in flight. `files`, if given,
-/// receives the files of the world, also when the print fails later.
+/// receives the files of the world, also when the print fails later. `began_seconds`: see
+/// pipeline::PrintOptions.
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,
-                       std::vector<std::filesystem::path>* files = nullptr);
+                       std::vector<std::filesystem::path>* files = nullptr,
+                       double began_seconds = 0);
 
 /// Reports an error, if any, on stderr and returns the exit code.
 int finish(const Result<void>& done);

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "abi/kernel_call.h"
+#include "base/clock.h"
 #include "base/say.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/compilation.h"
@@ -96,6 +97,7 @@ class Run {
                                       options_.compilation.files.end());
         std::vector<fs::path> world = {print_.input};
         bool fablet_changed = true;
+        double began = 0;  // of the process; later when a change was seen
         while (!stop_) {
             // Before they are read, so that a change from now on counts.
             const Snapshot of_world(world);
@@ -109,10 +111,11 @@ class Run {
                 of_sources = std::make_unique<Snapshot>(sources);
             }
             const auto changed = [&] { return of_world.changed() || of_sources->changed(); };
-            if (program_ != nullptr) print_until(changed, &world);
+            if (program_ != nullptr) print_until(changed, began, &world);
             if (!stop_) say("watching; Ctrl-C ends\n");
             while (!stop_ && !changed())
                 std::this_thread::sleep_for(kPollInterval);
+            began = process_age_seconds();
             // A world may name another dither rule.
             const std::optional<frontend::DitherRule> before = compile_->dither;
             const bool other_rule = of_world.changed() && take_rule() && compile_->dither != before;
@@ -181,7 +184,7 @@ class Run {
 
     /// Prints, and stops early if an input changes meanwhile.
     template <typename Changed>
-    void print_until(const Changed& changed, std::vector<fs::path>* world) {
+    void print_until(const Changed& changed, double began, std::vector<fs::path>* world) {
         std::atomic<bool> interrupt{false};
         std::atomic<bool> over{false};
         std::thread guard([&] {
@@ -193,7 +196,7 @@ class Run {
         std::vector<fs::path> files;
         spare_sources();
         const Result<void> done =
-            program::run_print(print_, program_->fablets(), interrupt, &files);
+            program::run_print(print_, program_->fablets(), interrupt, &files, began);
         over = true;
         guard.join();
         if (!files.empty()) *world = files;

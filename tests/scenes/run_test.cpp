@@ -5,6 +5,9 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <regex>
+
 #include "tests/scenes/scene_fixture.h"
 #include "tests/support/long_run.h"
 
@@ -111,15 +114,26 @@ TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
         scratch().write("watched/magic_postcard.fl", versions[pictures.size() - 1]);
         return false;
     };
+    const auto start = std::chrono::steady_clock::now();
     const Outcome outcome = run(
         command(folder, {"--draft", "8", "--watch", "--preview", preview.string() + ",view=back"}),
         options);
+    const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - start;
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("grey"));
     ASSERT_EQ(pictures.size(), 4u) << outcome.err;
     EXPECT_FALSE(pictures[0] == pictures[1]);
     EXPECT_TRUE(pictures[1] == pictures[2]) << "the mistake must leave the picture alone";
     EXPECT_TRUE(pictures[0] == pictures[3]);
+    // Each print counts from its own change.
+    const std::regex summary(R"(slices in ([0-9.]+) s)");
+    double seconds = 0;
+    size_t prints = 0;
+    for (std::sregex_iterator it(outcome.err.begin(), outcome.err.end(), summary), end; it != end;
+         ++it, ++prints)
+        seconds += std::stod((*it)[1]);
+    EXPECT_EQ(prints, 3u) << outcome.err;
+    EXPECT_LT(seconds, whole.count() + 0.2);
 }
 
 }  // namespace
