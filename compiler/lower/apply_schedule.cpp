@@ -551,7 +551,7 @@ class DirectiveChain {
             !factor(arg(1), schedule::kMostNumber, &extent)) {
             return false;
         }
-        func().func.fold_storage(var, static_cast<int>(extent));
+        func().folds.push_back({var.name(), extent, current_->name});
         return true;
     }
 
@@ -608,7 +608,6 @@ void set_levels(ScheduledKernel* kernel, bool built_in) {
     for (ScheduledFunc& func : kernel->funcs()) {
         if (!built_in) choose_memory(&func);
         if (func.compute.directive) func.func.compute_at(level_of(*kernel, func.compute));
-        if (func.store) func.func.store_at(level_of(*kernel, *func.store));
         // Halide warns of updates that nobody scheduled.
         for (size_t u = 1; u < func.definitions.size(); ++u) {
             Halide::Stage stage = func.func.update(static_cast<int>(u) - 1);

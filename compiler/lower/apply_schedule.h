@@ -42,14 +42,10 @@ schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const Sche
                                   const std::string& message);
 
 /// Returns the fault of a `bound_storage` or `fold_storage` that is not proved to hold all that is
-/// in use at a time; `text` names the Func, maybe among others.
-schedule::Fault fault_of_storage(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
-                                 const char* directive, const std::string& text);
-
-/// Returns the fault of a schedule whose loops would compute something for places that there are not:
-/// where steps of a loop overlap in what they need of a Func that is stored outside, Halide begins
-/// with steps before the first. `text` names the Func, or what it reads.
-schedule::Fault fault_of_overlap(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
-                                 const std::string& text);
+/// in use at a time.
+schedule::Fault storage_fault(const schedule::Word& directive, const std::string& func);
+/// Returns the same for the `bound_storage` of a Func that `text` names, maybe among others.
+schedule::Fault fault_of_bound(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
+                               const std::string& text);
 
 }  // namespace openfab::lower

@@ -163,18 +163,12 @@ class PlacementCheck {
                         "say where it is computed: compute_at, compute_root");
         }
         const std::vector<LoopSite> path = kernel_.path(k);
-        size_t first = 0;
-        if (func.store->level == Placement::Level::kAt) {
-            const auto site = std::find_if(path.begin(), path.end(), [&](const LoopSite& s) {
-                return s.func == func.store->func && s.loop->name == func.store->var;
-            });
-            if (site == path.end()) {
-                return fail(*func.store,
-                            fmt::format("`{}` is not computed inside the loop `{}` of `{}`",
-                                        func.name, func.store->var, funcs()[func.store->func].name),
-                            "a func is stored where it is computed, or in a loop outside");
-            }
-            first = static_cast<size_t>(site - path.begin()) + 1;
+        const size_t first = kernel_.loops_to_storage(k);
+        if (first > path.size()) {
+            return fail(*func.store,
+                        fmt::format("`{}` is not computed inside the loop `{}` of `{}`", func.name,
+                                    func.store->var, funcs()[func.store->func].name),
+                        "a func is stored where it is computed, or in a loop outside");
         }
         for (size_t s = first; s < path.size(); ++s) {
             if (path[s].loop->kind != Loop::Kind::kParallel) continue;

@@ -18,8 +18,9 @@
 
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
-#include "compiler/lower/check_lowered.h"
+#include "compiler/lower/hoist_storage.h"
 #include "compiler/lower/kernel.h"
+#include "compiler/lower/kernel_memory.h"
 #include "compiler/lower/print_loops.h"
 #include "compiler/lower/sample_parts.h"
 
@@ -106,6 +107,7 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
         scheduled = std::get<ScheduledKernel>(std::move(applied));
         Halide::Pipeline pipeline(kernel.output);
         pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
+        pipeline.add_custom_lowering_pass(make_storage_hoister(*scheduled));
         Halide::Module module =
             pipeline.compile_to_module(kernel.arguments, request.function, target_of(request),
                                        Halide::LinkageType::ExternalPlusArgv);

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <vector>
 
 #include "compiler/lower/apply_schedule.h"
 
@@ -27,12 +26,6 @@ constexpr Reason kReasons[] = {
      "only loops of constant length can be vectorized or unrolled; give a factor, as in "
      "`vectorize(n, 8)`",
      "vectorize unroll"},
-    {"fold", "the storage of `{}` cannot be folded so",
-     "a fold holds what one step of the loop reads, and steps go upwards; without fold_storage it "
-     "is right by itself",
-     "fold_storage"},
-    {"stored outside", "`{}` is stored outside a loop that cannot share it",
-     "store it where it is computed", "store_at store_root"},
     {"prefetch", "`{}` cannot be prefetched here", "", "prefetch"},
 };
 
@@ -93,12 +86,6 @@ struct Guilty {
     std::string name() const { return line != nullptr ? line->func.text : "the kernel"; }
 };
 
-schedule::Fault fault_without_reason(const Guilty& guilty) {
-    return schedule::fault_at(
-        guilty.word(), fmt::format("`{}` cannot be computed as this schedule asks", guilty.name()),
-        "the loops that it asks for cannot be made");
-}
-
 }  // namespace
 
 schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
@@ -108,41 +95,27 @@ schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const Sche
                      [&](const Reason& r) { return message.find(r.halide) != std::string::npos; });
     const bool known = reason != std::end(kReasons);
     const Guilty guilty(schedule, kernel, message, known ? reason->directives : "");
-    if (!known || guilty.directive == nullptr) return fault_without_reason(guilty);
+    if (!known || guilty.directive == nullptr) {
+        return schedule::fault_at(
+            guilty.word(),
+            fmt::format("`{}` cannot be computed as this schedule asks", guilty.name()),
+            "the loops that it asks for cannot be made");
+    }
     return schedule::fault_at(
         guilty.word(), fmt::format(fmt::runtime(reason->message), guilty.name()), reason->help);
 }
 
-schedule::Fault fault_of_overlap(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
-                                 const std::string& text) {
-    // What the loops compute too much of need not be what is stored outside of them.
-    std::vector<std::string> names;
-    std::optional<schedule::Word> first;
-    for (const ScheduledFunc& func : kernel.funcs()) {
-        if (!func.store || !func.store->directive || func.store->is_same(func.compute)) continue;
-        names.push_back("`" + func.name + "`");
-        if (!first || func.store->directive->offset < first->offset) first = func.store->directive;
-    }
-    if (!first) return fault_without_reason(Guilty(schedule, kernel, text, ""));
+schedule::Fault storage_fault(const schedule::Word& directive, const std::string& func) {
     return schedule::fault_at(
-        *first,
-        fmt::format("a loop between where {} is stored and where it is computed has steps that "
-                    "overlap in what they need of it",
-                    fmt::join(names, " or ")),
-        "store it where it is computed, or place it outside that loop");
+        directive,
+        fmt::format("it is not certain that this holds all of `{}` that is in use at a time", func),
+        "make it larger; without it, what is stored is right by itself");
 }
 
-schedule::Fault fault_of_storage(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
-                                 const char* directive, const std::string& text) {
-    const Guilty guilty(schedule, kernel, text, directive);
-    // Storage is folded along loops by itself, too.
-    if (guilty.directive == nullptr) return fault_of_overlap(schedule, kernel, text);
-    return schedule::fault_at(
-        guilty.word(),
-        fmt::format("it is not certain that this holds all of `{}` that is in use at a "
-                    "time",
-                    guilty.name()),
-        "make it larger; without it, what is stored is right by itself");
+schedule::Fault fault_of_bound(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
+                               const std::string& text) {
+    const Guilty guilty(schedule, kernel, text, "bound_storage");
+    return storage_fault(guilty.word(), guilty.name());
 }
 
 }  // namespace openfab::lower

@@ -3,15 +3,18 @@
 #pragma once
 
 // What a scheduled kernel stores between its stages, from its lowered code: before it has ever run.
+// An extern stage is taken to read, along vars that it shares with what it reads, no more than it is
+// asked for; vars of its input alone have bounds of their own (compiler/lower/sample.cpp).
 
 #include <Halide.h>
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
-#include "compiler/lower/scheduled_kernel.h"
+#include "compiler/lower/apply_schedule.h"
 
 namespace openfab::lower {
 
@@ -38,7 +41,18 @@ std::optional<KernelMemory> measure_memory(const ScheduledKernel& kernel,
 std::vector<FuncStorage> list_storage(const ScheduledKernel& kernel, const Halide::Module& module,
                                       int64_t places);
 
-/// Returns the kernel's Func whose storage has this name of Halide's; null where there is none.
-const ScheduledFunc* func_of_storage(const ScheduledKernel& kernel, const std::string& name);
+/// Returns whether Halide takes it from the stack: what asks for it, and what is small.
+bool is_on_stack(const Halide::Internal::Allocate& op);
+
+/// Limits of a user's schedule, for each thread.
+constexpr int64_t kMostStoredBytes = int64_t{64} << 20;
+constexpr int64_t kMostStackBytes = int64_t{1} << 20;
+
+/// Finds what only the lowered code tells: storage that is too large, folds and bounds of storage
+/// that are not proved to be enough. Else returns what it takes.
+std::variant<KernelMemory, schedule::Fault> check_lowered(const schedule::Schedule& schedule,
+                                                          const ScheduledKernel& kernel,
+                                                          const Halide::Module& module,
+                                                          int64_t places);
 
 }  // namespace openfab::lower

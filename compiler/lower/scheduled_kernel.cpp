@@ -337,4 +337,15 @@ std::vector<LoopSite> ScheduledKernel::path(size_t func) const {
     return out;
 }
 
+size_t ScheduledKernel::loops_to_storage(size_t func) const {
+    const std::vector<LoopSite> around = path(func);
+    const std::optional<Placement>& store = funcs_[func].store;
+    if (!store) return around.size();
+    if (store->level == Placement::Level::kRoot) return 0;
+    const auto site = std::find_if(around.begin(), around.end(), [&](const LoopSite& s) {
+        return s.func == store->func && s.loop->name == store->var;
+    });
+    return static_cast<size_t>(site - around.begin()) + 1;
+}
+
 }  // namespace openfab::lower

@@ -50,10 +50,13 @@ struct Placement {
     size_t func = 0;                          ///< of kAt
     std::string var;                          ///< of kAt
     std::optional<schedule::Word> directive;  ///< what put it there; none: the kernel itself
+};
 
-    bool is_same(const Placement& other) const {
-        return level == other.level && func == other.func && var == other.var;
-    }
+/// What a line says is enough of a dimension of a Func's storage.
+struct StorageFold {
+    std::string var;  ///< Halide's
+    int64_t extent = 0;
+    schedule::Word directive;
 };
 
 struct ScheduledFunc {
@@ -66,6 +69,7 @@ struct ScheduledFunc {
     std::vector<std::set<size_t>> conditions;
     Placement compute;
     std::optional<Placement> store;           ///< where it is not where it is computed
+    std::vector<StorageFold> folds;
     std::optional<schedule::Word> last_word;  ///< of the last line that names it
     bool is_listed = true;                    ///< in Kernel::funcs
     bool is_result = false;
@@ -124,6 +128,9 @@ class ScheduledKernel {
 
     /// Returns the loops around a Func's computation, outermost first, after check_placements.
     std::vector<LoopSite> path(size_t func) const;
+    /// Returns how many of them are around its storage, too; more than there are where it is stored in
+    /// a loop that is none of them.
+    size_t loops_to_storage(size_t func) const;
 
   private:
     void add(const Halide::Func& func, const std::string& name, const NamedFunc* named);

@@ -9,7 +9,7 @@
 
 #include <map>
 
-#include "compiler/lower/check_lowered.h"
+#include "compiler/lower/kernel_memory.h"
 #include "compiler/lower/print_loops.h"
 #include "tests/unit/lower/hand_kernel.h"
 
@@ -211,11 +211,6 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
         {"out.reorder(n, x)\nbase.store_root().compute_at(out, x).fold_storage(x, 1)",
          "2:38 |fold_storage| it is not certain that this holds all of `base` that is in use at a "
          "time; make it larger; without it, what is stored is right by itself"},
-        // Steps that overlap; what is read of a buffer and of a Func with bounds is in compile_test.
-        {"answer.store_root().compute_at(out, x)",
-         "1:8 |store_root| a loop between where `answer` is stored and where it is computed has "
-         "steps that overlap in what they need of it; store it where it is computed, or place it "
-         "outside that loop"},
         // Others.
         {"out.prefetch(asked, n, 2)", "1:14 |asked| `out` does not read `asked`"},
         {"out.vectorize(x).prefetch(base, x, 2)",

@@ -1,0 +1,106 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "compiler/lower/hoist_storage.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compiler/lower/kernel_memory.h"
+
+namespace openfab::lower {
+
+namespace {
+
+namespace internal = Halide::Internal;
+using Halide::Expr;
+using internal::Stmt;
+
+/// A Func that is stored outside where it is computed.
+struct Outer {
+    std::string name;  ///< Halide's
+    /// The loops between, by the beginning and the end of their names in lowered code.
+    std::vector<std::pair<std::string, std::string>> loops;
+    int32_t inside = 0;  ///< of how many of them the pass is
+    /// Memory to be taken around the outermost of them, by name: one for each value of a tuple.
+    std::map<std::string, const internal::Allocate*> found;
+
+    bool is_between(const std::string& loop) const {
+        return std::any_of(loops.begin(), loops.end(), [&](const auto& ends) {
+            return loop.starts_with(ends.first) && loop.ends_with(ends.second);
+        });
+    }
+};
+
+class StorageHoister : public internal::IRMutator {
+  public:
+    explicit StorageHoister(const ScheduledKernel& kernel) {
+        for (size_t k = 0; k < kernel.funcs().size(); ++k) {
+            const ScheduledFunc& func = kernel.funcs()[k];
+            if (!func.store) continue;
+            Outer outer{func.func.name(), {}, 0, {}};
+            const std::vector<LoopSite> path = kernel.path(k);
+            for (size_t s = kernel.loops_to_storage(k); s < path.size(); ++s) {
+                outer.loops.emplace_back(kernel.funcs()[path[s].func].func.name() + ".",
+                                         "." + path[s].loop->var.name());
+            }
+            if (!outer.loops.empty()) outers_.push_back(std::move(outer));
+        }
+    }
+
+  private:
+    using internal::IRMutator::visit;
+
+    Stmt visit(const internal::For* op) override {
+        std::vector<Outer*> entered;
+        for (Outer& outer : outers_) {
+            if (outer.is_between(op->name)) entered.push_back(&outer);
+        }
+        for (Outer* outer : entered)
+            ++outer->inside;
+        Stmt out = IRMutator::visit(op);
+        for (Outer* outer : entered) {
+            if (--outer->inside > 0) continue;
+            for (const auto& [name, memory] : outer->found) {
+                out = internal::Allocate::make(name, memory->type, memory->memory_type,
+                                               memory->extents, memory->condition, out);
+            }
+            outer->found.clear();
+        }
+        return out;
+    }
+
+    Stmt visit(const internal::Allocate* op) override {
+        const auto outer = std::find_if(outers_.begin(), outers_.end(), [&](const Outer& o) {
+            return o.inside > 0 && (op->name == o.name || op->name.starts_with(o.name + "."));
+        });
+        // What is on the stack is the function's.
+        if (outer == outers_.end() || op->constant_allocation_size() == 0 || is_on_stack(*op))
+            return IRMutator::visit(op);
+        const internal::Allocate*& found = outer->found[op->name];
+        if (found == nullptr || found->constant_allocation_size() < op->constant_allocation_size())
+            found = op;
+        moved_.push_back(op->name);
+        Stmt out = mutate(op->body);
+        moved_.pop_back();
+        return out;
+    }
+
+    Stmt visit(const internal::Free* op) override {
+        const bool moved = std::find(moved_.begin(), moved_.end(), op->name) != moved_.end();
+        return moved ? internal::Evaluate::make(0) : Stmt(op);
+    }
+
+    std::vector<Outer> outers_;
+    std::vector<std::string> moved_;  ///< around the current statement
+};
+
+}  // namespace
+
+internal::IRMutator* make_storage_hoister(const ScheduledKernel& kernel) {
+    return new StorageHoister(kernel);
+}
+
+}  // namespace openfab::lower
