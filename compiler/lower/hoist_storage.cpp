@@ -18,14 +18,21 @@ namespace internal = Halide::Internal;
 using Halide::Expr;
 using internal::Stmt;
 
+struct Memory {
+    Halide::Type type;
+    Halide::MemoryType kind = Halide::MemoryType::Auto;
+    std::vector<Expr> extents;
+};
+
 /// A Func that is stored outside where it is computed.
 struct Outer {
     std::string name;  ///< Halide's
     /// The loops between, by the beginning and the end of their names in lowered code.
     std::vector<std::pair<std::string, std::string>> loops;
-    int32_t inside = 0;  ///< of how many of them the pass is
-    /// Memory to be taken around the outermost of them, by name: one for each value of a tuple.
-    std::map<std::string, const internal::Allocate*> found;
+    int32_t inside = 0;  ///< in how many of them the pass is
+    size_t defined = 0;  ///< variables around the outermost
+    /// Memory to be taken there, by name: one for each value of a tuple.
+    std::map<std::string, Memory> found;
 
     bool is_between(const std::string& loop) const {
         return std::any_of(loops.begin(), loops.end(), [&](const auto& ends) {
@@ -56,19 +63,28 @@ class StorageHoister : public internal::IRMutator {
     Stmt visit(const internal::For* op) override {
         std::vector<Outer*> entered;
         for (Outer& outer : outers_) {
-            if (outer.is_between(op->name)) entered.push_back(&outer);
+            if (!outer.is_between(op->name)) continue;
+            if (outer.inside++ == 0) outer.defined = defined_.size();
+            entered.push_back(&outer);
         }
-        for (Outer* outer : entered)
-            ++outer->inside;
+        defined_.push_back(op->name);
         Stmt out = IRMutator::visit(op);
+        defined_.pop_back();
         for (Outer* outer : entered) {
             if (--outer->inside > 0) continue;
             for (const auto& [name, memory] : outer->found) {
-                out = internal::Allocate::make(name, memory->type, memory->memory_type,
-                                               memory->extents, memory->condition, out);
+                out = internal::Allocate::make(name, memory.type, memory.kind, memory.extents,
+                                               internal::const_true(), out);
             }
             outer->found.clear();
         }
+        return out;
+    }
+
+    Stmt visit(const internal::LetStmt* op) override {
+        defined_.push_back(op->name);
+        Stmt out = IRMutator::visit(op);
+        defined_.pop_back();
         return out;
     }
 
@@ -77,11 +93,13 @@ class StorageHoister : public internal::IRMutator {
             return o.inside > 0 && (op->name == o.name || op->name.starts_with(o.name + "."));
         });
         // What is on the stack is the function's.
-        if (outer == outers_.end() || op->constant_allocation_size() == 0 || is_on_stack(*op))
+        if (outer == outers_.end() || is_on_stack(*op) || varies(*op, outer->defined))
             return IRMutator::visit(op);
-        const internal::Allocate*& found = outer->found[op->name];
-        if (found == nullptr || found->constant_allocation_size() < op->constant_allocation_size())
-            found = op;
+        const auto [memory, fresh] =
+            outer->found.try_emplace(op->name, Memory{op->type, op->memory_type, op->extents});
+        std::vector<Expr>& extents = memory->second.extents;
+        for (size_t d = 0; d < extents.size() && !fresh; ++d)
+            extents[d] = internal::simplify(Halide::max(extents[d], op->extents[d]));
         moved_.push_back(op->name);
         Stmt out = mutate(op->body);
         moved_.pop_back();
@@ -93,8 +111,20 @@ class StorageHoister : public internal::IRMutator {
         return moved ? internal::Evaluate::make(0) : Stmt(op);
     }
 
+    /// Returns whether its size depends on variables that are defined after so many.
+    bool varies(const internal::Allocate& op, size_t defined) const {
+        return std::any_of(defined_.begin() + static_cast<std::ptrdiff_t>(defined), defined_.end(),
+                           [&](const std::string& name) {
+                               return std::any_of(op.extents.begin(), op.extents.end(),
+                                                  [&](const Expr& extent) {
+                                                      return internal::expr_uses_var(extent, name);
+                                                  });
+                           });
+    }
+
     std::vector<Outer> outers_;
-    std::vector<std::string> moved_;  ///< around the current statement
+    std::vector<std::string> defined_;  ///< variables around the current statement, outermost first
+    std::vector<std::string> moved_;    ///< around the current statement
 };
 
 }  // namespace

@@ -68,7 +68,7 @@ struct ScheduledFunc {
     /// By definition: those of them on which depends which steps of its reduction there are.
     std::vector<std::set<size_t>> conditions;
     Placement compute;
-    std::optional<Placement> store;           ///< where it is not where it is computed
+    std::optional<Placement> store;  ///< where it is not where it is computed
     std::vector<StorageFold> folds;
     std::optional<schedule::Word> last_word;  ///< of the last line that names it
     bool is_listed = true;                    ///< in Kernel::funcs

@@ -258,7 +258,7 @@ class GalleryUnderSchedules : public Gallery {
 };
 
 TEST_P(GalleryUnderSchedules, PrintsTheSame) {
-    for (const char* name : {"naive", "strips", "wide"}) {
+    for (const char* name : {"naive", "overlaps", "strips", "wide"}) {
         SCOPED_TRACE(name);
         EXPECT_TRUE(expect_the_same(source_dir() / "tests" / "scenes" / "schedules" / name));
     }

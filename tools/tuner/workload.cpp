@@ -56,9 +56,9 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     // Without a folder that can be trusted kernels are kept in memory alone.
     const Result<std::filesystem::path> kept = lower::KernelCache::own_folder();
     out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
-    const Result<world::World> world =
-        world::load_world(print.input, {{print.allow.begin(), print.allow.end()}, print.memory_bytes},
-                          world::MeshFiles::kSkip);
+    const Result<world::World> world = world::load_world(
+        print.input, {{print.allow.begin(), print.allow.end()}, print.memory_bytes},
+        world::MeshFiles::kSkip);
     if (!world) return world.error();
     const auto sources = world::fablet_sources(*world, print.input);
     if (!sources) return sources.error();

@@ -392,7 +392,6 @@ TEST_F(WorldTest, NamesADitherRule) {
     EXPECT_EQ(error_of(with(R"({"source": "rules.fl"})")).substr(0, 5), "5:13:");
     EXPECT_EQ(error_of(with(R"({"source": "rules.fl", "rule": 3})")).substr(0, 5), "5:44:");
     EXPECT_EQ(error_of(with(R"("dots")")).substr(0, 5), "5:13:");
-
 }
 
 TEST_F(WorldTest, FilesOfMeshesCanBeLeftUnread) {
