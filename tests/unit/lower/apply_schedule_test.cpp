@@ -75,6 +75,7 @@ TEST(ApplySchedule, AcceptsEveryDirective) {
              "sum.compute_at(out, n).update(0).reorder(x, r_x, r_y)",
              "out.split(n, no, ni, 8)\nbase.store_at(out, no).compute_at(out, ni)",
              "base.store_root().compute_at(out, n)",
+             "base.store_root().compute_at(out, x).fold_storage(x, 2)",
              "answer.compute_at(out, n)\nasked.compute_at(out, n).vectorize(x, 4)",
              "out.specialize(n >= 16).split(n, no, ni, 4).parallel(no)\nout.vectorize(x)",
              "out.specialize(n % 4 == 0).unroll(n, 4)",

@@ -44,6 +44,30 @@ TEST(EmitText, TheScheduleInForceIsAFile) {
     }
 }
 
+TEST(EmitText, MemoryIsTakenWhereTheScheduleSays) {
+    const ir::Stage stage = distance_stage();
+    // Returns whether the memory of `weights` is taken before the loop over batches.
+    const auto taken_outside = [&](const std::string& stored) {
+        std::string text = "slab.split(column, batch, member, 64)\n";
+        for (const char* func : {"unusable", "remainder", "rounded", "whole", "sums", "scaled",
+                                 "total", "amounts", "weights"})
+            text += std::string(func) + ".compute_at(slab, batch)\n";
+        const auto parsed =
+            schedule::read({"slab.sched", text + "weights" + stored + ".store_in(heap)\n"});
+        const auto stmt = emit_text(
+            {&stage, {}, "kernel", OPENFAB_ISA_SSE41, &std::get<schedule::Schedule>(parsed)},
+            TextForm::kStmt);
+        const std::string& code = std::get<std::string>(stmt);
+        const size_t memory = code.find("allocate weights");
+        const size_t loop = code.find(".s0.column.batch, ");
+        EXPECT_NE(memory, std::string::npos);
+        EXPECT_NE(loop, std::string::npos);
+        return memory < loop;
+    };
+    EXPECT_FALSE(taken_outside(""));
+    EXPECT_TRUE(taken_outside(".store_root()"));
+}
+
 }  // namespace
 
 }  // namespace openfab::lower
