@@ -307,7 +307,12 @@ class DirectiveChain {
             return fail(arg(0), fmt::format("this makes vectors of {} lanes; the limit is {}",
                                             lanes, kMostVectorLanes));
         }
-        nest().stage.vectorize(loop->var);
+        const bool is_part = nest().loops.size() > nest().given;
+        if (definition_ > 0 && is_part && loop->extent) {
+            func().part_vectors.push_back({definition_, loop->name, current_->name});
+        } else {
+            nest().stage.vectorize(loop->var);
+        }
         return true;
     }
 
@@ -410,6 +415,7 @@ class DirectiveChain {
         if (loop->kind == Loop::Kind::kVector)
             return fail(arg(1),
                         fmt::format("`{}` is vectorized: it has no next step", arg(1).text));
+        func().prefetches.push_back({read, arg(1).text, current_->name});
         nest().stage.prefetch(kernel_->funcs()[read].func, loop->var, loop->var,
                               static_cast<int>(distance));
         return true;
@@ -634,6 +640,7 @@ std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Sc
     if (std::optional<schedule::Fault> fault = check_placements(scheduled)) return *fault;
     if (std::optional<schedule::Fault> fault = check_inlining(schedule, scheduled)) return *fault;
     set_levels(&scheduled, built_in);
+    if (built_in) scheduled.vectorize_parts();
     return scheduled;
 }
 

@@ -23,7 +23,8 @@ class PlacementCheck {
             if (funcs()[k].store && !is_at_reader(k, *funcs()[k].store)) return fault_;
         }
         for (size_t k = 0; k < funcs().size(); ++k) {
-            if (!inlines(k) || !compute(k) || !store(k) || !specializations(k)) return fault_;
+            if (!inlines(k) || !compute(k) || !store(k) || !specializations(k) || !prefetches(k))
+                return fault_;
         }
         return std::nullopt;
     }
@@ -212,6 +213,24 @@ class PlacementCheck {
                     fmt::format("the loop `{}` of `{}` is not around `{}` if {}", func.store->var,
                                 funcs()[result].name, last->loop->name, nest.condition));
             }
+        }
+        return true;
+    }
+
+    bool prefetches(size_t k) {
+        for (const Prefetch& prefetch : funcs()[k].prefetches) {
+            const ScheduledFunc& read = funcs()[prefetch.func];
+            const std::vector<LoopSite> path = kernel_.path(prefetch.func);
+            const bool inside = std::any_of(path.begin(), path.end(), [&](const LoopSite& site) {
+                return site.func == k && site.loop->name == prefetch.var;
+            });
+            if (!inside && !read.is_inline()) continue;
+            fault_ =
+                schedule::fault_at(prefetch.directive,
+                                   fmt::format("`{}` is not stored before the loop `{}` of `{}`",
+                                               read.name, prefetch.var, funcs()[k].name),
+                                   "what is fetched early is what a loop outside has computed");
+            return false;
         }
         return true;
     }

@@ -105,12 +105,20 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
         if (auto* fault = std::get_if<schedule::Fault>(&applied))
             return schedule_fault(std::move(*fault));
         scheduled = std::get<ScheduledKernel>(std::move(applied));
-        Halide::Pipeline pipeline(kernel.output);
-        pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
-        pipeline.add_custom_lowering_pass(make_storage_hoister(*scheduled));
-        Halide::Module module =
-            pipeline.compile_to_module(kernel.arguments, request.function, target_of(request),
-                                       Halide::LinkageType::ExternalPlusArgv);
+        const auto lower = [&] {
+            Halide::Pipeline pipeline(kernel.output);
+            pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
+            pipeline.add_custom_lowering_pass(make_storage_hoister(*scheduled));
+            return pipeline.compile_to_module(kernel.arguments, request.function,
+                                              target_of(request),
+                                              Halide::LinkageType::ExternalPlusArgv);
+        };
+        if (checked && scheduled->has_part_vectors()) {
+            if (auto fault = check_part_vectors(*scheduled, lower()))
+                return schedule_fault(std::move(*fault));
+            scheduled->vectorize_parts();
+        }
+        Halide::Module module = lower();
         const int64_t places = most_places(request.stage->kind);
         KernelMemory memory;
         if (checked) {

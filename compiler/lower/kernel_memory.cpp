@@ -343,6 +343,29 @@ class Asserts : public internal::IRVisitor {
     void visit(const internal::Evaluate*) override {}
 };
 
+/// Finds whether every loop of a name has one length, and whether there is one.
+class LoopLengths : public internal::IRVisitor {
+  public:
+    LoopLengths(std::string begin, std::string end, int64_t length)
+        : begin_(std::move(begin)), end_(std::move(end)), length_(length) {}
+    bool found = false, same = true;
+
+  private:
+    using internal::IRVisitor::visit;
+    void visit(const internal::For* op) override {
+        if (op->name.starts_with(begin_) && op->name.ends_with(end_)) {
+            found = true;
+            same = same && internal::is_const(op->extent, length_);
+        }
+        op->body.accept(this);
+    }
+    void visit(const internal::Store*) override {}
+    void visit(const internal::Evaluate*) override {}
+
+    const std::string begin_, end_;
+    const int64_t length_;
+};
+
 /// Returns the word that placed a Func, else the last line that names it.
 schedule::Word place_of(const schedule::Schedule& schedule, const ScheduledFunc* func) {
     if (func == nullptr) return schedule::start_of(schedule);
@@ -412,6 +435,27 @@ std::vector<FuncStorage> list_storage(const ScheduledKernel& kernel, const Halid
     StorageWalk walk(kernel, places);
     walk.walk(module);
     return std::move(walk.all);
+}
+
+std::optional<schedule::Fault> check_part_vectors(const ScheduledKernel& kernel,
+                                                  const Halide::Module& module) {
+    for (const ScheduledFunc& func : kernel.funcs()) {
+        for (const PartVector& part : func.part_vectors) {
+            const Loop& loop = *func.definitions[part.definition][0].find(part.loop);
+            LoopLengths lengths(fmt::format("{}.s{}.", func.func.name(), part.definition),
+                                "." + loop.var.name(), *loop.extent);
+            for (const internal::LoweredFunc& function : module.functions())
+                function.body.accept(&lengths);
+            if (lengths.found && lengths.same) continue;
+            return schedule::fault_at(
+                part.directive,
+                fmt::format("where `{}` is updated, it is not certain that vectors of {} fill all "
+                            "that is computed at a time",
+                            func.name, *loop.extent),
+                "choose a factor that divides it, or an outer loop to compute it in");
+        }
+    }
+    return std::nullopt;
 }
 
 std::variant<KernelMemory, schedule::Fault> check_lowered(const schedule::Schedule& schedule,

@@ -48,6 +48,11 @@ bool is_on_stack(const Halide::Internal::Allocate& op);
 constexpr int64_t kMostStoredBytes = int64_t{64} << 20;
 constexpr int64_t kMostStackBytes = int64_t{1} << 20;
 
+/// Finds a part of an update's loop that is to be vectorized and is not as long wherever the Func is
+/// computed, in code in which it is a loop still.
+std::optional<schedule::Fault> check_part_vectors(const ScheduledKernel& kernel,
+                                                  const Halide::Module& module);
+
 /// Finds what only the lowered code tells: storage that is too large, folds and bounds of storage
 /// that are not proved to be enough. Else returns what it takes.
 std::variant<KernelMemory, schedule::Fault> check_lowered(const schedule::Schedule& schedule,

@@ -337,6 +337,20 @@ std::vector<LoopSite> ScheduledKernel::path(size_t func) const {
     return out;
 }
 
+bool ScheduledKernel::has_part_vectors() const {
+    return std::any_of(funcs_.begin(), funcs_.end(),
+                       [](const ScheduledFunc& func) { return !func.part_vectors.empty(); });
+}
+
+void ScheduledKernel::vectorize_parts() {
+    for (ScheduledFunc& func : funcs_) {
+        for (const PartVector& part : func.part_vectors) {
+            LoopNest& nest = func.definitions[part.definition][0];
+            nest.stage.vectorize(nest.find(part.loop)->var);
+        }
+    }
+}
+
 size_t ScheduledKernel::loops_to_storage(size_t func) const {
     const std::vector<LoopSite> around = path(func);
     const std::optional<Placement>& store = funcs_[func].store;

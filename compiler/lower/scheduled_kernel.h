@@ -52,6 +52,21 @@ struct Placement {
     std::optional<schedule::Word> directive;  ///< what put it there; none: the kernel itself
 };
 
+/// A vectorized part of an update's loop. Halide is told of it when it is known that vectors are whole
+/// wherever the Func is computed: of updates that mask the last one, Halide 14 drops stores.
+struct PartVector {
+    size_t definition = 0;
+    std::string loop;
+    schedule::Word directive;
+};
+
+/// What a Func fetches before it reads it.
+struct Prefetch {
+    size_t func = 0;  ///< that is read
+    std::string var;
+    schedule::Word directive;
+};
+
 /// What a line says is enough of a dimension of a Func's storage.
 struct StorageFold {
     std::string var;  ///< Halide's
@@ -70,6 +85,8 @@ struct ScheduledFunc {
     Placement compute;
     std::optional<Placement> store;  ///< where it is not where it is computed
     std::vector<StorageFold> folds;
+    std::vector<PartVector> part_vectors;
+    std::vector<Prefetch> prefetches;
     std::optional<schedule::Word> last_word;  ///< of the last line that names it
     bool is_listed = true;                    ///< in Kernel::funcs
     bool is_result = false;
@@ -125,6 +142,10 @@ class ScheduledKernel {
     /// Returns the loops, outermost first, in which everything that reads a Func is computed, and in
     /// each of which it may be computed itself.
     std::vector<LoopSite> loops_around_uses(size_t func) const;
+
+    /// Vectorizes the parts of updates' loops for which Halide has waited.
+    bool has_part_vectors() const;
+    void vectorize_parts();
 
     /// Returns the loops around a Func's computation, outermost first, after check_placements.
     std::vector<LoopSite> path(size_t func) const;

@@ -69,8 +69,45 @@ std::string ScheduleSpace::add_result(const std::string& text, const ScheduledFu
             std::swap(vars[k - 1], vars[below(k, random)]);
         out = add(out, fmt::format("{}.reorder({})", func.name, fmt::join(vars, ", ")));
     }
+    if (chance(15, random)) {
+        bool legal = false;
+        const ScheduledKernel kernel = apply(out, &legal);
+        for (const ScheduledFunc& each : kernel.funcs()) {
+            const size_t loops = each.name == func.name ? each.definitions[0][0].loops.size() : 0;
+            if (loops < 2) continue;
+            const Loop* inner = &each.definitions[0][0].loops[below(loops - 1, random)];
+            out = add(out, fmt::format("{}.fuse({}, {}, fused)", func.name, inner[0].name,
+                                       inner[1].name));
+        }
+    }
     if (chance(30, random)) out = add(out, fmt::format("{}.parallel({})", func.name, vars.back()));
-    return add_loops(out, func.name, nest, "", random);
+    out = add_loops(out, func.name, nest, "", random);
+    if (!chance(20, random)) return out;
+    const std::string& var = nest.loops.back().name;
+    const char* condition = chance(50, random) ? "{}.specialize({} > {}).unroll({}, 2)"
+                                               : "{}.specialize({} % {} == 0).unroll({}, 2)";
+    return add(out, fmt::format(fmt::runtime(condition), func.name, var, 64 << below(3, random),
+                                vars[below(vars.size(), random)]));
+}
+
+/// Chooses the memory, its layout, and what is fetched early.
+std::string ScheduleSpace::add_storage(const std::string& text, const ScheduledFunc& func,
+                                       std::mt19937* random) const {
+    std::string out = text;
+    const std::vector<Loop>& loops = func.definitions[0][0].loops;
+    if (chance(15, random)) {
+        out = add(out, fmt::format("{}.align_storage({}, {})", func.name, loops[0].name,
+                                   8 << below(2, random)));
+    }
+    if (chance(15, random)) {
+        out = add(out,
+                  fmt::format("{}.store_in({})", func.name, chance(50, random) ? "heap" : "stack"));
+    }
+    if (loops.size() > 1 && chance(10, random)) {
+        out = add(out, fmt::format("{}.reorder_storage({}, {})", func.name, loops.back().name,
+                                   loops[0].name));
+    }
+    return out;
 }
 
 /// Vectorizes and unrolls loops, whole or in part.
@@ -82,7 +119,8 @@ std::string ScheduleSpace::add_loops(const std::string& text, const std::string&
     for (const Loop& loop : nest.loops) {
         if (loop.reduces && !chance(20, random)) continue;
         const size_t kind = below(5, random);
-        if (kind == 0) {
+        // Vectors of an update are refused where they are not whole, as most of these are.
+        if (kind == 0 && (prefix.empty() || chance(15, random))) {
             out = add(out, fmt::format("{}.{}vectorize({}, {})", func, prefix, loop.name,
                                        kLanes[below(5, random)]));
         } else if (kind == 1 && loop.extent) {
@@ -109,12 +147,13 @@ std::string ScheduleSpace::add_placement(const std::string& text, size_t func,
     if (out == text) return out;
     if (chance(25, random))
         out = add(out, fmt::format("{}.store_{}", name, sites[below(chosen + 1, random)]));
-    if (kernel.funcs()[func].is_extern()) return out;
-    if (chance(15, random)) {
-        out = add(out, fmt::format("{}.align_storage({}, {})", name,
-                                   kernel.funcs()[func].definitions[0][0].loops[0].name,
-                                   8 << below(2, random)));
+    if (chance(10, random) && sites.size() > 1) {
+        const lower::LoopSite site = kernel.loops_around_uses(func).back();
+        out = add(out, fmt::format("{}.prefetch({}, {}, {})", kernel.funcs()[site.func].name, name,
+                                   site.loop->name, 1 + below(3, random)));
     }
+    if (kernel.funcs()[func].is_extern()) return out;
+    out = add_storage(out, kernel.funcs()[func], random);
     const auto& definitions = kernel.funcs()[func].definitions;
     for (size_t d = 0; d < definitions.size(); ++d) {
         const std::string prefix = d == 0 ? "" : fmt::format("update({}).", d - 1);

@@ -18,8 +18,9 @@ class ScheduleSpace {
     /// `make` makes the kernel anew, without a schedule.
     explicit ScheduleSpace(std::function<lower::Kernel()> make) : make_(std::move(make)) {}
 
-    /// Returns a schedule that apply_schedule accepts: loops of the result split, reordered,
-    /// vectorized, unrolled, parallel; each other Func in one of the loops around what reads it.
+    /// Returns a schedule that apply_schedule accepts: loops of the result split, reordered, fused,
+    /// vectorized, unrolled, parallel, with a second version; each other Func in one of the loops
+    /// around what reads it, stored and fetched in any way.
     std::string sample(std::mt19937* random) const;
 
   private:
@@ -27,6 +28,8 @@ class ScheduleSpace {
     std::string add(const std::string& text, const std::string& line) const;
     std::string add_result(const std::string& text, const lower::ScheduledFunc& func,
                            std::mt19937* random) const;
+    std::string add_storage(const std::string& text, const lower::ScheduledFunc& func,
+                            std::mt19937* random) const;
     std::string add_placement(const std::string& text, size_t func, std::mt19937* random) const;
     std::string add_loops(const std::string& text, const std::string& func,
                           const lower::LoopNest& nest, const std::string& prefix,

@@ -214,6 +214,14 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
          "time; make it larger; without it, what is stored is right by itself"},
         // Others.
         {"out.prefetch(asked, n, 2)", "1:14 |asked| `out` does not read `asked`"},
+        {"base.compute_at(out, n)\nout.prefetch(base, n, 2)",
+         "2:5 |prefetch| `base` is not stored before the loop `n` of `out`; what is fetched early "
+         "is "
+         "what a loop outside has computed"},
+        {"out.prefetch(base, n, 2)",
+         "1:5 |prefetch| `base` is not stored before the loop `n` of `out`; what is fetched early "
+         "is "
+         "what a loop outside has computed"},
         {"out.vectorize(x).prefetch(base, x, 2)",
          "1:33 |x| `x` is vectorized: it has no next step"},
         {"base.specialize(n > 2)",
