@@ -81,10 +81,20 @@ class StorageHoister : public internal::IRMutator {
         return out;
     }
 
+    // One after the other: they are nested by the thousand.
     Stmt visit(const internal::LetStmt* op) override {
-        defined_.push_back(op->name);
-        Stmt out = IRMutator::visit(op);
-        defined_.pop_back();
+        std::vector<const internal::LetStmt*> lets;
+        for (; op != nullptr; op = op->body.as<internal::LetStmt>()) {
+            lets.push_back(op);
+            defined_.push_back(op->name);
+        }
+        Stmt out = mutate(lets.back()->body);
+        for (auto let = lets.rbegin(); let != lets.rend(); ++let) {
+            defined_.pop_back();
+            out = out.same_as((*let)->body)
+                      ? Stmt(*let)
+                      : internal::LetStmt::make((*let)->name, (*let)->value, out);
+        }
         return out;
     }
 
