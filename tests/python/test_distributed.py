@@ -368,7 +368,7 @@ if __name__ == "__main__":
         with distributed.Client(cluster) as client:
             try:
                 over.print_world(
-                    openfab.load(sys.argv[1]), client, sys.argv[2], draft=2,
+                    openfab.load(sys.argv[1]), client, sys.argv[2],  # takes seconds
                     progress=lambda done, total: print("slice", flush=True),
                 )
                 print("complete", flush=True)
