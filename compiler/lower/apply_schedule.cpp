@@ -308,7 +308,7 @@ class DirectiveChain {
                                             lanes, kMostVectorLanes));
         }
         const bool is_part = nest().loops.size() > nest().given;
-        if (definition_ > 0 && is_part && loop->extent) {
+        if (!func().is_result && is_part && loop->extent) {
             func().part_vectors.push_back({definition_, loop->name, current_->name});
         } else {
             nest().stage.vectorize(loop->var);

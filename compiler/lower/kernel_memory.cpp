@@ -449,8 +449,8 @@ std::optional<schedule::Fault> check_part_vectors(const ScheduledKernel& kernel,
             if (lengths.found && lengths.same) continue;
             return schedule::fault_at(
                 part.directive,
-                fmt::format("where `{}` is updated, it is not certain that vectors of {} fill all "
-                            "that is computed at a time",
+                fmt::format("where `{}` is computed, it is not certain that vectors of {} fill all "
+                            "that is needed at a time",
                             func.name, *loop.extent),
                 "choose a factor that divides it, or an outer loop to compute it in");
         }

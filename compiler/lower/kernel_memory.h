@@ -48,8 +48,8 @@ bool is_on_stack(const Halide::Internal::Allocate& op);
 constexpr int64_t kMostStoredBytes = int64_t{64} << 20;
 constexpr int64_t kMostStackBytes = int64_t{1} << 20;
 
-/// Finds a part of an update's loop that is to be vectorized and is not as long wherever the Func is
-/// computed, in code in which it is a loop still.
+/// Finds a part of a loop that is to be vectorized and is not as long wherever the Func is computed, in
+/// code in which it is a loop still.
 std::optional<schedule::Fault> check_part_vectors(const ScheduledKernel& kernel,
                                                   const Halide::Module& module);
 

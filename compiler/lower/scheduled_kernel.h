@@ -52,8 +52,9 @@ struct Placement {
     std::optional<schedule::Word> directive;  ///< what put it there; none: the kernel itself
 };
 
-/// A vectorized part of an update's loop. Halide is told of it when it is known that vectors are whole
-/// wherever the Func is computed: of updates that mask the last one, Halide 14 drops stores.
+/// A vectorized part of a loop of what is stored between stages. Halide is told of it when it is known
+/// that vectors are whole wherever the Func is computed: where the last one is masked, Halide 14 drops
+/// the stores behind an update, and mixes up lanes of loops that are vectorized inside each other.
 struct PartVector {
     size_t definition = 0;
     std::string loop;
@@ -143,7 +144,7 @@ class ScheduledKernel {
     /// each of which it may be computed itself.
     std::vector<LoopSite> loops_around_uses(size_t func) const;
 
-    /// Vectorizes the parts of updates' loops for which Halide has waited.
+    /// Vectorizes the parts of loops for which Halide has waited.
     bool has_part_vectors() const;
     void vectorize_parts();
 

@@ -119,8 +119,8 @@ std::string ScheduleSpace::add_loops(const std::string& text, const std::string&
     for (const Loop& loop : nest.loops) {
         if (loop.reduces && !chance(20, random)) continue;
         const size_t kind = below(5, random);
-        // Vectors of an update are refused where they are not whole, as most of these are.
-        if (kind == 0 && (prefix.empty() || chance(15, random))) {
+        // Vectors are refused where they are not whole, as most of these are.
+        if (kind == 0 && chance(15, random)) {
             out = add(out, fmt::format("{}.{}vectorize({}, {})", func, prefix, loop.name,
                                        kLanes[below(5, random)]));
         } else if (kind == 1 && loop.extent) {
