@@ -149,9 +149,9 @@ class DirectiveChain {
         std::optional<int64_t> trips;
         if (loop->extent) trips = (*loop->extent + by - 1) / by;
         const bool reduces = loop->reduces;
-        *loop = {inner, inner_var, by, Loop::Kind::kSerial, reduces};
+        *loop = {inner, inner_var, by, Loop::Kind::kSerial, reduces, true};
         nest().loops.insert(nest().loops.begin() + (loop - nest().loops.data()) + 1,
-                            {outer, outer_var, trips, Loop::Kind::kSerial, reduces});
+                            {outer, outer_var, trips, Loop::Kind::kSerial, reduces, true});
     }
 
     bool split() {
@@ -199,7 +199,8 @@ class DirectiveChain {
         nest().stage.fuse(inner->var, outer->var, fused);
         std::optional<int64_t> extent;
         if (inner->extent && outer->extent) extent = *inner->extent * *outer->extent;
-        *inner = {arg(2).text, fused, extent, Loop::Kind::kSerial, false};
+        const bool is_part = inner->is_part || outer->is_part;
+        *inner = {arg(2).text, fused, extent, Loop::Kind::kSerial, false, is_part};
         nest().loops.erase(nest().loops.begin() + (outer - nest().loops.data()));
         return true;
     }
@@ -307,8 +308,7 @@ class DirectiveChain {
             return fail(arg(0), fmt::format("this makes vectors of {} lanes; the limit is {}",
                                             lanes, kMostVectorLanes));
         }
-        const bool is_part = nest().loops.size() > nest().given;
-        if (!func().is_result && is_part && loop->extent) {
+        if (!func().is_result && loop->is_part && loop->extent) {
             func().part_vectors.push_back({definition_, loop->name, current_->name});
         } else {
             nest().stage.vectorize(loop->var);

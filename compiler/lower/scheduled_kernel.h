@@ -25,6 +25,7 @@ struct Loop {
     std::optional<int64_t> extent;  ///< where it is the same in every call
     Kind kind = Kind::kSerial;
     bool reduces = false;  ///< over a reduction: its order is what the result is
+    bool is_part = false;  ///< of a split, maybe fused with another since
 };
 
 /// The loops of one definition of a Func, or of a specialization of it.

@@ -68,6 +68,7 @@ TEST(EmitText, VectorsAreWhole) {
         for (const std::string lanes : {"column, 2", "z, 4", "z, 8", "z"})
             EXPECT_EQ(loops(update, lanes), "stored") << update << lanes;
     }
+    EXPECT_NE(loops(".split(z, zo, zi, 3).fuse(zo, column, both)", "zi"), "stored");
 }
 
 TEST(EmitText, MemoryIsTakenWhereTheScheduleSays) {
