@@ -128,10 +128,10 @@ def test_objects_of_python_reach_workers(client: Any, ball: openfab.World, tmp_p
 
 def test_files_travel_once(client: Any, ball: openfab.World, tmp_path: Path) -> None:
     over.print_world(ball, client, tmp_path / "a.ofr", voxel=0.2)
-    key = printing._files[client].key
-    before = dict(client.who_has([printing._files[client]]))
+    sent = printing._files[client]
     done = over.print_world(ball, client, tmp_path / "b.ofr", voxel=0.2, uniforms={"ball.skin": 0.2})
-    assert printing._files[client].key == key and set(before[key]) <= set(client.who_has()[key])
+    # Which workers hold them may change: Dask drops copies that none is asking for.
+    assert printing._files[client] is sent and client.who_has([sent])[sent.key]
     assert done.statistics["inputs_bytes"] < 3000
     over.release(client)
     assert client not in printing._files
