@@ -33,16 +33,6 @@ void expect_schedule_changes_no_bit(const ir::Stage& stage, const StageResults& 
     expect_equal(stage, expected, *compiled, inputs);
 }
 
-/// Returns whether only lowered code shows that a schedule is refused.
-bool is_refused_late(const ir::Stage& stage, openfab_isa isa, const std::string& text) {
-    const auto parsed = schedule::read({"test.sched", text});
-    const auto* read = std::get_if<schedule::Schedule>(&parsed);
-    if (read == nullptr) return false;
-    const auto loops = lower::emit_text({&stage, {}, "kernel", isa, read}, lower::TextForm::kLoops);
-    const auto* fault = std::get_if<lower::Fault>(&loops);
-    return fault != nullptr && fault->schedule;
-}
-
 void expect_schedules_change_no_bit(const ir::Stage& stage, const StageInputs& inputs,
                                     uint32_t seed) {
     ASSERT_EQ(ir::verify(stage), "");
@@ -52,17 +42,10 @@ void expect_schedules_change_no_bit(const ir::Stage& stage, const StageInputs& i
     std::mt19937 random(seed);
     std::set<std::string> seen;
     const ir::Stage made = stage.kind == ir::StageKind::kVolume ? slab_stage(stage) : stage;
-    int refused = 0;
-    for (int k = 0; k < count + refused; ++k) {
-        ASSERT_LT(refused, count + 3) << "half of the schedules are refused";
+    for (int k = 0; k < count; ++k) {
         const openfab_isa isa = isas[static_cast<size_t>(k) % isas.size()];
-        const ScheduleSpace space([&] { return lower::make_kernel(made, {}, isa); });
-        const std::string text = space.sample(&random);
+        const std::string text = ScheduleSpace({{&made, {}, "kernel", isa}}).sample(&random);
         seen.insert(text);
-        if (is_refused_late(made, isa, text)) {
-            ++refused;
-            continue;
-        }
         SCOPED_TRACE(::testing::Message() << "seed " << seed << ", schedule " << k << ":\n"
                                           << text);
         expect_schedule_changes_no_bit(stage, expected, inputs, text, {isa});

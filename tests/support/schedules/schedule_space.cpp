@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
+#include <utility>
+#include <variant>
 
 #include "compiler/lower/apply_schedule.h"
 
@@ -27,14 +30,64 @@ bool chance(int percent, std::mt19937* random) {
 
 }  // namespace
 
+ScheduleSpace::ScheduleSpace(std::vector<lower::KernelRequest> kernels)
+    : kernels_(std::move(kernels)) {
+    const auto count = [](const lower::KernelRequest& request) {
+        return lower::make_kernel(*request.stage, request.inside, request.isa).funcs.size();
+    };
+    std::stable_sort(kernels_.begin(), kernels_.end(),
+                     [&](const auto& a, const auto& b) { return count(a) > count(b); });
+    for (const lower::KernelRequest& request : kernels_) {
+        const ScheduledKernel kernel(
+            lower::make_kernel(*request.stage, request.inside, request.isa));
+        funcs_.push_back(kernel.names());
+    }
+}
+
+/// Returns the first kernel under a schedule, which is legal where all of them take it.
 ScheduledKernel ScheduleSpace::apply(const std::string& text, bool* legal) const {
-    const lower::Kernel kernel = make_();
-    auto parsed = schedule::read({"random.sched", text});
-    *legal = std::holds_alternative<schedule::Schedule>(parsed);
-    if (!*legal) return ScheduledKernel(kernel);
-    auto applied = lower::apply_schedule(std::get<schedule::Schedule>(parsed), kernel);
-    *legal = std::holds_alternative<ScheduledKernel>(applied);
-    return *legal ? std::get<ScheduledKernel>(std::move(applied)) : ScheduledKernel(kernel);
+    const auto parsed = schedule::read({"random.sched", text});
+    const auto* read = std::get_if<schedule::Schedule>(&parsed);
+    *legal = read != nullptr;
+    std::optional<ScheduledKernel> first;
+    for (const lower::KernelRequest& request : kernels_) {
+        const lower::Kernel kernel =
+            lower::make_kernel(*request.stage, request.inside, request.isa);
+        if (*legal) {
+            auto applied = lower::apply_schedule(*read, kernel);
+            *legal = std::holds_alternative<ScheduledKernel>(applied);
+            if (*legal && !first) first = std::get<ScheduledKernel>(std::move(applied));
+        }
+        if (!first) first = ScheduledKernel(kernel);
+        if (!*legal) break;
+    }
+    return std::move(*first);
+}
+
+/// Returns the line, from 0, of a schedule for which lowered code shows that it would store too much
+/// or that vectors are not whole.
+std::optional<int32_t> ScheduleSpace::refused_line(const std::string& text) const {
+    const auto parsed = schedule::read({"random.sched", text});
+    for (lower::KernelRequest request : kernels_) {
+        request.schedule = &std::get<schedule::Schedule>(parsed);
+        const auto loops = lower::emit_text(request, lower::TextForm::kLoops);
+        const auto* fault = std::get_if<lower::Fault>(&loops);
+        if (fault == nullptr || !fault->schedule) continue;
+        // Any other is a mistake of ours.
+        for (const char* reason : {"; the limit is ", "it is not certain that vectors of "}) {
+            if (fault->schedule->message.find(reason) != std::string::npos)
+                return fault->schedule->line - 1;
+        }
+    }
+    return std::nullopt;
+}
+
+/// Returns what a line may begin with: a Func's name; one that not every kernel has is a pattern.
+std::string ScheduleSpace::pattern_of(const ScheduledFunc& func) const {
+    const bool everywhere = std::all_of(funcs_.begin(), funcs_.end(), [&](const auto& names) {
+        return std::find(names.begin(), names.end(), func.name) != names.end();
+    });
+    return everywhere ? func.name : func.name + "*";
 }
 
 /// Returns the text with a line more, or as it is where that is not legal.
@@ -48,13 +101,14 @@ std::string ScheduleSpace::add(const std::string& text, const std::string& line)
 std::string ScheduleSpace::add_result(const std::string& text, const ScheduledFunc& func,
                                       std::mt19937* random) const {
     std::string out = text;
+    const std::string name = pattern_of(func);
     const LoopNest& nest = func.definitions[0][0];
     std::vector<std::string> vars;
     for (const Loop& loop : nest.loops) {
         if (chance(40, random)) {
             constexpr size_t kFactors[] = {2, 3, 4, 5, 8, 16};
             const std::string before = out;
-            out = add(out, fmt::format("{0}.split({1}, {1}o, {1}i, {2})", func.name, loop.name,
+            out = add(out, fmt::format("{0}.split({1}, {1}o, {1}i, {2})", name, loop.name,
                                        kFactors[below(6, random)]));
             if (out != before) {
                 vars.push_back(loop.name + "i");
@@ -67,7 +121,7 @@ std::string ScheduleSpace::add_result(const std::string& text, const ScheduledFu
     if (chance(70, random)) {
         for (size_t k = vars.size(); k > 1; --k)
             std::swap(vars[k - 1], vars[below(k, random)]);
-        out = add(out, fmt::format("{}.reorder({})", func.name, fmt::join(vars, ", ")));
+        out = add(out, fmt::format("{}.reorder({})", name, fmt::join(vars, ", ")));
     }
     if (chance(15, random)) {
         bool legal = false;
@@ -76,17 +130,17 @@ std::string ScheduleSpace::add_result(const std::string& text, const ScheduledFu
             const size_t loops = each.name == func.name ? each.definitions[0][0].loops.size() : 0;
             if (loops < 2) continue;
             const Loop* inner = &each.definitions[0][0].loops[below(loops - 1, random)];
-            out = add(out, fmt::format("{}.fuse({}, {}, fused)", func.name, inner[0].name,
-                                       inner[1].name));
+            out =
+                add(out, fmt::format("{}.fuse({}, {}, fused)", name, inner[0].name, inner[1].name));
         }
     }
-    if (chance(30, random)) out = add(out, fmt::format("{}.parallel({})", func.name, vars.back()));
-    out = add_loops(out, func.name, nest, "", random);
+    if (chance(30, random)) out = add(out, fmt::format("{}.parallel({})", name, vars.back()));
+    out = add_loops(out, name, nest, "", random);
     if (!chance(20, random)) return out;
     const std::string& var = nest.loops.back().name;
     const char* condition = chance(50, random) ? "{}.specialize({} > {}).unroll({}, 2)"
                                                : "{}.specialize({} % {} == 0).unroll({}, 2)";
-    return add(out, fmt::format(fmt::runtime(condition), func.name, var, 64 << below(3, random),
+    return add(out, fmt::format(fmt::runtime(condition), name, var, 64 << below(3, random),
                                 vars[below(vars.size(), random)]));
 }
 
@@ -94,18 +148,18 @@ std::string ScheduleSpace::add_result(const std::string& text, const ScheduledFu
 std::string ScheduleSpace::add_storage(const std::string& text, const ScheduledFunc& func,
                                        std::mt19937* random) const {
     std::string out = text;
+    const std::string name = pattern_of(func);
     const std::vector<Loop>& loops = func.definitions[0][0].loops;
     if (chance(15, random)) {
-        out = add(out, fmt::format("{}.align_storage({}, {})", func.name, loops[0].name,
+        out = add(out, fmt::format("{}.align_storage({}, {})", name, loops[0].name,
                                    8 << below(2, random)));
     }
     if (chance(15, random)) {
-        out = add(out,
-                  fmt::format("{}.store_in({})", func.name, chance(50, random) ? "heap" : "stack"));
+        out = add(out, fmt::format("{}.store_in({})", name, chance(50, random) ? "heap" : "stack"));
     }
     if (loops.size() > 1 && chance(10, random)) {
-        out = add(out, fmt::format("{}.reorder_storage({}, {})", func.name, loops.back().name,
-                                   loops[0].name));
+        out = add(
+            out, fmt::format("{}.reorder_storage({}, {})", name, loops.back().name, loops[0].name));
     }
     return out;
 }
@@ -137,7 +191,7 @@ std::string ScheduleSpace::add_placement(const std::string& text, size_t func,
                                          std::mt19937* random) const {
     bool legal = false;
     const ScheduledKernel kernel = apply(text, &legal);
-    const std::string name = kernel.funcs()[func].name;
+    const std::string name = pattern_of(kernel.funcs()[func]);
     // Places, the innermost last; one that is further out stores more.
     std::vector<std::string> sites = {"root()"};
     for (const lower::LoopSite& site : kernel.loops_around_uses(func))
@@ -149,8 +203,9 @@ std::string ScheduleSpace::add_placement(const std::string& text, size_t func,
         out = add(out, fmt::format("{}.store_{}", name, sites[below(chosen + 1, random)]));
     if (chance(10, random) && sites.size() > 1) {
         const lower::LoopSite site = kernel.loops_around_uses(func).back();
-        out = add(out, fmt::format("{}.prefetch({}, {}, {})", kernel.funcs()[site.func].name, name,
-                                   site.loop->name, 1 + below(3, random)));
+        out =
+            add(out, fmt::format("{}.prefetch({}, {}, {})", pattern_of(kernel.funcs()[site.func]),
+                                 kernel.funcs()[func].name, site.loop->name, 1 + below(3, random)));
     }
     if (kernel.funcs()[func].is_extern()) return out;
     out = add_storage(out, kernel.funcs()[func], random);
@@ -165,16 +220,27 @@ std::string ScheduleSpace::add_placement(const std::string& text, size_t func,
 std::string ScheduleSpace::sample(std::mt19937* random) const {
     bool legal = false;
     const ScheduledKernel plain = apply("", &legal);
-    std::string text;
+    std::string stored;
     // Where too much would be inline, it is stored until a line places it elsewhere.
     for (const ScheduledFunc& func : plain.funcs()) {
         if (!legal && func.is_listed && !func.is_result)
-            text += fmt::format("{}.compute_root()\n", func.name);
+            stored += fmt::format("{}.compute_root()\n", pattern_of(func));
     }
+    std::string text = stored;
     for (size_t k = 0; k < plain.funcs().size(); ++k) {
         const ScheduledFunc& func = plain.funcs()[k];
         if (!func.is_listed) continue;
         text = func.is_result ? add_result(text, func, random) : add_placement(text, k, random);
+    }
+    while (const std::optional<int32_t> refused = refused_line(text)) {
+        std::istringstream lines(text.substr(stored.size()));
+        const auto kept = std::count(stored.begin(), stored.end(), '\n');
+        if (*refused < kept) return sample(random);
+        // So are those that go on from it.
+        text = stored;
+        std::string line;
+        for (auto k = kept; std::getline(lines, line); ++k)
+            if (k != *refused) text = add(text, line);
     }
     return text;
 }

@@ -2,29 +2,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Random schedules of a kernel that are legal: any of them must give the bits of the default one.
+// Random schedules that are legal: any of them must give the bits of the default one.
 
-#include <functional>
+#include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
+#include <vector>
 
-#include "compiler/lower/kernel.h"
+#include "compiler/lower/compile.h"
 #include "compiler/lower/scheduled_kernel.h"
 
 namespace openfab::testing {
 
 class ScheduleSpace {
   public:
-    /// `make` makes the kernel anew, without a schedule.
-    explicit ScheduleSpace(std::function<lower::Kernel()> make) : make_(std::move(make)) {}
+    /// Of a kernel, or of several that share a schedule, as those of segments do. What requests point to must
+    /// outlive the space.
+    explicit ScheduleSpace(std::vector<lower::KernelRequest> kernels);
 
-    /// Returns a schedule that apply_schedule accepts: loops of the result split, reordered, fused,
+    /// Returns a schedule that no kernel refuses: loops of the result split, reordered, fused,
     /// vectorized, unrolled, parallel, with a second version; each other Func in one of the loops
-    /// around what reads it, stored and fetched in any way.
+    /// around what reads it, stored and fetched in any way. Lines that only lowered code shows to be
+    /// refused are left out.
     std::string sample(std::mt19937* random) const;
 
   private:
     lower::ScheduledKernel apply(const std::string& text, bool* legal) const;
+    std::optional<int32_t> refused_line(const std::string& text) const;
+    std::string pattern_of(const lower::ScheduledFunc& func) const;
     std::string add(const std::string& text, const std::string& line) const;
     std::string add_result(const std::string& text, const lower::ScheduledFunc& func,
                            std::mt19937* random) const;
@@ -35,7 +41,8 @@ class ScheduleSpace {
                           const lower::LoopNest& nest, const std::string& prefix,
                           std::mt19937* random) const;
 
-    std::function<lower::Kernel()> make_;
+    std::vector<lower::KernelRequest> kernels_;    ///< the first has the most Funcs
+    std::vector<std::vector<std::string>> funcs_;  ///< of each, those that a schedule may name
 };
 
 }  // namespace openfab::testing
