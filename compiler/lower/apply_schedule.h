@@ -7,6 +7,7 @@
 // end. Needs a Halide built with exceptions; without, an error ends the process with Halide's
 // message.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -35,6 +36,16 @@ constexpr double kMostInlined = 4e6;
 /// Finds Funcs that grow beyond kMostInlined by what is inline in them.
 std::optional<schedule::Fault> check_inlining(const schedule::Schedule& schedule,
                                               const ScheduledKernel& kernel);
+
+/// Of a kernel's lowered code, where what is unrolled stands as often as it is written out. LLVM's
+/// time grows with the third power of such loops: 8 s at 200 of them, minutes at 400.
+constexpr int64_t kMostLoops = 256;
+constexpr int64_t kMostOperations = 400'000;
+
+/// Finds whether a schedule makes more code than that.
+std::optional<schedule::Fault> check_code_size(const schedule::Schedule& schedule,
+                                               const ScheduledKernel& kernel,
+                                               const Halide::Module& module);
 
 /// Returns the fault of a schedule that Halide refused while it lowered the kernel; `message` is
 /// Halide's, which no one sees.

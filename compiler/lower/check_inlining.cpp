@@ -89,12 +89,9 @@ std::optional<schedule::Fault> check_inlining(const schedule::Schedule& schedule
         }
         // What a kernel computes without any schedule is its own affair.
         if (largest == nullptr) continue;
-        schedule::Word word = schedule::start_of(schedule);
-        if (func.last_word) word = *func.last_word;
-        if (largest->last_word) word = *largest->last_word;
-        if (largest->compute.directive) word = *largest->compute.directive;
+        const auto placed = largest->placed_by() ? largest->placed_by() : func.last_word;
         return schedule::fault_at(
-            word,
+            placed.value_or(schedule::start_of(schedule)),
             fmt::format("`{}` is part of `{}`, which has {:.0f} million operations by "
                         "that; the limit is {:.0f}",
                         largest->name, func.name, sizes.of(func) * 1e-6, kMostInlined * 1e-6),

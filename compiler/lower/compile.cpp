@@ -122,6 +122,8 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
         const int64_t places = most_places(request.stage->kind);
         KernelMemory memory;
         if (checked) {
+            if (auto fault = check_code_size(schedule, *scheduled, module))
+                return schedule_fault(std::move(*fault));
             auto measured = check_lowered(schedule, *scheduled, module, places);
             if (auto* fault = std::get_if<schedule::Fault>(&measured))
                 return schedule_fault(std::move(*fault));

@@ -366,12 +366,9 @@ class LoopLengths : public internal::IRVisitor {
     const int64_t length_;
 };
 
-/// Returns the word that placed a Func, else the last line that names it.
 schedule::Word place_of(const schedule::Schedule& schedule, const ScheduledFunc* func) {
-    if (func == nullptr) return schedule::start_of(schedule);
-    if (func->store && func->store->directive) return *func->store->directive;
-    if (func->compute.directive) return *func->compute.directive;
-    return func->last_word.value_or(schedule::start_of(schedule));
+    const auto placed = func != nullptr ? func->placed_by() : std::nullopt;
+    return placed.value_or(schedule::start_of(schedule));
 }
 
 /// "12.5 MiB"; small sizes in KiB.

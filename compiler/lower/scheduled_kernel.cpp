@@ -85,6 +85,11 @@ Loop* LoopNest::find(const std::string& name) {
     return found == loops.end() ? nullptr : &*found;
 }
 
+std::optional<schedule::Word> ScheduledFunc::placed_by() const {
+    if (store && store->directive) return store->directive;
+    return compute.directive ? compute.directive : last_word;
+}
+
 ScheduledKernel::ScheduledKernel(const Kernel& kernel) : output_(kernel.output) {
     for (const NamedFunc& named : kernel.funcs)
         add(named.func, named.name, &named);

@@ -100,6 +100,8 @@ struct ScheduledFunc {
     /// It has no loops of its own: it is part of what reads it. A reduction that nothing places is
     /// computed at its reader's innermost loop.
     bool is_inline() const { return compute.level == Placement::Level::kInline; }
+    /// Returns the word that places it, else the last line that names it.
+    std::optional<schedule::Word> placed_by() const;
 };
 
 /// One loop around something.

@@ -28,6 +28,12 @@ bool chance(int percent, std::mt19937* random) {
     return below(100, random) < static_cast<size_t>(percent);
 }
 
+/// Returns whether a loop, or what it is a part of, is over what one place has several of.
+bool is_within_place(const Loop& loop) {
+    const auto begins = [&](const char* var) { return loop.name.starts_with(var); };
+    return begins("slot") || begins("channel") || begins("level") || begins("field");
+}
+
 }  // namespace
 
 ScheduleSpace::ScheduleSpace(std::vector<lower::KernelRequest> kernels)
@@ -194,8 +200,11 @@ std::string ScheduleSpace::add_placement(const std::string& text, size_t func,
     const std::string name = pattern_of(kernel.funcs()[func]);
     // Places, the innermost last; one that is further out stores more.
     std::vector<std::string> sites = {"root()"};
-    for (const lower::LoopSite& site : kernel.loops_around_uses(func))
+    for (const lower::LoopSite& site : kernel.loops_around_uses(func)) {
+        // Asked again for every slot or channel, the runtime takes hours.
+        if (kernel.funcs()[func].is_extern() && is_within_place(*site.loop)) break;
         sites.push_back(fmt::format("at({}, {})", kernel.funcs()[site.func].name, site.loop->name));
+    }
     const size_t chosen = sites.size() - 1 - std::min(below(4, random), sites.size() - 1);
     std::string out = add(text, fmt::format("{}.compute_{}", name, sites[chosen]));
     if (out == text) return out;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/compile.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace openfab::lower {
@@ -42,6 +43,31 @@ TEST(EmitText, TheScheduleInForceIsAFile) {
             std::get<std::string>(emit_text({&stage, {}, "kernel", isa, &mine}, TextForm::kLoops)),
             std::get<std::string>(loops));
     }
+}
+
+// What is computed in an unrolled loop is written out with it.
+TEST(EmitText, LoopsThatAreWrittenOutAreLimited) {
+    const ir::Stage stage = distance_stage();
+    const auto loops = [&](int copies) {
+        const auto parsed = schedule::read({"slab.sched", fmt::format(R"(
+slab.unroll(column, {})
+rounded.compute_at(slab, column_unroll)
+whole.compute_at(slab, column_unroll)
+remainder.compute_at(slab, column_unroll)
+sums.compute_at(slab, column_unroll)
+)",
+                                                                      copies)});
+        const auto text = emit_text(
+            {&stage, {}, "kernel", OPENFAB_ISA_SSE41, &std::get<schedule::Schedule>(parsed)},
+            TextForm::kStmt);
+        const auto* fault = std::get_if<Fault>(&text);
+        if (fault == nullptr) return std::string("written");
+        const schedule::Fault& what = *fault->schedule;
+        return fmt::format("{}:{}: {}", what.line, what.column, what.message);
+    };
+    EXPECT_EQ(loops(4), "written");
+    EXPECT_EQ(loops(20),
+              "6:6: this schedule writes out 377 loops, most of them for `sums`; the limit is 256");
 }
 
 // Halide 14 drops all stores behind an update whose last vector is masked, and mixes up lanes.
