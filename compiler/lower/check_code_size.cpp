@@ -64,7 +64,8 @@ schedule::Fault fault_of_size(const schedule::Schedule& schedule, const Schedule
     const ScheduledFunc* largest = nullptr;
     const auto size = [&](const ScheduledFunc& f) { return sizes->by_func[f.func.name()].*part; };
     for (const ScheduledFunc& func : kernel.funcs()) {
-        if (func.placed_by() && (largest == nullptr || size(func) > size(*largest))) largest = &func;
+        if (func.placed_by() && (largest == nullptr || size(func) > size(*largest)))
+            largest = &func;
     }
     return schedule::fault_at(
         largest != nullptr ? *largest->placed_by() : schedule::start_of(schedule),
