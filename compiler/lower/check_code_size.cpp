@@ -36,9 +36,34 @@ class CodeSizes : public internal::IRGraphVisitor {
     void include(const Halide::Expr& e) override { add(e.get()); }
     void include(const internal::Stmt& s) override { add(s.get()); }
     void add(const internal::IRNode* node) {
+        count_node();
+        node->accept(this);
+    }
+    void count_node() {
         ++all.operations;
         ++current().operations;
-        node->accept(this);
+    }
+
+    // One after the other: they are nested by the thousand.
+    void visit(const internal::LetStmt* op) override {
+        include(op->value);
+        const internal::Stmt* body = &op->body;
+        while (const auto* let = body->as<internal::LetStmt>()) {
+            count_node();
+            include(let->value);
+            body = &let->body;
+        }
+        include(*body);
+    }
+    void visit(const internal::Block* op) override {
+        include(op->first);
+        const internal::Stmt* rest = &op->rest;
+        while (const auto* block = rest->as<internal::Block>()) {
+            count_node();
+            include(block->first);
+            rest = &block->rest;
+        }
+        include(*rest);
     }
 
     void visit(const internal::For* op) override {
