@@ -45,25 +45,21 @@ class CodeSizes : public internal::IRGraphVisitor {
     }
 
     // One after the other: they are nested by the thousand.
-    void visit(const internal::LetStmt* op) override {
-        include(op->value);
-        const internal::Stmt* body = &op->body;
-        while (const auto* let = body->as<internal::LetStmt>()) {
+    template <typename Node, typename First>
+    void walk_chain(const Node* op, First Node::*first, internal::Stmt Node::*rest) {
+        include(op->*first);
+        while (const auto* next = (op->*rest).template as<Node>()) {
+            op = next;
             count_node();
-            include(let->value);
-            body = &let->body;
+            include(op->*first);
         }
-        include(*body);
+        include(op->*rest);
+    }
+    void visit(const internal::LetStmt* op) override {
+        walk_chain(op, &internal::LetStmt::value, &internal::LetStmt::body);
     }
     void visit(const internal::Block* op) override {
-        include(op->first);
-        const internal::Stmt* rest = &op->rest;
-        while (const auto* block = rest->as<internal::Block>()) {
-            count_node();
-            include(block->first);
-            rest = &block->rest;
-        }
-        include(*rest);
+        walk_chain(op, &internal::Block::first, &internal::Block::rest);
     }
 
     void visit(const internal::For* op) override {

@@ -16,6 +16,7 @@ struct Reason {
     const char* message;
     const char* help;
     const char* directives;  ///< which one is to blame, if the line has it
+    bool of_tuples = false;  ///< its message names no Func: those of several values may be meant
 };
 
 constexpr Reason kReasons[] = {
@@ -27,6 +28,11 @@ constexpr Reason kReasons[] = {
      "`vectorize(n, 8)`",
      "vectorize unroll"},
     {"prefetch", "`{}` cannot be prefetched here", "", "prefetch"},
+    // Mended in later versions.
+    {"op->value_index == 0",
+     "`{}` would be stored here on a condition that reads a func of several values, as it is one: "
+     "Halide 14 cannot do that",
+     "compute it at an outer loop, or split and unroll by factors that divide", "compute_at", true},
 };
 
 /// Returns whether `text` holds `name` as a whole word; Halide numbers Funcs of one name.
@@ -86,6 +92,16 @@ struct Guilty {
     std::string name() const { return line != nullptr ? line->func.text : "the kernel"; }
 };
 
+/// Returns the names of Funcs of several values that are computed in a loop.
+std::string names_of_tuples(const ScheduledKernel& kernel) {
+    std::string out;
+    for (const ScheduledFunc& func : kernel.funcs()) {
+        if (func.func.outputs() > 1 && func.compute.level == Placement::Level::kAt)
+            out += func.name + " ";
+    }
+    return out;
+}
+
 }  // namespace
 
 schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const ScheduledKernel& kernel,
@@ -94,7 +110,9 @@ schedule::Fault fault_of_lowering(const schedule::Schedule& schedule, const Sche
         std::find_if(std::begin(kReasons), std::end(kReasons),
                      [&](const Reason& r) { return message.find(r.halide) != std::string::npos; });
     const bool known = reason != std::end(kReasons);
-    const Guilty guilty(schedule, kernel, message, known ? reason->directives : "");
+    const Guilty guilty(schedule, kernel,
+                        known && reason->of_tuples ? names_of_tuples(kernel) : message,
+                        known ? reason->directives : "");
     if (!known || guilty.directive == nullptr) {
         return schedule::fault_at(
             guilty.word(),

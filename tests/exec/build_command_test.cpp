@@ -106,6 +106,23 @@ TEST(BuildCommand, FindsMistakesInFilesThatAScheduleIncludes) {
         << out.err;
 }
 
+// The fault is mended in later versions: then this schedule is legal.
+TEST(BuildCommand, WhatHalideCannotLowerIsToldInOurWords) {
+    const ScratchFolder folder;
+    folder.write("slab.sched",
+                 "weights.unroll(z, 3)\n"
+                 "footprint_1.compute_at(weights, z_unroll)\n"
+                 "values_early_0.compute_root()\n");
+    const Outcome out =
+        openflc({"emit", OPENFAB_SOURCE_DIR "/gallery/ink_profile/ink_profile.fl", "--stage",
+                 "slab", "--as", "loops", "--schedule", folder / "slab.sched"});
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.err.find("slab.sched:2:13: error: `footprint_1` would be stored here on a "
+                           "condition that reads a func of several values, as it is one"),
+              std::string::npos)
+        << out.err;
+}
+
 /// The first fenced block of schedules/README.md that is a schedule.
 std::string worked_example() {
     std::ifstream file(OPENFAB_SOURCE_DIR "/schedules/README.md");

@@ -28,6 +28,10 @@ bool chance(int percent, std::mt19937* random) {
     return below(100, random) < static_cast<size_t>(percent);
 }
 
+lower::Kernel make_kernel(const lower::KernelRequest& request) {
+    return lower::make_kernel(*request.stage, request.inside, request.isa);
+}
+
 /// Returns whether a loop, or what it is a part of, is over what one place has several of.
 bool is_within_place(const Loop& loop) {
     const auto begins = [&](const char* var) { return loop.name.starts_with(var); };
@@ -38,40 +42,30 @@ bool is_within_place(const Loop& loop) {
 
 ScheduleSpace::ScheduleSpace(std::vector<lower::KernelRequest> kernels)
     : kernels_(std::move(kernels)) {
-    const auto count = [](const lower::KernelRequest& request) {
-        return lower::make_kernel(*request.stage, request.inside, request.isa).funcs.size();
-    };
-    std::stable_sort(kernels_.begin(), kernels_.end(),
-                     [&](const auto& a, const auto& b) { return count(a) > count(b); });
-    for (const lower::KernelRequest& request : kernels_) {
-        const ScheduledKernel kernel(
-            lower::make_kernel(*request.stage, request.inside, request.isa));
-        funcs_.push_back(kernel.names());
-    }
+    std::stable_sort(kernels_.begin(), kernels_.end(), [](const auto& a, const auto& b) {
+        return make_kernel(a).funcs.size() > make_kernel(b).funcs.size();
+    });
+    for (const lower::KernelRequest& request : kernels_)
+        funcs_.push_back(ScheduledKernel(make_kernel(request)).names());
 }
 
-/// Returns the first kernel under a schedule, which is legal where all of them take it.
+/// Returns the first kernel under a schedule, which is legal where all of them take it; without one
+/// where the first does not.
 ScheduledKernel ScheduleSpace::apply(const std::string& text, bool* legal) const {
     const auto parsed = schedule::read({"random.sched", text});
     const auto* read = std::get_if<schedule::Schedule>(&parsed);
     *legal = read != nullptr;
     std::optional<ScheduledKernel> first;
-    for (const lower::KernelRequest& request : kernels_) {
-        const lower::Kernel kernel =
-            lower::make_kernel(*request.stage, request.inside, request.isa);
-        if (*legal) {
-            auto applied = lower::apply_schedule(*read, kernel);
-            *legal = std::holds_alternative<ScheduledKernel>(applied);
-            if (*legal && !first) first = std::get<ScheduledKernel>(std::move(applied));
-        }
-        if (!first) first = ScheduledKernel(kernel);
-        if (!*legal) break;
+    for (size_t k = 0; k < kernels_.size() && *legal; ++k) {
+        auto applied = lower::apply_schedule(*read, make_kernel(kernels_[k]));
+        *legal = std::holds_alternative<ScheduledKernel>(applied);
+        if (*legal && k == 0) first = std::get<ScheduledKernel>(std::move(applied));
     }
-    return std::move(*first);
+    return first ? std::move(*first) : ScheduledKernel(make_kernel(kernels_[0]));
 }
 
-/// Returns the line, from 0, of a schedule for which lowered code shows that it would store or write
-/// out too much or that vectors are not whole; -1 where that takes another schedule.
+/// Returns the line, from 0, of a schedule that only lowered code shows to be refused: it would store
+/// or write out too much, vectors are not whole, or Halide cannot lower it.
 std::optional<int32_t> ScheduleSpace::refused_line(const std::string& text) const {
     const auto parsed = schedule::read({"random.sched", text});
     for (lower::KernelRequest request : kernels_) {
@@ -79,11 +73,9 @@ std::optional<int32_t> ScheduleSpace::refused_line(const std::string& text) cons
         const auto loops = lower::emit_text(request, lower::TextForm::kLoops);
         const auto* fault = std::get_if<lower::Fault>(&loops);
         if (fault == nullptr || !fault->schedule) continue;
-        // Halide 14 fails where it stores a tuple on a condition that reads another.
-        if (fault->schedule->message.ends_with("cannot be computed as this schedule asks"))
-            return -1;
         // Any other is a mistake of ours.
-        for (const char* reason : {"; the limit is ", "it is not certain that vectors of "}) {
+        for (const char* reason : {"; the limit is ", "it is not certain that vectors of ",
+                                   "Halide 14 cannot do that"}) {
             if (fault->schedule->message.find(reason) != std::string::npos)
                 return fault->schedule->line - 1;
         }

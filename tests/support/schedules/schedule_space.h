@@ -17,8 +17,8 @@ namespace openfab::testing {
 
 class ScheduleSpace {
   public:
-    /// Of a kernel, or of several that share a schedule, as those of segments do. What requests point to must
-    /// outlive the space.
+    /// Of a kernel, or of several that share a schedule, as those of segments do. What requests point
+    /// to must outlive the space.
     explicit ScheduleSpace(std::vector<lower::KernelRequest> kernels);
 
     /// Returns a schedule that no kernel refuses: loops of the result split, reordered, fused,

@@ -70,6 +70,29 @@ sums.compute_at(slab, column_unroll)
               "6:6: this schedule writes out 377 loops, most of them for `sums`; the limit is 256");
 }
 
+TEST(EmitText, OperationsThatAreWrittenOutAreLimited) {
+    ir::Stage stage = distance_stage();
+    ir::Builder b(&stage);
+    ir::ValueId sum = stage.outputs[0].value;
+    for (int k = 0; k < 1000; ++k)
+        sum = b.binary(ir::Op::kAdd, b.binary(ir::Op::kMul, sum, sum), sum);
+    stage.outputs[0].value = sum;
+    const auto written = [&](int copies) {
+        const auto parsed = schedule::read(
+            {"slab.sched",
+             fmt::format("weights.compute_root().unroll(column, {}).unroll(z, 2)\n", copies)});
+        const auto text = emit_text(
+            {&stage, {}, "kernel", OPENFAB_ISA_SSE41, &std::get<schedule::Schedule>(parsed)},
+            TextForm::kLoops);
+        const auto* fault = std::get_if<Fault>(&text);
+        return fault == nullptr ? "written" : fault->schedule->message;
+    };
+    EXPECT_EQ(written(1), "written");
+    EXPECT_NE(written(64).find("operations, most of them for `weights`; the limit is 400000"),
+              std::string::npos)
+        << written(64);
+}
+
 // Halide 14 drops all stores behind an update whose last vector is masked, and mixes up lanes.
 TEST(EmitText, VectorsAreWhole) {
     const ir::Stage stage = distance_stage();
