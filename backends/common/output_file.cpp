@@ -32,9 +32,7 @@ Result<OutputFile> OutputFile::create(const std::string& path) {
         return OutputFile(fd, "standard output");
     }
     Result<OutputFile> file = open_locked(path);
-    if (!file) return file;
-    if (::ftruncate(file->fd_, 0) != 0 && errno != EINVAL)
-        return system_error("cannot write to", path, errno);  // EINVAL: a pipe or a device
+    if (file) file->holds_earlier_ = true;
     return file;
 }
 
@@ -71,7 +69,10 @@ Result<OutputFile> OutputFile::open_locked(const std::string& path) {
 }
 
 OutputFile::OutputFile(OutputFile&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), written_(other.written_), name_(std::move(other.name_)) {}
+    : fd_(std::exchange(other.fd_, -1)),
+      holds_earlier_(other.holds_earlier_),
+      written_(other.written_),
+      name_(std::move(other.name_)) {}
 
 OutputFile::~OutputFile() {
     if (fd_ >= 0) ::close(fd_);
@@ -91,7 +92,15 @@ Result<void> OutputFile::write_with(std::span<const uint8_t> bytes, const Write&
     return {};
 }
 
+Result<void> OutputFile::drop_contents() {
+    if (!std::exchange(holds_earlier_, false)) return {};
+    if (::ftruncate(fd_, 0) != 0 && errno != EINVAL)  // EINVAL: a pipe or a device
+        return system_error("cannot write to", name_, errno);
+    return {};
+}
+
 Result<void> OutputFile::write(std::span<const uint8_t> bytes) {
+    if (Result<void> dropped = drop_contents(); !dropped) return dropped;
     return write_with(bytes, [&](const uint8_t* data, size_t size) {
         const ssize_t n = ::write(fd_, data, size);
         written_ += std::max<ssize_t>(n, 0);
@@ -129,9 +138,10 @@ Result<void> OutputFile::sync() {
 
 Result<void> OutputFile::close(bool sync) {
     if (fd_ < 0) return {};
-    const Result<void> synced = sync ? this->sync() : Result<void>();
+    Result<void> done = drop_contents();
+    if (done && sync) done = this->sync();
     const int close_error = ::close(std::exchange(fd_, -1)) != 0 ? errno : 0;
-    if (!synced) return synced;
+    if (!done) return done;
     if (close_error != 0) return system_error("cannot write to", name_, close_error);
     return {};
 }

@@ -16,8 +16,9 @@ namespace openfab::backends {
 /// A file or pipe that is written front to back. Not copyable; closed by the destructor.
 class OutputFile {
   public:
-    /// Creates or truncates `path`; `-` is standard output. Fails with a user error where it is a
-    /// folder, else with kOutside. A file is locked (output_lock.h) before it is truncated.
+    /// Creates `path`, or replaces it: what it holds goes with the first write, or where it is
+    /// closed; `-` is standard output. Fails with a user error where it is a folder, else with
+    /// kOutside. A file is locked (output_lock.h) from here on.
     static Result<OutputFile> create(const std::string& path);
     /// Same, but keeps the contents of an existing file; writing continues where continue_at sets
     /// it. Fails with a usage error for anything but a regular file.
@@ -47,8 +48,10 @@ class OutputFile {
     /// Calls write(data, size) until all is written.
     template <typename Write>
     Result<void> write_with(std::span<const uint8_t> bytes, const Write& write);
+    Result<void> drop_contents();
 
     int fd_ = -1;
+    bool holds_earlier_ = false;  ///< contents that this print replaces
     int64_t written_ = 0;
     std::string name_;
 };

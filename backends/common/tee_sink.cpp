@@ -16,15 +16,20 @@ Result<void> TeeSink::begin(const pipeline::PrintInfo& info) {
     for (const std::unique_ptr<SliceObserver>& observer : observers_) {
         if (Result<void> done = observer->begin(info); !done) return done;
     }
-    return sink_->begin(info);
+    sink_begun_ = true;
+    Result<void> done = sink_->begin(info);
+    observed_ = static_cast<bool>(done);
+    return done;
 }
 
 Result<int32_t> TeeSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
-    return sink_->resume([&](const pipeline::SliceView& slice) {
+    Result<int32_t> resumed = sink_->resume([&](const pipeline::SliceView& slice) {
         for (const std::unique_ptr<SliceObserver>& observer : observers_)
             observer->observe(slice);
         return show(slice);
     });
+    observed_ = static_cast<bool>(resumed);
+    return resumed;
 }
 
 std::vector<uint8_t> TeeSink::encode(const pipeline::SliceView& slice) const {
@@ -50,7 +55,8 @@ Result<void> TeeSink::commit(int32_t z, std::vector<uint8_t> bytes) {
 }
 
 Result<void> TeeSink::finish(const pipeline::PrintTotals& totals) {
-    Result<void> result = sink_->finish(totals);
+    Result<void> result = sink_begun_ ? sink_->finish(totals) : Result<void>();
+    if (!observed_) return result;
     for (const std::unique_ptr<SliceObserver>& observer : observers_) {
         Result<void> done = observer->finish(totals);
         if (result && !done) result = done;

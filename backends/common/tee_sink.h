@@ -19,7 +19,8 @@ class SliceObserver {
     virtual ~SliceObserver() = default;
     virtual Result<void> begin(const pipeline::PrintInfo& info) = 0;
     virtual void observe(const pipeline::SliceView& slice) = 0;
-    /// Called also when the print ended early, so that pictures of the printed part are written.
+    /// Called also when the print ended early, so that pictures of the printed part are written;
+    /// not where it could not begin.
     virtual Result<void> finish(const pipeline::PrintTotals& totals) = 0;
 };
 
@@ -40,6 +41,8 @@ class TeeSink : public pipeline::SliceSink {
   private:
     std::unique_ptr<pipeline::SliceSink> sink_;
     std::vector<std::unique_ptr<SliceObserver>> observers_;
+    bool sink_begun_ = false;
+    bool observed_ = false;  ///< begun without an error: there is something to show
     int32_t width_ = 0;
     int32_t height_ = 0;
     size_t row_bytes_ = 0;

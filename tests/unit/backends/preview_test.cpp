@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "backends/common/tee_sink.h"
+#include "backends/ofr/ofr_sink.h"
 #include "backends/preview/columns.h"
 #include "backends/preview/picture.h"
 #include "base/color.h"
@@ -207,12 +209,38 @@ TEST_F(Preview, AnOpaqueSkinIsDrawnAsItIs) {
     }
 }
 
-TEST_F(Preview, ASliceThatIsNotPrintedIsRefused) {
-    Result<preview::PreviewSpec> spec = preview::parse_preview("a.png,view=slice:3");
-    ASSERT_TRUE(spec);
-    Result<void> done = preview::make_preview(*spec)->begin(make_letter_f(4, 3).info);
-    ASSERT_FALSE(done);
-    EXPECT_THAT(done.error().text(), HasSubstr("slices 0 to 2"));
+TEST_F(Preview, ASliceThatIsNotPrintedIsRefusedAndNothingIsChanged) {
+    const SamplePrint print = make_letter_f(4, 3);
+    for (const char* name : {"print.ofr", "front.png", "slice.png"})
+        scratch_.write(name, "earlier");
+    const auto file = [&](const char* name) { return (scratch_ / name).string(); };
+    auto sink = ofr::OfrSink::create(file("print.ofr"));
+    ASSERT_TRUE(sink) << sink.error().text();
+    std::vector<std::unique_ptr<backends::SliceObserver>> observers;
+    for (const std::string& text : {file("front.png"), file("slice.png") + ",view=slice:3"})
+        observers.push_back(preview::make_preview(*preview::parse_preview(text)));
+    {
+        backends::TeeSink tee(std::move(*sink), std::move(observers));
+        const Result<void> done = print.send(&tee);
+        ASSERT_FALSE(done);
+        EXPECT_THAT(done.error().text(), HasSubstr("slices 0 to 2"));
+    }
+    for (const char* name : {"print.ofr", "front.png", "slice.png"})
+        EXPECT_EQ(read_file(scratch_ / name), "earlier") << name;
+}
+
+TEST_F(Preview, OfAPrintThatCannotGoOnIsNotDrawn) {
+    const SamplePrint print = make_letter_f(4, 3);
+    scratch_.write("print.ofr", "no print of ours");
+    scratch_.write("front.png", "earlier");
+    auto sink = ofr::OfrSink::reopen((scratch_ / "print.ofr").string());
+    ASSERT_TRUE(sink) << sink.error().text();
+    std::vector<std::unique_ptr<backends::SliceObserver>> observers;
+    observers.push_back(
+        preview::make_preview(*preview::parse_preview((scratch_ / "front.png").string())));
+    backends::TeeSink tee(std::move(*sink), std::move(observers));
+    EXPECT_FALSE(print.send(&tee));
+    EXPECT_EQ(read_file(scratch_ / "front.png"), "earlier");
 }
 
 TEST(PreviewSpec, Settings) {
