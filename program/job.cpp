@@ -128,14 +128,25 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const world
     return inputs;
 }
 
+Result<world::World> load_without_meshes(const Options& options) {
+    return world::load_world(options.input, file_rules(options), world::MeshFiles::kSkip);
+}
+
 }  // namespace
 
 Result<std::optional<world::DitherRef>> load_rule(const Options& options) {
     if (!is_world(options.input)) return std::optional<world::DitherRef>();
-    Result<world::World> world =
-        world::load_world(options.input, file_rules(options), world::MeshFiles::kSkip);
+    Result<world::World> world = load_without_meshes(options);
     if (!world) return world.error();
     return std::move(world->dither);
+}
+
+std::vector<std::filesystem::path> named_files(const Options& options) {
+    if (is_world(options.input)) {
+        Result<world::World> world = load_without_meshes(options);
+        if (world) return std::move(world->files);
+    }
+    return {options.input};
 }
 
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {

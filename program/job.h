@@ -32,6 +32,10 @@ struct Job {
 /// Returns the dither rule that the world of the print names, with which kernels are compiled; none for a mesh.
 Result<std::optional<world::DitherRef>> load_rule(const Options& options);
 
+/// Returns the world and the files that it names, as they are known before any of them is read; of a world with
+/// mistakes itself alone.
+std::vector<std::filesystem::path> named_files(const Options& options);
+
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);
 
 }  // namespace openfab::program

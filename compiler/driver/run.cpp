@@ -41,9 +41,10 @@ constexpr auto kPollInterval = std::chrono::milliseconds(100);
 /// A snapshot of files: when each was last written.
 class Snapshot {
   public:
-    explicit Snapshot(const std::vector<fs::path>& files) {
+    /// Adds files, but for those that it has.
+    void add(const std::vector<fs::path>& files) {
         for (const fs::path& file : files)
-            times_[file] = time_of(file);
+            times_.emplace(file, time_of(file));
     }
     bool changed() const {
         for (const auto& [file, time] : times_) {
@@ -95,23 +96,26 @@ class Run {
     int watch() {
         std::vector<fs::path> sources(options_.compilation.files.begin(),
                                       options_.compilation.files.end());
-        std::vector<fs::path> world = {print_.input};
+        std::vector<fs::path> read_files;  // of the world; some are named by others of them
         bool fablet_changed = true;
         double began = 0;  // of the process; later when a change was seen
         while (!stop_) {
             // Before they are read, so that a change from now on counts.
-            const Snapshot of_world(world);
-            std::unique_ptr<Snapshot> of_sources = std::make_unique<Snapshot>(sources);
+            Snapshot of_world, of_sources;
+            of_world.add(program::named_files(print_));
+            of_world.add(read_files);
+            of_sources.add(sources);
             if (fablet_changed) {
                 retire();
                 compile();
             }
-            if (!sources_.empty() && sources_ != sources) {
-                sources = sources_;
-                of_sources = std::make_unique<Snapshot>(sources);
-            }
-            const auto changed = [&] { return of_world.changed() || of_sources->changed(); };
-            if (program_ != nullptr) print_until(changed, began, &world);
+            if (!sources_.empty()) sources = sources_;
+            of_sources.add(sources);
+            const auto changed = [&] { return of_world.changed() || of_sources.changed(); };
+            std::vector<fs::path> files;
+            if (program_ != nullptr) files = print_until(changed, began);
+            if (!files.empty()) read_files = std::move(files);
+            of_world.add(read_files);
             if (!stop_) say("watching; Ctrl-C ends\n");
             while (!stop_ && !changed())
                 std::this_thread::sleep_for(kPollInterval);
@@ -119,7 +123,7 @@ class Run {
             // A world may name another dither rule.
             const std::optional<frontend::DitherRule> before = compile_->dither;
             const bool other_rule = of_world.changed() && take_rule() && compile_->dither != before;
-            fablet_changed = program_ == nullptr || of_sources->changed() || other_rule;
+            fablet_changed = program_ == nullptr || of_sources.changed() || other_rule;
         }
         return kExitDone;
     }
@@ -182,9 +186,9 @@ class Run {
             print_.inputs.push_back(source.string());
     }
 
-    /// Prints, and stops early if an input changes meanwhile.
+    /// Prints, and stops early if an input changes meanwhile. Returns the files of the world that were read.
     template <typename Changed>
-    void print_until(const Changed& changed, double began, std::vector<fs::path>* world) {
+    std::vector<fs::path> print_until(const Changed& changed, double began) {
         std::atomic<bool> interrupt{false};
         std::atomic<bool> over{false};
         std::thread guard([&] {
@@ -199,8 +203,8 @@ class Run {
             program::run_print(print_, program_->fablets(), interrupt, &files, began);
         over = true;
         guard.join();
-        if (!files.empty()) *world = files;
         if (done || done.error().code != ErrorCode::kInterrupted) program::finish(done);
+        return files;
     }
 
     const RunOptions& options_;

@@ -3,10 +3,12 @@
 
 // `openflc run`: the bytes of the print binary, without one, and again after a change.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>
 #include <regex>
+#include <utility>
 
 #include "tests/scenes/scene_fixture.h"
 #include "tests/support/long_run.h"
@@ -134,6 +136,67 @@ TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
         seconds += std::stod((*it)[1]);
     EXPECT_EQ(prints, 3u) << outcome.err;
     EXPECT_LT(seconds, whole.count() + 0.2);
+}
+
+/// Each time the command waits, a file of the world is changed, or the world so that it names another.
+TEST_F(RunCommand, WatchSeesMeshesFromTheFirstPrintOn) {
+    const auto box = [](int size) {
+        std::string text;
+        for (int corner = 0; corner < 8; ++corner)
+            text += fmt::format("v {} {} {}\n", corner & 1 ? size : 0, corner & 2 ? 2 : 0,
+                                corner & 4 ? 2 : 0);
+        return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    };
+    const auto world = [](const std::string& mesh) {
+        return R"({"openfab": 1, "printer": "generic",
+            "fablets": {"f": {"source": "plain.fl", "fablet": "Plain"}},
+            "materials": {"a": {"key": "#ff0000"}},
+            "meshes": {"m": {"file": ")" +
+               mesh + R"(", "unit": "mm"}},
+            "objects": {"o": {"mesh": "m", "fablet": "f", "uniforms": {"a": "a"}}},
+            "build": [{"object": "o"}]})";
+    };
+    scratch().write("plain.fl", R"(fablet Plain {
+            @uniform { Material a; }
+            @Volume(@varying { VolumeAttributes attr }) {
+                MaterialComposition mc;
+                mc.Set(a, 1);
+                return mc;
+            }
+        })");
+    scratch().write("one.obj", box(2));
+    scratch().write("two.obj", box(4));
+    scratch().write("plain.fab.json", world("one.obj"));
+    const std::vector<std::pair<const char*, std::string>> edits{
+        {"one.obj", box(3)},
+        {"plain.fab.json", world("two.obj")},
+        {"two.obj", "no mesh"},
+        {"two.obj", box(5)}};
+    size_t made = 0;
+    RunOptions options = environment();
+    options.interrupt_when = [&](int elapsed_ms, const Outcome& so_far) {
+        if (elapsed_ms > 60'000) return true;
+        size_t waits = 0;
+        for (size_t at = 0; (at = so_far.err.find("watching", at)) != std::string::npos; ++at)
+            ++waits;
+        if (waits <= made) return false;
+        if (made == edits.size()) return true;
+        scratch().write(edits[made].first, edits[made].second);
+        ++made;
+        return false;
+    };
+    const Outcome outcome =
+        run({program("openflc").string(), "run", (scratch() / "plain.fl").string(),
+             (scratch() / "plain.fab.json").string(), "--voxel", "0.5mm", "--watch", "-o",
+             (scratch() / "plain.ofr").string()},
+            options);
+    EXPECT_EQ(made, edits.size()) << outcome.err;
+    const std::regex volume(R"(a ([0-9.]+) ml)");
+    std::vector<std::string> volumes;
+    for (std::sregex_iterator it(outcome.err.begin(), outcome.err.end(), volume), end; it != end;
+         ++it)
+        volumes.push_back((*it)[1]);
+    EXPECT_EQ(volumes, (std::vector<std::string>{"0.01", "0.01", "0.02", "0.02"})) << outcome.err;
 }
 
 }  // namespace
