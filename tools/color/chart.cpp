@@ -162,6 +162,11 @@ Result<void> write_chart(const fs::path& folder, const SampleTable& chart,
         }
     }
     std::error_code failed;
+    // A chart's world may have been edited.
+    if (fs::exists(folder / "chart.fab.json", failed)) {
+        return user_error(fmt::format("`{}` exists already; choose another folder",
+                                      (folder / "chart.fab.json").string()));
+    }
     fs::create_directories(folder, failed);
     if (failed) {
         return outside_error(

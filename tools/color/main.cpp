@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
@@ -21,6 +22,7 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "program/output_check.h"
 #include "tools/color/chart.h"
 #include "tools/color/check_print.h"
 #include "tools/color/ink_table.h"
@@ -200,6 +202,19 @@ Result<void> check(const Arguments& a) {
                                  fmt::format("what {} is made of, and its colours", a.first)));
 }
 
+/// Runs a command whose output overwrites none of its inputs.
+Result<void> run(Result<void> (*command)(const Arguments&), const Arguments& a) {
+    if (!a.output.empty()) {
+        std::vector<std::filesystem::path> inputs;
+        for (const std::string& input : {a.first, a.second, a.third, a.table}) {
+            if (!input.empty()) inputs.emplace_back(input);
+        }
+        Result<void> apart = program::check_outputs({{"-o", a.output}}, inputs);
+        if (!apart) return apart;
+    }
+    return command(a);
+}
+
 void add_chart(CLI::App& app, Action* action) {
     CLI::App* c = app.add_subcommand("chart", "make a world whose print is to be measured");
     auto a = std::make_shared<Arguments>();
@@ -207,7 +222,7 @@ void add_chart(CLI::App& app, Action* action) {
     c->add_option("--table", a->table,
                   "a table of inks: patches of colours that are printed through it, to judge it, "
                   "instead of patches of inks");
-    c->callback([a, action] { *action = [a] { return make_chart(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(make_chart, *a); }; });
 }
 
 void add_simulate(CLI::App& app, Action* action) {
@@ -218,7 +233,7 @@ void add_simulate(CLI::App& app, Action* action) {
     c->add_option("CHART", a->second, "the chart.txt of a chart of inks")->required();
     c->add_option("-o,--output", a->output, "the table of measurements")->required();
     c->add_option("--skin", a->skin, "thickness of the inks over white (default: 0.5mm)");
-    c->callback([a, action] { *action = [a] { return simulate(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(simulate, *a); }; });
 }
 
 void add_read(CLI::App& app, Action* action) {
@@ -232,7 +247,7 @@ void add_read(CLI::App& app, Action* action) {
                   "right, bottom right, bottom left (default: those of the picture)")
         ->delimiter(',')
         ->expected(8);
-    c->callback([a, action] { *action = [a] { return read_picture(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(read_picture, *a); }; });
 }
 
 void add_profile(CLI::App& app, Action* action) {
@@ -248,7 +263,7 @@ void add_profile(CLI::App& app, Action* action) {
     c->add_option("--limit", a->limit, "of the sum of inks, percent of the voxels (default: 100)")
         ->check(CLI::Range(10.0, 100.0));
     c->add_option("--name", a->name, "the profile's description");
-    c->callback([a, action] { *action = [a] { return profile(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(profile, *a); }; });
 }
 
 void add_bake(CLI::App& app, Action* action) {
@@ -262,7 +277,7 @@ void add_bake(CLI::App& app, Action* action) {
     c->add_flag("--black-point", a->black_point, "scale black, too, with --intent relative");
     c->add_option("--limit", a->limit, "of the sum of inks, percent of the voxels (default: 100)")
         ->check(CLI::Range(10.0, 100.0));
-    c->callback([a, action] { *action = [a] { return bake(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(bake, *a); }; });
 }
 
 void add_proof(CLI::App& app, Action* action) {
@@ -284,7 +299,7 @@ void add_proof(CLI::App& app, Action* action) {
     c->add_option("-o,--output", a->output, "the .png file, in sRGB")->required();
     c->add_flag("--absolute", a->absolute,
                 "show the print's own white, not the screen's in its place");
-    c->callback([a, action] { *action = [a] { return proof(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(proof, *a); }; });
 }
 
 void add_check(CLI::App& app, Action* action) {
@@ -296,7 +311,7 @@ void add_check(CLI::App& app, Action* action) {
     c->add_option("PROFILE", a->third, "the printer's .icc profile")->required();
     c->add_option("-o,--output", a->output, "a table of the patches' means and colours");
     c->add_option("--skin", a->skin, "thickness of the inks over white (default: 0.5mm)");
-    c->callback([a, action] { *action = [a] { return check(*a); }; });
+    c->callback([a, action] { *action = [a] { return run(check, *a); }; });
 }
 
 int color_main(int argc, char** argv) {

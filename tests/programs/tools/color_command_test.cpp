@@ -134,6 +134,25 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
         EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
         EXPECT_THAT(outcome.err, HasSubstr(refused.message));
     }
+    // Outputs that would replace what they are made of.
+    folder.write("chart.txt", "a chart");
+    for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{
+             {"profile", "few.csv", "-o", "few.csv"},
+             {"bake", "no.icc", "-o", "./no.icc"},
+             {"simulate", "few.csv", "chart.txt", "-o", "chart.txt"},
+             {"read", "few.csv", "chart.txt", "-o", "few.csv"},
+             {"proof", "few.csv", "chart.txt", "no.icc", "-o", "no.icc"},
+             {"check", "few.csv", "chart.txt", "no.icc", "-o", "chart.txt"}}) {
+        std::vector<std::string> whole = arguments;
+        whole.insert(whole.begin(), "color");
+        const Outcome outcome = openfab(folder, whole);
+        EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("which is an input")) << arguments[0];
+    }
+    ASSERT_EQ(openfab(folder, {"color", "chart", "-o", "chart"}).exit_code, 0);
+    const Outcome again = openfab(folder, {"color", "chart", "-o", "chart"});
+    EXPECT_EQ(again.exit_code, 1);
+    EXPECT_THAT(again.err, HasSubstr("`chart/chart.fab.json` exists already"));
     const Outcome unknown =
         openfab(folder, {"color", "bake", "no.icc", "-o", "a", "--intent", "x"});
     EXPECT_EQ(unknown.exit_code, 2) << unknown.err;
