@@ -24,9 +24,11 @@ bool is_mesh_format(const std::string& format);
 /// contradicts or an unknown format.
 Result<std::string> choose_format(const Options& options, const world::Printer& printer);
 
-/// Opens the output; an existing one is replaced, or resumed.
-Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
-                                                         const world::Printer& printer);
+/// Opens the output; an existing one is replaced, or resumed. Once `interrupt` is set, if there is one,
+/// it waits for nobody.
+Result<std::unique_ptr<pipeline::SliceSink>> open_output(
+    const Options& options, const world::Printer& printer,
+    const std::atomic<bool>* interrupt = nullptr);
 
 /// Returns a sink that encodes slices as that of open_output does and keeps none, for outputs whose
 /// slices are encoded in other processes than the one that writes them. Fails for formats that are

@@ -49,11 +49,12 @@ Result<bool> show_slice(std::span<const uint8_t> bytes, const pipeline::PrintInf
 }  // namespace
 
 StreamSink::StreamSink(Address address, std::string token, std::unique_ptr<TlsContext> tls,
-                       bool resumed)
+                       bool resumed, const std::atomic<bool>* interrupt)
     : address_(std::move(address)),
       token_(std::move(token)),
       tls_(std::move(tls)),
       resumed_(resumed),
+      interrupt_(interrupt),
       line_(Socket()),
       wake_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
     std::random_device random;
@@ -178,16 +179,30 @@ std::vector<uint8_t> StreamSink::encode(const pipeline::SliceView& slice) const 
     return ofr::encode_slice(slice);
 }
 
+bool StreamSink::wait(std::unique_lock<std::mutex>* lock, const std::function<bool()>& ready) {
+    constexpr std::chrono::milliseconds kPoll(50);
+    while (!changed_.wait_for(*lock, kPoll, ready)) {
+        if (interrupt_ != nullptr && interrupt_->load()) return false;
+    }
+    return true;
+}
+
+Error StreamSink::interrupted(int32_t z) const {
+    return {ErrorCode::kInterrupted,
+            fmt::format("interrupted while {} had no room for slice {}", address_.text, z)};
+}
+
 Result<void> StreamSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
     entries_.push_back({z, offset_});
     offset_ += bytes.size();
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] {
+    const bool has_room = wait(&lock, [&] {
         return failed_ || queue_.empty() ||
                (queue_.size() < window_ && queued_bytes_ + bytes.size() <= kMostQueuedBytes);
     });
     if (failed_) return error_;
+    if (!has_room) return interrupted(z);
     if (z < next_) return {};
     const bool wakes = push({z, false, frame(Kind::kSlice, bytes)});
     lock.unlock();
@@ -215,7 +230,10 @@ Result<void> StreamSink::finish(const pipeline::PrintTotals& totals) {
         const std::vector<uint8_t> index = ofr::write_index({entries_, totals}, offset_);
         push({info_.slice_end, true, frame(Kind::kDone, index)});
         (void)::eventfd_write(wake_, 1);
-        changed_.wait(lock, [&] { return failed_ || done_; });
+        if (!wait(&lock, [&] { return failed_ || done_; })) {
+            failed_ = true;
+            error_ = interrupted(queue_.front().z);
+        }
     } else if (!totals.complete) {
         changed_.wait_for(lock, seconds(kMomentSeconds), [&] { return failed_ || queue_.empty(); });
     }

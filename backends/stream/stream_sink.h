@@ -28,8 +28,10 @@ class StreamSink : public pipeline::SliceSink {
     static constexpr size_t kMostQueuedBytes = 32 << 20;
 
     /// Makes a sink; nothing is connected before begin. `tls`: null where the address has none. With
-    /// `resumed` the receiver is asked for what it has kept of an earlier print of the same.
-    StreamSink(Address address, std::string token, std::unique_ptr<TlsContext> tls, bool resumed);
+    /// `resumed` the receiver is asked for what it has kept of an earlier print of the same. Once
+    /// `interrupt` is set, if there is one, it waits no longer for a receiver that takes nothing.
+    StreamSink(Address address, std::string token, std::unique_ptr<TlsContext> tls, bool resumed,
+               const std::atomic<bool>* interrupt);
     ~StreamSink() override;
 
     Result<void> begin(const pipeline::PrintInfo& info) override;
@@ -62,6 +64,7 @@ class StreamSink : public pipeline::SliceSink {
         Line* line, const std::function<bool(const pipeline::SliceView&)>& show,
         int32_t* shown) const;
     Error stopped(const Stop& stop) const;
+    Error interrupted(int32_t z) const;
     bool push(Item item);
     void start(const Ready& ready);
 
@@ -79,10 +82,14 @@ class StreamSink : public pipeline::SliceSink {
     void take_ready(const Ready& ready);
     void pop_to(int32_t next);
 
+    /// Waits for what `ready` says; returns false where the print is interrupted before.
+    bool wait(std::unique_lock<std::mutex>* lock, const std::function<bool()>& ready);
+
     Address address_;
     std::string token_;
     std::unique_ptr<TlsContext> tls_;
     bool resumed_;
+    const std::atomic<bool>* interrupt_;
     uint64_t sender_ = 0;
     pipeline::PrintInfo info_;
     std::vector<uint8_t> header_;

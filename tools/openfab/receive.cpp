@@ -46,6 +46,32 @@ bool is_complete(const program::Options& print) {
     return text && raster::manifest_is_complete(*text);
 }
 
+/// Returns "ofr" or "png", as the output's name says.
+Result<std::string> format_of(const program::Options& print) {
+    if (print.output == "-" || stream::is_address(print.output))
+        return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
+    world::Printer printer;
+    printer.native_format = "png";
+    Result<std::string> format = program::choose_format(print, printer);
+    if (!format || *format == "ofr" || *format == "png") return format;
+    return usage_error(
+        fmt::format("`receive` keeps an .ofr file or a folder of png slices; `openfab export` "
+                    "makes {} of these",
+                    *format));
+}
+
+/// Fails where the output could not be opened when a print comes.
+Result<void> try_output(const program::Options& print) {
+    std::error_code ignored;
+    const bool is_there = std::filesystem::exists(print.output, ignored);
+    {
+        const auto sink = program::open_output(print, {});
+        if (!sink) return sink.error();
+    }
+    if (!is_there) std::filesystem::remove(print.output, ignored);
+    return {};
+}
+
 }  // namespace
 
 Result<void> run_receive(const ReceiveArguments& a) {
@@ -79,9 +105,10 @@ Result<void> run_receive(const ReceiveArguments& a) {
 
     program::Options print;
     print.output = a.output;
-    print.format = std::filesystem::path(a.output).extension() == ".ofr" ? "ofr" : "png";
-    if (a.output == "-" || stream::is_address(a.output))
-        return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
+    Result<std::string> format = format_of(print);
+    if (!format) return format.error();
+    print.format = std::move(*format);
+    if (Result<void> opens = try_output(print); !opens) return opens;
     options.token = *token;
     options.memory_bytes = *memory;
     options.keeps_frames = print.format == "ofr";

@@ -25,6 +25,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 /// A program that runs beside the test.
@@ -280,6 +281,40 @@ TEST_F(Stream, ASlowPrinterHoldsThePrintBackInFlatMemory) {
 #endif
 }
 
+TEST_F(Stream, APrintThatWaitsForASlowPrinterCanBeInterrupted) {
+    Running receiver(receiving(unix_address(), "a.ofr", {"--layer-time", "10s", "--buffer", "2"}));
+    ASSERT_TRUE(receiver.says("listening"));
+    RunOptions options;
+    options.interrupt_when = [](int elapsed_ms, const Outcome& so_far) {
+        return elapsed_ms > 500 && so_far.err.find("slice 1 of") != std::string::npos;
+    };
+    const Outcome sent = run(printing(unix_address()), options);
+    EXPECT_EQ(sent.exit_code, 130) << sent.err;
+    EXPECT_THAT(sent.err, HasSubstr("had no room for slice"));
+    EXPECT_THAT(sent.err, HasSubstr("`--resume`"));
+}
+
+TEST_F(Stream, AReceiverChecksItsOutputBeforeItListens) {
+    fs::create_directories(path("photos"));
+    scratch_.write("photos/a.txt", "mine");
+    fs::create_directories(path("folder.ofr"));
+    struct Refused {
+        const char* output;
+        int exit_code;
+        const char* message;
+    };
+    for (const auto& [output, exit_code, message] :
+         {Refused{"none/x.ofr", 3, "No such file or directory"},
+          Refused{"rx.gcvf", 2, "makes gcvf of these"}, Refused{"rx.bmp", 2, "--format bmp"},
+          Refused{"photos", 1, "a.txt"}, Refused{"folder.ofr", 1, "is a folder"}}) {
+        const Outcome refused = run(receiving(unix_address(), output));
+        EXPECT_EQ(refused.exit_code, exit_code) << refused.err;
+        EXPECT_THAT(refused.err, HasSubstr(message));
+        EXPECT_THAT(refused.err, Not(HasSubstr("listening")));
+    }
+    EXPECT_EQ(read_file(path("photos/a.txt")), "mine");
+}
+
 TEST_F(Stream, AFullDiskOfTheReceiverEndsBothAndIsGoneOnWith) {
     RunOptions full;
     full.largest_file_bytes = static_cast<int64_t>(undisturbed().size() / 2);
@@ -398,6 +433,7 @@ TEST_F(Stream, AddressesThatAreNoneAreRefused) {
     const Outcome nobody = run(printing("unix:" + path("nobody")));
     EXPECT_EQ(nobody.exit_code, 3);
     EXPECT_THAT(nobody.err, HasSubstr("cannot connect to"));
+    EXPECT_THAT(nobody.err, Not(HasSubstr("--resume"))) << "nothing was sent";
     EXPECT_EQ(run(printing(kAnyPort, {"--format", "png"})).exit_code, 2);
 }
 
