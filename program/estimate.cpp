@@ -149,7 +149,8 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
         if (!done) return done.error();
         if (*done) break;
     }
-    out.warnings.insert(out.warnings.end(), out.sample.overlaps.begin(), out.sample.overlaps.end());
+    out.warnings.insert(out.warnings.end(), out.sample.late_warnings.begin(),
+                        out.sample.late_warnings.end());
     return out;
 }
 
@@ -172,8 +173,8 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
         say(fmt::format("{}: {} {:.3g} ml, {:.3g} g\n", printable(material.name),
                         e.few_voxels ? "roughly" : "about", ml, ml * material.density_g_cm3));
     }
-    for (const std::string& overlap : e.sample.overlaps)
-        warn(overlap);
+    for (const std::string& warning : e.sample.late_warnings)
+        warn(warning);
 }
 
 Result<void> write_estimate(const std::string& file, const Estimate& e,

@@ -63,7 +63,8 @@ class Encoder : public backends::NullSink {
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
                                                          const world::Printer& printer,
-                                                         const std::string& format) {
+                                                         const std::string& format,
+                                                         const std::atomic<bool>* interrupt) {
     if (format.empty())
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::NullSink>());
     if (options.resume && !can_be_resumed(options, format)) {
@@ -91,7 +92,7 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
             tls = std::move(*trusted);
         }
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<stream::StreamSink>(
-            std::move(*address), std::move(*token), std::move(tls), options.resume));
+            std::move(*address), std::move(*token), std::move(tls), options.resume, interrupt));
     }
     if (format == "ofr") {
         return options.resume ? ofr::OfrSink::reopen(options.output)
@@ -180,6 +181,13 @@ Result<std::string> choose_format(const Options& options, const world::Printer& 
             "`--mesh-pitch` is for the formats stl, 3mf and filament; `--voxel` sets the pitch of "
             "slices");
     }
+    const bool has_pictures = format && (is_folder_format(*format) || *format == "gcvf");
+    if (format && !format->empty() && !has_pictures && options.flip_x) {
+        return usage_error(fmt::format(
+            "`--flip-x` mirrors the pictures of png, bmp and gcvf; of an .ofr file `openfab export "
+            "--flip-x` makes them, and {} is never mirrored",
+            *format));
+    }
     return format;
 }
 
@@ -203,10 +211,12 @@ int64_t output_bytes_per_column(const std::string& format, size_t materials) {
 }
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
-                                                         const world::Printer& printer) {
+                                                         const world::Printer& printer,
+                                                         const std::atomic<bool>* interrupt) {
     Result<std::string> format = choose_format(options, printer);
     if (!format) return format.error();
-    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_format(options, printer, *format);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink =
+        open_format(options, printer, *format, interrupt);
     if (!sink || options.previews.empty()) return sink;
     std::vector<std::unique_ptr<backends::SliceObserver>> observers;
     for (const preview::PreviewSpec& spec : options.previews)

@@ -28,10 +28,6 @@ namespace openfab::program {
 
 namespace {
 
-bool quiet(const Options& options) {
-    return options.progress == program::ProgressMode::kNone;
-}
-
 void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::PrintInfo& info,
                   const Options& options) {
     const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
@@ -44,8 +40,6 @@ void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::P
                             ? static_cast<double>(pipeline::voxels_printed(statistics)) * 1e-6 /
                                   statistics.seconds_total
                             : 0;
-    for (const std::string& overlap : statistics.overlaps)
-        warn(overlap);
     const std::string resumed = statistics.slices_resumed > 0
                                     ? fmt::format(" ({} resumed)", statistics.slices_resumed)
                                     : "";
@@ -55,10 +49,10 @@ void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::P
                     resumed, format_seconds(statistics.seconds_total), rate, materials));
 }
 
-/// Adds how to resume a print that ended early for a temporary reason.
+/// Adds how to resume a print of which slices are there, and which ended early for a temporary reason.
 Error add_resume_hint(Error error, const Options& options, const std::string& format) {
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
-    if (passes && can_be_resumed(options, format))
+    if (passes && can_be_resumed(options, format) && options.fractions_file.empty())
         error.help += std::string(error.help.empty() ? "" : "; ") +
                       "the same command with `--resume` continues from there";
     return error;
@@ -69,7 +63,7 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const std::s
                  const world::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, program::Progress& progress) {
     const DeferredInterrupt deferred;
-    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer, &interrupt);
     if (!sink) return sink.error();
     pipeline::PrintStatistics statistics;
     Result<void> done = print->run(
@@ -79,14 +73,16 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const std::s
     statistics.layer_time_s = printer.layer_time_s;
     if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {
         statistics.warnings.push_back(nothing);
-        if (!quiet(options)) warn(nothing);
+        progress.warn(nothing);
     }
     Result<void> written;
     if (!options.stats_file.empty()) {
         written = program::write_statistics(options.stats_file, statistics, print->info());
     }
-    if (!done) return add_resume_hint(done.error(), options, format);
-    if (!quiet(options)) show_summary(statistics, print->info(), options);
+    if (!done) return statistics.slices > 0 ? add_resume_hint(done.error(), options, format) : done;
+    for (const std::string& warning : statistics.late_warnings)
+        progress.warn(warning);
+    if (progress.sums_up()) show_summary(statistics, print->info(), options);
     return written;
 }
 
@@ -114,11 +110,10 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     hooks.began_seconds = began_seconds;
     hooks.loaded = [&](const Job& job) {
         if (files != nullptr) *files = job.files;
-        if (quiet(options)) return;
         for (const std::string& text : job.notes)
-            note(text);
+            progress.note(text);
         for (const std::string& warning : job.input.warnings)
-            warn(warning);
+            progress.warn(warning);
     };
     const bool prints = !options.estimate && !options.dry_run;
     // An estimate evaluates some voxels only; their printf lines are meaningless.
@@ -129,9 +124,8 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
         hooks.fractions = &fractions.emplace(options.fractions_file);
     Result<PreparedPrint> ready = prepare_print(options, fablets, hooks);
     if (!ready) return ready.error();
-    for (const std::string& warning : ready->print->warnings()) {
-        if (!quiet(options)) warn(warning);
-    }
+    for (const std::string& warning : ready->print->warnings())
+        progress.warn(warning);
     Job& job = ready->job;
     if (!prints) {
         const pipeline::PrintInfo info = ready->print->info();

@@ -47,6 +47,13 @@ void put(std::FILE* stream, const std::string& text) {
     (void)std::fwrite(text.data(), 1, text.size(), stream);
 }
 
+std::string json_event(const char* event, const char* key, const std::string& text) {
+    rapidjson::StringBuffer quoted;
+    rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
+    writer.String(text.c_str(), static_cast<rapidjson::SizeType>(text.size()));
+    return fmt::format("{{\"event\": \"{}\", \"{}\": {}}}\n", event, key, quoted.GetString());
+}
+
 int terminal_columns(std::FILE* stream) {
     winsize size{};
     return ::ioctl(::fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
@@ -121,14 +128,23 @@ void Progress::show_json(const pipeline::ProgressEvent& event) {
 
 void Progress::print_line(const std::string& line) {
     end();
-    std::string text = printable(line) + '\n';
-    if (style_ == Style::kJson) {
-        rapidjson::StringBuffer quoted;
-        rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
-        writer.String(line.c_str(), static_cast<rapidjson::SizeType>(line.size()));
-        text = fmt::format("{{\"event\": \"print\", \"line\": {}}}\n", quoted.GetString());
-    }
-    put(stream_, text);
+    put(stream_,
+        style_ == Style::kJson ? json_event("print", "line", line) : printable(line) + '\n');
+    std::fflush(stream_);
+}
+
+void Progress::warn(const std::string& message) {
+    end();
+    put(stream_, style_ == Style::kJson ? json_event("warning", "text", message)
+                                        : "warning: " + printable(message) + '\n');
+    std::fflush(stream_);
+}
+
+void Progress::note(const std::string& message) {
+    if (style_ == Style::kNone) return;
+    end();
+    put(stream_, style_ == Style::kJson ? json_event("note", "text", message)
+                                        : "note: " + printable(message) + '\n');
     std::fflush(stream_);
 }
 

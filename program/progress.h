@@ -28,6 +28,12 @@ class Progress {
     /// Shows a line of a fablet's printf, in every mode: as a JSON object `{"event": "print",
     /// "line": …}` in JSON mode, else as text.
     void print_line(const std::string& line);
+    /// Show a message, in JSON mode as `{"event": "warning", "text": …}` or `"note"`. A warning is shown
+    /// in every mode, a note not where nothing is to be said of the print's progress.
+    void warn(const std::string& message);
+    void note(const std::string& message);
+    /// Returns whether a line about the finished print, as people read it, is wanted.
+    bool sums_up() const { return style_ == Style::kBar || style_ == Style::kPlain; }
     /// Clears the bar, so that later output starts on a line of its own.
     void end();
 

@@ -68,8 +68,10 @@ void bound_displacement(ir::Stage* surface) {
             b.input(ir::Type::kFloat, OPENFAB_ARG_SURFACE_ATTR, OPENFAB_SURFACE_P, output.b);
         output.value = b.emit(Op::kAdd, {p, moved});
     }
+    const ValueId longer =
+        b.emit(Op::kGt, {b.emit(Op::kMul, {length, b.constant(kShrink)}), limit});
     const ValueId status =
-        b.select(finite, b.select(cut, b.constant(kStatusCut), b.constant(kStatusFine)),
+        b.select(finite, b.select(longer, b.constant(kStatusCut), b.constant(kStatusFine)),
                  b.constant(kStatusNotFinite));
     surface->outputs.push_back({"status", OPENFAB_ARG_SURFACE_STATUS, 0, 0, status});
 }

@@ -170,7 +170,7 @@ Result<void> Print::print() {
         },
         interrupt_, &statistics);
     statistics.layer_time_s = ready->job.printer.layer_time_s;
-    std::vector<std::string> found = statistics.overlaps;
+    std::vector<std::string> found = statistics.late_warnings;
     const std::string nothing = program::nothing_printed(statistics, sizes);
     // A window may well be one of air.
     if (!nothing.empty() && !window_mm_) {
@@ -188,7 +188,7 @@ Result<std::unique_ptr<pipeline::SliceSink>> Print::open_sink(const world::Print
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<ToQueue>(&queue_));
     if (target_ == Target::kOutput) {
         if (!output_.empty()) options_.output = output_;
-        return program::open_output(options_, printer);
+        return program::open_output(options_, printer, &interrupt_);
     }
     std::vector<std::unique_ptr<backends::SliceObserver>> observers;
     pictures_.resize(options_.previews.size());

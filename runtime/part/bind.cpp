@@ -128,7 +128,8 @@ class WorldBinder {
         const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet);
         if (fablet == nullptr) {
             return error_at(ref.location,
-                            fmt::format("fablet `{}` is not in this print", ref.fablet),
+                            fmt::format("fablet `{}` of `{}` is not in this print", ref.fablet,
+                                        ref.source.filename().string()),
                             suggest(ref.fablet, fablet_names(fablets_)));
         }
         if (fablet->abi_version != OPENFAB_ABI_VERSION) {

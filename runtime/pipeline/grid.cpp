@@ -16,6 +16,7 @@ namespace {
 
 // Limits: strides of a packed slice fit 32 bits in kernels, and voxel indices are exact in float.
 constexpr double kLargestSide = 1 << 24;
+constexpr double kFarthest = 1e9;  // of the origin, in voxels
 constexpr int64_t kLargestSliceBytes = std::numeric_limits<int32_t>::max();
 
 double snapped(double position_vox) {
@@ -98,7 +99,14 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
         const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a]));
         const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a]));
         const double size = std::max(hi - lo, 1.0);
-        if (!(size <= kLargestSide) || !(std::fabs(lo) <= 1e9)) {
+        if (!(std::fabs(lo) <= kFarthest)) {
+            return user_error(fmt::format(
+                "the {} {:.6g} mm from the origin along {}; at most {:.0f} voxels of {} mm are "
+                "possible",
+                window_mm ? "window begins" : "parts begin", box.lo[a], "xyz"[a], kFarthest,
+                pitch_mm[a]));
+        }
+        if (!(size <= kLargestSide)) {
             return user_error(fmt::format(
                 "the {} {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
                 "{:.0f} are possible; {}",

@@ -745,8 +745,7 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
         overlaps.add(r->overlaps());
     }
     for (std::string& line : overlaps.report(input_.parts, grid_))
-        s->overlaps.push_back(std::move(line));
-    s->warnings.insert(s->warnings.end(), s->overlaps.begin(), s->overlaps.end());
+        s->late_warnings.push_back(std::move(line));
     s->seconds_by_stage = {{"set_up", seconds_set_up_},
                            {"coverage", times.coverage},
                            {"volume_bounds", sum.seconds_bounds},
@@ -768,7 +767,10 @@ void PrintJobImpl::fill_statistics(const SliceCommitter& committer, PrintStatist
         s->cache_peak_bytes += counts.cache_peak_bytes;
         s->displacements_not_finite += counts.not_finite;
         s->displacements_cut += counts.cut_to_bound;
+        for (std::string& line : surface::displacement_warnings(input_.parts[i], counts))
+            s->late_warnings.push_back(std::move(line));
     }
+    s->warnings.insert(s->warnings.end(), s->late_warnings.begin(), s->late_warnings.end());
     s->peak_rss_bytes = peak_resident_bytes();
     s->seconds_first_slice = committer.first_slice();
     s->seconds_total = process_age_seconds() - options_.began_seconds;

@@ -110,8 +110,9 @@ struct PrintStatistics {
     /// alone.
     int32_t slices_resumed = 0;
     int64_t voxels_solid_resumed = 0;   ///< without support
-    std::vector<std::string> warnings;  ///< those of the input, and `overlaps`
-    std::vector<std::string> overlaps;  ///< messages on parts of equal priority
+    std::vector<std::string> warnings;  ///< those of the input, and `late_warnings`
+    /// What only printing shows: parts of equal priority that overlap, displacements that were changed.
+    std::vector<std::string> late_warnings;
 };
 
 /// Returns the fraction of voxels_total that this print has made itself, by slices.

@@ -211,6 +211,24 @@ Result<void> DicedSurface::status() const {
 
 }  // namespace
 
+std::vector<std::string> displacement_warnings(const part::Part& part,
+                                               const SurfaceCounts& counts) {
+    std::vector<std::string> lines;
+    if (counts.not_finite > 0) {
+        lines.push_back(
+            fmt::format("part `{}`: some displacements are no numbers or infinite; there the "
+                        "surface stays where it is",
+                        part.name));
+    }
+    if (counts.cut_to_bound > 0) {
+        lines.push_back(
+            fmt::format("part `{}`: some displacements are longer than its `max_displacement_mm`, "
+                        "{:.6g}, and are cut to that",
+                        part.name, part.max_displacement_mm));
+    }
+    return lines;
+}
+
 Result<std::unique_ptr<Surface>> Surface::create(const part::Part& part,
                                                  const SurfaceOptions& options) {
     if (!(options.micro_edge_mm > 0)) return internal_error("micro_edge_mm must be above zero");

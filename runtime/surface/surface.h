@@ -121,6 +121,9 @@ struct SurfaceCounts {
     int64_t cache_peak_bytes = 0;
 };
 
+/// Returns a message for each way in which displacements of the part were changed.
+std::vector<std::string> displacement_warnings(const part::Part& part, const SurfaceCounts& counts);
+
 /// A flat convex polygon grown by a box: all p + d with p in the hull of the corners and d in
 /// `grow`. Part-local mm.
 struct GrownPolygon {

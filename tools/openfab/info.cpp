@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "backends/ofr/ofr_reader.h"
+#include "backends/raster/slice_files.h"
 #include "base/input_file.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -114,6 +115,17 @@ std::string text_of(const rapidjson::Value& object, const char* name) {
     return text;
 }
 
+int64_t count_slice_files(const fs::path& folder) {
+    std::error_code ended;
+    int64_t files = 0;
+    for (fs::directory_iterator at(folder, ended); !ended && at != fs::directory_iterator();
+         at.increment(ended)) {
+        const std::string name = at->path().filename().string();
+        files += raster::is_slice_name(name) && !name.ends_with(".part");
+    }
+    return files;
+}
+
 Result<void> info_of_folder(const fs::path& folder) {
     const fs::path file = folder / "manifest.json";
     const std::optional<std::string> text = read_manifest(file);
@@ -125,6 +137,17 @@ Result<void> info_of_folder(const fs::path& folder) {
     manifest.Parse<rapidjson::kParseIterativeFlag>(text->c_str());
     if (manifest.HasParseError() || !manifest.IsObject()) {
         return user_error(fmt::format("`{}` is damaged", file.string()));
+    }
+    // Of a print that was cut short its manifest, which was written at its start, knows no slices.
+    const auto whole = manifest.FindMember("complete");
+    if (whole != manifest.MemberEnd() && whole->value.IsBool() && !whole->value.GetBool()) {
+        for (const char* name : {"title", "printer", "slices_planned", "pixels", "dpi", "layer_um"})
+            show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
+        show(
+            fmt::format("complete         no: {} files of slices are there; printing with "
+                        "`--resume` continues after the last whole slice\n",
+                        count_slice_files(folder)));
+        return {};
     }
     for (const char* name :
          {"title", "printer", "complete", "slices", "slices_planned", "pixels", "dpi", "layer_um",

@@ -55,6 +55,10 @@ Result<void> check_copy(ExportOptions* options, const std::vector<std::string>& 
     world::Printer printer = printer_of(info);
     printer.native_format = "png";
     if (one_slice) {
+        const std::string& output = options->print.output;
+        const bool is_picture = output.empty() || output == "-" || output.ends_with(".png");
+        if (!is_picture || (!options->print.format.empty() && options->print.format != "png"))
+            return usage_error("`--slice` makes a picture; write `-o FILE.png`");
         options->print.format = "png";
     } else {
         Result<std::string> format = program::choose_format(options->print, printer);

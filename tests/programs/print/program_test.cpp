@@ -276,6 +276,10 @@ TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
         {}, "two.fab.json");
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
     EXPECT_THAT(printed.err, HasSubstr("overlap in"));
+    const Outcome silent =
+        print({"-o", path("a.ofr"), "--printer", "j750", "--progress", "none"}, {}, "two.fab.json");
+    EXPECT_THAT(silent.err, HasSubstr("warning: "));
+    EXPECT_THAT(silent.err, HasSubstr("overlap in"));
     const rapidjson::Document p = json("p.json");
     EXPECT_EQ(p["warnings"].Size(), 1u);
     for (const char* material : {"white", "black"}) {

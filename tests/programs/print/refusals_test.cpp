@@ -95,11 +95,12 @@ TEST_F(Refusals, ExportSparesWhatItReads) {
     ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
     const std::string whole = read_file(path("e.ofr"));
     fs::create_hard_link(path("e.ofr"), path("hard.ofr"));
+    fs::create_hard_link(path("e.ofr"), path("hard.png"));
     for (const std::vector<std::string>& options :
          {std::vector<std::string>{"-o", path("e.ofr")},
           {"-o", path("hard.ofr")},
           {"-o", path("e.ofr"), "--format", "3mf"},
-          {"-o", path("e.ofr"), "--slice", "1"},
+          {"-o", path("hard.png"), "--slice", "1"},
           {"-o", path("slices"), "--preview", path("p.png"), "--preview", path("p.png")}}) {
         std::vector<std::string> arguments{"export", path("e.ofr")};
         arguments.insert(arguments.end(), options.begin(), options.end());
@@ -115,6 +116,26 @@ TEST_F(Refusals, ExportSparesWhatItReads) {
     EXPECT_TRUE(read_file(path("e.ofr")) == whole);
     EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("copy.ofr")}).exit_code, 0);
     EXPECT_TRUE(read_file(path("copy.ofr")) == whole);
+}
+
+TEST_F(Refusals, WhatAnOutputCannotHaveIsNotIgnored) {
+    ASSERT_EQ(print({"-o", path("e.ofr")}).exit_code, 0);
+    for (const char* output : {"f.ofr", "f.npy", "f.3mf"}) {
+        const Outcome outcome = print({"-o", path(output), "--flip-x"});
+        EXPECT_EQ(outcome.exit_code, 2) << output;
+        EXPECT_THAT(outcome.err, HasSubstr("`--flip-x` mirrors the pictures of"));
+        EXPECT_FALSE(fs::exists(path(output)));
+    }
+    EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("f.npy"), "--flip-x"}).exit_code, 2);
+    EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("s.ofr"), "--slice", "1"}).exit_code, 2);
+    EXPECT_EQ(
+        openfab({"export", path("e.ofr"), "-o", path("s.png"), "--slice", "1", "--format", "bmp"})
+            .exit_code,
+        2);
+    EXPECT_FALSE(fs::exists(path("s.ofr")) || fs::exists(path("s.png")));
+    const Outcome far = print({"--probe", "1e99,0,0"});
+    EXPECT_EQ(far.exit_code, 1);
+    EXPECT_THAT(far.err, HasSubstr("the window begins 1e+99 mm from the origin along x"));
 }
 
 TEST_F(Refusals, ADeviceStaysADevice) {

@@ -184,6 +184,16 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
                                              "--draft", "4",       "--png",    "indexed"};
     undisturbed(arguments);
     const Files expected = files_of(path("a"));
+    // As it stands when the print is killed.
+    std::string manifest = read_file(path("a/manifest.json"));
+    const std::string whole = "\"complete\": true";
+    ASSERT_NE(manifest.find(whole), std::string::npos);
+    manifest.replace(manifest.find(whole), whole.size(), "\"complete\": false");
+    scratch_.write("a/manifest.json", manifest);
+    const Outcome told = run({OPENFAB_PROGRAM, "info", path("a")});
+    EXPECT_THAT(told.out, HasSubstr(fmt::format("no: {} files of slices are there; printing with "
+                                                "`--resume` continues",
+                                                expected.size() - 2)));
     std::vector<std::string> again = arguments;
     again.push_back("--resume");
     // Files after a power failure: renamed but empty or full of zeros; and a part that was never

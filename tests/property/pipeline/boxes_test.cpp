@@ -275,7 +275,7 @@ void expect_first_slice_changes_nothing(size_t materials) {
             EXPECT_EQ(two_steps.sink.slices, one_step.sink.slices);
             EXPECT_EQ(two_steps.statistics.hash, one_step.statistics.hash);
             EXPECT_EQ(two_steps.statistics.voxels_by_code, one_step.statistics.voxels_by_code);
-            EXPECT_EQ(two_steps.statistics.overlaps, one_step.statistics.overlaps);
+            EXPECT_EQ(two_steps.statistics.late_warnings, one_step.statistics.late_warnings);
             EXPECT_EQ(two_steps.statistics.blocks_total, one_step.statistics.blocks_total);
             // Blocks of several slices were evaluated for the first slice, and again for the
             // others.

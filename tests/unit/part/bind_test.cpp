@@ -215,7 +215,7 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
          "10:80: `Material palette[2]` of fablet `Coat` is given the string `red`; it takes the "
          "names of 2 materials"},
         {"\"fablet\": \"Coat\"", "\"fablet\": \"Coad\"",
-         "3:55: fablet `Coad` is not in this print; did you mean `Coat`?"},
+         "3:55: fablet `Coad` of `coat.fl` is not in this print; did you mean `Coat`?"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;

@@ -132,6 +132,11 @@ TEST(BoundDisplacement, MakesFiniteAndCuts) {
     EXPECT_EQ(kept.by, (std::array<float, 3>{1.0f, 2.0f, 2.0f}));
     EXPECT_EQ(kept.status, 0u);
     EXPECT_EQ(move({1.0f, 2.0f, 2.0f}, 3.0f).status, 0u);
+    // A normal whose length is rounded up.
+    const Moved along = move({1.0f, 2.0f, 2.0f}, std::nextafter(3.0f, 0.0f));
+    EXPECT_EQ(along.status, 0u);
+    EXPECT_LT(along.by[0], 1.0f);
+    EXPECT_EQ(move({1.0f, 2.0f, 2.0f}, 2.9999f).status, 2u);
     for (const float bad : {kNan, kInfinity, -kInfinity}) {
         const Moved none = move({1.0f, bad, 2.0f}, 1.0f);
         EXPECT_EQ(none.by, (std::array<float, 3>{0.0f, 0.0f, 0.0f}));

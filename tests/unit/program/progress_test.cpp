@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdio>
+#include <functional>
 #include <string>
 
 namespace openfab::program {
@@ -12,18 +13,39 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// Returns the progress that a print of 100 slices, one a second, writes to a file.
-std::string lines_of(ProgressMode mode) {
+/// Returns what `use` has progress write to a file.
+std::string written(ProgressMode mode, const std::function<void(Progress*)>& use) {
     std::FILE* file = std::tmpfile();
     Progress progress(mode, file);
-    for (int i = 1; i <= 100; ++i)
-        progress.update({i, 100, i * 1'000'000, 100'000'000, static_cast<double>(i)});
+    use(&progress);
     progress.end();
     std::string text(static_cast<size_t>(std::ftell(file)), ' ');
     std::rewind(file);
     EXPECT_EQ(std::fread(text.data(), 1, text.size(), file), text.size());
     std::fclose(file);
     return text;
+}
+
+/// Returns the progress of a print of 100 slices, one a second.
+std::string lines_of(ProgressMode mode) {
+    return written(mode, [](Progress* progress) {
+        for (int i = 1; i <= 100; ++i)
+            progress->update({i, 100, i * 1'000'000, 100'000'000, static_cast<double>(i)});
+    });
+}
+
+TEST(Progress, WarningsAreShownInEveryMode) {
+    const auto messages = [](ProgressMode mode) {
+        return written(mode, [](Progress* progress) {
+            progress->note("a \"note\"");
+            progress->warn("a warning");
+        });
+    };
+    EXPECT_EQ(messages(ProgressMode::kPlain), "note: a \"note\"\nwarning: a warning\n");
+    EXPECT_EQ(messages(ProgressMode::kNone), "warning: a warning\n");
+    EXPECT_EQ(messages(ProgressMode::kJson),
+              "{\"event\": \"note\", \"text\": \"a \\\"note\\\"\"}\n"
+              "{\"event\": \"warning\", \"text\": \"a warning\"}\n");
 }
 
 TEST(Progress, PlainLinesWhereThereIsNoTerminal) {

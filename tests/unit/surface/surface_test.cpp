@@ -136,6 +136,12 @@ TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
     }
     EXPECT_GT(surface->counts().not_finite, 0);
     EXPECT_GT(surface->counts().cut_to_bound, 0);
+    const std::vector<std::string> warnings =
+        surface::displacement_warnings(part, surface->counts());
+    ASSERT_EQ(warnings.size(), 2u);
+    EXPECT_NE(warnings[0].find("no numbers or infinite"), std::string::npos);
+    EXPECT_NE(warnings[1].find("`max_displacement_mm`, 0.25"), std::string::npos);
+    EXPECT_TRUE(surface::displacement_warnings(part, {}).empty());
 }
 
 TEST(SurfaceTest, BoundsOfWhatIsCutKnowHowMuchIsLeft) {
