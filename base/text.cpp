@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <iterator>
 
@@ -130,6 +132,20 @@ std::string lower_ascii(std::string text) {
     for (char& c : text)
         c = lower_ascii(c);
     return text;
+}
+
+std::string shell_word(const std::string& text) {
+    const auto is_plain = [](unsigned char c) {
+        return std::isalnum(c) != 0 ||
+               std::string_view("_./-+=:@%,").find(static_cast<char>(c)) !=
+                   std::string_view::npos ||
+               c >= 0x80;
+    };
+    if (!text.empty() && std::all_of(text.begin(), text.end(), is_plain)) return text;
+    std::string quoted = "'";
+    for (const char c : text)
+        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
 }
 
 }  // namespace openfab

@@ -26,6 +26,9 @@ constexpr char lower_ascii(char c) {
 }
 std::string lower_ascii(std::string text);
 
+/// Returns the text as one word of a shell's command line, in quotes where it needs them.
+std::string shell_word(const std::string& text);
+
 /// Replaces bytes that are not UTF-8 by U+FFFD, as JSON requires.
 std::string valid_utf8(std::string_view text);
 

@@ -265,6 +265,18 @@ Result<SampleTable> read_photograph(const fs::path& file, const SampleTable& cha
             "the corners lie on a line",
             "give those of the chart: top left, top right, bottom right, bottom left");
     const int columns = chart.columns, rows = rows_of(chart);
+    const auto side = [&](size_t a, size_t b) {
+        return std::hypot(quad[b][0] - quad[a][0], quad[b][1] - quad[a][1]);
+    };
+    const double across = std::min(
+        {side(0, 1) / columns, side(3, 2) / columns, side(0, 3) / rows, side(1, 2) / rows});
+    constexpr double kFewestPixels = 4;
+    if (across < kFewestPixels) {
+        return user_error(
+            fmt::format("{}: patches are {:.2g} pixels across there, and {} are needed",
+                        file.string(), across, kFewestPixels),
+            "give the corners of the chart in pixels, or a larger photograph");
+    }
     SampleTable out = chart;
     out.has_lab = true;
     constexpr int kAlong = 24;
@@ -299,6 +311,15 @@ Result<PrintedChart> read_print(const std::string& file, const SampleTable& char
     const Result<std::vector<int>> ink_of_code = inks_of_codes(info, file);
     if (!ink_of_code) return ink_of_code.error();
     const int columns = chart.columns, rows = rows_of(chart);
+    const double patch_x = info.size.x * info.pitch_mm.x / columns;
+    const double patch_y = info.size.y * info.pitch_mm.y / rows;
+    // Patches are squares.
+    if (std::abs(patch_x / patch_y - 1) > 0.02) {
+        return user_error(
+            fmt::format("{}: it is not the print of this chart, of {} x {} patches: they "
+                        "would be {:.3g} x {:.3g} mm",
+                        file, columns, rows, patch_x, patch_y));
+    }
     const auto patch_of = [](int32_t voxel, int32_t size, int patches) {
         const double place = (voxel + 0.5) / size * patches;
         const double within = place - std::floor(place);

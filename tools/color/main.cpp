@@ -51,10 +51,8 @@ using Action = std::function<Result<void>()>;
 Result<void> make_chart(const Arguments& a) {
     const SampleTable chart = a.table.empty() ? ink_chart() : color_chart();
     if (Result<void> done = write_chart(a.output, chart, a.table); !done) return done;
-    say(
-        fmt::format("made a chart of {} patches\nprint it: openfab print {}/chart.fab.json -o "
-                    "chart.ofr\n",
-                    chart.samples.size(), a.output));
+    say(fmt::format("made a chart of {} patches\nprint it: openfab print {} -o chart.ofr\n",
+                    chart.samples.size(), shell_word(a.output + "/chart.fab.json")));
     return {};
 }
 

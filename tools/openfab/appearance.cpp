@@ -91,16 +91,18 @@ void read_picture(std::string_view line, const fs::path& file, MaterialAppearanc
     fs::path path = folder / with_slashes(line);
     std::error_code ignored;
     // Many libraries contain paths of another machine.
-    if (!fs::exists(path, ignored) || !is_inside(path, folder))
-        path = folder / with_slashes(line).filename();
+    const bool is_elsewhere = !is_inside(path, folder);
+    if (!fs::exists(path, ignored) || is_elsewhere) path = folder / with_slashes(line).filename();
     const Result<SharedBytes> bytes =
         out->picture(without_links(path).string(), [&](int64_t most) -> Result<std::string> {
             if (!is_inside(path, folder)) return user_error("not below the mesh's folder");
             return read_text_file(path, static_cast<size_t>(most));
         });
     if (!bytes) {
-        out->note(fmt::format("the picture `{}` of material `{}` is left out: {}", line,
-                              appearance->name, bytes.error().text()));
+        const char* const why =
+            is_elsewhere ? "it is not below the mesh's folder; put a copy beside the mesh: " : "";
+        out->note(fmt::format("the picture `{}` of material `{}` is left out: {}{}", line,
+                              appearance->name, why, bytes.error().text()));
         return;
     }
     picture.name = path.filename().string();

@@ -43,6 +43,8 @@ Result<void> read_length(const char* option, const std::string& text, std::optio
 
 Result<void> copy_into(const fs::path& from, const fs::path& to) {
     std::error_code status;
+    if (fs::equivalent(from, to, status)) return {};  // it is imported where it lies
+    status.clear();
     fs::create_directories(to.parent_path(), status);
     if (!status) fs::copy_file(from, to, fs::copy_options::overwrite_existing, status);
     if (!status) return {};
@@ -128,8 +130,9 @@ Result<void> run_import(ImportArguments arguments) {
     if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done) return done;
     for (const auto& [name, number] : loaded->groups)
         say(fmt::format("group {} is {}\n", number, printable(name)));
-    say(fmt::format("made {} with the fablet `{}`\nprint it: openfab print {} -o {}.ofr\n",
-                    world.string(), import->fablet, world.string(), mesh.stem().string()));
+    say(fmt::format("made {} with the fablet `{}`\nprint it: openfab print {} -o {}\n",
+                    world.string(), import->fablet, shell_word(world.string()),
+                    shell_word(mesh.stem().string() + ".ofr")));
     return {};
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "base/say.h"
+#include "base/text.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/stock.h"
 
@@ -69,7 +70,7 @@ Result<void> make_folder(const std::string& path) {
         return done;
     const fs::path world = folder / (name + ".fab.json");
     say(fmt::format("made {}\nprint it: openfab print {} -o {}.ofr --preview {}.png,view=section\n",
-                    world.string(), world.string(), name, name));
+                    world.string(), shell_word(world.string()), name, name));
     return {};
 }
 

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/text.h"
+
 namespace openfab::text {
 namespace {
 
@@ -29,6 +31,47 @@ struct FoundFont {
     int index = 0;  ///< in a file of several fonts
 };
 
+std::string text_of(const FcPattern* pattern, const char* property, int number) {
+    FcChar8* text = nullptr;
+    const bool is_there = FcPatternGetString(pattern, property, number, &text) == FcResultMatch;
+    return is_there ? reinterpret_cast<const char*>(text) : "";
+}
+
+/// Checks the words after the family, as `bold` in `DejaVu Sans:bold`: Fontconfig skips those that it
+/// does not know.
+Result<void> check_styles(const std::string& name) {
+    for (size_t at = name.find(':'); at != std::string::npos;) {
+        const size_t next = name.find(':', at + 1);
+        const std::string word = name.substr(at + 1, next - at - 1);
+        at = next;
+        int value = 0;
+        if (word.empty() || word.find('=') != std::string::npos ||
+            FcNameConstant(reinterpret_cast<const FcChar8*>(word.c_str()), &value))
+            continue;
+        return user_error(fmt::format("`{}` is no style of a font", word),
+                          "styles are words as `bold`, `italic`, `light`, `condensed`");
+    }
+    return {};
+}
+
+/// Checks that the font is of the wanted family, in whose place Fontconfig finds another where there is
+/// none.
+Result<void> check_family(const std::string& wanted, const FcPattern* found) {
+    for (const char* generic : {"", "sans-serif", "sans", "serif", "monospace", "mono", "cursive",
+                                "fantasy", "system-ui"}) {
+        if (lower_ascii(wanted) == generic) return {};
+    }
+    for (int k = 0;; ++k) {
+        const std::string family = text_of(found, FC_FAMILY, k);
+        if (family.empty()) break;
+        if (lower_ascii(family) == lower_ascii(wanted)) return {};
+    }
+    return user_error(fmt::format("this system has no font family `{}`", wanted),
+                      fmt::format("`{}` is the nearest; `fc-list : family` lists all, and a font's "
+                                  "file will do, too",
+                                  text_of(found, FC_FAMILY, 0)));
+}
+
 Result<FoundFont> find_font(const std::string& name) {
     std::error_code ignored;
     if (std::filesystem::is_regular_file(name, ignored)) return FoundFont{name, name, 0};
@@ -40,22 +83,23 @@ Result<FoundFont> find_font(const std::string& name) {
     if (config == nullptr || wanted == nullptr)
         return user_error(fmt::format("`{}` is not a font's name", name),
                           "write a name, as `DejaVu Sans:bold`, or a file");
+    if (Result<void> known = check_styles(name); !known) return known.error();
+    const std::string family = text_of(wanted.get(), FC_FAMILY, 0);
     FcConfigSubstitute(config.get(), wanted.get(), FcMatchPattern);
     FcDefaultSubstitute(wanted.get());
     FcPatternAddBool(wanted.get(), FC_SCALABLE, FcTrue);
     FcResult outcome = FcResultNoMatch;
     const Owned<FcPattern, FcPatternDestroy> found(
         FcFontMatch(config.get(), wanted.get(), &outcome));
-    FcChar8 *file = nullptr, *full_name = nullptr;
-    int index = 0;
-    if (found == nullptr || FcPatternGetString(found.get(), FC_FILE, 0, &file) != FcResultMatch)
+    const std::string path = found == nullptr ? "" : text_of(found.get(), FC_FILE, 0);
+    if (path.empty())
         return outside_error(
             fmt::format("this system has no font for `{}`; give a font's file", name));
+    if (Result<void> same = check_family(family, found.get()); !same) return same.error();
+    int index = 0;
     FcPatternGetInteger(found.get(), FC_INDEX, 0, &index);
-    const std::string path = reinterpret_cast<const char*>(file);
-    if (FcPatternGetString(found.get(), FC_FULLNAME, 0, &full_name) != FcResultMatch)
-        return FoundFont{path, path, index};
-    return FoundFont{path, reinterpret_cast<const char*>(full_name), index};
+    const std::string full_name = text_of(found.get(), FC_FULLNAME, 0);
+    return FoundFont{path, full_name.empty() ? path : full_name, index};
 }
 
 /// Collects the outlines of a glyph in the font's units, with curves cut into chords.

@@ -150,6 +150,11 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
         EXPECT_THAT(outcome.err, HasSubstr("which is an input")) << arguments[0];
     }
     ASSERT_EQ(openfab(folder, {"color", "chart", "-o", "chart"}).exit_code, 0);
+    folder.write("small.ppm", "P3 3 2 255 " + std::string("9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9"));
+    const Outcome small =
+        openfab(folder, {"color", "read", "small.ppm", "chart/chart.txt", "-o", "s.ti3"});
+    EXPECT_EQ(small.exit_code, 1);
+    EXPECT_THAT(small.err, HasSubstr("pixels across there, and 4 are needed"));
     const Outcome again = openfab(folder, {"color", "chart", "-o", "chart"});
     EXPECT_EQ(again.exit_code, 1);
     EXPECT_THAT(again.err, HasSubstr("`chart/chart.fab.json` exists already"));

@@ -324,6 +324,18 @@ std::string pyramid(bool y_up) {
     return text + "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
 }
 
+TEST_F(OpenfabImport, AMeshStaysWhereItLies) {
+    fs::create_directories(path("my part"));
+    scratch_.write("my part/p (1).obj", read_file(path("block.obj")));
+    scratch_.write("my part/block.mtl", "newmtl photo\nmap_Kd ../block.obj\n");
+    const Outcome outcome =
+        openfab({"import", path("my part/p (1).obj"), "-o", path("my part"), "--unit", "mm"});
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("my part/p (1).fab.json' -o 'p (1).ofr'"));
+    EXPECT_THAT(outcome.err, HasSubstr("it is not below the mesh's folder; put a copy beside"));
+    EXPECT_EQ(openfab({"info", path("my part/p (1).fab.json")}).exit_code, 0);
+}
+
 TEST_F(OpenfabImport, AFigureThatLiesOnItsBackIsTold) {
     scratch_.write("figure.obj", pyramid(true));
     const Outcome lying = openfab({"import", path("figure.obj"), "-o", path("lying")});

@@ -94,6 +94,13 @@ TEST(Text, APlaceInAPipeOrFarOutIsNotLookedUp) {
     EXPECT_LT(text.size(), 2 * file.size() + 200);
 }
 
+TEST(ShellWord, IsQuotedWhereAShellWouldTakeItApart) {
+    EXPECT_EQ(shell_word("made/part-1.ofr"), "made/part-1.ofr");
+    EXPECT_EQ(shell_word("my part (1).ofr"), "'my part (1).ofr'");
+    EXPECT_EQ(shell_word("Ada's.ofr"), "'Ada'\\''s.ofr'");
+    EXPECT_EQ(shell_word(""), "''");
+}
+
 // Only one file writes messages, so that only one has to keep terminals safe.
 TEST(Text, ProgramsWriteByOneDoor) {
     const std::string root = OPENFAB_SOURCE_DIR;

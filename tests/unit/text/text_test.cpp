@@ -140,6 +140,10 @@ TEST(Text, WhatCannotBeDrawnIsTold) {
     const testing::ScratchFolder folder;
     folder.write("not.ttf", "not a font");
     EXPECT_THAT(refusal("a", (folder / "not.ttf").string()), HasSubstr("is not a font"));
+    EXPECT_THAT(refusal("a", "No Such Family:bold"),
+                HasSubstr("this system has no font family `No Such Family`"));
+    EXPECT_THAT(refusal("a", "sans-serif:blod"), HasSubstr("`blod` is no style of a font"));
+    EXPECT_TRUE(Font::open("Sans:bold", 5));
     const Result<Picture> large = draw_text(layout_of("wide"), 4000, 0);
     ASSERT_FALSE(large);
     EXPECT_THAT(large.error().text(), HasSubstr("at most 16000 along a side"));
