@@ -110,8 +110,9 @@ _running: weakref.WeakSet[Print] = weakref.WeakSet()
 class Print:
     """A print that runs while its slices are taken; print_world makes it.
 
-    Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. It ends by
-    itself, or by `close`, which a `with` block and a loop that is left do, too.
+    Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. Each slice is
+    given once: a print is iterated over once, or taken as one `array`. It ends by itself, or by `close`, which a `with`
+    block and a loop that is left do, too.
     """
 
     def __init__(
@@ -124,6 +125,7 @@ class Print:
         self._progress = _Bar(progress)
         self._info: PrintInfo | None = None
         self._closed = False
+        self._taken = target != _core.Target.SLICES
         self._statistics: dict[str, Any] | None = None
         self.thumbnails: list[tuple[int, NDArray[np.uint8]]] = []
         """Some slices, made smaller: what a notebook shows."""
@@ -138,6 +140,8 @@ class Print:
             if self._core.state == _core.State.ENDED and self._core.error is not None and not self._closed:
                 self._end()
             data = self._core.info
+            if 0 in data["size"]:
+                raise InputError("the print was closed before its set-up was complete, so that its grid is not known")
             data["materials"] = tuple(PrintMaterial(**one) for one in data["materials"])
             self._info = PrintInfo(**data)
         return self._info
@@ -150,6 +154,13 @@ class Print:
         return self._statistics
 
     def __iter__(self) -> Iterator[Slice]:
+        if self._taken or self._closed:
+            how = "were taken already" if self._taken else "are gone, since it was closed"
+            raise InputError(f"the slices of the print {how}; print_world prints the world again")
+        self._taken = True
+        return self._slices()
+
+    def _slices(self) -> Iterator[Slice]:
         try:
             info = self.info
             first, end = info.slices
@@ -166,10 +177,15 @@ class Print:
 
     def array(self) -> NDArray[np.uint8]:
         """Takes all slices; returns their codes as [z][y][x]."""
+        slices = iter(self)
         first, end = self.info.slices
         out = np.empty((end - first, self.info.size[1], self.info.size[0]), np.uint8)
-        for one in self:
+        done = first
+        for one in slices:
             out[one.z - first] = one.codes
+            done = one.z + 1
+        if done != end:
+            raise InputError(f"the print was closed after {done - first} of {end - first} slices")
         return out
 
     def close(self) -> None:
