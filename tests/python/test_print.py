@@ -182,13 +182,13 @@ def test_a_print_that_is_closed_at_once_has_no_grid(ball: openfab.World) -> None
 
 def test_uniforms_change_the_print_and_compile_nothing(ball: openfab.World) -> None:
     openfab.print_world(ball, voxel=0.3).array()
-    program = ball._ready(False)[0]
+    program = openfab.world.snapshot(ball).program()
     thin = openfab.print_world(ball, voxel=0.3, uniforms={"ball.skin": 0.1})
     thin.array()
     ball.objects["ball"]["skin"] = 0.1
     same = openfab.print_world(ball, voxel=0.3)
     same.array()
-    assert ball._ready(False)[0] is program
+    assert openfab.world.snapshot(ball).program() is program
     assert thin.statistics["hash"] == same.statistics["hash"]
     assert thin.statistics["voxels_by_material"]["white"] > 0
 
