@@ -481,8 +481,9 @@ def sample(
 
 def preview(
     world: AnyWorld, *views: str, uniforms: Mapping[str, Any] | None = None,
-    voxel: Real | str | Sequence[Real] | None = None, draft: Whole | None = None, printer: str | os.PathLike[str] | None = None, memory: Whole | str | None = None,
-    threads: Whole | None = None, progress: Progress = False,
+    voxel: Real | str | Sequence[Real] | None = None, draft: Whole | None = None,
+    printer: str | os.PathLike[str] | None = None, memory: Whole | str | None = None, threads: Whole | None = None,
+    progress: Progress = False,
 ) -> list[NDArray[np.uint8]]:
     """Returns pictures of a print, as RGBA in sRGB [row][column][4], for each view.
 

@@ -272,6 +272,24 @@ def _properties(name: str, array: NDArray[Any]) -> list[tuple[str, NDArray[Any]]
     return [(column, array[:, i]) for i, column in enumerate(names)]
 
 
+# Names that readers of PLY take for the components of one vector, where they follow each other.
+_COMPONENTS = ("u v", "s t", "texture_s texture_t", "nx ny nz", "r g b", "red green blue", "diffuse_red diffuse_green")
+_SUFFIXES = ("xyzw", "0123", "rgba", "uv")
+
+
+def _place_among(name: str) -> int:
+    for family in map(str.split, _COMPONENTS):
+        if name in family:
+            return family.index(name)
+    ends = [letters.index(name[-1]) for letters in _SUFFIXES if name[-2:-1] == "_" and name[-1] in letters]
+    return ends[0] if ends else 0
+
+
+def _in_order(attributes: Mapping[str, NDArray[Any]]) -> list[tuple[str, NDArray[Any]]]:
+    """Attributes in an order in which no two form a vector: scalars first, those that could be its second part in front."""
+    return sorted(attributes.items(), key=lambda one: (one[1].shape[1] > 1, -_place_among(one[0])))
+
+
 _Field = tuple[str, NDArray[Any]]
 _List = tuple[str, str, NDArray[Any]]
 
@@ -301,13 +319,13 @@ def _write_ply(
         return table.tobytes()
 
     fields = [(axis, vertices[:, i]) for i, axis in enumerate("xyz")]
-    for name, array in vertex.items():
+    for name, array in _in_order(vertex):
         fields += _properties(name, array)
     body = element("vertex", len(vertices), fields, [])
     lists: list[_List] = [("vertex_indices", "i", faces)]
     if corners is not None:
         lists.append(("texcoord", "f", corners))
-    fields = [column for name, array in face.items() for column in _properties(name, array)]
+    fields = [column for name, array in _in_order(face) for column in _properties(name, array)]
     body += element("face", len(faces), fields, lists)
     path.write_bytes("\n".join([*header, "end_header", ""]).encode() + body)
 
