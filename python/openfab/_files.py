@@ -26,7 +26,7 @@ WORLD = ".fab.json"
 
 _folder: Path | None = None
 _counts: dict[str, int] = {}
-# Held while files are made; reentrant, since what makes one asks for the folder.
+# Held while files are made, and while a world is changed or read; reentrant, since one does the other.
 lock = threading.RLock()
 
 

@@ -18,7 +18,7 @@ from . import _core, _files
 from ._given import Real, Whole, array, is_sequence, number, plain, short, vector, whole
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
-from .shapes import AnyMesh, Texture, as_mesh
+from .shapes import AnyMesh, Mesh, Texture, as_mesh
 
 T = TypeVar("T")
 
@@ -66,11 +66,13 @@ class Object(MutableMapping[str, Any]):
 
         `matrix` is of 3 rows and 4 columns, or of 4 rows whose last is (0, 0, 0, 1).
         """
-        if self._world._objects.get(self.name) is not self:
-            raise InputError(f"the world has no object `{self.name}` any more; add it again")
-        self._world._placements.append(
-            self._placement(translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys)
+        placed = self._placement(
+            translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
         )
+        with _files.lock:
+            if self._world._objects.get(self.name) is not self:
+                raise InputError(f"the world has no object `{self.name}` any more; add it again")
+            self._world._placements.append(placed)
         return self
 
     def _placement(
@@ -188,12 +190,6 @@ class World:
         support: bool | None = None, repair: str | None = None, **placement: Any,
     ) -> Object:
         """Adds an object, and places it: `placement` as of Object.place; with `place=False` it does not."""
-        if name is None:
-            name, count = fablet.name.lower(), len(self._objects)
-            while name in self._objects:
-                name, count = f"{fablet.name.lower()}{count}", count + 1
-        if name in self._objects:
-            raise InputError(f"the world has an object `{name}` already")
         keys = {
             "priority": None if priority is None else whole(priority, "`priority`"),
             "max_displacement_mm": (
@@ -202,20 +198,28 @@ class World:
             "support": support, "repair": repair,
         }
         given = {key: value for key, value in keys.items() if value is not None}
-        added = Object(self, name, as_mesh(mesh), fablet, given)
-        added.update(uniforms or {})
-        placed = [added._placement(**placement)] if place else []
-        # Nothing is in the world of what is wrong.
-        self._objects[name] = added
-        self._placements += placed
+        with _files.lock:
+            if name is None:
+                name, count = fablet.name.lower(), len(self._objects)
+                while name in self._objects:
+                    name, count = f"{fablet.name.lower()}{count}", count + 1
+            if name in self._objects:
+                raise InputError(f"the world has an object `{name}` already")
+            added = Object(self, name, as_mesh(mesh), fablet, given)
+            added.update(uniforms or {})
+            placed = [added._placement(**placement)] if place else []
+            # Of what is wrong, nothing is in the world.
+            self._objects[name] = added
+            self._placements += placed
         return added
 
     def remove(self, name: str) -> None:
         """Takes an object out, with its placements."""
-        if name not in self._objects:
-            raise InputError(f"the world has no object `{name}`; it has {', '.join(self._objects) or 'none'}")
-        removed = self._objects.pop(name)
-        self._placements = [one for one in self._placements if one.object is not removed]
+        with _files.lock:
+            if name not in self._objects:
+                raise InputError(f"the world has no object `{name}`; it has {', '.join(self._objects) or 'none'}")
+            removed = self._objects.pop(name)
+            self._placements = [one for one in self._placements if one.object is not removed]
 
     @property
     def objects(self) -> Mapping[str, Object]:
@@ -224,7 +228,8 @@ class World:
 
     def to_json(self) -> dict[str, Any]:
         """The world as a `.fab.json` says it; arrays are in temporary files that live as long as their owners."""
-        return self._describe(_Names(), set(), {})[0]
+        with _files.lock:
+            return self._describe(_Names(), set(), {})[0]
 
     def _describe(
         self, names: _Names, allow: set[Path], uniforms: Mapping[str, Any]
@@ -232,15 +237,15 @@ class World:
         """Returns what a `.fab.json` says, and other values of some uniforms, whose materials and textures it has."""
         fablets = _Named[Fablet]()
         objects = {}
-        for name, one in list(self._objects.items()):
+        for name, one in self._objects.items():
             objects[name] = {
                 "mesh": names.meshes.name(one.mesh, name),
                 "fablet": fablets.name(one.fablet, one.fablet.name),
                 **one._keys,
-                "uniforms": names.encode_all(one),
+                "uniforms": names.encode_all(one._uniforms),
             }
         build = []
-        for placement in list(self._placements):
+        for placement in self._placements:
             own = names.encode_all(placement.uniforms)
             build.append({**placement.spec, "uniforms": own} if own else placement.spec)
         settings = {target: self._setting(target, value, names) for target, value in uniforms.items()}
@@ -268,13 +273,20 @@ class World:
     def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
         """Writes it for one print, with other values of some uniforms."""
         names, allow = _Names(), set[Path]()
-        description, settings = self._describe(names, allow, uniforms or {})
+        with _files.lock:
+            description, settings = self._describe(names, allow, uniforms or {})
+            sources = dict.fromkeys(one.fablet.source() for one in self._objects.values())
         path = _files.unique(self.title, _files.WORLD)
         with _files.outside_errors(f"`{path}` cannot be written"):
             path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")
-        sources = dict.fromkeys(one.fablet.source() for one in list(self._objects.values()))
         made = Snapshot(
             path, tuple(sources), _allowed(sorted(allow)), _set_words(settings), description,
+            {
+                str(thing._file.path()): f"the arrays of {kind} `{name}`"
+                for kind, named in (("mesh", names.meshes), ("texture", names.textures))
+                for name, thing in named.items()
+                if isinstance(thing, (Mesh, Texture)) and thing._file is not None
+            },
             (names.meshes, names.textures),
         )
         _files.remove_with(made, path)
@@ -368,24 +380,15 @@ class Snapshot:
     settings: tuple[str, ...]
     """Options: other values of uniforms."""
     description: dict[str, Any]
-    kept: tuple[Any, ...] = field(default=(), repr=False)
+    names: Mapping[str, str] = field(default_factory=dict)
+    """What messages call files that were made for it: what the user calls them."""
+    kept: tuple[Any, ...] = ()
     """What owns the files that it names."""
 
     @property
     def words(self) -> list[str]:
         """What names it to a print."""
         return [str(self.path), *self.allowed, *self.settings]
-
-    @property
-    def names(self) -> dict[str, str]:
-        """What messages call files that were made for it: by what the user knows."""
-        made = str(_files.folder())
-        return {
-            one["file"]: f"the arrays of {kind} `{name}`"
-            for kind, group in (("mesh", "meshes"), ("texture", "textures"))
-            for name, one in self.description.get(group, {}).items()
-            if isinstance(one, dict) and str(one.get("file", "")).startswith(made + os.sep)
-        }
 
     def program(self, enable_printf: bool = False) -> _core.Program:
         """Returns the kernels of its fablets."""
@@ -451,7 +454,8 @@ class _Names:
         self.meshes = _Named[AnyMesh]()
 
     def encode_all(self, uniforms: Mapping[str, Any]) -> dict[str, Any]:
-        return {name: self.encode(value, f"`{name}`") for name, value in uniforms.items()}
+        # Of a copy: other threads may set some.
+        return {name: self.encode(value, f"`{name}`") for name, value in dict(uniforms).items()}
 
     def encode(self, value: Any, what: str) -> Any:
         if isinstance(value, Material):

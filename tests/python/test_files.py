@@ -91,6 +91,33 @@ def test_prints_of_several_threads_have_their_own_uniforms(ball: openfab.World) 
     assert found == [[count] * 6 for count in expected] and len(set(expected)) == 4
 
 
+def test_a_world_may_change_while_it_is_printed(ball: openfab.World) -> None:
+    one, over, errors = ball.objects["ball"], threading.Event(), []
+
+    def change() -> None:
+        while not over.is_set():
+            name = ball.add(openfab.sphere(1), one.fablet, dict(one), translate=(9, 0)).name
+            one["skin"] = 0.5 if one["skin"] == 0.8 else 0.8
+            ball.remove(name)
+
+    def print_it() -> None:
+        try:
+            for _ in range(10):
+                openfab.print_world(ball, voxel=1, threads=1).array()
+        except openfab.Error as error:
+            errors.append(error)
+
+    changing = threading.Thread(target=change)
+    printing = [threading.Thread(target=print_it) for _ in range(3)]
+    for thread in (changing, *printing):
+        thread.start()
+    for thread in printing:
+        thread.join()
+    over.set()
+    changing.join()
+    assert errors == []
+
+
 def test_files_of_worlds_go_with_their_prints(ball: openfab.World) -> None:
     print_ = openfab.print_world(ball, voxel=1)
     first = print_._snapshot.path
