@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import atexit
 import os
 import shutil
 import struct
@@ -14,6 +13,7 @@ import weakref
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,8 @@ def folder() -> Path:
         if _folder is None:
             with outside_errors("a temporary folder cannot be made"):
                 _folder = Path(tempfile.mkdtemp(prefix="openfab-"))
+            # At the end of this process alone, and of one of multiprocessing, too, which atexit does not see.
+            Finalize(None, shutil.rmtree, (_folder, True), exitpriority=0)
         return _folder
 
 
@@ -47,12 +49,6 @@ def outside_errors(what: str) -> Iterator[None]:
         yield
     except OSError as error:
         raise OutsideError(f"{what}: {error.strerror or error}") from error
-
-
-@atexit.register
-def _remove_folder() -> None:
-    if _folder is not None:
-        shutil.rmtree(_folder, ignore_errors=True)
 
 
 def _forget() -> None:

@@ -84,6 +84,7 @@ class Print:
         uniforms: Mapping[str, Any] | None = None, window: tuple[float, ...] | None = None,
         enable_printf: bool = False, progress: Progress = False, names: Mapping[str, str] | None = None,
     ) -> None:
+        claim_threads()
         self._world = world
         self._snapshot = snapshot(world, uniforms)  # whose files it reads
         self._names = {**self._snapshot.names, **(names or {})}
@@ -242,8 +243,25 @@ def _close_all() -> None:
         one.close()
 
 
+_has_threads = False
+_lacks_threads = False
+
+
+def claim_threads() -> None:
+    """Says that this process prints; raises where it cannot."""
+    global _has_threads
+    if _lacks_threads:
+        raise InputError(
+            "this process was forked from one that had printed, whose threads it lacks",
+            help="start it by multiprocessing's `spawn` or `forkserver`, or before the first print",
+        )
+    _has_threads = True
+
+
 def _leave_to_the_parent() -> None:
     """A forked child has none of the threads of prints, which it could not even wait for."""
+    global _lacks_threads
+    _lacks_threads = _has_threads
     for one in list(_running):
         one._closed = one._is_of_the_parent = True
         one._core.abandon()

@@ -139,7 +139,7 @@ def test_files_travel_once(client: Any, ball: openfab.World, tmp_path: Path) -> 
 
 def test_a_folder_has_the_files_of_one_process(client: Any, ball: openfab.World, tmp_path: Path) -> None:
     openfab.print_world(ball, tmp_path / "alone", voxel=0.2, format="png")
-    over.print_world(ball, client, tmp_path / "shared", voxel=np.float32(0.2), format="png", in_flight=np.int64(3))
+    over.print_world(ball, client, tmp_path / "shared", voxel=np.float64(0.2), format="png", in_flight=np.int64(3))
     assert files_of(tmp_path / "shared") == files_of(tmp_path / "alone")
 
 

@@ -23,7 +23,7 @@ from .. import _files as own_files
 from .._given import Real, Whole, whole
 from .._options import words_of
 from ..errors import InputError, PrintWarning, renamed
-from ..printing import PrintInfo, PrintMaterial, Progress, _Bar
+from ..printing import PrintInfo, PrintMaterial, Progress, _Bar, claim_threads
 from ..world import AnyWorld, snapshot
 from . import worker
 from .costs import CostModel, ShareCost, sample_places, settled, share_end
@@ -118,6 +118,7 @@ def print_world(
     if named.endswith(".json") and printer is None:
         named = os.path.join(read.path.parent, named)
     with Output(out, [*options, *receiver], named) as output:
+        claim_threads()
         inputs = gather(read, options)
         workers = _Workers(client)
         job = Job(

@@ -19,6 +19,7 @@ import distributed
 from .. import _core
 from ..errors import Error, InputError, InternalError, OutsideError, raise_error, renamed
 from ..fablet import programs
+from ..printing import claim_threads
 from ..world import dither_rule
 from .costs import ShareCost
 from .inputs import Blob, unpack
@@ -207,6 +208,7 @@ def _folder(digest: str) -> Path:
 
 
 def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob], description: bytes) -> _Kept:
+    claim_threads()
     world = unpack(root, inputs, job.world, description)
     rule = dither_rule([str(world), f"--allow={root}"])
     program, _ = programs.find([root / source for source in job.sources], rule=rule)
