@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _files
-from ._given import Real, array, floats, integers, is_sequence, number, short, vector
+from ._given import Real, array, floats, integers, is_sequence, number, plain, short, vector
 from .errors import InputError
 
 
@@ -128,11 +128,12 @@ class FileMesh:
         groups: Mapping[str, int] | None = None,
     ) -> None:
         self.file = Path(file).absolute()
-        self._keys = {"unit": unit, "up": up, "groups": None if groups is None else dict(groups)}
+        keys = {"unit": unit, "up": up, "groups": groups}
+        self._keys = {key: plain(value, f"`{key}` of a mesh") for key, value in keys.items() if value is not None}
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:
         allow.add(self.file.parent)
-        return {"file": str(self.file), **{key: value for key, value in self._keys.items() if value is not None}}
+        return {"file": str(self.file), **self._keys}
 
     def __repr__(self) -> str:
         return f"FileMesh({str(self.file)!r})"
@@ -286,7 +287,7 @@ def _place_among(name: str) -> int:
 
 
 def _in_order(attributes: Mapping[str, NDArray[Any]]) -> list[tuple[str, NDArray[Any]]]:
-    """Attributes in an order in which no two form a vector: scalars first, those that could be its second part in front."""
+    """Attributes in an order in which no two form a vector: scalars first, of those the later parts in front."""
     return sorted(attributes.items(), key=lambda one: (one[1].shape[1] > 1, -_place_among(one[0])))
 
 
@@ -341,7 +342,8 @@ class Texture:
         self, picture: str | os.PathLike[str] | ArrayLike, *, wrap: str = "repeat", filter: str = "anisotropic",
         space: str = "auto", channels: str = "all",
     ) -> None:
-        self._keys: dict[str, Any] = {"wrap": wrap, "filter": filter, "space": space, "channels": channels}
+        keys = {"wrap": wrap, "filter": filter, "space": space, "channels": channels}
+        self._keys: dict[str, Any] = plain(keys, "a texture")
         self._array: NDArray[Any] | None = None
         if isinstance(picture, (str, os.PathLike)):
             self._own_file(Path(os.fsdecode(picture)).absolute(), "")
@@ -388,7 +390,7 @@ class Texture:
             if wrong:
                 raise InputError(f"{', '.join(wrong)} of a volume: an array has none; files that hold fields do")
             self = cls.__new__(cls)
-            self._keys = {"wrap": wrap, "filter": filter}
+            self._keys = plain({"wrap": wrap, "filter": filter}, "a texture")
             texels = _texels(volume, "a volume")
             if texels.ndim not in (3, 4) or not texels.size or texels.shape[3:] not in ((), (1,), (2,), (3,), (4,)):
                 raise InputError(f"a volume has the shape {texels.shape}; it should be (z, y, x[, 1 to 4])")
@@ -403,7 +405,8 @@ class Texture:
             self._keys["pitch_mm"] = number(pitch, "`pitch`")
         if outside is not None:
             self._keys["outside"] = number(outside, "`outside`")
-        self._keys.update({key: value for key, value in (("field", field), ("unit", unit)) if value is not None})
+        texts = {"field": field, "unit": unit}
+        self._keys.update({key: plain(value, f"`{key}`") for key, value in texts.items() if value is not None})
         return self
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from typing import Any, Generic, Mapping, Sequence, TypeVar
 import numpy as np
 
 from . import _core, _files
-from ._given import Real, Whole, array, is_sequence, number, plain, short, vector, whole
+from ._given import Real, Whole, array, is_sequence, number, plain, several, short, vector, whole
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
 from .shapes import AnyMesh, Mesh, Texture, as_mesh
@@ -35,7 +35,9 @@ class Material:
 
     def _spec(self) -> dict[str, Any]:
         spec = {"key": self.key, "preview": self.preview, "density_g_cm3": self.density_g_cm3, "channel": self.channel}
-        return {key: value for key, value in spec.items() if value is not None}
+        given = {key: value for key, value in spec.items() if value is not None}
+        described: dict[str, Any] = plain(given, f"material `{self.name}`")
+        return described
 
 
 VOID = "VOID"
@@ -101,7 +103,8 @@ class Object(MutableMapping[str, Any]):
         if declared.kind.startswith("texture") and not isinstance(value, (Texture, str)):
             if declared.array_length == 1:
                 return _texture(declared, value)
-            return [one if isinstance(one, (Texture, str)) else _texture(declared, one) for one in value]
+            every = several(value, f"`{name}`", (declared.array_length,), f"{declared.array_length} textures")
+            return [one if isinstance(one, (Texture, str)) else _texture(declared, one) for one in every]
         encoded = _Names().encode(value, f"`{name}`")  # which raises what is wrong with it
         room = declared.components * declared.array_length
         if declared.kind == "value" and _count(encoded) > room:
@@ -197,7 +200,7 @@ class World:
             ),
             "support": support, "repair": repair,
         }
-        given = {key: value for key, value in keys.items() if value is not None}
+        given = {key: plain(value, f"`{key}`") for key, value in keys.items() if value is not None}
         with _files.lock:
             if name is None:
                 name, count = fablet.name.lower(), len(self._objects)

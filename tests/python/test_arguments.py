@@ -48,9 +48,11 @@ def test_numbers_of_shapes_and_placements_may_be_of_numpy() -> None:
     def made(number: Callable[[float], Any]) -> np.ndarray:
         world = openfab.World(printer="generic")
         fablet = openfab.Fablet(text=BALL)
-        uniforms = {"core": WHITE, "shell": BLACK, "skin": number(1)}
+        dense = openfab.Material("dense", "#808080", density_g_cm3=number(2))
+        uniforms = {"core": WHITE, "shell": dense, "skin": number(1)}
         shape = openfab.box(number(2), number(4), number(3))
-        first = world.add(shape, fablet, uniforms, priority=np.int16(2), translate_mm=[number(1), number(2)])
+        keys = {"priority": np.int16(2), "support": np.bool_(True), "translate_mm": [number(1), number(2)]}
+        first = world.add(shape, fablet, uniforms, **keys)
         first.place(translate=[number(8)] * 3, rotate=[number(0)] * 3, scale=number(1))
         world.add(openfab.sphere(number(3)), fablet, uniforms, matrix=np.eye(4))
         return openfab.sample(world, ([number(-2)] * 3, [number(9)] * 3), voxel=number(1)).fractions
@@ -121,6 +123,22 @@ def test_a_wrong_placement_leaves_no_object(ball: openfab.World, placement: dict
     with pytest.raises(openfab.InputError, match=text):
         one.place(**placement)
     assert list(ball.objects) == ["ball"] and len(ball._placements) == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: openfab.Material("w", "#ffffff", density_g_cm3=1j)._spec(), "material `w`, `density_g_cm3` cannot"),
+        (lambda: openfab.Texture("a.png", wrap=object()), "a texture, `wrap` cannot be"),
+        (lambda: openfab.FileMesh("a.obj", groups={"a": 1j}), "`groups` of a mesh, `a` cannot be 1j"),
+        (lambda: openfab.World(tray=object()), "`tray` of a world cannot be"),
+        (lambda: openfab.sphere("3mm"), "`diameter` cannot be '3mm'"),
+        (lambda: openfab.extrusion([[(0, 0), (1, 0), (1,)]], 3), "a corner of a polygon has 1 elements"),
+    ],
+)
+def test_what_a_world_is_made_of_is_checked(make: Callable[[], Any], text: str) -> None:
+    with pytest.raises(openfab.InputError, match=text):
+        make()
 
 
 def test_uniforms_are_checked_when_they_are_set(ball: openfab.World) -> None:
