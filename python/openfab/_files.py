@@ -5,64 +5,119 @@
 from __future__ import annotations
 
 import os
+import shutil
 import struct
 import tempfile
+import threading
 import weakref
 import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing.util import Finalize
 from pathlib import Path
-from typing import Any, Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-_folders: dict[int, tempfile.TemporaryDirectory[str]] = {}
-_counts: dict[str, int] = {}
+from .errors import OutsideError
+
 WORLD = ".fab.json"
+
+_folder: Path | None = None
+_counts: dict[str, int] = {}
+# Held while files are made, and while a world is changed or read; reentrant, since one does the other.
+lock = threading.RLock()
 
 
 def folder() -> Path:
     """The process's own temporary folder, removed when it ends; a forked child gets its own."""
-    if os.getpid() not in _folders:
-        _folders[os.getpid()] = tempfile.TemporaryDirectory(prefix="openfab-")
-    return Path(_folders[os.getpid()].name)
+    global _folder
+    with lock:
+        if _folder is None:
+            with outside_errors("a temporary folder cannot be made"):
+                _folder = Path(tempfile.mkdtemp(prefix="openfab-"))
+            # At the end of this process alone, and of one of multiprocessing, too, which atexit does not see.
+            Finalize(None, shutil.rmtree, (_folder, True), exitpriority=0)
+        return _folder
+
+
+@contextmanager
+def outside_errors(what: str) -> Iterator[None]:
+    """Raises failures of the file system as OutsideError."""
+    try:
+        yield
+    except OSError as error:
+        raise OutsideError(f"{what}: {error.strerror or error}") from error
+
+
+def _forget() -> None:
+    """What the parent has made stays its own; its lock may have been held by a thread that is no more."""
+    global _folder, lock
+    _folder, lock = None, threading.RLock()
+    _counts.clear()
+
+
+os.register_at_fork(after_in_child=_forget)
+
+
+def file_name(text: str) -> str:
+    """A name for a file that says what it is called, whatever that is."""
+    safe = "".join("_" if one in "/\0" else one for one in text).encode("utf-8", "replace")
+    return safe[:_LONGEST_NAME].decode("utf-8", "ignore") if safe not in (b"", b".", b"..") else "unnamed"
+
+
+# Of the 255 bytes of a file system; suffixes and counts follow.
+_LONGEST_NAME = 180
 
 
 def unique(stem: str, suffix: str) -> Path:
     """A name in that folder that nobody has; a world, whose name is its title, is in a folder of its own."""
-    _counts[suffix] = _counts.get(suffix, 0) + 1
-    if suffix != WORLD:
-        return folder() / f"{stem}-{_counts[suffix]}{suffix}"
-    own = folder() / f"world-{_counts[suffix]}"
-    own.mkdir()
-    return own / (stem.replace("/", "_") + suffix)
+    with lock:
+        _counts[suffix] = _counts.get(suffix, 0) + 1
+        if suffix != WORLD:
+            return folder() / f"{file_name(stem)}-{_counts[suffix]}{suffix}"
+        own = folder() / f"world-{_counts[suffix]}"
+        with outside_errors(f"`{own}` cannot be made"):
+            own.mkdir()
+        return own / (file_name(stem) + suffix)
+
+
+def remove_with(owner: object, path: Path) -> None:
+    """Removes a file when its owner goes."""
+    weakref.finalize(owner, _remove, path, folder())
+
+
+def _remove(path: Path, made_in: Path) -> None:
+    if made_in == _folder:
+        path.unlink(missing_ok=True)
+        if path.name.endswith(WORLD) and path.parent.is_dir():
+            path.parent.rmdir()
 
 
 class OwnedFile:
-    """A file that an object is written to when it is first asked for, and that goes with the object."""
+    """A file that an object is written to when it is first asked for, and that goes with the object.
+
+    It is never written again, so that prints may read it at any time while they hold the object.
+    """
 
     def __init__(self, owner: object, stem: str, suffix: str, write: Callable[[Path], None]) -> None:
         self._name = (stem, suffix)
         self._owner = weakref.ref(owner)
         self._write = write
         self._path: Path | None = None
-        self._process = 0
 
     def path(self) -> Path:
-        if self._path is None or self._process != os.getpid():
-            path = unique(*self._name)
-            self._write(path)
-            self._path, self._process = path, os.getpid()
-            owner = self._owner()
-            assert owner is not None
-            weakref.finalize(owner, _remove, path, os.getpid())
-        return self._path
-
-
-def _remove(path: Path, process: int) -> None:
-    if process == os.getpid():
-        path.unlink(missing_ok=True)
-        if path.name.endswith(WORLD) and path.parent.is_dir():
-            path.parent.rmdir()
+        with lock:
+            if self._path is None or self._path.parent != folder():
+                path = unique(*self._name)
+                owner = self._owner()
+                assert owner is not None
+                remove_with(owner, path)
+                with outside_errors(f"`{path}` cannot be written"):
+                    self._write(path)
+                self._path = path
+            return self._path
 
 
 def png(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None, level: int = 6) -> bytes:

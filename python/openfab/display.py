@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _files
+from .errors import InputError
 
 if TYPE_CHECKING:
     from .printing import Print, PrintInfo
@@ -43,7 +44,10 @@ def slice_png(codes: NDArray[np.uint8], info: PrintInfo) -> bytes:
 
 def print_html(print_: Print) -> str:
     """Shows the slices that a print kept, with a slider; or, before it has any, what is known of it."""
-    info = print_.info
+    try:
+        info = print_.info
+    except InputError:  # closed before anything was known
+        return f"<div>{html.escape(repr(print_))}</div>"
     (x, y, z), (px, py, pz) = info.size, info.pitch_mm
     head = (
         f"<b>{html.escape(info.title)}</b> on {html.escape(info.printer)}: {x} × {y} × {z} voxels of "

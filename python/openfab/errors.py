@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NoReturn
 
@@ -23,7 +24,7 @@ class Error(Exception):
     def __init__(
         self, text: str, *, message: str = "", help: str = "", file: str = "", line: int = 0, column: int = 0
     ) -> None:
-        super().__init__(text)
+        super().__init__(text if message or not help else f"{text}; {help}")
         self.message = message or text
         self.help = help
         self.file = file
@@ -141,12 +142,12 @@ def check_diagnostics(said: _core.Diagnostics) -> None:
     raise (OutsideError if said.code == 3 else InternalError)(text)
 
 
-def raise_error(error: _core.Error) -> NoReturn:
-    """Raises the exception of an error of the runtime's."""
+def raise_error(error: _core.Error, names: Mapping[str, str] | None = None) -> NoReturn:
+    """Raises the exception of an error of the runtime's; `names` are those that the user knows, for what it says."""
     if error.code == 130:
         raise KeyboardInterrupt
     kind = {1: InputError, 2: InputError, 3: OutsideError}.get(error.code, InternalError)
-    raise kind(
+    said = kind(
         error.rendered.rstrip().removeprefix("error: "),
         message=error.message,
         help=error.help,
@@ -154,3 +155,24 @@ def raise_error(error: _core.Error) -> NoReturn:
         line=error.line,
         column=error.column,
     )
+    raise renamed(said, {**_OF_THE_TOOL, **(names or {})})
+
+
+# What a program is asked for, a function is.
+_OF_THE_TOOL = {"`print_world --help`": "`help(openfab.print_world)`"}
+
+
+def renamed(error: Error, names: Mapping[str, str]) -> Error:
+    """Returns the error with other texts in the place of some."""
+    for key, value in vars(error).items():
+        if isinstance(value, str):
+            setattr(error, key, replaced(value, names))
+    error.args = tuple(replaced(one, names) if isinstance(one, str) else one for one in error.args)
+    return error
+
+
+def replaced(text: str, names: Mapping[str, str]) -> str:
+    """Returns a text with others in the place of some."""
+    for name, known in names.items():
+        text = text.replace(name, known)
+    return text

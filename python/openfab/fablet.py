@@ -51,8 +51,9 @@ class Fablet:
     >>> Fablet("ball.fl")                                   # doctest: +SKIP
     >>> Fablet(text='''fablet Ball { … }''')                # doctest: +SKIP
 
-    A file with several fablets needs the `name` of one. `label` is what a text is called in messages. Raises
-    CompileError where the source is wrong. Kernels are compiled by `compile`, or else by the first print.
+    A file with several fablets needs the `name` of one. `label` is what a text is called in messages; no file of that
+    name is read or written. Raises CompileError where the source is wrong. Kernels are compiled by `compile`, or else
+    by the first print.
     """
 
     def __init__(
@@ -61,6 +62,8 @@ class Fablet:
     ) -> None:
         if (file is None) == (text is None):
             raise InputError("a fablet is made from a file or from a text, one of them")
+        if text is not None and not label:
+            raise InputError("`label` is empty; it is what the text is called in messages")
         self.file = None if file is None else Path(file).absolute()
         self.text = text
         self.label = label if self.file is None else self.file.name
@@ -88,18 +91,25 @@ class Fablet:
         if self.file is not None:
             return self.file
         assert self.text is not None
-        # Equal texts share a file, so that their kernels are found again.
-        digest = hashlib.sha256(self.text.encode()).hexdigest()[:16]
-        path = _files.folder() / f"text-{digest}" / self.label
-        if not path.exists():
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(self.text, encoding="utf-8")
+        # Equal texts of one label share a file, so that their kernels are found again. The label names the file, since
+        # messages show it, but not its place.
+        digest = hashlib.sha256(f"{self.label}\0{self.text}".encode()).hexdigest()[:16]
+        path = _files.folder() / f"text-{digest}" / _files.file_name(self.label.rsplit("/", 1)[-1])
+        with _files.lock, _files.outside_errors(f"`{path}` cannot be written"):
+            if not path.exists():
+                path.parent.mkdir(exist_ok=True)
+                begun = path.with_name("begun")
+                begun.write_bytes(self.text.encode())
+                begun.rename(path)
         return path
 
     def compile(self) -> int:
         """Compiles the kernels now; returns how many were in no cache."""
         program, is_new = programs.find([self.source()])
         return program.compiled if is_new else 0
+
+    def __reduce__(self) -> Any:
+        return _made_again, (self.file, self.name, self.text, self.label)
 
     def __repr__(self) -> str:
         return f"Fablet({self.label!r}, {self.name!r})"
@@ -119,6 +129,10 @@ class Fablet:
         )
         head = "".join(f"<th>{word}</th>" for word in ("uniform", "type", "default", ""))
         return f"<b>{html.escape(self.name)}</b><table><tr>{head}</tr>{rows}</table>"
+
+
+def _made_again(file: Path | None, name: str, text: str | None, label: str) -> Fablet:
+    return Fablet(file, name) if text is None else Fablet(name=name, text=text, label=label)
 
 
 def _uniform(data: dict[str, Any]) -> Uniform:

@@ -22,8 +22,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .errors import InputError, PrintWarning, raise_error
-from .world import AnyWorld, Object, plain
+from ._files import outside_errors
+from ._given import Real, Whole, number, several, short, vector
+from ._options import words_of
+from .errors import InputError, PrintWarning, raise_error, replaced
+from .world import AnyWorld, snapshot
 
 Progress = bool | Callable[[int, int], None]
 
@@ -65,65 +68,33 @@ class PrintInfo:
     memory_bytes: int
 
 
-def _words(options: Mapping[str, Any]) -> list[str]:
-    """The words of `openfab print` for the arguments of a call."""
-    def length(value: float | str) -> str:
-        return value if isinstance(value, str) else f"{value!r}mm"
-
-    words: list[str] = []
-    for key, value in options.items():
-        if value is None or value is False:
-            continue
-        name = "--" + key.replace("_", "-")
-        if key == "uniforms":
-            words += [f"--set={target}={_setting(one)}" for target, one in value.items()]
-        elif key == "voxel" and np.ndim(value) == 1:
-            x, y, z = (float(one) for one in value)
-            words += [f"--dpi={25.4 / x!r}x{25.4 / y!r}", f"--layer={z!r}mm"]
-        elif key in ("voxel", "layer", "mesh_pitch"):
-            words.append(f"{name}={length(value)}")
-        elif key == "dpi":
-            words.append(f"{name}={value if isinstance(value, str) else 'x'.join(str(one) for one in value)}")
-        elif key == "slices":
-            words.append(f"{name}={int(value[0])}:{int(value[1])}")
-        elif key == "z":
-            words.append(f"{name}={length(value[0])}:{length(value[1])}")
-        elif key == "memory":
-            words.append(f"{name}={value if isinstance(value, str) else f'{int(value)}B'}")
-        elif key == "support":
-            words.append(f"{name}={'on' if value is True else value}")
-        elif isinstance(value, (str, int, os.PathLike)):
-            words.append(f"{name}={os.fspath(value) if isinstance(value, os.PathLike) else value}")
-        else:
-            raise InputError(f"`{key}` cannot be {value!r}")
-    return words
-
-
-def _setting(value: Any) -> str:
-    simple = value.name if hasattr(value, "name") and not isinstance(value, Object) else plain(value)
-    return simple if isinstance(simple, str) else json.dumps(simple)
-
-
 _running: weakref.WeakSet[Print] = weakref.WeakSet()
 
 
 class Print:
     """A print that runs while its slices are taken; print_world makes it.
 
-    Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. It ends by
-    itself, or by `close`, which a `with` block and a loop that is left do, too.
+    Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. Each slice is
+    given once: a print is iterated over once, or taken as one `array`. It ends by itself, or by `close`, which a `with`
+    block and a loop that is left do, too.
     """
 
     def __init__(
         self, world: AnyWorld, words: list[str], target: _core.Target, *, fractions: bool = False, output: str = "",
-        window: tuple[float, ...] | None = None, enable_printf: bool = False, progress: Progress = False,
+        uniforms: Mapping[str, Any] | None = None, window: tuple[float, ...] | None = None,
+        enable_printf: bool = False, progress: Progress = False, names: Mapping[str, str] | None = None,
     ) -> None:
-        self._world = world  # whose files it reads
-        program, own = world._ready(enable_printf)
-        self._core = _core.Print(program, own + words, target, fractions, output, window)
+        claim_threads()
+        self._world = world
+        self._snapshot = snapshot(world, uniforms)  # whose files it reads
+        self._names = {**self._snapshot.names, **(names or {})}
+        program = self._snapshot.program(enable_printf)
+        self._core = _core.Print(program, self._snapshot.words + words, target, fractions, output, window)
         self._progress = _Bar(progress)
         self._info: PrintInfo | None = None
         self._closed = False
+        self._is_of_the_parent = False
+        self._taken = target != _core.Target.SLICES
         self._statistics: dict[str, Any] | None = None
         self.thumbnails: list[tuple[int, NDArray[np.uint8]]] = []
         """Some slices, made smaller: what a notebook shows."""
@@ -133,11 +104,15 @@ class Print:
     def info(self) -> PrintInfo:
         """Grid and materials; waits for the set-up."""
         if self._info is None:
+            if self._is_of_the_parent:
+                raise InputError("the print is of the process that this one was forked from; print the world again")
             self._wait(_core.State.SETTING_UP)
             self._tell()
             if self._core.state == _core.State.ENDED and self._core.error is not None and not self._closed:
                 self._end()
             data = self._core.info
+            if 0 in data["size"]:
+                raise InputError("the print was closed before its set-up was complete, so that its grid is not known")
             data["materials"] = tuple(PrintMaterial(**one) for one in data["materials"])
             self._info = PrintInfo(**data)
         return self._info
@@ -150,6 +125,13 @@ class Print:
         return self._statistics
 
     def __iter__(self) -> Iterator[Slice]:
+        if self._taken or self._closed:
+            how = "were taken already" if self._taken else "are gone, since it was closed"
+            raise InputError(f"the slices of the print {how}; print_world prints the world again")
+        self._taken = True
+        return self._slices()
+
+    def _slices(self) -> Iterator[Slice]:
         try:
             info = self.info
             first, end = info.slices
@@ -166,10 +148,15 @@ class Print:
 
     def array(self) -> NDArray[np.uint8]:
         """Takes all slices; returns their codes as [z][y][x]."""
+        slices = iter(self)
         first, end = self.info.slices
         out = np.empty((end - first, self.info.size[1], self.info.size[0]), np.uint8)
-        for one in self:
+        done = first
+        for one in slices:
             out[one.z - first] = one.codes
+            done = one.z + 1
+        if done != end:
+            raise InputError(f"the print was closed after {done - first} of {end - first} slices")
         return out
 
     def close(self) -> None:
@@ -226,18 +213,19 @@ class Print:
         """Waits for the end and raises what went wrong."""
         for state in (_core.State.SETTING_UP, _core.State.PRINTING):
             self._wait(state)
+        self._progress.show(*self._core.progress)
         error = self._core.error
         was_closed = self._closed
         self.close()
         self._tell()
         if error is not None and not was_closed:
-            raise_error(error)
+            raise_error(error, self._names)
 
     def _tell(self) -> None:
         for line in self._core.take_lines():
             print(line)
         for warning in self._core.take_warnings():
-            warnings.warn(warning, PrintWarning, stacklevel=4)
+            warnings.warn(replaced(warning, self._names), PrintWarning, stacklevel=4)
 
 
 _MOST_THUMBNAILS = 48
@@ -253,6 +241,34 @@ def _smaller(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def _close_all() -> None:
     for one in list(_running):
         one.close()
+
+
+_has_threads = False
+_lacks_threads = False
+
+
+def claim_threads() -> None:
+    """Says that this process prints; raises where it cannot."""
+    global _has_threads
+    if _lacks_threads:
+        raise InputError(
+            "this process was forked from one that had printed, whose threads it lacks",
+            help="start it by multiprocessing's `spawn` or `forkserver`, or before the first print",
+        )
+    _has_threads = True
+
+
+def _leave_to_the_parent() -> None:
+    """A forked child has none of the threads of prints, which it could not even wait for."""
+    global _lacks_threads
+    _lacks_threads = _has_threads
+    for one in list(_running):
+        one._closed = one._is_of_the_parent = True
+        one._core.abandon()
+    _running.clear()
+
+
+os.register_at_fork(after_in_child=_leave_to_the_parent)
 
 
 class _Bar:
@@ -305,21 +321,21 @@ def print_world(
     out: str | os.PathLike[str] | None = None,
     *,
     printer: str | os.PathLike[str] | None = None,
-    voxel: float | str | Sequence[float] | None = None,
-    dpi: str | tuple[float, float] | None = None,
-    layer: float | str | None = None,
-    mesh_pitch: float | str | None = None,
-    draft: int | None = None,
-    slices: tuple[int, int] | None = None,
-    z: tuple[float | str, float | str] | None = None,
+    voxel: Real | str | Sequence[Real] | None = None,
+    dpi: Real | str | Sequence[Real] | None = None,
+    layer: Real | str | None = None,
+    mesh_pitch: Real | str | None = None,
+    draft: Whole | None = None,
+    slices: Sequence[Whole] | None = None,
+    z: Sequence[Real | str] | None = None,
     uniforms: Mapping[str, Any] | None = None,
     support: bool | str | None = None,
     dither: str | None = None,
-    seed: int | None = None,
+    seed: Whole | None = None,
     crop: Literal["parts", "tray"] | None = None,
     format: str | None = None,
-    memory: int | str | None = None,
-    threads: int | None = None,
+    memory: Whole | str | None = None,
+    threads: Whole | None = None,
     token_file: str | os.PathLike[str] | None = None,
     tls_ca: str | os.PathLike[str] | None = None,
     fractions: bool = False,
@@ -335,60 +351,75 @@ def print_world(
 
     With `out` they go to a file (.ofr, .npy, .3mf, .stl), a folder or a receiver's address, as those of `openfab
     print` do and to the same bytes, and the call returns when it is complete; a print that ends early leaves no file.
+    `-` is the standard output.
 
     Lengths are millimetres, or texts with a unit; `voxel` takes three for x, y and z. `uniforms` replaces values of the
     world: `{"ball.skin": 1.5}`; nothing is compiled for it. With `fractions` a slice has the mixtures before the
     dither, too: float32 [y][x][material]. `progress` is True for a bar, or a function of slices done and of all. The
     other arguments are the options of `openfab print`.
     """
-    words = _words(
-        {
-            "printer": printer, "voxel": voxel, "dpi": dpi, "layer": layer, "mesh_pitch": mesh_pitch, "draft": draft,
-            "slices": slices, "z": z, "uniforms": uniforms, "dither": dither, "seed": seed, "crop": crop,
-            "format": format, "memory": memory, "threads": threads, "token_file": token_file, "tls_ca": tls_ca,
-            "support": "off" if support is False else support,
-        }
+    words = words_of(
+        printer=printer, voxel=voxel, dpi=dpi, layer=layer, mesh_pitch=mesh_pitch, draft=draft, slices=slices, z=z,
+        dither=dither, seed=seed, crop=crop, format=format, memory=memory, threads=threads, token_file=token_file,
+        tls_ca=tls_ca, support=support,
     )
     if out is None:
         return Print(
-            world, words, _core.Target.SLICES, fractions=fractions, enable_printf=enable_printf, progress=progress
+            world, words, _core.Target.SLICES, fractions=fractions, uniforms=uniforms, enable_printf=enable_printf,
+            progress=progress,
         )
     if fractions:
         raise InputError("`fractions` are handed out with slices; leave `out` away")
-    output = os.fspath(out)
-    address = output.startswith(("tcp://", "tls://", "unix:"))
-    path = None if address else Path(output)
-    with _Unfinished(path) as unfinished:
+    output = os.fsdecode(out)
+    if output == "-":
+        sys.stdout.flush()  # slices come behind what was said
+    with Unfinished(output) as unfinished:
         done = Print(
-            world, [*words, f"--output={output}"], _core.Target.OUTPUT, output=str(unfinished or ""),
-            enable_printf=enable_printf, progress=progress,
+            world, [*words, f"--output={output}"], _core.Target.OUTPUT, output=unfinished.name,
+            uniforms=uniforms, enable_printf=enable_printf, progress=progress, names=unfinished.names,
         )
         with done:
             done._end()
     return done
 
 
-class _Unfinished:
-    """A name beside an output, in a folder of its own, which takes the output's place once it is complete."""
+class Unfinished:
+    """A name beside an output, in a folder of its own, which takes the output's place once it is complete.
 
-    def __init__(self, path: Path | None) -> None:
-        self._path = path
+    `name` is empty where there is none: for the standard output, addresses, pipes and devices; for a folder that is
+    there, whose slices are replaced one by one; and for what the print refuses. A link is written through.
+    """
+
+    def __init__(self, output: str) -> None:
+        self._output = output
         self._folder: Path | None = None
+        self.name = ""
 
-    def __enter__(self) -> Path | None:
-        if self._path is None or not self._path.parent.is_dir() or self._path.is_dir():
-            # An address, or what the print refuses, or a folder: its slices are replaced one by one.
-            return None
-        self._folder = Path(tempfile.mkdtemp(prefix=f".{self._path.name}.tmp-", dir=self._path.parent))
-        return self._folder / self._path.name
+    @property
+    def names(self) -> dict[str, str]:
+        """What messages call it."""
+        return {self.name: self._output} if self.name else {}
+
+    def __enter__(self) -> Unfinished:
+        if self._output in ("", "-") or self._output.startswith(("tcp://", "tls://", "unix:")):
+            return self
+        place = Path(os.path.realpath(self._output))
+        slash = os.sep if self._output.endswith(os.sep) else ""  # which says that it is a folder
+        if not place.parent.is_dir() or (place.exists() and (slash or not place.is_file())):
+            return self
+        with outside_errors(f"`{self._output}` cannot be written"):
+            self._folder = Path(tempfile.mkdtemp(prefix=f".{place.name[:40]}.tmp-", dir=place.parent))
+        self.name = str(self._folder / Path(self._output).name) + slash
+        return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._folder is None or self._path is None:
+        if self._folder is None:
             return
         try:
             if kind is None:
-                for made in self._folder.iterdir():
-                    os.replace(made, self._path.parent / made.name)
+                with outside_errors(f"`{self._output}` cannot be written"):
+                    for made in self._folder.iterdir():
+                        shutil.move(made, os.path.realpath(Path(self._output).parent / made.name))
         finally:
             shutil.rmtree(self._folder, ignore_errors=True)
 
@@ -421,19 +452,22 @@ class Samples:
         unknown = set(values) - set(names)
         if unknown:
             raise InputError(f"no material is called {', '.join(sorted(unknown))}; there are {', '.join(names)}")
-        weights = np.array([values[name] for name in names[: self.fractions.shape[-1]]])
+        missing = [name for name in names[: self.fractions.shape[-1]] if name not in values]
+        if missing:
+            raise InputError(f"there is no value for {', '.join(missing)}; give one for each of {', '.join(names)}")
+        weights = np.array([number(values[name], f"`{name}`") for name in names[: self.fractions.shape[-1]]])
         means: NDArray[np.float64] = self.fractions @ weights + void * (1 - self.fractions.sum(axis=-1))
         return means
 
 
 def sample(
     world: AnyWorld,
-    box: tuple[Sequence[float], Sequence[float]] | None = None,
+    box: tuple[Sequence[Real], Sequence[Real]] | None = None,
     *,
-    voxel: float | str | Sequence[float],
+    voxel: Real | str | Sequence[Real],
     uniforms: Mapping[str, Any] | None = None,
-    memory: int | str | None = None,
-    threads: int | None = None,
+    memory: Whole | str | None = None,
+    threads: Whole | None = None,
     progress: Progress = False,
 ) -> Samples:
     """Evaluates a world in a box of voxels of any size, in millimetres; without a box, in that of all parts.
@@ -441,11 +475,17 @@ def sample(
     The box is given by its lowest and highest corner, and rounded out to whole voxels, whose corners are at multiples
     of the pitch. It may be a small part of a large world: only what is in it is evaluated.
     """
-    words = _words({"voxel": voxel, "uniforms": uniforms, "memory": memory, "threads": threads, "support": "off"})
-    window = None if box is None else tuple(float(x) for corner in box for x in corner)
-    if window is not None and (len(window) != 6 or not all(a < b for a, b in zip(window[:3], window[3:]))):
-        raise InputError(f"the box {box} is none; give its lowest and its highest corner")
-    with Print(world, words, _core.Target.SLICES, fractions=True, window=window, progress=progress) as running:
+    words = words_of(voxel=voxel, memory=memory, threads=threads, support=False)
+    window: tuple[float, ...] | None = None
+    if box is not None:
+        corners = several(box, "`box`", (2,), "its lowest and its highest corner")
+        low, high = (vector(corner, "`box`") for corner in corners)
+        if not all(a < b for a, b in zip(low, high)):
+            raise InputError(f"the box {short(box)} is none; give its lowest and its highest corner")
+        window = (*low, *high)
+    with Print(
+        world, words, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, progress=progress
+    ) as running:
         info = running.info
         out: NDArray[np.float32] | None = None
         for one in running:
@@ -458,21 +498,20 @@ def sample(
 
 
 def preview(
-    world: AnyWorld, *views: str, uniforms: Mapping[str, Any] | None = None, voxel: float | str | None = None,
-    draft: int | None = None, printer: str | os.PathLike[str] | None = None, memory: int | str | None = None,
-    threads: int | None = None, progress: Progress = False,
+    world: AnyWorld, *views: str, uniforms: Mapping[str, Any] | None = None,
+    voxel: Real | str | Sequence[Real] | None = None, draft: Whole | None = None,
+    printer: str | os.PathLike[str] | None = None, memory: Whole | str | None = None, threads: Whole | None = None,
+    progress: Progress = False,
 ) -> list[NDArray[np.uint8]]:
     """Returns pictures of a print, as RGBA in sRGB [row][column][4], for each view.
 
     A view is as of `--preview`: `front`, `back`, `section`, `slice:N`, `model:TURN:TILT`, with `,light=transmitted` or
     `,cut=x|y|xy` behind it. The default is `model:30:30`.
     """
-    words = _words(
-        {"uniforms": uniforms, "voxel": voxel, "draft": draft, "printer": printer, "memory": memory, "threads": threads}
-    )
+    words = words_of(voxel=voxel, draft=draft, printer=printer, memory=memory, threads=threads)
     # The options want names of files; none is written.
     views = views or ("model:30:30",)
     words += [f"--preview=.openfab-picture-{number}.png,view={view}" for number, view in enumerate(views)]
-    with Print(world, words, _core.Target.PICTURES, progress=progress) as running:
+    with Print(world, words, _core.Target.PICTURES, uniforms=uniforms, progress=progress) as running:
         running._end()
         return running._core.pictures

@@ -5,13 +5,16 @@
 from __future__ import annotations
 
 import os
+import re
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _files
+from ._given import Real, array, floats, integers, is_sequence, number, plain, short, vector
 from .errors import InputError
 
 
@@ -21,7 +24,7 @@ class Mesh:
     `vertices` has shape (n, 3), `faces` (m, 3), counter-clockwise seen from outside. `normals` are (n, 3), `uv`
     (n, 2), or (m, 3, 2) for one at each corner. Further attributes are found by fablets under their names:
     those of vertices, of shape (n,) or (n, components), are floats; those of faces ints or floats. The arrays are
-    copied.
+    copied; those of the mesh are read-only, since prints read them at any time.
     """
 
     def __init__(
@@ -34,25 +37,68 @@ class Mesh:
         vertex_attributes: Mapping[str, ArrayLike] | None = None,
         face_attributes: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        self.vertices: NDArray[np.float64] = np.array(vertices, np.float64)
-        self.faces: NDArray[np.int32] = np.array(faces, np.int32)
-        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
-            raise InputError(f"vertices have the shape {self.vertices.shape}; it should be (n, 3)")
-        if self.faces.ndim != 2 or self.faces.shape[1] != 3:
-            raise InputError(f"faces have the shape {self.faces.shape}; it should be (m, 3), of triangles")
-        count = len(self.vertices)
-        vertex = {name: _columns(name, values, count) for name, values in (vertex_attributes or {}).items()}
+        self._vertices: NDArray[np.float64] = floats(vertices, "`vertices`", np.float64)
+        self._faces = integers(faces, "`faces`")
+        for one, what, wanted in ((self._vertices, "vertices", "(n, 3)"), (self._faces, "faces", "(m, 3)")):
+            if one.ndim != 2 or one.shape[1] != 3:
+                raise InputError(f"`{what}` has the shape {one.shape}; it should be {wanted}")
+            one.setflags(write=False)
+        count = len(self._vertices)
+        odd = np.argwhere((self._faces < 0) | (self._faces >= count))
+        if len(odd):
+            face, corner = odd[0]
+            raise InputError(
+                f"face {face} has the vertex {self._faces[face, corner]}; there are {count}, from 0 to {count - 1}"
+            )
+        vertex = {
+            _attribute(name, "vertex"): _columns(f"vertex attribute `{name}`", floats, values, count)
+            for name, values in (vertex_attributes or {}).items()
+        }
         if normals is not None:
-            vertex["n"] = _columns("normals", normals, count, 3)
+            vertex["n"] = _columns("`normals`", floats, normals, count, 3)
+        face_columns = {
+            _attribute(name, "face"): _columns(f"face attribute `{name}`", _as_they_are, values, len(self._faces))
+            for name, values in (face_attributes or {}).items()
+        }
         corners: NDArray[np.float32] | None = None
         if uv is not None:
-            coordinates = np.asarray(uv, np.float32)
-            if coordinates.ndim == 3:
-                corners = _columns("uv", coordinates.reshape(len(coordinates), -1), len(self.faces), 6)
+            coordinates = floats(uv, "`uv`")
+            if coordinates.shape == (count, 2):
+                vertex["uv"] = coordinates
+            elif coordinates.shape == (len(self._faces), 3, 2):
+                corners = coordinates.reshape(-1, 6)
             else:
-                vertex["uv"] = _columns("uv", coordinates, count, 2)
-        face = {name: _columns(name, values, len(self.faces)) for name, values in (face_attributes or {}).items()}
-        self._file = _files.OwnedFile(self, "mesh", ".ply", lambda path: _write_ply(path, self, vertex, corners, face))
+                raise InputError(
+                    f"`uv` has the shape {coordinates.shape}; it should be ({count}, 2), or ({len(self._faces)}, 3, 2) "
+                    f"for the corners of each face"
+                )
+        self._columns = (vertex, corners, face_columns)
+        _check_columns("vertex", vertex, ("x", "y", "z"))
+        _check_columns("face", face_columns, ("vertex_indices", "texcoord"))
+        self._own_file()
+
+    def _own_file(self) -> None:
+        faces, vertices, columns = self._faces, self._vertices, self._columns
+        self._file = _files.OwnedFile(self, "mesh", ".ply", lambda path: _write_ply(path, vertices, faces, *columns))
+
+    @property
+    def vertices(self) -> NDArray[np.float64]:
+        """The places of its vertices, (n, 3)."""
+        return self._vertices
+
+    @property
+    def faces(self) -> NDArray[np.int32]:
+        """The vertices of its triangles, (m, 3)."""
+        return self._faces
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in vars(self).items() if key != "_file"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        for one in (self._vertices, self._faces):
+            one.setflags(write=False)
+        self._own_file()
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
@@ -82,11 +128,12 @@ class FileMesh:
         groups: Mapping[str, int] | None = None,
     ) -> None:
         self.file = Path(file).absolute()
-        self._keys = {"unit": unit, "up": up, "groups": None if groups is None else dict(groups)}
+        keys = {"unit": unit, "up": up, "groups": groups}
+        self._keys = {key: plain(value, f"`{key}` of a mesh") for key, value in keys.items() if value is not None}
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:
         allow.add(self.file.parent)
-        return {"file": str(self.file), **{key: value for key, value in self._keys.items() if value is not None}}
+        return {"file": str(self.file), **self._keys}
 
     def __repr__(self) -> str:
         return f"FileMesh({str(self.file)!r})"
@@ -107,49 +154,54 @@ class Primitive:
         return f"Primitive({self.kind!r}, {self.size!r})"
 
 
-def box(width: float, depth: float, height: float) -> Primitive:
+def _lengths(**lengths: Any) -> list[float]:
+    return [number(value, f"`{name}`") for name, value in lengths.items()]
+
+
+def box(width: Real, depth: Real, height: Real) -> Primitive:
     """A box; its faces have the int attribute `face`: 0 +z, 1 -z, 2 -y, 3 +x, 4 +y, 5 -x."""
-    return Primitive("box", [width, depth, height])
+    return Primitive("box", _lengths(width=width, depth=depth, height=height))
 
 
-def sphere(diameter: float) -> Primitive:
+def sphere(diameter: Real) -> Primitive:
     """A sphere."""
-    return Primitive("sphere", diameter)
+    return Primitive("sphere", number(diameter, "`diameter`"))
 
 
-def cylinder(diameter: float, height: float) -> Primitive:
+def cylinder(diameter: Real, height: Real) -> Primitive:
     """A cylinder; `face` is 0 on its top, 1 on its bottom and 2 around it."""
-    return Primitive("cylinder", [diameter, height])
+    return Primitive("cylinder", _lengths(diameter=diameter, height=height))
 
 
-def plane(width: float, depth: float) -> Primitive:
+def plane(width: Real, depth: Real) -> Primitive:
     """A sheet closed by its own back, for displacement; `face` is 0 in front, 1 on the back."""
-    return Primitive("plane", [width, depth])
+    return Primitive("plane", _lengths(width=width, depth=depth))
 
 
-def cone(low_diameter: float, high_diameter: float, height: float) -> Primitive:
+def cone(low_diameter: Real, high_diameter: Real, height: Real) -> Primitive:
     """A cone, cut off or, with a diameter of 0, pointed; `face` is 0 on its top, 1 on its bottom and 2 around it."""
-    return Primitive("cone", [low_diameter, high_diameter, height])
+    return Primitive("cone", _lengths(low_diameter=low_diameter, high_diameter=high_diameter, height=height))
 
 
-def torus(diameter: float, section: float) -> Primitive:
+def torus(diameter: Real, section: Real) -> Primitive:
     """A ring of round section; the diameters are those of its middle and of the section."""
-    return Primitive("torus", [diameter, section])
+    return Primitive("torus", _lengths(diameter=diameter, section=section))
 
 
-def capsule(diameter: float, length: float) -> Primitive:
+def capsule(diameter: Real, length: Real) -> Primitive:
     """A cylinder along z with a half ball on each end; the length includes them."""
-    return Primitive("capsule", [diameter, length])
+    return Primitive("capsule", _lengths(diameter=diameter, length=length))
 
 
 def _corners(polygon: Any) -> list[list[float]]:
-    return [[float(x), float(y)] for x, y in polygon]
+    return [vector(corner, "a corner of a polygon", (2,)) for corner in polygon]
 
 
-def extrusion(polygons: Sequence[Any], height: float) -> Primitive:
+def extrusion(polygons: Sequence[Any], height: Real) -> Primitive:
     """What an area sweeps from z = 0 up to a height. A polygon is a sequence, or an array of shape (n, 2), of its corners
     in mm; one that lies within another bounds a hole. `face` is 0 on the top, 1 on the bottom and 2 around."""
-    return Primitive("extrusion", {"polygons": [_corners(polygon) for polygon in polygons], "height": float(height)})
+    corners = [_corners(polygon) for polygon in polygons]
+    return Primitive("extrusion", {"polygons": corners, "height": number(height, "`height`")})
 
 
 def revolution(polygon: Any) -> Primitive:
@@ -169,18 +221,48 @@ def as_mesh(value: Any) -> AnyMesh:
         return FileMesh(value)
     if hasattr(value, "vertices") and hasattr(value, "faces"):
         return Mesh.from_trimesh(value)
-    raise InputError(f"{value!r} is no mesh; pass a Mesh, a file, a primitive or a trimesh.Trimesh")
+    raise InputError(f"{short(value)} is no mesh; pass a Mesh, a file, a primitive or a trimesh.Trimesh")
 
 
-def _columns(name: str, values: ArrayLike, count: int, components: int = 0) -> NDArray[Any]:
-    array = np.array(values)
-    array = array.reshape(len(array), -1) if array.ndim else array
-    if array.ndim != 2 or len(array) != count or (components and array.shape[1] != components):
-        wanted = f"({count}, {components or 'components'})"
-        raise InputError(f"`{name}` has the shape {np.shape(values)}; it should be {wanted}")
-    if array.dtype.kind in "iu":
-        return array.astype(np.int32)
-    return array.astype(np.float32)
+def _attribute(name: str, element: str) -> str:
+    """A name that fablets may declare, and that is no other argument's."""
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
+        raise InputError(
+            f"a {element} attribute cannot be called {short(name)}; names are those of fablets: letters, digits and `_`"
+        )
+    other = {"n": "normals", "uv": "uv"}.get(name) if element == "vertex" else None
+    if other is not None:
+        raise InputError(f"a vertex attribute cannot be called `{name}`; pass `{other}`")
+    return name
+
+
+def _as_they_are(values: ArrayLike, what: str) -> NDArray[Any]:
+    return floats(values, what) if array(values, what).dtype.kind == "f" else integers(values, what)
+
+
+def _columns(
+    what: str, convert: Callable[[ArrayLike, str], NDArray[Any]], values: ArrayLike, count: int, components: int = 0
+) -> NDArray[Any]:
+    """An attribute as [element][component]."""
+    found = convert(values, what)
+    columns = found[:, None] if found.ndim == 1 and components in (0, 1) else found
+    widths = (components,) if components else (1, 2, 3, 4)
+    if columns.ndim != 2 or len(columns) != count or columns.shape[1] not in widths:
+        wanted = f"({count}, {components})" if components else f"({count},), or ({count}, 1 to 4)"
+        raise InputError(f"{what} has the shape {found.shape}; it should be {wanted}")
+    return columns
+
+
+def _check_columns(element: str, attributes: Mapping[str, NDArray[Any]], taken: Sequence[str]) -> None:
+    """Refuses attributes that a file would have under one name."""
+    owners: dict[str, str] = {}
+    for name, values in attributes.items():
+        for column, _ in _properties(name, values):
+            if column in taken:
+                raise InputError(f"a {element} attribute cannot be called `{name}`, which is taken; rename it")
+            if column in owners:
+                raise InputError(f"the {element} attributes `{owners[column]}` and `{name}` are too alike; rename one")
+            owners[column] = name
 
 
 def _properties(name: str, array: NDArray[Any]) -> list[tuple[str, NDArray[Any]]]:
@@ -191,13 +273,31 @@ def _properties(name: str, array: NDArray[Any]) -> list[tuple[str, NDArray[Any]]
     return [(column, array[:, i]) for i, column in enumerate(names)]
 
 
+# Names that readers of PLY take for the components of one vector, where they follow each other.
+_COMPONENTS = ("u v", "s t", "texture_s texture_t", "nx ny nz", "r g b", "red green blue", "diffuse_red diffuse_green")
+_SUFFIXES = ("xyzw", "0123", "rgba", "uv")
+
+
+def _place_among(name: str) -> int:
+    for family in map(str.split, _COMPONENTS):
+        if name in family:
+            return family.index(name)
+    ends = [letters.index(name[-1]) for letters in _SUFFIXES if name[-2:-1] == "_" and name[-1] in letters]
+    return ends[0] if ends else 0
+
+
+def _in_order(attributes: Mapping[str, NDArray[Any]]) -> list[tuple[str, NDArray[Any]]]:
+    """Attributes in an order in which no two form a vector: scalars first, of those the later parts in front."""
+    return sorted(attributes.items(), key=lambda one: (one[1].shape[1] > 1, -_place_among(one[0])))
+
+
 _Field = tuple[str, NDArray[Any]]
 _List = tuple[str, str, NDArray[Any]]
 
 
 def _write_ply(
-    path: Path, mesh: Mesh, vertex: dict[str, NDArray[Any]], corners: NDArray[np.float32] | None,
-    face: dict[str, NDArray[Any]],
+    path: Path, vertices: NDArray[np.float64], faces: NDArray[np.int32], vertex: Mapping[str, NDArray[Any]],
+    corners: NDArray[np.float32] | None, face: Mapping[str, NDArray[Any]],
 ) -> None:
     words = {"f": "float", "d": "double", "i": "int"}
     header = ["ply", "format binary_little_endian 1.0"]
@@ -219,15 +319,15 @@ def _write_ply(
             table[field_name] = values
         return table.tobytes()
 
-    fields = [(axis, mesh.vertices[:, i]) for i, axis in enumerate("xyz")]
-    for name, array in vertex.items():
-        fields += _properties(name, array.astype(np.float32))
-    body = element("vertex", len(mesh.vertices), fields, [])
-    lists: list[_List] = [("vertex_indices", "i", mesh.faces)]
+    fields = [(axis, vertices[:, i]) for i, axis in enumerate("xyz")]
+    for name, array in _in_order(vertex):
+        fields += _properties(name, array)
+    body = element("vertex", len(vertices), fields, [])
+    lists: list[_List] = [("vertex_indices", "i", faces)]
     if corners is not None:
         lists.append(("texcoord", "f", corners))
-    fields = [column for name, array in face.items() for column in _properties(name, array)]
-    body += element("face", len(mesh.faces), fields, lists)
+    fields = [column for name, array in _in_order(face) for column in _properties(name, array)]
+    body += element("face", len(faces), fields, lists)
     path.write_bytes("\n".join([*header, "end_header", ""]).encode() + body)
 
 
@@ -242,27 +342,39 @@ class Texture:
         self, picture: str | os.PathLike[str] | ArrayLike, *, wrap: str = "repeat", filter: str = "anisotropic",
         space: str = "auto", channels: str = "all",
     ) -> None:
-        self._keys: dict[str, Any] = {"wrap": wrap, "filter": filter, "space": space, "channels": channels}
-        self._file: _files.OwnedFile | None = None
+        keys = {"wrap": wrap, "filter": filter, "space": space, "channels": channels}
+        self._keys: dict[str, Any] = plain(keys, "a texture")
+        self._array: NDArray[Any] | None = None
         if isinstance(picture, (str, os.PathLike)):
-            self.file = Path(picture).absolute()
+            self._own_file(Path(os.fsdecode(picture)).absolute(), "")
             return
-        array = np.array(picture)
-        array = array[:, :, None] if array.ndim == 2 else array
-        if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
-            raise InputError(f"a picture has the shape {np.shape(picture)}; it should be (rows, columns[, 1 to 4])")
-        if array.dtype in (np.uint8, np.uint16):
-            png = _files.png(array, level=1)
-            self._file = _files.OwnedFile(self, "picture", ".png", lambda path: _write(path, png))
-        else:
-            tiff = _files.tiff(array.astype(np.float32))
-            self._file = _files.OwnedFile(self, "picture", ".tif", lambda path: _write(path, tiff))
+        found = _texels(picture, "a picture")
+        pixels = found[:, :, None] if found.ndim == 2 else found
+        if pixels.ndim != 3 or not 1 <= pixels.shape[2] <= 4 or not pixels.size:
+            raise InputError(f"a picture has the shape {found.shape}; it should be (rows, columns[, 1 to 4])")
+        self._array = pixels
+        self._own_file(None, ".tif" if pixels.dtype.kind == "f" else ".png")
+
+    def _own_file(self, file: Path | None, suffix: str) -> None:
+        self.file = file
+        self._suffix = suffix
+        self._file: _files.OwnedFile | None = None
+        if (texels := self._array) is not None:
+            stem = "volume" if suffix == ".npy" else "picture"
+            self._file = _files.OwnedFile(self, stem, suffix, lambda path: _write_texels(path, texels))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in vars(self).items() if key != "_file"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._own_file(self.file, self._suffix)
 
     @classmethod
     def volume(
-        cls, volume: str | os.PathLike[str] | ArrayLike, *, origin: Sequence[float] | None = None,
-        spacing: float | Sequence[float] | None = None, field: str | None = None, unit: str | None = None,
-        pitch: float | None = None, outside: float | None = None, wrap: str = "clamp", filter: str = "trilinear",
+        cls, volume: str | os.PathLike[str] | ArrayLike, *, origin: Sequence[Real] | None = None,
+        spacing: Real | Sequence[Real] | None = None, field: str | None = None, unit: str | None = None,
+        pitch: Real | None = None, outside: Real | None = None, wrap: str = "clamp", filter: str = "trilinear",
     ) -> Texture:
         """A volume: a file, or an array [z][y][x] or [z][y][x][channel], whose first value is at the lowest corner.
 
@@ -273,30 +385,45 @@ class Texture:
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)
         else:
+            given = {"field": field, "unit": unit, "pitch": pitch, "outside": outside}
+            wrong = [f"`{key}`" for key, value in given.items() if value is not None]
+            if wrong:
+                raise InputError(f"{', '.join(wrong)} of a volume: an array has none; files that hold fields do")
             self = cls.__new__(cls)
-            self._keys = {"wrap": wrap, "filter": filter}
-            array = np.array(volume)
-            if array.ndim not in (3, 4):
-                raise InputError(f"a volume has the shape {array.shape}; it should be (z, y, x[, channels])")
-            if array.dtype not in (np.uint8, np.uint16):
-                array = array.astype(np.float32)
-            self._file = _files.OwnedFile(self, "volume", ".npy", lambda path: np.save(path, array))
+            self._keys = plain({"wrap": wrap, "filter": filter}, "a texture")
+            texels = _texels(volume, "a volume")
+            if texels.ndim not in (3, 4) or not texels.size or texels.shape[3:] not in ((), (1,), (2,), (3,), (4,)):
+                raise InputError(f"a volume has the shape {texels.shape}; it should be (z, y, x[, 1 to 4])")
+            self._array = texels
+            self._own_file(None, ".npy")
         if origin is not None:
-            self._keys["origin_mm"] = [float(x) for x in origin]
+            self._keys["origin_mm"] = vector(origin, "`origin`")
         if spacing is not None:
-            self._keys["spacing_mm"] = [float(x) for x in np.broadcast_to(np.asarray(spacing, float), 3)]
+            one = [spacing] * 3 if not is_sequence(spacing) else spacing
+            self._keys["spacing_mm"] = vector(one, "`spacing`")
         if pitch is not None:
-            self._keys["pitch_mm"] = float(pitch)
+            self._keys["pitch_mm"] = number(pitch, "`pitch`")
         if outside is not None:
-            self._keys["outside"] = float(outside)
-        self._keys.update({key: value for key, value in (("field", field), ("unit", unit)) if value is not None})
+            self._keys["outside"] = number(outside, "`outside`")
+        texts = {"field": field, "unit": unit}
+        self._keys.update({key: plain(value, f"`{key}`") for key, value in texts.items() if value is not None})
         return self
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:
-        path = self.file if self._file is None else self._file.path()
+        path = self._file.path() if self._file is not None else self.file
+        assert path is not None
         allow.add(path.parent)
         return {"file": str(path), **self._keys}
 
 
-def _write(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
+def _texels(values: ArrayLike, what: str) -> NDArray[Any]:
+    """Of 8 or 16 bits, or of floats."""
+    found = array(values, what)
+    return found if found.dtype in (np.uint8, np.uint16) else found.astype(np.float32)
+
+
+def _write_texels(path: Path, texels: NDArray[Any]) -> None:
+    if path.suffix == ".npy":
+        np.save(path, texels)
+    else:
+        path.write_bytes(_files.tiff(texels) if path.suffix == ".tif" else _files.png(texels, level=1))

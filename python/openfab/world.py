@@ -7,17 +7,18 @@ from __future__ import annotations
 import difflib
 import json
 import os
-from collections.abc import Iterator, MutableMapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, MutableMapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, Mapping, Sequence, TypeVar
 
 import numpy as np
 
 from . import _core, _files
+from ._given import Real, Whole, array, is_sequence, number, plain, several, short, vector, whole
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
-from .shapes import AnyMesh, Texture, as_mesh
+from .shapes import AnyMesh, Mesh, Texture, as_mesh
 
 T = TypeVar("T")
 
@@ -34,7 +35,9 @@ class Material:
 
     def _spec(self) -> dict[str, Any]:
         spec = {"key": self.key, "preview": self.preview, "density_g_cm3": self.density_g_cm3, "channel": self.channel}
-        return {key: value for key, value in spec.items() if value is not None}
+        given = {key: value for key, value in spec.items() if value is not None}
+        described: dict[str, Any] = plain(given, f"material `{self.name}`")
+        return described
 
 
 VOID = "VOID"
@@ -57,23 +60,39 @@ class Object(MutableMapping[str, Any]):
         self._uniforms: dict[str, Any] = {}
 
     def place(
-        self, *, translate: Sequence[float] | None = None, rotate: Sequence[float] | None = None,
-        scale: float | Sequence[float] | None = None, matrix: Any = None, uniforms: Mapping[str, Any] | None = None,
+        self, *, translate: Sequence[Real] | None = None, rotate: Sequence[Real] | None = None,
+        scale: Real | Sequence[Real] | None = None, matrix: Any = None, uniforms: Mapping[str, Any] | None = None,
         **keys: Any,
     ) -> Object:
-        """Places it once more; further keys are those of placements in a `.fab.json`."""
-        spec: dict[str, Any] = {"object": self.name, **keys}
-        if translate is not None:
-            spec["translate_mm"] = [float(x) for x in translate]
-        if rotate is not None:
-            spec["rotate_deg"] = [float(x) for x in rotate]
-        if scale is not None:
-            spec["scale"] = np.asarray(scale, float).tolist()
-        if matrix is not None:
-            spec["matrix"] = np.asarray(matrix, float)[:3, :4].tolist()
-        own = {name: self._checked(name, value) for name, value in (uniforms or {}).items()}
-        self._world._placements.append((self, spec, own))
+        """Places it once more; further keys are those of placements in a `.fab.json`.
+
+        `matrix` is of 3 rows and 4 columns, or of 4 rows whose last is (0, 0, 0, 1).
+        """
+        placed = self._placement(
+            translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
+        )
+        with _files.lock:
+            if self._world._objects.get(self.name) is not self:
+                raise InputError(f"the world has no object `{self.name}` any more; add it again")
+            self._world._placements.append(placed)
         return self
+
+    def _placement(
+        self, *, translate: Any = None, rotate: Any = None, scale: Any = None, matrix: Any = None,
+        uniforms: Mapping[str, Any] | None = None, **keys: Any,
+    ) -> Placement:
+        spec: dict[str, Any] = {"object": self.name}
+        spec.update({key: plain(value, f"`{key}` of a placement") for key, value in keys.items()})
+        if translate is not None:
+            spec["translate_mm"] = vector(translate, "`translate`", (2, 3))
+        if rotate is not None:
+            spec["rotate_deg"] = vector(rotate, "`rotate`")
+        if scale is not None:
+            spec["scale"] = vector(scale, "`scale`") if is_sequence(scale) else number(scale, "`scale`")
+        if matrix is not None:
+            spec["matrix"] = _matrix(matrix)
+        own = {name: self._checked(name, value) for name, value in (uniforms or {}).items()}
+        return Placement(self, spec, own)
 
     def _checked(self, name: str, value: Any) -> Any:
         declared = self.fablet.uniforms.get(name)
@@ -84,7 +103,13 @@ class Object(MutableMapping[str, Any]):
         if declared.kind.startswith("texture") and not isinstance(value, (Texture, str)):
             if declared.array_length == 1:
                 return _texture(declared, value)
-            return [one if isinstance(one, (Texture, str)) else _texture(declared, one) for one in value]
+            every = several(value, f"`{name}`", (declared.array_length,), f"{declared.array_length} textures")
+            return [one if isinstance(one, (Texture, str)) else _texture(declared, one) for one in every]
+        encoded = _Names().encode(value, f"`{name}`")  # which raises what is wrong with it
+        room = declared.components * declared.array_length
+        if declared.kind == "value" and _count(encoded) > room:
+            of = f"{declared.type}[{declared.array_length}]" if declared.array_length > 1 else declared.type
+            raise InputError(f"`{name}` cannot be {short(value)}; a `{of}` has {room} value{'s' if room > 1 else ''}")
         return value
 
     def __getitem__(self, name: str) -> Any:
@@ -112,8 +137,32 @@ class Object(MutableMapping[str, Any]):
         return f"Object({self.name!r}, {self.mesh!r}, {self.fablet!r})"
 
 
+def _count(encoded: Any) -> int:
+    return sum(map(_count, encoded)) if isinstance(encoded, list) else 1
+
+
 def _texture(declared: Uniform, array: Any) -> Texture:
     return Texture.volume(array) if declared.kind == "texture3d" else Texture(array)
+
+
+def _matrix(given: Any) -> list[list[float]]:
+    found = plain(array(given, "`matrix`"), "`matrix`")
+    shape = np.shape(found)
+    if shape not in ((3, 4), (4, 4)):
+        raise InputError(f"`matrix` has the shape {shape}; it should be (3, 4), or (4, 4)")
+    if found[3:] not in ([], [[0, 0, 0, 1]]):
+        raise InputError(f"the last row of `matrix` is {found[3]}; it should be [0, 0, 0, 1], of no projection")
+    rows: list[list[float]] = found[:3]
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where an object stands: what a `.fab.json` says of it, and the uniforms of this copy."""
+
+    object: Object
+    spec: dict[str, Any]
+    uniforms: dict[str, Any]
 
 
 class World:
@@ -128,31 +177,52 @@ class World:
 
     def __init__(self, *, printer: str | os.PathLike[str] | None = None, title: str = "world", **keys: Any) -> None:
         self.title = title
-        self._printer = None if printer is None else os.fspath(printer)
-        self._keys = keys
+        self._printer = None if printer is None else os.fsdecode(printer)
+        self._keys = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
         self._objects: dict[str, Object] = {}
-        self._placements: list[tuple[Object, dict[str, Any], dict[str, Any]]] = []
-        self._file = _files.OwnedFile(self, title, _files.WORLD, lambda path: None)
+        self._placements: list[Placement] = []
+        # Of the last print, whose errors name its file.
+        self._last: Snapshot | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "_last": None}
 
     def add(
         self, mesh: Any, fablet: Fablet, uniforms: Mapping[str, Any] | None = None, *, name: str | None = None,
-        place: bool = True, priority: int | None = None, max_displacement_mm: float | None = None,
+        place: bool = True, priority: Whole | None = None, max_displacement_mm: Real | None = None,
         support: bool | None = None, repair: str | None = None, **placement: Any,
     ) -> Object:
         """Adds an object, and places it: `placement` as of Object.place; with `place=False` it does not."""
-        name = name or f"{fablet.name.lower()}{len(self._objects) or ''}"
-        if name in self._objects:
-            raise InputError(f"the world has an object `{name}` already")
         keys = {
-            "priority": priority, "max_displacement_mm": max_displacement_mm, "support": support, "repair": repair,
+            "priority": None if priority is None else whole(priority, "`priority`"),
+            "max_displacement_mm": (
+                None if max_displacement_mm is None else number(max_displacement_mm, "`max_displacement_mm`")
+            ),
+            "support": support, "repair": repair,
         }
-        given = {key: value for key, value in keys.items() if value is not None}
-        added = Object(self, name, as_mesh(mesh), fablet, given)
-        added.update(uniforms or {})
-        self._objects[name] = added
-        if place:
-            added.place(**placement)
+        given = {key: plain(value, f"`{key}`") for key, value in keys.items() if value is not None}
+        with _files.lock:
+            if name is None:
+                name, count = fablet.name.lower(), len(self._objects)
+                while name in self._objects:
+                    name, count = f"{fablet.name.lower()}{count}", count + 1
+            if name in self._objects:
+                raise InputError(f"the world has an object `{name}` already")
+            added = Object(self, name, as_mesh(mesh), fablet, given)
+            added.update(uniforms or {})
+            placed = [added._placement(**placement)] if place else []
+            # Of what is wrong, nothing is in the world.
+            self._objects[name] = added
+            self._placements += placed
         return added
+
+    def remove(self, name: str) -> None:
+        """Takes an object out, with its placements."""
+        with _files.lock:
+            if name not in self._objects:
+                raise InputError(f"the world has no object `{name}`; it has {', '.join(self._objects) or 'none'}")
+            removed = self._objects.pop(name)
+            self._placements = [one for one in self._placements if one.object is not removed]
 
     @property
     def objects(self) -> Mapping[str, Object]:
@@ -161,24 +231,27 @@ class World:
 
     def to_json(self) -> dict[str, Any]:
         """The world as a `.fab.json` says it; arrays are in temporary files that live as long as their owners."""
-        return self._describe(set())
+        with _files.lock:
+            return self._describe(_Names(), set(), {})[0]
 
-    def _describe(self, allow: set[Path]) -> dict[str, Any]:
-        names = _Names()
+    def _describe(
+        self, names: _Names, allow: set[Path], uniforms: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Returns what a `.fab.json` says, and other values of some uniforms, whose materials and textures it has."""
         fablets = _Named[Fablet]()
-        meshes = _Named[AnyMesh]()
         objects = {}
         for name, one in self._objects.items():
             objects[name] = {
-                "mesh": meshes.name(one.mesh, "mesh"),
+                "mesh": names.meshes.name(one.mesh, name),
                 "fablet": fablets.name(one.fablet, one.fablet.name),
                 **one._keys,
-                "uniforms": {key: names.encode(value) for key, value in one.items()},
+                "uniforms": names.encode_all(one._uniforms),
             }
         build = []
-        for _, spec, uniforms in self._placements:
-            own = {key: names.encode(value) for key, value in uniforms.items()}
-            build.append({**spec, "uniforms": own} if own else spec)
+        for placement in self._placements:
+            own = names.encode_all(placement.uniforms)
+            build.append({**placement.spec, "uniforms": own} if own else placement.spec)
+        settings = {target: self._setting(target, value, names) for target, value in uniforms.items()}
         sources = {name: fablet.source() for name, fablet in fablets.items()}
         allow.update(source.parent for source in sources.values())
         world: dict[str, Any] = {"openfab": 1}
@@ -186,7 +259,7 @@ class World:
             world["printer"] = self._printer
         world.update(self._keys)
         dither = self._keys.get("dither")
-        if isinstance(dither, dict) and isinstance(dither.get("source"), (str, os.PathLike)):
+        if isinstance(dither, dict) and isinstance(dither.get("source"), str):
             source = Path(dither["source"]).absolute()
             world["dither"] = {**dither, "source": str(source)}
             allow.add(source.parent)
@@ -195,22 +268,40 @@ class World:
         }
         world["materials"] = {name: material._spec() for name, material in names.materials.items()}
         world["textures"] = {name: texture._spec(allow) for name, texture in names.textures.items()}
-        world["meshes"] = {name: mesh._spec(allow) for name, mesh in meshes.items()}
+        world["meshes"] = {name: mesh._spec(allow) for name, mesh in names.meshes.items()}
         world["objects"] = objects
         world["build"] = build
-        return world
+        return world, settings
 
-    def _write(self) -> tuple[Path, list[Path], list[str]]:
-        """Writes it to a file; returns that, the fablets' sources, and options for what it may read."""
-        allow: set[Path] = set()
-        description = self._describe(allow)
-        path = self._file.path()
-        path.write_text(json.dumps(description, indent=1), encoding="utf-8")
-        sources = list(dict.fromkeys(one.fablet.source() for one in self._objects.values()))
-        return path, sources, [f"--allow={folder}" for folder in sorted(allow)]
+    def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
+        """Writes it for one print, with other values of some uniforms."""
+        names, allow = _Names(), set[Path]()
+        with _files.lock:
+            description, settings = self._describe(names, allow, uniforms or {})
+            sources = dict.fromkeys(one.fablet.source() for one in self._objects.values())
+        path = _files.unique(self.title, _files.WORLD)
+        with _files.outside_errors(f"`{path}` cannot be written"):
+            path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")
+        made = Snapshot(
+            path, tuple(sources), _allowed(sorted(allow)), _set_words(settings), description,
+            {
+                str(thing._file.path()): f"the arrays of {kind} `{name}`"
+                for kind, named in (("mesh", names.meshes), ("texture", names.textures))
+                for name, thing in named.items()
+                if isinstance(thing, (Mesh, Texture)) and thing._file is not None
+            },
+            (names.meshes, names.textures),
+        )
+        _files.remove_with(made, path)
+        self._last = made
+        return made
 
-    def _ready(self, enable_printf: bool) -> tuple[_core.Program, list[str]]:
-        return _ready(self, enable_printf)
+    def _setting(self, target: str, value: Any, names: _Names) -> Any:
+        name, _, uniform = target.rpartition(".")
+        one = self._objects.get(name)
+        if one is not None:
+            value = one._checked(uniform, value)
+        return names.encode(value, f"`{target}`")
 
     def _repr_png_(self) -> bytes:
         from .display import world_png
@@ -234,26 +325,40 @@ class FileWorld:
         try:
             said = json.loads(self.file.read_text(encoding="utf-8"))
         except OSError as error:
-            raise InputError(f"{self.file}: {error.strerror}") from error
-        except ValueError as error:
-            raise InputError(f"{self.file}: it is no JSON: {error}") from error
+            raise InputError(f"{self.file}: {error.strerror}", file=str(self.file)) from error
+        except json.JSONDecodeError as error:
+            raise InputError(
+                f"{self.file}:{error.lineno}:{error.colno}: it is no JSON: {error.msg}",
+                message=f"it is no JSON: {error.msg}", file=str(self.file), line=error.lineno, column=error.colno,
+            ) from error
+        except UnicodeDecodeError as error:
+            raise InputError(f"{self.file}: it is no UTF-8: {error}", file=str(self.file)) from error
         if not isinstance(said, dict):
-            raise InputError(f"{self.file}: a world is an object of JSON")
+            raise InputError(f"{self.file}: a world is an object of JSON", file=str(self.file))
         return said
 
-    def _write(self) -> tuple[Path, list[Path], list[str]]:
-        """Returns the file, the fablets' sources, and options for what it may read."""
-        fablets = self.to_json().get("fablets")
+    def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
+        """Its file, which is the user's, with other values of some uniforms."""
+        names = _Names()
+        settings = {target: names.encode(value, f"`{target}`") for target, value in (uniforms or {}).items()}
+        if names.textures.items():
+            raise InputError(
+                "textures of Python do not reach a world that was loaded",
+                help=f"put the picture into a file, which {self.file.name} names in `textures`, and give that name",
+            )
+        description = self.to_json()
+        fablets = description.get("fablets")
         try:
             sources = [self.file.parent / one["source"] for one in fablets.values()]  # type: ignore[union-attr]
         except (AttributeError, KeyError, TypeError):
-            raise InputError(f"{self.file}: `fablets` does not say where their sources are") from None
+            raise InputError(
+                f"{self.file}: `fablets` does not say where their sources are", file=str(self.file)
+            ) from None
         if not sources:
-            raise InputError(f"{self.file}: the world has no fablets")
-        return self.file, list(dict.fromkeys(sources)), [f"--allow={folder}" for folder in self._allow]
-
-    def _ready(self, enable_printf: bool) -> tuple[_core.Program, list[str]]:
-        return _ready(self, enable_printf)
+            raise InputError(f"{self.file}: the world has no fablets", file=str(self.file))
+        return Snapshot(
+            self.file, tuple(dict.fromkeys(sources)), _allowed(self._allow), _set_words(settings), description
+        )
 
     def _repr_png_(self) -> bytes:
         from .display import world_png
@@ -267,12 +372,47 @@ class FileWorld:
 AnyWorld = World | FileWorld
 
 
-def _ready(world: AnyWorld, enable_printf: bool) -> tuple[_core.Program, list[str]]:
-    """A world's program, and the words that name it to a print."""
-    file, sources, allowed = world._write()
-    words = [str(file), *allowed]
-    program, _ = programs.find(sources, enable_printf, dither_rule(words))
-    return program, words
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A world as one print reads it: its own file, which nothing changes while the print holds this."""
+
+    path: Path
+    sources: tuple[Path, ...]
+    allowed: tuple[str, ...]
+    """Options: what it may read."""
+    settings: tuple[str, ...]
+    """Options: other values of uniforms."""
+    description: dict[str, Any]
+    names: Mapping[str, str] = field(default_factory=dict)
+    """What messages call files that were made for it: what the user calls them."""
+    kept: tuple[Any, ...] = ()
+    """What owns the files that it names."""
+
+    @property
+    def words(self) -> list[str]:
+        """What names it to a print."""
+        return [str(self.path), *self.allowed, *self.settings]
+
+    def program(self, enable_printf: bool = False) -> _core.Program:
+        """Returns the kernels of its fablets."""
+        return programs.find(self.sources, enable_printf, dither_rule(self.words))[0]
+
+
+def snapshot(world: AnyWorld, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
+    """Returns what a print of a world reads."""
+    if not isinstance(world, (World, FileWorld)):
+        raise InputError(f"{short(world)} is no world; pass a World, or openfab.load(FILE)")
+    return world._snapshot(uniforms)
+
+
+def _allowed(folders: Iterable[Any]) -> tuple[str, ...]:
+    return tuple(f"--allow={folder}" for folder in folders)
+
+
+def _set_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
+    return tuple(
+        f"--set={target}={value if isinstance(value, str) else json.dumps(value)}" for target, value in settings.items()
+    )
 
 
 def dither_rule(words: list[str]) -> tuple[str, str] | None:
@@ -309,13 +449,18 @@ class _Named(Generic[T]):
 
 
 class _Names:
-    """Collects the materials and textures that uniforms name."""
+    """Collects the materials, textures and meshes that a world names."""
 
     def __init__(self) -> None:
         self.materials: dict[str, Material] = {}
         self.textures = _Named[Texture]()
+        self.meshes = _Named[AnyMesh]()
 
-    def encode(self, value: Any) -> Any:
+    def encode_all(self, uniforms: Mapping[str, Any]) -> dict[str, Any]:
+        # Of a copy: other threads may set some.
+        return {name: self.encode(value, f"`{name}`") for name, value in dict(uniforms).items()}
+
+    def encode(self, value: Any, what: str) -> Any:
         if isinstance(value, Material):
             if self.materials.setdefault(value.name, value) != value:
                 raise InputError(f"two materials are called `{value.name}`")
@@ -324,21 +469,4 @@ class _Names:
             return self.textures.name(value, "texture")
         if isinstance(value, Object):
             return value.name
-        return plain(value, self.encode)
-
-
-def plain(value: Any, encode: Any = None) -> Any:
-    """Returns a value of a uniform as JSON has it."""
-    if isinstance(value, (bool, str)):
-        return value
-    if isinstance(value, np.bool_):
-        return bool(value)
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        return float(value)
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [(encode or plain)(one) for one in value]
-    raise InputError(f"{value!r} is no value of a uniform")
+        return plain(value, what, self.encode)

@@ -311,6 +311,10 @@ NB_MODULE(_core, m) {
              "Returns z, codes and fractions of the next slice, as read-only arrays that own "
              "their memory; None where there is none yet, or no more.")
         .def("cancel", &Print::cancel)
+        .def(
+            "abandon", [](nb::handle self) { self.inc_ref(); },
+            "Keeps it for ever: after a fork its destructor would wait for threads that the child "
+            "lacks.")
         .def("join", &Print::join, nb::call_guard<nb::gil_scoped_release>())
         .def_prop_ro("info",
                      [](const Print& p) { return info_of(p.info(), p.estimate().memory_bytes); })

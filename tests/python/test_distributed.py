@@ -139,7 +139,7 @@ def test_files_travel_once(client: Any, ball: openfab.World, tmp_path: Path) -> 
 
 def test_a_folder_has_the_files_of_one_process(client: Any, ball: openfab.World, tmp_path: Path) -> None:
     openfab.print_world(ball, tmp_path / "alone", voxel=0.2, format="png")
-    over.print_world(ball, client, tmp_path / "shared", voxel=0.2, format="png")
+    over.print_world(ball, client, tmp_path / "shared", voxel=np.float64(0.2), format="png", in_flight=np.int64(3))
     assert files_of(tmp_path / "shared") == files_of(tmp_path / "alone")
 
 
@@ -310,6 +310,8 @@ def test_memory_is_a_share_of_the_workers(client: Any, ball: openfab.World, tmp_
         ({"uniforms": {"ball.skn": 1}}, openfab.InputError, "skn"),
         ({"printer": "nonesuch"}, openfab.InputError, "nonesuch"),
         ({"slices": (5, 5)}, openfab.InputError, "--slices"),
+        ({"in_flight": -1}, openfab.InputError, "`in_flight` cannot be -1"),
+        ({"threads": 0}, openfab.InputError, "`threads` cannot be 0"),
         ({"out": "ball.npy"}, openfab.InputError, "slice by slice"),
         ({"out": "ball.xyz"}, openfab.InputError, "format"),
         ({"out": "nowhere/ball.ofr"}, openfab.Error, "nowhere"),

@@ -149,18 +149,46 @@ def test_a_loop_that_is_left_ends_the_print(ball: openfab.World) -> None:
             break
     print_.close()
     assert not print_.statistics["complete"]
-    assert list(print_) == []
+
+
+def test_slices_are_given_once(ball: openfab.World, tmp_path: Path) -> None:
+    taken = openfab.print_world(ball, voxel=0.3)
+    assert sum(1 for _ in taken) == taken.info.slices[1]
+    left = openfab.print_world(ball, voxel=0.3)
+    next(iter(left))
+    closed = openfab.print_world(ball, voxel=0.3)
+    closed.close()
+    for print_ in (taken, left, closed, openfab.print_world(ball, tmp_path / "ball.ofr", voxel=0.3)):
+        with pytest.raises(openfab.InputError, match="the slices of the print (were taken|are gone)"):
+            print_.array()
+        with pytest.raises(openfab.InputError, match="the slices of the print (were taken|are gone)"):
+            iter(print_)
+
+
+def test_an_array_is_whole(ball: openfab.World) -> None:
+    print_ = openfab.print_world(ball, voxel=0.05, progress=lambda done, total: print_.close() if done == 3 else None)
+    with pytest.raises(openfab.InputError, match="closed after 3 of 120 slices"):
+        print_.array()
+
+
+def test_a_print_that_is_closed_at_once_has_no_grid(ball: openfab.World) -> None:
+    print_ = openfab.print_world(ball, voxel=0.05)
+    print_.close()
+    if print_._core.info["size"] == (0, 0, 0):  # the set-up may have been quicker
+        with pytest.raises(openfab.InputError, match="closed before its set-up"):
+            print_.info
+        assert print_._repr_html_() == "<div>Print(World(&#x27;ball&#x27;, 1 objects, 1 placements), closed)</div>"
 
 
 def test_uniforms_change_the_print_and_compile_nothing(ball: openfab.World) -> None:
     openfab.print_world(ball, voxel=0.3).array()
-    program = ball._ready(False)[0]
+    program = openfab.world.snapshot(ball).program()
     thin = openfab.print_world(ball, voxel=0.3, uniforms={"ball.skin": 0.1})
     thin.array()
     ball.objects["ball"]["skin"] = 0.1
     same = openfab.print_world(ball, voxel=0.3)
     same.array()
-    assert ball._ready(False)[0] is program
+    assert openfab.world.snapshot(ball).program() is program
     assert thin.statistics["hash"] == same.statistics["hash"]
     assert thin.statistics["voxels_by_material"]["white"] > 0
 

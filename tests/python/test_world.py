@@ -94,6 +94,24 @@ def test_attributes_reach_the_fablet() -> None:
     np.testing.assert_allclose(red[0, :, 4], (np.arange(16) + 0.5) / 16, atol=1e-4)
 
 
+@pytest.mark.parametrize("names", ["s t", "v u", "r g b", "blue green red", "a_0 a_1", "a_y a_x", "k_w k_z k_y k_x"])
+def test_attributes_keep_their_names(names: str) -> None:
+    values = {name: 1.0 + k for k, name in enumerate(names.split())}
+    materials = {f"m{k}": openfab.Material(f"m{k}", f"#00000{k}") for k in range(len(values))}
+    declared = ", ".join(f"@nearest float {name}" for name in values)
+    parts = " ".join(f"mc.Set({material}, {name});" for material, name in zip(materials, values))
+    text = f"""fablet Named {{
+        @uniform {{ Material {", ".join(materials)}; }}
+        @Volume(@varying {{ VolumeAttributes attr, {declared} }}) {{ MaterialComposition mc; {parts} return mc; }}
+    }}"""
+    attributes = {name: np.full(8, value) for name, value in values.items()}
+    mesh = openfab.Mesh(BOX_VERTICES, BOX_FACES, vertex_attributes=attributes)
+    world = openfab.World(printer="generic")
+    world.add(mesh, openfab.Fablet(text=text), materials)
+    expected = np.array(list(values.values())) / sum(values.values())
+    np.testing.assert_allclose(openfab.sample(world, voxel=1).fractions[0, 0, 0], expected, atol=1e-4)
+
+
 @pytest.mark.parametrize("kind", ["uint8", "uint16", "float32", "float64"])
 def test_a_picture_is_an_array(kind: str) -> None:
     rng = np.random.default_rng(3)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .. import _core, _files
 from ..errors import check_diagnostics, raise_error
-from ..world import AnyWorld, dither_rule
+from ..world import Snapshot, dither_rule
 
 Blob = NDArray[np.uint8]
 
@@ -40,6 +40,8 @@ class Inputs:
     """Of the files, places and contents."""
     paths: tuple[Path, ...]
     """Where they are here."""
+    names: dict[str, str]
+    """What messages call them."""
 
     @property
     def bytes(self) -> int:
@@ -47,17 +49,17 @@ class Inputs:
         return len(self.description) + sum(blob.nbytes for blob in self.files.values())
 
 
-def gather(world: AnyWorld, options: Sequence[str]) -> Inputs:
+def gather(world: Snapshot, options: Sequence[str]) -> Inputs:
     """Reads all that a print of a world reads; raises what is wrong with it.
 
     `options` are words of `openfab print`, which may name a printer's file.
     """
-    file, sources, allowed = world._write()
-    names = _core.world_files([str(file), *allowed, *options])
+    file, sources = world.path, world.sources
+    names = _core.world_files([str(file), *world.allowed, *options])
     if isinstance(names, _core.Error):
-        raise_error(names)
+        raise_error(names, world.names)
     read: dict[str, Path] = {}
-    rule = dither_rule([str(file), *allowed])
+    rule = dither_rule(world.words)
     for path in [*names[1:], *_imported([*sources, *([Path(rule[0])] if rule else [])])]:
         read.setdefault(place(path), Path(path))
     files = {name: np.fromfile(read[name], np.uint8) for name in sorted(read)}
@@ -66,10 +68,12 @@ def gather(world: AnyWorld, options: Sequence[str]) -> Inputs:
         digest.update(f"{name}\0{blob.nbytes}\0".encode())
         digest.update(blob.data)
     home = place(file)
-    described = _relative(world.to_json(), os.path.dirname(home), set(files))
+    if home.startswith("made"):
+        home = f"made/world/{file.name}"  # each print has a file of its own, but workers keep what they set up
+    described = _relative(world.description, os.path.dirname(home), set(files))
     return Inputs(
         home, json.dumps(described).encode(), files, tuple(place(source) for source in sources), digest.hexdigest(),
-        (Path(file), *read.values()),
+        (Path(file), *read.values()), {f"{_files.folder()}/world/{file.name}": str(file), **world.names},
     )
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from .. import _core
 from ..errors import InputError, OutsideError, raise_error
-from ..printing import _Unfinished
+from ..printing import Unfinished
 from .worker import Plan, Shared
 
 _RECEIVERS = ("tcp://", "tls://", "unix:")
@@ -28,7 +28,7 @@ class Output:
     """The output of a print, by one writer; what was there before stays until the print is complete."""
 
     def __init__(self, out: str | os.PathLike[str], options: Sequence[str], printer: str) -> None:
-        self._name = os.fspath(out)
+        self._name = os.fsdecode(out)
         self._printer = printer
         self._remote = "://" in self._name and not self._name.startswith(_RECEIVERS)
         name = self._name.rstrip("/").rsplit("/", 1)[-1] if self._remote else self._name
@@ -39,6 +39,7 @@ class Output:
         self._options = [*options, "world.fab.json"]
         self._stack = ExitStack()
         self._writer: Any = None
+        self._names: dict[str, str] = {}
         self._transfer: _Stream | _Folder | None = None
 
     def open(self, plan: Plan, inputs: Sequence[Path]) -> None:
@@ -49,13 +50,14 @@ class Output:
             words[-1] = "--output=-" if is_file else "--output=slices"
             self._transfer = (_Stream if is_file else _Folder)(self._name)
             instead = str(self._stack.enter_context(self._transfer))
-        elif not self._name.startswith(_RECEIVERS):
-            instead = str(self._stack.enter_context(_Unfinished(Path(self._name))) or "")
+        else:
+            unfinished = self._stack.enter_context(Unfinished(self._name))
+            instead, self._names = unfinished.name, unfinished.names
         writer = _core.open_writer(
             words, instead, self._printer, plan.header, plan.info["support_code"], list(inputs)
         )
         if isinstance(writer, _core.Error):
-            raise_error(writer)
+            raise_error(writer, self._names)
         self._writer = writer
 
     @property
@@ -70,7 +72,7 @@ class Output:
         if self._transfer is not None:
             self._transfer.written(error)
         if error is not None:
-            raise_error(error)
+            raise_error(error, self._names)
 
     def finish(self) -> dict[str, Any]:
         """Completes it; returns the statistics of what was written."""
@@ -78,7 +80,7 @@ class Output:
         if self._transfer is not None:
             self._transfer.finished(error)
         if error is not None:
-            raise_error(error)
+            raise_error(error, self._names)
         statistics: dict[str, Any] = json.loads(self._writer.statistics)
         return statistics
 

@@ -20,9 +20,11 @@ import dask
 import distributed
 
 from .. import _files as own_files
-from ..errors import PrintWarning
-from ..printing import PrintInfo, PrintMaterial, Progress, _Bar, _words
-from ..world import AnyWorld
+from .._given import Real, Whole, whole
+from .._options import words_of
+from ..errors import InputError, PrintWarning, renamed
+from ..printing import PrintInfo, PrintMaterial, Progress, _Bar, claim_threads
+from ..world import AnyWorld, snapshot
 from . import worker
 from .costs import CostModel, ShareCost, sample_places, settled, share_end
 from .inputs import Inputs, gather, printer_file
@@ -68,23 +70,23 @@ def print_world(
     out: str | os.PathLike[str],
     *,
     printer: str | os.PathLike[str] | None = None,
-    voxel: float | str | Sequence[float] | None = None,
-    dpi: str | tuple[float, float] | None = None,
-    layer: float | str | None = None,
-    draft: int | None = None,
-    slices: tuple[int, int] | None = None,
-    z: tuple[float | str, float | str] | None = None,
+    voxel: Real | str | Sequence[Real] | None = None,
+    dpi: Real | str | Sequence[Real] | None = None,
+    layer: Real | str | None = None,
+    draft: Whole | None = None,
+    slices: Sequence[Whole] | None = None,
+    z: Sequence[Real | str] | None = None,
     uniforms: Mapping[str, Any] | None = None,
     support: bool | str | None = None,
     dither: str | None = None,
-    seed: int | None = None,
+    seed: Whole | None = None,
     crop: str | None = None,
     format: str | None = None,
-    memory: int | str | None = None,
-    threads: int | None = None,
+    memory: Whole | str | None = None,
+    threads: Whole | None = None,
     token_file: str | os.PathLike[str] | None = None,
     tls_ca: str | os.PathLike[str] | None = None,
-    in_flight: int | None = None,
+    in_flight: Whole | None = None,
     direct: bool = True,
     progress: Progress = False,
 ) -> DistributedPrint:
@@ -104,19 +106,20 @@ def print_world(
     raises.
     """
     began = time.monotonic()
-    options = _words(
-        {
-            "printer": printer, "voxel": voxel, "dpi": dpi, "layer": layer, "draft": draft, "slices": slices, "z": z,
-            "uniforms": uniforms, "dither": dither, "seed": seed, "crop": crop, "memory": memory,
-            "support": "off" if support is False else support,
-        }
+    options = words_of(
+        printer=printer, voxel=voxel, dpi=dpi, layer=layer, draft=draft, slices=slices, z=z, dither=dither, seed=seed,
+        crop=crop, memory=memory, support=support,
     )
-    receiver = _words({"format": format, "token_file": token_file, "tls_ca": tls_ca})
-    named = str(printer or world.to_json().get("printer") or "")
+    receiver = words_of(format=format, token_file=token_file, tls_ca=tls_ca)
+    threads, in_flight = _at_least_one(threads, "threads"), _at_least_one(in_flight, "in_flight")
+    read = snapshot(world, uniforms)
+    options += read.settings
+    named = str(printer or read.description.get("printer") or "")
     if named.endswith(".json") and printer is None:
-        named = os.path.join(os.path.dirname(world._write()[0]), named)
+        named = os.path.join(read.path.parent, named)
     with Output(out, [*options, *receiver], named) as output:
-        inputs = gather(world, options)
+        claim_threads()
+        inputs = gather(read, options)
         workers = _Workers(client)
         job = Job(
             version=worker.version(), digest=inputs.digest, world=inputs.world, sources=inputs.sources,
@@ -125,6 +128,13 @@ def print_world(
         )
         with _Run(client, workers, job, inputs, began, in_flight, direct, progress) as run:
             return run.print(output)
+
+
+def _at_least_one(value: Whole | None, name: str) -> int | None:
+    found = None if value is None else whole(value, f"`{name}`")
+    if found is not None and found < 1:
+        raise InputError(f"`{name}` cannot be {found}; it is 1 at least")
+    return found
 
 
 def release(client: distributed.Client) -> None:
@@ -333,7 +343,7 @@ class _Run:
             except distributed.CancelledError as error:
                 raise ClusterError("the cluster was closed or restarted while it printed") from error
             if isinstance(result, Failure):
-                raise result.error
+                raise renamed(result.error, self._inputs.names)
             return result
         raise ClusterError(
             f"workers that had {what} died again and again; perhaps they ran out of memory, which `memory` limits"

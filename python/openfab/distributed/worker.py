@@ -17,8 +17,9 @@ from typing import Any, ParamSpec, TypeVar
 import distributed
 
 from .. import _core
-from ..errors import Error, InputError, InternalError, OutsideError, raise_error
+from ..errors import Error, InputError, InternalError, OutsideError, raise_error, renamed
 from ..fablet import programs
+from ..printing import claim_threads
 from ..world import dither_rule
 from .costs import ShareCost
 from .inputs import Blob, unpack
@@ -193,7 +194,7 @@ def _ready(job: Job, inputs: dict[str, Blob], description: bytes) -> _Kept:
         try:
             _kept = _set_up(job, key, root, inputs, description)
         except Error as error:
-            raise _at_home(error, root, job.made) from None
+            raise renamed(error, {f"{root}/files": "", f"{root}/made": job.made}) from None
     return _kept
 
 
@@ -207,6 +208,7 @@ def _folder(digest: str) -> Path:
 
 
 def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob], description: bytes) -> _Kept:
+    claim_threads()
     world = unpack(root, inputs, job.world, description)
     rule = dither_rule([str(world), f"--allow={root}"])
     program, _ = programs.find([root / source for source in job.sources], rule=rule)
@@ -221,14 +223,3 @@ def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob],
         raise_error(printer)
     return _Kept(key, printer, printer.header)
 
-
-def _at_home(error: Error, root: Path, made: str) -> Error:
-    """An error that names files as the client does."""
-    for name, value in vars(error).items():
-        if isinstance(value, str):
-            setattr(error, name, value.replace(f"{root}/files", "").replace(f"{root}/made", made))
-    error.args = tuple(
-        one.replace(f"{root}/files", "").replace(f"{root}/made", made) if isinstance(one, str) else one
-        for one in error.args
-    )
-    return error
