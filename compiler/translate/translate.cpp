@@ -152,7 +152,7 @@ ir::Module translate(const check::Program& program, const TranslateOptions& opti
 std::vector<uint32_t> StageTranslator::constant_bits(const check::Expr& expr) {
     live_ = emit_.constant(true);
     std::vector<uint32_t> bits;
-    for (ValueId value : expression(expr)) {
+    for (ValueId value : constant_expression(expr)) {
         if (!emit_.is_constant(value)) return {};
         bits.push_back(emit_.instr(value).bits);
     }

@@ -160,9 +160,21 @@ void StageTranslator::loop(const check::Stmt& stmt) {
     }
     if (gave_up_) return;
     const Attempt start = attempt();
-    if (unroll(stmt)) return;
+    if (unroll_in_steps(stmt)) return;
     rollback(start);
     run_loop(stmt);
+}
+
+/// Unrolls unless it takes too many steps: nests of which all is constant come to few operations
+/// however often they run. What the steps were spent on is not tried again.
+bool StageTranslator::unroll_in_steps(const check::Stmt& stmt) {
+    if (too_long_.count(&stmt) != 0) return false;
+    const size_t limit = steps_ + unroll_limit_;
+    const size_t outer = std::exchange(step_limit_, std::min(step_limit_, limit));
+    const bool done = unroll(stmt);
+    step_limit_ = outer;
+    if (steps_ > limit) too_long_.insert(&stmt);
+    return done;
 }
 
 bool StageTranslator::fits_unroll_budget(size_t begin, int trips) {
