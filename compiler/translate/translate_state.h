@@ -118,6 +118,7 @@ class StageTranslator : private Paths {
     bool unroll_in_steps(const check::Stmt& stmt);
     std::set<VariableId> guess_changed(const check::Stmt& stmt) const;
     void run_loop(const check::Stmt& stmt);
+    void push_start_test(const check::Stmt& stmt);
     RealLoop make_loop(const check::Stmt& stmt, ir::ValueId guard,
                        const std::set<VariableId>& changed);
     std::vector<ir::ValueId> assigned_by_trips(const RealLoop& made,
