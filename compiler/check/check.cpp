@@ -39,14 +39,17 @@ std::string annotation_text(const ast::Expr& expr) {
     return std::string(expr.text);
 }
 
-/// Returns whether an annotation is a limit that must be computed, such as a constant's.
+/// Returns whether an annotation is a limit that must be computed, such as a constant's: any but a
+/// decimal number.
 bool is_computed(const ast::Annotation& annotation) {
     if (annotation.value == nullptr || (annotation.name != "min" && annotation.name != "max"))
         return false;
     const ast::Expr* number = annotation.value.get();
-    if (number->kind == ast::ExprKind::kUnary) number = number->args[0].get();
-    return number->kind != ast::ExprKind::kIntLiteral &&
-           number->kind != ast::ExprKind::kFloatLiteral;
+    if (number->kind == ast::ExprKind::kUnary && number->text == "-")
+        number = number->args[0].get();
+    const bool is_number =
+        number->kind == ast::ExprKind::kIntLiteral || number->kind == ast::ExprKind::kFloatLiteral;
+    return !is_number || number->text.starts_with("0x") || number->text.starts_with("0X");
 }
 
 std::string varying_list(const std::vector<ir::Varying>& list) {
@@ -149,6 +152,26 @@ bool Checker::assign_uniform_index(const ast::Variable& v, const Type& type, ir:
     return true;
 }
 
+void Checker::check_annotations(const ast::Variable& v, Symbol* symbol, ir::Uniform* uniform) {
+    for (const ast::Annotation& a : v.annotations) {
+        for (size_t i = 0; i < symbol->annotations.size(); ++i) {
+            if (uniform->annotations[i].first != a.name) continue;
+            sink_->report(a.span, diag::kRedeclared, a.name)
+                .note(symbol->annotations[i].span, "the first one is here");
+        }
+        Symbol::Annotation& kept = symbol->annotations.emplace_back();
+        kept.span = a.span;
+        std::string text;
+        if (is_computed(a)) {
+            context_ = StageContext::kGlobal;
+            kept.value = initializer(*a.value, kFloatType);
+        } else if (a.value != nullptr) {
+            text = annotation_text(*a.value);
+        }
+        uniform->annotations.emplace_back(a.name, std::move(text));
+    }
+}
+
 void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
     ir::Uniform uniform;
     uniform.name = v.name;
@@ -173,16 +196,7 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
             v.init->span, diag::kBadDeclaration,
             fmt::format("a uniform of type `{}` has no default: the world binds it", v.type.text));
     }
-    for (const ast::Annotation& a : v.annotations) {
-        const bool computed = is_computed(a);
-        if (computed) {
-            context_ = StageContext::kGlobal;
-            symbol->computed_annotations.emplace_back(uniform.annotations.size(),
-                                                      initializer(*a.value, kFloatType));
-        }
-        uniform.annotations.emplace_back(
-            a.name, computed || a.value == nullptr ? "" : annotation_text(*a.value));
-    }
+    check_annotations(v, symbol.get(), &uniform);
     declare(symbol.get());
     to->ir.uniforms.push_back(std::move(uniform));
     to->uniforms.push_back(std::move(symbol));

@@ -118,6 +118,25 @@ std::vector<const Function*> ExpressionChecker::overloads(std::string_view name)
     return out;
 }
 
+/// Returns whether a name is imported and the file has functions of that name, which come first.
+bool ExpressionChecker::is_hidden_by_function(const Symbol& symbol) const {
+    const auto imported = scopes_.front().find(symbol.name);
+    return imported != scopes_.front().end() && imported->second == &symbol &&
+           std::any_of(visible_functions_.begin(), visible_functions_.end(),
+                       [&](const Function* f) { return f->name == symbol.name; });
+}
+
+/// Adds a help line if an imported module keeps a name to itself; returns whether one does.
+bool ExpressionChecker::help_with_private(std::string_view name, diag::Diagnostic* d) const {
+    const auto found = private_names_.find(name);
+    if (found == private_names_.end()) return false;
+    d->help(
+        fmt::format("`{}` is private to module `{}`: names that begin with `_` stay inside "
+                    "their module",
+                    name, found->second));
+    return true;
+}
+
 bool ExpressionChecker::wrong_count(const ast::Expr& call, std::string_view name,
                                     const std::string& right, size_t count) {
     sink_->report(call.args[0]->text_span, diag::kArgumentCount, name, right,
@@ -135,7 +154,8 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
         }
         return poison(expr.span);
     }
-    if (const Symbol* symbol = find(callee.text); symbol != nullptr) {
+    if (const Symbol* symbol = find(callee.text);
+        symbol != nullptr && !is_hidden_by_function(*symbol)) {
         record_use(callee.span, *symbol);
         if (symbol->kind == SymbolKind::kType && symbol->type.is(Base::kStruct)) {
             return construct_struct(expr, symbol->type);
@@ -175,6 +195,7 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
 ExprPtr ExpressionChecker::unknown_function(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
+    if (help_with_private(callee.text, &d)) return poison(expr.span);
     if (const std::string foreign_help = foreign_function_help(callee.text);
         !foreign_help.empty()) {
         d.help(foreign_help);

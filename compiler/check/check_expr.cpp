@@ -185,6 +185,7 @@ ExprPtr ExpressionChecker::name(const ast::Expr& expr) {
         return poison(expr.span);
     }
     diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
+    if (help_with_private(expr.text, &d)) return poison(expr.span);
     if (const std::string help = help_for_name(expr.text); !help.empty()) {
         d.help(help);
         return poison(expr.span);
@@ -731,6 +732,7 @@ ExprPtr ExpressionChecker::convert(ExprPtr value, const Type& to) {
     if (from.is_error() || to.is_error() || from == to) return value;
     const source::Span span = value->span;
     check_division(*value, to);
+    check_fits(*value, to);
     ExprPtr out = convert_explicitly(std::move(value), to);
     if (out->type.is_error()) return out;
     if (from.is_matrix()) {

@@ -103,6 +103,28 @@ void ExpressionChecker::help_with_conversion(const Type& from, const Type& to,
     }
 }
 
+/// Warns about a constant that an `int` or `uint` does not hold. A minus before a `uint` is read as
+/// it is meant: `-2147483648` is an int.
+void ExpressionChecker::check_fits(const Expr& value, const Type& to) {
+    if (!value.type.is_scalar() || !value.type.is_integer() || !to.is_integer()) return;
+    const bool negated = value.kind == ExprKind::kUnary && value.op == ir::Op::kNeg &&
+                         value.type.base == Base::kUint;
+    const std::optional<uint32_t> bits = known_bits(negated ? *value.args[0] : value);
+    if (!bits) return;
+    const int64_t read =
+        value.type.base == Base::kInt ? static_cast<int32_t>(*bits) : static_cast<int64_t>(*bits);
+    const int64_t x = negated ? -read : read;
+    const auto cut = static_cast<uint32_t>(x);
+    const int64_t becomes = to.base == Base::kInt ? static_cast<int32_t>(cut) : int64_t{cut};
+    if (x == becomes) return;
+    const std::string type = type_name(to.base == Base::kInt ? kIntType : kUintType);
+    sink_->report(value.span, diag::kNarrowing, std::to_string(x), type)
+        .help(fmt::format("it becomes {}; write the conversion if that is intended: `{}(…)`",
+                          becomes, type))
+        .insert_before(value.span, type + "(")
+        .insert_after(value.span, ")");
+}
+
 /// Warns about `1 / 2` where a float is expected: it is 0. Constants only; `i / 4` may be intended.
 void ExpressionChecker::check_division(const Expr& value, const Type& to) {
     const bool division = value.kind == ExprKind::kBinary && value.op == ir::Op::kDiv &&
@@ -110,14 +132,14 @@ void ExpressionChecker::check_division(const Expr& value, const Type& to) {
     if (!division || to.base != Base::kFloat) return;
     const std::optional<uint32_t> a = known_bits(*value.args[0]);
     const std::optional<uint32_t> b = known_bits(*value.args[1]);
-    if (!a || !b || *b == 0) return;
+    if (!a || !b) return;
     const bool is_signed = value.type.base == Base::kInt;
     const int64_t x = is_signed ? static_cast<int32_t>(*a) : int64_t{*a};
     const int64_t y = is_signed ? static_cast<int32_t>(*b) : int64_t{*b};
-    if (x % y == 0) return;
+    if (y != 0 && x % y == 0) return;
     sink_
         ->report(value.span, diag::kIntegerDivision, static_cast<int>(x), static_cast<int>(y),
-                 static_cast<int>(x / y))
+                 y == 0 ? 0 : static_cast<int>(x / y))
         .help(fmt::format("write `{0}.0 / {1}`, or `float({0} / {1})` if that is intended", x, y));
 }
 

@@ -56,6 +56,7 @@ void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* 
     scopes_.assign(1, {});
     visible_functions_.clear();
     imported_functions_.clear();
+    private_names_.clear();
     import_names(unit, *done);
     scopes_.emplace_back();
     check_scope(file.scope, nullptr, nullptr, &program->constants, &program->functions);
@@ -79,13 +80,19 @@ void Checker::import_names(const Unit& unit, const std::vector<Exports>& done) {
     for (size_t i = 0; i < unit.imports.size(); ++i) {
         const Exports& module = done[unit.imports[i]];
         for (const auto& [name, symbol] : module.names) {
-            if (is_private(name)) continue;
+            if (is_private(name)) {
+                private_names_.emplace(name, unit.file->imports[i].name);
+                continue;
+            }
             const bool fresh = known.try_emplace(name, Origin{i, symbol->span}).second;
             const auto [at, added] = scopes_.back().emplace(name, symbol);
             if (!fresh && (added || at->second != symbol)) clash(name, i, symbol->span);
         }
         for (const Function* f : module.functions) {
-            if (is_private(f->name)) continue;
+            if (is_private(f->name)) {
+                private_names_.emplace(f->name, unit.file->imports[i].name);
+                continue;
+            }
             known.try_emplace(f->name, Origin{i, f->span});
             bool again = false;
             bool other = scopes_.back().count(f->name) != 0;

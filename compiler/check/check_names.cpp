@@ -158,6 +158,13 @@ void ExpressionChecker::declare_struct(const ast::Struct& from) {
             record_use(v.span, record->members.back());
         }
     }
+    if (!find_type(from.name).is_error()) {
+        sink_
+            ->report(from.span, diag::kBadDeclaration,
+                     fmt::format("`{}` is a built-in type", from.name))
+            .help("give the struct another name");
+        return;
+    }
     if (from.members.empty()) {
         sink_->report(from.span, diag::kBadDeclaration,
                       fmt::format("struct `{}` has no members", from.name));

@@ -32,6 +32,7 @@ class Checker : private StatementChecker {
     // check.cpp
     void check_fablet(const ast::Fablet& from, Fablet* to);
     void find_point_members(const ast::Fablet& from, Fablet* to);
+    void check_annotations(const ast::Variable& from, Symbol* symbol, ir::Uniform* uniform);
     void check_uniform(const ast::Variable& from, Fablet* to);
     bool assign_uniform_index(const ast::Variable& v, const Type& type, ir::Uniform* uniform,
                               Fablet* to);

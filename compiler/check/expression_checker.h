@@ -85,6 +85,9 @@ class ExpressionChecker {
     void check_used(const ast::Expr& from, const Expr& expr);
     ExprPtr comma(const ast::Expr& expr);
     void check_division(const Expr& value, const Type& to);
+    bool is_hidden_by_function(const Symbol& symbol) const;
+    bool help_with_private(std::string_view name, diag::Diagnostic* d) const;
+    void check_fits(const Expr& value, const Type& to);
     void check_foreign_operators(const ast::Expr& expr, const Expr& left, const Expr& right);
     void help_with_conversion(const Type& from, const Type& to, diag::Diagnostic* d) const;
 
@@ -149,6 +152,8 @@ class ExpressionChecker {
     std::vector<std::unique_ptr<Symbol>> types_;  ///< the names of structs
     std::vector<const Function*> visible_functions_;
     std::vector<const Function*> imported_functions_;
+    /// The names that imported modules keep to themselves, with the module.
+    std::map<std::string, std::string, std::less<>> private_names_;
     StageContext context_ = StageContext::kGlobal;
     source::Span stage_span_;
     Function* function_ = nullptr;

@@ -14,8 +14,13 @@ constexpr int kMaxUnrolledTrips = 256;
 /// Limits of the operations of one stage (Emitter::operations), and of its statements and calls
 /// once loops are unrolled and functions inlined.
 constexpr size_t kMaxOperations = 60000;
+constexpr size_t kMaxSteps = 500000;
+/// Limits of the statements and calls that are spent on unrolling one loop, about a tenth of a
+/// second, before it becomes a real one. In a constant it may take longer, since there a real loop
+/// is one that each voxel runs.
+constexpr size_t kMaxUnrolledSteps = 40000;
+constexpr size_t kMaxUnrolledStepsOfConstant = 300000;
 /// Limit of the textures that a varying index may select from.
 constexpr size_t kMaxTextures = 64;
-constexpr size_t kMaxSteps = 500000;
 
 }  // namespace openfab::check

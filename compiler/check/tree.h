@@ -49,8 +49,11 @@ struct Symbol {
     ExprPtr init;
     std::unique_ptr<Symbol> fallback;  ///< of a parameter: its default, as a constant
     std::optional<uint32_t> known;     ///< a scalar constant's bits, if known
-    /// Of a uniform: annotations whose value is an expression, by their index.
-    std::vector<std::pair<size_t, ExprPtr>> computed_annotations;
+    struct Annotation {
+        source::Span span;  ///< of the name
+        ExprPtr value;      ///< null unless it is an expression to compute
+    };
+    std::vector<Annotation> annotations;  ///< of a uniform, as ir::Uniform::annotations
 };
 
 enum class ExprKind : uint8_t {

@@ -1,11 +1,14 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/driver/back_end.h"
-#include "base/say.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+
+#include "base/say.h"
+#include "compiler/passes/split_kernel.h"
 
 namespace openfab::driver {
 
@@ -21,7 +24,49 @@ void report_schedule(const schedule::Fault& fault, const source::SourceManager& 
     print_diagnostics(sink, sources, common);
 }
 
+/// Says that a stage is too long, with the instruction at which it gets so.
+void refuse_stage(const ir::Fablet& fablet, const passes::KernelStages& stages, size_t operations,
+                  diag::Sink* sink) {
+    const bool surface = passes::kernel_operations(stages.surface) == operations;
+    const ir::Stage& stage = surface ? stages.surface : stages.volume;
+    const ir::ValueId at = passes::first_beyond(stage, passes::kMaxStageOperations);
+    const bool placed = at != ir::kNoValue && stage.instrs[at].span.file != 0;
+    diag::Diagnostic& d =
+        sink->report(placed ? stage.instrs[at].span : fablet.span, diag::kTooComplex,
+                     fmt::format("the `{}` stage of `{}` has {} operations; the limit is {}",
+                                 surface ? "@Surface" : "@Volume", fablet.name, operations,
+                                 passes::kMaxStageOperations));
+    const bool lookups =
+        std::any_of(stage.instrs.begin(), stage.instrs.end(),
+                    [](const ir::Instr& instr) { return instr.op == ir::Op::kSample; });
+    if (placed) d.note(fablet.span, "the fablet is here");
+    if (lookups) {
+        d.help(
+            "filtering a texture differentiates its coordinates, which repeats the computation of "
+            "them: pass a width to the lookup, or simplify its coordinates");
+    } else {
+        d.help(
+            "functions are inlined and short loops unrolled: make the innermost ones smaller, or "
+            "write what is repeated as a loop");
+    }
+}
+
 }  // namespace
+
+bool refuse_long_stages(const ir::Fablet& fablet, const passes::PipelineResult& result,
+                        diag::Sink* sink) {
+    if (result.longest > passes::kMaxStageOperations) {
+        refuse_stage(fablet, result.stages, result.longest, sink);
+        return true;
+    }
+    if (result.dither <= passes::kMaxDitherOperations) return false;
+    sink->report(fablet.span, diag::kTooComplex,
+                 fmt::format("the dither rule of `{}` has {} operations; the limit is {}",
+                             fablet.name, result.dither, passes::kMaxDitherOperations))
+        .help(fmt::format("loops over the fractions, of which there are {}, repeat their bodies",
+                          fablet.slot_count + 1));
+    return true;
+}
 
 passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options) {
     passes::PipelineOptions pipeline;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Shared by `build` and `emit`: running the requested passes, and reports of what failed.
+// Shared by `build`, `check` and `emit`: running the requested passes, and reports of what failed.
 
 #include "compiler/driver/commands.h"
 #include "compiler/lower/compile.h"
@@ -12,6 +12,11 @@ namespace openfab::driver {
 
 /// Runs the pipeline, with the requested dumps and times to stderr.
 passes::PipelineResult run_passes(const ir::Fablet& fablet, const BackEndOptions& options);
+
+/// Reports a stage, or a dither rule, that is longer than what is compiled, where it gets too long;
+/// returns whether one is.
+bool refuse_long_stages(const ir::Fablet& fablet, const passes::PipelineResult& result,
+                        diag::Sink* sink);
 
 /// Prints why a compilation failed. Returns an exit code.
 int report_fault(const lower::Fault& fault, const source::SourceManager& sources,

@@ -31,29 +31,6 @@ std::string time_line(const std::string& step, double seconds) {
 
 }  // namespace
 
-namespace {
-
-/// Says that a fablet is too long.
-void refuse(const ir::Fablet& fablet, size_t operations, diag::Sink* sink) {
-    sink->report(fablet.span, diag::kTooComplex,
-                 fmt::format("a stage of `{}` has {} operations; the limit is {}", fablet.name,
-                             operations, passes::kMaxStageOperations))
-        .help(
-            "filtering a texture differentiates its coordinates, which repeats the computation of "
-            "them: pass a width to the lookup, or simplify its coordinates");
-}
-
-/// Says that a rule is.
-void refuse_rule(const ir::Fablet& fablet, size_t operations, diag::Sink* sink) {
-    sink->report(fablet.span, diag::kTooComplex,
-                 fmt::format("the dither rule of `{}` has {} operations; the limit is {}",
-                             fablet.name, operations, passes::kMaxDitherOperations))
-        .help(fmt::format("loops over the fractions, of which there are {}, repeat their bodies",
-                          fablet.slot_count + 1));
-}
-
-}  // namespace
-
 Compilation::Outcome Compilation::run() {
     Outcome out;
     run_front_end(&out);
@@ -130,14 +107,8 @@ void Compilation::run_all_passes(Outcome* out) {
                 out->fault = result.fault;
                 return;
             }
-            if (result.longest > passes::kMaxStageOperations) {
+            if (refuse_long_stages(fablet, result, &out->sink)) {
                 out->code = kExitUserInput;
-                refuse(fablet, result.longest, &out->sink);
-                return;
-            }
-            if (result.dither > passes::kMaxDitherOperations) {
-                out->code = kExitUserInput;
-                refuse_rule(fablet, result.dither, &out->sink);
                 return;
             }
             fablets_.push_back({&fablet, &result.stages, path.filename().string(), 0});

@@ -91,7 +91,8 @@ std::optional<uint32_t> Modules::find(const ast::Import& import, uint32_t from, 
     const fs::path folder = sources_->folder(from);
     const fs::path path = folder / (name + ".fl");
     std::error_code error;
-    if (!folder.empty() && fs::is_regular_file(path, error)) {
+    // Where something else has that name, loading says what it is.
+    if (!folder.empty() && fs::exists(fs::symlink_status(path, error))) {
         *key = fs::weakly_canonical(path, error).string();
         if (const auto known = known_.find(*key); known != known_.end()) return known->second.file;
         std::string fault;

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -154,6 +155,10 @@ struct Uniform {
         annotations;  ///< `[[ float min = 0 ]]` as name and text
     source::Span span;
 };
+
+/// Returns the limits of each component that the annotations `min` and `max` give, the most
+/// extreme double where one is missing; nothing without either.
+std::optional<std::array<double, 2>> limits(const Uniform& uniform);
 
 struct Varying {
     std::string name;

@@ -4,9 +4,8 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <limits>
-#include <string_view>
+#include <array>
+#include <optional>
 
 #include "compiler/lower/args.h"
 #include "compiler/lower/compile.h"
@@ -59,22 +58,8 @@ const uint32_t* FabletData::keep_bits(const std::vector<uint32_t>& bits) {
 }
 
 const double* FabletData::keep_limits(const ir::Uniform& uniform) {
-    if (uniform.kind != OPENFAB_UNIFORM_VALUE || uniform.type == ir::Type::kBool) return nullptr;
-    constexpr double kMax = std::numeric_limits<double>::max();
-    std::array<double, 2> limits{-kMax, kMax};
-    bool any = false;
-    for (const auto& [name, text] : uniform.annotations) {
-        double value = 0;
-        const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-        // Only a suffix may follow the number; other annotations are for tools.
-        const std::string_view suffix(rest, static_cast<size_t>(text.data() + text.size() - rest));
-        const bool number = status == std::errc() &&
-                            (suffix.empty() || suffix == "f" || suffix == "F" || suffix == "u");
-        if (!number || (name != "min" && name != "max")) continue;
-        limits[name == "min" ? 0 : 1] = value;
-        any = true;
-    }
-    return any ? limits_.emplace_back(limits).data() : nullptr;
+    const std::optional<std::array<double, 2>> limits = ir::limits(uniform);
+    return limits ? limits_.emplace_back(*limits).data() : nullptr;
 }
 
 const openfab_varying* FabletData::keep_varyings(const std::vector<ir::Varying>& varyings) {

@@ -338,6 +338,15 @@ size_t kernel_operations(const ir::Stage& stage) {
     return sum;
 }
 
+ir::ValueId first_beyond(const ir::Stage& stage, size_t operations) {
+    size_t sum = 0;
+    for (size_t id = 0; id < stage.instrs.size(); ++id) {
+        sum += operations_of(stage.instrs[id]);
+        if (sum > operations) return static_cast<ir::ValueId>(id);
+    }
+    return ir::kNoValue;
+}
+
 bool needs_splitting(const ir::Stage& stage, size_t longest) {
     return kernel_operations(stage) > longest || is_wide(stage);
 }

@@ -21,6 +21,9 @@ constexpr size_t kMaxSegmentOperations = 1500;
 /// Returns the operations of a stage, weighted by compile time: a lookup counts as many.
 size_t kernel_operations(const ir::Stage& stage);
 
+/// Returns the first instruction up to which a stage has more than this many of them, or kNoValue.
+ir::ValueId first_beyond(const ir::Stage& stage, size_t operations);
+
 /// True if a kernel of this stage would be too long.
 bool needs_splitting(const ir::Stage& stage, size_t longest = kMaxKernelOperations);
 

@@ -232,8 +232,8 @@ class Analysis {
             case Op::kMax:
                 return extreme(instr, depth);
             case Op::kSelect: {
-                const auto a = arg(1);
-                const auto b = arg(2);
+                const auto a = chosen(instr, true, depth);
+                const auto b = chosen(instr, false, depth);
                 if (!a || !b) return std::nullopt;
                 return Range{std::min(a->lo, b->lo), std::max(a->hi, b->hi)};
             }
@@ -269,27 +269,45 @@ class Analysis {
         }
     }
 
+    static Range all_of(Type type) {
+        return type == Type::kUint ? Range{0, kUintEnd - 1} : Range{-kIntEnd, kIntEnd - 1};
+    }
+
+    /// Cuts the range of an integer to what `fact` says if it compares it; returns whether it does.
+    bool cut(ValueId value, ValueId fact, bool truth, int depth, Range* out) const {
+        const Instr& test = at(fact);
+        if (test.op < Op::kLt || test.op > Op::kGe) return false;
+        const bool left = test.args[0] == value;
+        if (!left && test.args[1] != value) return false;
+        const std::optional<Range> other = range(test.args[left ? 1 : 0], depth - 1);
+        if (!other) return false;
+        const Op op = truth ? test.op : opposite(test.op);
+        const Op from_here = left ? op : mirrored(op);
+        if (from_here == Op::kLt) out->hi = std::min(out->hi, other->hi - 1);
+        if (from_here == Op::kLe) out->hi = std::min(out->hi, other->hi);
+        if (from_here == Op::kGt) out->lo = std::max(out->lo, other->lo + 1);
+        if (from_here == Op::kGe) out->lo = std::max(out->lo, other->lo);
+        return true;
+    }
+
     /// The range of a counter of an enclosing loop, from the tests that compare it.
     std::optional<Range> counter(ValueId value, int depth) const {
-        const bool is_uint = at(value).type == Type::kUint;
-        Range out{is_uint ? 0 : -kIntEnd, (is_uint ? kUintEnd : kIntEnd) - 1};
+        Range out = all_of(at(value).type);
         bool known = false;
-        for (const auto& [fact, truth] : facts_) {
-            const Instr& test = at(fact);
-            if (test.op < Op::kLt || test.op > Op::kGe) continue;
-            const bool left = test.args[0] == value;
-            if (!left && test.args[1] != value) continue;
-            const std::optional<Range> other = range(test.args[left ? 1 : 0], depth - 1);
-            if (!other) continue;
-            const Op op = truth ? test.op : opposite(test.op);
-            const Op from_here = left ? op : mirrored(op);
-            known = true;
-            if (from_here == Op::kLt) out.hi = std::min(out.hi, other->hi - 1);
-            if (from_here == Op::kLe) out.hi = std::min(out.hi, other->hi);
-            if (from_here == Op::kGt) out.lo = std::max(out.lo, other->lo + 1);
-            if (from_here == Op::kGe) out.lo = std::max(out.lo, other->lo);
-        }
+        for (const auto& [fact, truth] : facts_)
+            known |= cut(value, fact, truth, depth, &out);
         return known && out.lo <= out.hi ? std::optional<Range>(out) : std::nullopt;
+    }
+
+    /// The range of a value that a Select chooses, where it chooses it: `n` is at most 10 in
+    /// `n > 10 ? 10 : n`.
+    std::optional<Range> chosen(const Instr& select, bool first, int depth) const {
+        const ValueId value = select.args[first ? 1 : 2];
+        const std::optional<Range> known = range(value, depth - 1);
+        if (select.type == Type::kFloat) return known;
+        Range out = known ? *known : all_of(select.type);
+        const bool compared = cut(value, select.args[0], first, depth, &out);
+        return (known || compared) && out.lo <= out.hi ? std::optional<Range>(out) : known;
     }
 
     /// min(a, b) = a < b ? a : b gives b where a is NaN, and is never above b if b is not NaN.

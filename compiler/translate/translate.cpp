@@ -4,12 +4,15 @@
 
 #include <fmt/format.h>
 
-#include <bit>
+#include <array>
+#include <cmath>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
 namespace openfab::translate {
@@ -49,10 +52,17 @@ std::vector<uint32_t> default_bits(const check::Fablet& fablet, const check::Sym
     return bits;
 }
 
+std::string number_text(ir::Type type, double value) {
+    if (std::isnan(value)) return "nan";  // of either sign
+    return type == ir::Type::kFloat ? fmt::format("{}", static_cast<float>(value))
+                                    : fmt::format("{:.0f}", value);
+}
+
 /// Replaces annotations that are expressions by their values.
 void compute_annotations(const check::Fablet& fablet, const check::Symbol& symbol,
                          ir::Uniform* uniform, diag::Sink* sink) {
-    for (const auto& [index, value] : symbol.computed_annotations) {
+    for (size_t i = 0; i < symbol.annotations.size(); ++i) {
+        const check::ExprPtr& value = symbol.annotations[i].value;
         if (value == nullptr) continue;
         ir::Stage scratch;
         StageTranslator translator(fablet, ir::StageKind::kVolume, &scratch, sink);
@@ -61,7 +71,61 @@ void compute_annotations(const check::Fablet& fablet, const check::Symbol& symbo
             sink->report(value->span, diag::kNotConstant, "an annotation");
             continue;
         }
-        uniform->annotations[index].second = fmt::format("{}", std::bit_cast<float>(bits[0]));
+        auto& [name, text] = uniform->annotations[i];
+        const float limit = ir::as_float(bits[0]);
+        if (!std::isfinite(limit)) {
+            sink->report(value->span, diag::kBadDeclaration,
+                         fmt::format("the `{}` of `{}` is {}, not a finite number", name,
+                                     uniform->name, number_text(ir::Type::kFloat, limit)))
+                .help(fmt::format("without a `{}` there is no such limit", name));
+            continue;
+        }
+        text = fmt::format("{}", limit);
+    }
+}
+
+double as_number(ir::Type type, uint32_t bits) {
+    if (type == ir::Type::kInt) return ir::as_int(bits);
+    return type == ir::Type::kFloat ? static_cast<double>(ir::as_float(bits)) : bits;
+}
+
+/// Checks that something lies between the limits, and that the default does. A float is compared
+/// with limits that are rounded as it is.
+void check_limits(const check::Symbol& symbol, const ir::Uniform& uniform, diag::Sink* sink) {
+    std::optional<std::array<double, 2>> limits = ir::limits(uniform);
+    if (!limits) return;
+    if (uniform.type == ir::Type::kFloat) {
+        for (double& limit : *limits)
+            limit = static_cast<double>(static_cast<float>(limit));
+    }
+    const auto span_of = [&](const char* name) {
+        size_t i = 0;
+        while (i < uniform.annotations.size() && uniform.annotations[i].first != name)
+            ++i;
+        return i < uniform.annotations.size() ? symbol.annotations[i].span : symbol.span;
+    };
+    const auto limit_text = [&](size_t which) {
+        return number_text(uniform.type, (*limits)[which]);
+    };
+    if ((*limits)[0] > (*limits)[1]) {
+        sink->report(span_of("max"), diag::kBadDeclaration,
+                     fmt::format("the `max` of `{}`, {}, is below its `min`, {}", uniform.name,
+                                 limit_text(1), limit_text(0)))
+            .note(span_of("min"), "the `min` is here");
+        return;
+    }
+    for (const uint32_t bits : uniform.default_bits) {
+        const double value = as_number(uniform.type, bits);
+        const bool high = value > (*limits)[1];
+        if (!high && value >= (*limits)[0]) continue;
+        diag::Diagnostic& d =
+            sink->report(symbol.init->span, diag::kBadDeclaration,
+                         fmt::format("the default of `{}`, {}, is not within its limits",
+                                     uniform.name, number_text(uniform.type, value)));
+        const char* name = high ? "max" : "min";
+        if (!std::isnan(value))
+            d.note(span_of(name), fmt::format("its `{}` is {}", name, limit_text(high ? 1 : 0)));
+        return;
     }
 }
 
@@ -118,6 +182,7 @@ ir::Fablet translate_fablet(const check::Fablet& fablet, const TranslateOptions&
     for (size_t i = 0; i < fablet.uniforms.size(); ++i) {
         out.uniforms[i].default_bits = default_bits(fablet, *fablet.uniforms[i], sink);
         compute_annotations(fablet, *fablet.uniforms[i], &out.uniforms[i], sink);
+        check_limits(*fablet.uniforms[i], out.uniforms[i], sink);
     }
     for (size_t i = 0; i < fablet.surface_inputs.size(); ++i) {
         out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);
@@ -152,7 +217,7 @@ ir::Module translate(const check::Program& program, const TranslateOptions& opti
 std::vector<uint32_t> StageTranslator::constant_bits(const check::Expr& expr) {
     live_ = emit_.constant(true);
     std::vector<uint32_t> bits;
-    for (ValueId value : expression(expr)) {
+    for (ValueId value : constant_expression(expr)) {
         if (!emit_.is_constant(value)) return {};
         bits.push_back(emit_.instr(value).bits);
     }

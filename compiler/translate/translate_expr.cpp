@@ -204,6 +204,17 @@ Value StageTranslator::variable(const check::Expr& expr) {
     return read(target(expr), expr);
 }
 
+/// Evaluates outside the limits of a loop that is being unrolled around it.
+Value StageTranslator::constant_expression(const check::Expr& expr) {
+    const size_t before = steps_;
+    const size_t outer = std::exchange(step_limit_, check::kMaxSteps);
+    const size_t unroll = std::exchange(unroll_limit_, check::kMaxUnrolledStepsOfConstant);
+    Value out = expression(expr);
+    unroll_limit_ = unroll;
+    step_limit_ = std::min(outer + steps_ - before, check::kMaxSteps);
+    return out;
+}
+
 /// A table is computed once; constant results are cached.
 Value StageTranslator::constant(const check::Symbol& symbol) {
     const std::vector<ir::Type> types = components(symbol.type);
@@ -214,7 +225,7 @@ Value StageTranslator::constant(const check::Symbol& symbol) {
             out.push_back(emit_.constant(types[i], known->second[i]));
         return out;
     }
-    Value out = expression(*symbol.init);
+    Value out = constant_expression(*symbol.init);
     std::vector<uint32_t> bits;
     for (ValueId value : out) {
         if (!emit_.is_constant(value)) return out;

@@ -37,11 +37,15 @@ size_t kernels_of(ir::Op op) {
     return op == ir::Op::kQuery || op == ir::Op::kPrintf ? 1 : 0;
 }
 
-/// Returns whether an expression of variables costs nothing to recompute.
+/// Returns whether an expression of variables costs next to nothing to recompute.
 bool is_plain(const check::Expr& expr) {
-    const bool arithmetic = expr.kind == check::ExprKind::kBinary ||
-                            expr.kind == check::ExprKind::kUnary ||
-                            expr.kind == check::ExprKind::kConvert;
+    const bool bounds =
+        expr.kind == check::ExprKind::kIntrinsic &&
+        (expr.intrinsic == check::Intrinsic::kMin || expr.intrinsic == check::Intrinsic::kMax ||
+         expr.intrinsic == check::Intrinsic::kClamp);
+    const bool arithmetic =
+        bounds || expr.kind == check::ExprKind::kBinary || expr.kind == check::ExprKind::kUnary ||
+        expr.kind == check::ExprKind::kConvert || expr.kind == check::ExprKind::kConditional;
     if (!arithmetic)
         return expr.kind == check::ExprKind::kVariable || expr.kind == check::ExprKind::kConstant;
     return std::all_of(expr.args.begin(), expr.args.end(),
@@ -57,8 +61,8 @@ const check::Symbol* base_symbol(const check::Expr& target) {
     return expr->symbol;
 }
 
-/// Collects the symbols that a statement visibly assigns; those written by calls and built-ins are
-/// found when the loop is translated.
+/// Collects the symbols that a statement assigns, but for those that a called function sees by
+/// itself, which are found when the loop is translated.
 class AssignedSymbols {
   public:
     void visit(const check::Stmt& stmt) {
@@ -76,6 +80,13 @@ class AssignedSymbols {
             expr.kind == check::ExprKind::kSet || expr.kind == check::ExprKind::kAdd ||
             expr.kind == check::ExprKind::kClear) {
             add(*expr.args[0]);
+        }
+        if (expr.kind == check::ExprKind::kIntrinsic &&
+            (expr.intrinsic == check::Intrinsic::kSincos ||
+             expr.intrinsic == check::Intrinsic::kModf ||
+             expr.intrinsic == check::Intrinsic::kFrexp)) {
+            for (size_t i = 1; i < expr.args.size(); ++i)
+                add(*expr.args[i]);
         }
         if (expr.kind == check::ExprKind::kCall && expr.function != nullptr) {
             for (size_t i = 0; i < expr.args.size(); ++i) {
@@ -95,6 +106,32 @@ class AssignedSymbols {
         if (symbol != nullptr) symbols.push_back(symbol);
     }
 };
+
+/// Returns the int that the loop `for (…; i < x; ++i)`, or `--i` with `>`, counts with, if nothing
+/// else assigns it: it then stays on one side of its start.
+const check::Symbol* steady_counter(const check::Stmt& loop) {
+    if (loop.expr == nullptr || loop.step == nullptr || loop.test_last) return nullptr;
+    const check::Expr& test = *loop.expr;
+    const check::Expr& step = *loop.step;
+    if (test.kind != check::ExprKind::kBinary || step.kind != check::ExprKind::kIncrement)
+        return nullptr;
+    const bool up = step.op == ir::Op::kAdd;
+    if (test.args[0]->kind != check::ExprKind::kVariable ||
+        step.args[0]->kind != check::ExprKind::kVariable ||
+        test.args[0]->symbol != step.args[0]->symbol || test.args[0]->type != check::kIntType)
+        return nullptr;
+    // `<=` of the largest int always holds, and the counter wraps.
+    const check::Expr& end = *test.args[1];
+    const uint32_t last = up ? 0x7fffffffu : 0x80000000u;
+    const bool inclusive = test.op == (up ? ir::Op::kLe : ir::Op::kGe) &&
+                           end.kind == check::ExprKind::kConstant && end.bits != last;
+    if (!inclusive && test.op != (up ? ir::Op::kLt : ir::Op::kGt)) return nullptr;
+    AssignedSymbols assigned;
+    assigned.visit(*loop.body[0]);
+    const check::Symbol* counter = step.args[0]->symbol;
+    const auto& all = assigned.symbols;
+    return std::find(all.begin(), all.end(), counter) == all.end() ? counter : nullptr;
+}
 
 }  // namespace
 
@@ -160,9 +197,21 @@ void StageTranslator::loop(const check::Stmt& stmt) {
     }
     if (gave_up_) return;
     const Attempt start = attempt();
-    if (unroll(stmt)) return;
+    if (unroll_in_steps(stmt)) return;
     rollback(start);
     run_loop(stmt);
+}
+
+/// Unrolls unless it takes too many steps: nests of which all is constant come to few operations
+/// however often they run. What the steps were spent on is not tried again.
+bool StageTranslator::unroll_in_steps(const check::Stmt& stmt) {
+    if (too_long_.count(&stmt) != 0) return false;
+    const size_t limit = steps_ + unroll_limit_;
+    const size_t outer = std::exchange(step_limit_, std::min(step_limit_, limit));
+    const bool done = unroll(stmt);
+    step_limit_ = outer;
+    if (steps_ > limit) too_long_.insert(&stmt);
+    return done;
 }
 
 bool StageTranslator::fits_unroll_budget(size_t begin, int trips) {
@@ -252,6 +301,18 @@ void StageTranslator::run_loop(const check::Stmt& stmt) {
     }
 }
 
+/// Adds to the tests that hold in this iteration on which side of its start the counter is.
+void StageTranslator::push_start_test(const check::Stmt& stmt) {
+    const check::Symbol* counter = steady_counter(stmt);
+    if (counter == nullptr) return;
+    const auto found = frame_.variables.find(counter);
+    if (found == frame_.variables.end()) return;
+    const ValueId now = variables_[found->second].value[0];
+    if (emit_.instr(now).op != ir::Op::kLoopVar) return;
+    const ir::Op side = stmt.step->op == ir::Op::kAdd ? ir::Op::kGe : ir::Op::kLe;
+    tests_.push_back(emit_.binary(side, now, emit_.instr(now).args[1]));
+}
+
 /// Makes one attempt: translates the loop up to its end, which is not emitted yet. Restores the
 /// variables.
 StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, ValueId guard,
@@ -289,9 +350,13 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
     frame_.continued = add_flag();
     const VariableId go = add_flag();
     const bool tested = stmt.expr != nullptr && !stmt.test_last && is_plain(*stmt.expr);
-    if (tested) tests_.push_back(scalar(*stmt.expr));
+    const size_t outer_tests = tests_.size();
+    if (tested) {
+        tests_.push_back(scalar(*stmt.expr));
+        push_start_test(stmt);
+    }
     statement(*stmt.body[0]);
-    if (tested) tests_.pop_back();
+    tests_.resize(outer_tests);
     set_flag(frame_.continued, emit_.constant(false));
     std::vector<ValueId> pending;
     if (skip_where_exited(&pending)) {

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "compiler/check/limits.h"
 #include "compiler/diag/sink.h"
 #include "compiler/translate/formulas.h"
 #include "compiler/translate/paths.h"
@@ -114,8 +115,10 @@ class StageTranslator : private Paths {
     void loop(const check::Stmt& stmt);
     bool fits_unroll_budget(size_t begin, int trips);
     bool unroll(const check::Stmt& stmt);
+    bool unroll_in_steps(const check::Stmt& stmt);
     std::set<VariableId> guess_changed(const check::Stmt& stmt) const;
     void run_loop(const check::Stmt& stmt);
+    void push_start_test(const check::Stmt& stmt);
     RealLoop make_loop(const check::Stmt& stmt, ir::ValueId guard,
                        const std::set<VariableId>& changed);
     std::vector<ir::ValueId> assigned_by_trips(const RealLoop& made,
@@ -137,6 +140,7 @@ class StageTranslator : private Paths {
     Value conditional(const check::Expr& expr);
     Value assign(const check::Expr& expr);
     Value increment(const check::Expr& expr);
+    Value constant_expression(const check::Expr& expr);
     Value constant(const check::Symbol& symbol);
     void add_components(const check::Type& type, std::vector<ir::Type>* out) const;
     std::vector<ir::Type> components(const check::Type& type) const;
@@ -208,6 +212,9 @@ class StageTranslator : private Paths {
     std::set<const check::Function*> inlined_;
     int inline_depth_ = 0;
     size_t steps_ = 0;
+    size_t step_limit_ = check::kMaxSteps;  ///< lower while a loop is unrolled
+    size_t unroll_limit_ = check::kMaxUnrolledSteps;
+    std::set<const check::Stmt*> too_long_;  ///< loops that reached it
     int32_t unknowns_ = 0;
     size_t effort_ = size_t{1} << 28;  ///< left for the analysis of loops
     bool gave_up_ = false;

@@ -41,7 +41,7 @@ bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
 
 bool StageTranslator::too_complex(const source::Span& span) {
     if (gave_up_) return true;
-    const bool steps = ++steps_ > check::kMaxSteps;
+    const bool steps = ++steps_ > step_limit_;
     if (!steps && emit_.operations() <= check::kMaxOperations) return false;
     sink_
         ->report(span, diag::kTooComplex,

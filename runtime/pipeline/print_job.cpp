@@ -91,6 +91,7 @@ class PrintJobImpl final : public PrintJob {
     Result<void> slab_outcome() const;
     Result<void> surface_status() const;
     Result<void> resume(pipeline::SliceSink& sink, SliceCommitter* committer);
+    void show_surface_logs(SliceCommitter* committer);
     Result<void> set_up_support();
     int32_t model_materials() const;
     void print_slabs(pipeline::SliceSink& sink, SliceCommitter* committer);
@@ -119,6 +120,7 @@ class PrintJobImpl final : public PrintJob {
     part::Grid grid_;
     Vec2<int32_t> range_;
     pipeline::PrintInfo info_;
+    surface::SurfaceOptions surface_options_;
     std::vector<int32_t> owners_;  ///< by part: the first one with its surface
     std::vector<std::shared_ptr<const surface::Surface>> surfaces_;  ///< by part
     std::shared_ptr<nearest::PatchCache> trees_;                     ///< of displaced patches
@@ -176,7 +178,7 @@ Result<void> PrintJobImpl::set_up() {
 /// Splits and dices displaced meshes; fails before allocating what cannot fit.
 Result<void> PrintJobImpl::set_up_surfaces(const MemoryPlanner& planner,
                                            const CacheBudgets& caches) {
-    surface::SurfaceOptions options;
+    surface::SurfaceOptions& options = surface_options_;
     options.micro_edge_mm = std::cbrt(input_.pitch_mm.x * input_.pitch_mm.y * input_.pitch_mm.z);
     options.isa = options_.isa;
     options.infer_identity = options_.infer_identity;
@@ -386,7 +388,7 @@ Result<SlabTrial> PrintJobImpl::try_slab(const SlabTry& wanted, const std::atomi
                                &trial.pieces);
     }
     setup_.interrupt = options_.interrupt;
-    volume::PrintfLog dropped;
+    segments::PrintfLog dropped;
     if (!run->log().empty()) dropped.append(&run->log());
     Result<void> taken;
     if (status.ok() && wanted.pieces == kAllPieces && slices->sink != nullptr) {
@@ -461,7 +463,10 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                         static_cast<size_t>(threads_));
         tbb::task_arena arena(threads_);
-        arena.execute([&] { print_slabs(sink, &committer); });
+        arena.execute([&] {
+            show_surface_logs(&committer);
+            if (!committer.failed()) print_slabs(sink, &committer);
+        });
     }
     committer.end_log();
     const bool complete = !committer.failed() && committer.slices() == range_.y - range_.x;
@@ -584,6 +589,25 @@ Result<void> PrintJobImpl::surface_status() const {
         return with_context(status.error(), fmt::format("part `{}`: ", input_.parts[i].name));
     }
     return {};
+}
+
+/// Shows what surface stages print, before the voxels: of surfaces of their own on which nothing is
+/// inferred, since those that are printed are evaluated where, and as often as, they are needed.
+void PrintJobImpl::show_surface_logs(SliceCommitter* committer) {
+    surface::SurfaceOptions options = surface_options_;
+    options.infer_identity = false;
+    for (size_t i = 0; i < input_.parts.size(); ++i) {
+        const part::Part& part = input_.parts[i];
+        if (!owns_surface(i) || part.fablet->surface_segments.printf_count == 0) continue;
+        if (committer->stopped()) return;
+        const auto surface = surface::Surface::create(part, options);
+        if (!surface) return committer->fail(surface.error());
+        segments::PrintfLog log;
+        (*surface)->log(&log);
+        if (const Result<void> status = (*surface)->status(); !status)
+            return committer->fail(status.error());
+        if (!committer->show_log(log)) return;
+    }
 }
 
 void PrintJobImpl::print_slabs(pipeline::SliceSink& sink, SliceCommitter* committer) {

@@ -243,7 +243,7 @@ abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
     dither::RowBand& band = scratch->band;
     dither::RowBand* const mixtures = setup_.separate_mixtures ? &scratch->mixtures : nullptr;
     std::vector<volume::OwnedBlock>& pending = scratch->pending;
-    volume::PrintfLog* log = &scratch->log;
+    segments::PrintfLog* log = &scratch->log;
     pending.clear();
     if (scratch->many) scratch->claims.begin_part(*active.part->part, active.part->index);
     const voxel::SlabMask& mask = active.mask;

@@ -80,7 +80,7 @@ class SlabRun {
 
     const dither::SlabPlanes& planes() const { return planes_; }
     /// Returns the printf lines of the slab's voxels, which the caller may move from.
-    volume::PrintfLog& log() { return log_; }
+    segments::PrintfLog& log() { return log_; }
     /// Returns the overlaps of all slabs so far.
     const Overlaps& overlaps() const { return overlaps_; }
     SlabTimes times;
@@ -102,7 +102,7 @@ class SlabRun {
         RowClaims claims;
         Overlaps overlaps;
         std::vector<volume::OwnedBlock> pending;  ///< blocks of one part to evaluate
-        volume::PrintfLog log;
+        segments::PrintfLog log;
     };
 
     abi::KernelStatus begin_part(ActivePart* active, volume::BlockEvaluator* evaluator,
@@ -125,7 +125,7 @@ class SlabRun {
     std::vector<std::unique_ptr<ActivePart>> active_;
     Pool<Row> rows_;
     dither::SlabPlanes planes_;
-    volume::PrintfLog log_;
+    segments::PrintfLog log_;
     Overlaps overlaps_;
     dither::SlabDither dither_;
 };

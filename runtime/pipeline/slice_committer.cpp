@@ -83,13 +83,12 @@ void SliceCommitter::end_log() {
     }
 }
 
-/// Prints the log of a slab's voxels; returns false at a failed assertion.
-bool SliceCommitter::show_log(volume::PrintfLog& log) {
+bool SliceCommitter::show_log(segments::PrintfLog& log) {
     if (log.empty()) return true;
     const size_t shown = log_.lines().size();
     log_.append(&log);
     for (size_t i = shown; i < log_.lines().size(); ++i) {
-        const volume::PrintfLog::Line& line = log_.lines()[i];
+        const segments::PrintfLog::Line& line = log_.lines()[i];
         if (line.print->is_assert != 0) {
             fail(user_error(line.text));
             return false;

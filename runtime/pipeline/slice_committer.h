@@ -17,7 +17,7 @@
 #include "runtime/pipeline/slab.h"
 #include "runtime/pipeline/slice_sink.h"
 #include "runtime/pipeline/slice_totals.h"
-#include "runtime/volume/printf_log.h"
+#include "runtime/segments/printf_log.h"
 
 namespace openfab::pipeline {
 
@@ -33,7 +33,7 @@ struct FinishedSlices {
         std::vector<uint8_t> bytes;
     };
     std::vector<Slice> slices;
-    volume::PrintfLog log;
+    segments::PrintfLog log;
 };
 
 /// Returns the voxels with a material.
@@ -76,11 +76,12 @@ class SliceCommitter {
     double seconds_commit() const { return seconds_commit_; }
     int64_t bytes() const { return bytes_; }
 
+    /// Prints a log and empties it; returns false, and fails, at a failed assertion.
+    bool show_log(segments::PrintfLog& log);
     /// Logs how many lines of each printf were suppressed.
     void end_log();
 
   private:
-    bool show_log(volume::PrintfLog& log);
     bool matches_resumed_slice(const FinishedSlices::Slice& slice);
     void report();
 
@@ -89,7 +90,7 @@ class SliceCommitter {
     const PrintInfo& info_;
     const std::function<void(const std::string&)>& print_line_;
     const double began_;
-    volume::PrintfLog log_;
+    segments::PrintfLog log_;
     StopFlags stop_;
     bool failed_ = false, ended_ = false;
     Error error_;

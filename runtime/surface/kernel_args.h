@@ -25,6 +25,8 @@ class StaticArgs {
 
     /// Returns the argument to pass, or null if `arg` is a buffer of the batch.
     const void* find(const openfab_arg& arg) const;
+    /// Returns the part-space position of the local origin along an axis.
+    float center(size_t axis) const { return frame_[OPENFAB_FRAME_CENTER + axis]; }
 
   private:
     const part::Part& part_;

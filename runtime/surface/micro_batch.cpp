@@ -83,10 +83,11 @@ void MicroBatch::grow(int32_t count) {
     }
 }
 
-void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, int32_t i) {
+void MicroBatch::push_edge_point(const Run& run, int32_t index, int32_t side, int32_t i,
+                                 bool stands) {
     const int32_t n = base_.factor[side];
     const int32_t lo = base_.lower_corner(side), hi = base_.upper_corner(side);
-    EdgePoint point{index, lo % 3, hi % 3, i, n, run.triangle};
+    EdgePoint point{index, lo % 3, hi % 3, i, n, run.triangle, stands};
     if (i == 0 || i == n) {
         // A corner is its own point on either of its sides.
         const int32_t corner = i == 0 ? lo : hi;
@@ -128,8 +129,13 @@ int32_t MicroBatch::add_tile(int32_t triangle, const Tile& tile) {
         const int32_t row = index - (end - tile.a0 + 1);
         const auto on_side = [&](int32_t side, int32_t at, int32_t l) {
             const int32_t s = 3 * triangle + side;
-            const int32_t from_lower = base_.forward(s) ? l : n - l;
-            push_edge_point(run, at, s, snap_to_edge(from_lower, base_.factor[s], n));
+            const int32_t from_lower = base_.forward(s) ? l : n - l, factor = base_.factor[s];
+            const int32_t i = snap_to_edge(from_lower, factor, n);
+            // A corner stands for itself, another edge point in the first lattice point it is at.
+            const bool stands =
+                from_lower == 0 || from_lower == n ||
+                (i > 0 && i < factor && i != snap_to_edge(from_lower - 1, factor, n));
+            push_edge_point(run, at, s, i, stands);
         };
         if (b == 0) {
             for (int32_t a = tile.a0; a <= end; ++a)
@@ -385,7 +391,10 @@ abi::KernelStatus MicroBatch::run_segments() {
     for (size_t i = 0; i < batched_.size(); ++i) {
         if (batched_[i] != 0) buffers_[i].set_dim(0, groups * segments::kLanes, 1);
     }
-    return driver_.run(part_.fablet->surface_segments, isa_, wanted_, this, this);
+    const abi::KernelStatus status =
+        driver_.run(part_.fablet->surface_segments, isa_, wanted_, this, this);
+    if (log_ != nullptr) log_->end_batch();
+    return status;
 }
 
 size_t MicroBatch::argument_index(const openfab_arg& arg) const {
@@ -415,9 +424,28 @@ abi::KernelStatus MicroBatch::query(const openfab_query& /*query*/,
     return abi::KernelStatus::of_code(halide_error_code_generic_error);
 }
 
-/// printf does nothing in surface stages: a patch is evaluated as often as the cache needs it.
-void MicroBatch::printf(const openfab_printf& /*call*/, std::span<const int32_t> /*groups*/,
-                        const segments::States& /*states*/) {}
+/// Points on an edge are evaluated with each triangle at it.
+bool MicroBatch::stands(int32_t i) const {
+    const auto at =
+        std::lower_bound(edge_points_.begin(), edge_points_.end(), i,
+                         [](const EdgePoint& point, int32_t index) { return point.index < index; });
+    if (at == edge_points_.end() || at->index != i) return true;
+    return at->stands && at->evaluator == run_of(i).triangle;
+}
+
+/// Patches are evaluated as often as the cache needs them, which logs nothing.
+void MicroBatch::printf(const openfab_printf& call, std::span<const int32_t> groups,
+                        const segments::States& states) {
+    if (log_ == nullptr) return;
+    log_->add(part_.fablet->surface_segments, call, groups, states,
+              [&](int32_t i) -> std::optional<std::array<float, 3>> {
+                  if (!stands(i)) return std::nullopt;
+                  std::array<float, 3> p{};  // attr.p
+                  for (size_t axis = 0; axis < 3; ++axis)
+                      p[axis] = place_[axis][i] + static_args_.center(axis);
+                  return p;
+              });
+}
 
 void MicroBatch::read_results() {
     for (size_t axis = 0; axis < 3; ++axis) {

@@ -17,6 +17,7 @@
 #include "abi/kernel_call.h"
 #include "runtime/part/part.h"
 #include "runtime/segments/driver.h"
+#include "runtime/segments/printf_log.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"
@@ -38,6 +39,10 @@ class MicroBatch : private segments::Arguments, private segments::Handler {
     int32_t add_corner(int32_t corner);
     /// Computes positions and, if something is displaced, runs the kernel.
     abi::KernelStatus evaluate();
+    /// Logs what the stage prints in the next calls of `evaluate`, at lattice points of tiles: each
+    /// point that it is evaluated for once, by the triangle and at the lattice point that stand for
+    /// it (see surface.h), if tiles do not overlap.
+    void set_log(segments::PrintfLog* log) { log_ = log; }
 
     int32_t size() const { return size_; }
     Vec3f position(int32_t i) const { return {result_[0][i], result_[1][i], result_[2][i]}; }
@@ -58,6 +63,7 @@ class MicroBatch : private segments::Arguments, private segments::Handler {
         int32_t lo, hi;  ///< corners of the triangle, 0..2
         int32_t i, n;
         int32_t evaluator;
+        bool stands;  ///< for the lattice points that are the same edge point
     };
     struct Run {
         int32_t triangle, first, count;
@@ -72,7 +78,8 @@ class MicroBatch : private segments::Arguments, private segments::Handler {
     };
 
     void grow(int32_t count);
-    void push_edge_point(const Run& run, int32_t index, int32_t side, int32_t i);
+    void push_edge_point(const Run& run, int32_t index, int32_t side, int32_t i,
+                         bool stands = true);
     void finish_run(Run run);
     const Run& run_of(int32_t i) const;
     void interpolate(const Run& run, const Corners& corners, int32_t from, int32_t count,
@@ -94,6 +101,7 @@ class MicroBatch : private segments::Arguments, private segments::Handler {
                             const segments::States& states) override;
     void printf(const openfab_printf& call, std::span<const int32_t> groups,
                 const segments::States& states) override;
+    bool stands(int32_t i) const;
     size_t argument_index(const openfab_arg& arg) const;
 
     const part::Part& part_;
@@ -102,7 +110,8 @@ class MicroBatch : private segments::Arguments, private segments::Handler {
     const openfab_kernel& kernel_;
     const StaticArgs& static_args_;
     const openfab_isa isa_;
-    segments::Driver driver_;  ///< where the stage has segments
+    segments::Driver driver_;             ///< where the stage has segments
+    segments::PrintfLog* log_ = nullptr;  ///< null: nothing is logged
     std::vector<uint8_t> wanted_;
     abi::KernelCall call_;
     std::unique_ptr<abi::KernelBuffer[]> buffers_;  ///< [argument]; unused for scalars and textures

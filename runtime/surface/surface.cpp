@@ -34,6 +34,8 @@ namespace {
 
 // A full tile with a few attributes takes about 60 kB.
 constexpr size_t kShardBytes = 4u << 20;
+// Lattice points that are evaluated at once for the log.
+constexpr int32_t kLoggedPoints = 4096;
 
 class DicedSurface final : public Surface {
   public:
@@ -67,8 +69,10 @@ class DicedSurface final : public Surface {
     Box3d exact_box(const Affine3d& local_to_other) const override;
     SurfaceCounts counts() const override;
     Result<void> status() const override;
+    void log(segments::PrintfLog* log) const override;
 
   private:
+    void log_triangle(int32_t triangle, MicroBatch* batch) const;
     Box3d identity_box(const Affine3d& local_to_other) const;
     std::unique_ptr<Dicer> take_dicer() const;
     void give_back(std::unique_ptr<Dicer> dicer) const;
@@ -200,6 +204,42 @@ SurfaceCounts DicedSurface::counts() const {
     counts.cache_evictions = cache.evictions;
     counts.cache_peak_bytes = cache.peak_bytes;
     return counts;
+}
+
+void DicedSurface::log_triangle(int32_t triangle, MicroBatch* batch) const {
+    if (base_.classes[triangle] != TriangleClass::kDisplaced) return;
+    const int32_t n = base_.lattice_factor(triangle);
+    const int32_t rows = std::max(kLoggedPoints / (n + 1), 1);
+    for (int32_t b = 0; b <= n; b += rows) {
+        if (stop_ != nullptr && stop_->load(std::memory_order_relaxed)) return;
+        batch->clear();
+        batch->add_tile(triangle, {0, b, n, std::min(b + rows - 1, n)});
+        if (const abi::KernelStatus error = batch->evaluate(); !error.ok()) error_.store(error);
+    }
+}
+
+void DicedSurface::log(segments::PrintfLog* log) const {
+    if (part_.fablet->surface_segments.printf_count == 0) return;
+    // What one thread logs, of triangles in order.
+    struct Logged {
+        const DicedSurface& surface;
+        segments::PrintfLog log;
+        MicroBatch batch;
+
+        explicit Logged(const DicedSurface& of)
+            : surface(of), batch(of.part_, of.base_, of.args_, of.nearest_, of.isa_) {
+            batch.set_log(&log);
+        }
+        Logged(const Logged& other, tbb::split /*tag*/) : Logged(other.surface) {}
+        void operator()(const tbb::blocked_range<int32_t>& triangles) {
+            for (int32_t t = triangles.begin(); t < triangles.end(); ++t)
+                surface.log_triangle(t, &batch);
+        }
+        void join(Logged& later) { log.append(&later.log); }
+    };
+    Logged all(*this);
+    tbb::parallel_reduce(tbb::blocked_range<int32_t>(0, base_.triangle_count()), all);
+    log->append(&all.log);
 }
 
 Result<void> DicedSurface::status() const {

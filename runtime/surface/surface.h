@@ -52,6 +52,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "runtime/part/part.h"
+#include "runtime/segments/printf_log.h"
 
 namespace openfab::surface {
 
@@ -164,6 +165,10 @@ class Surface {
     /// bound over patches.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
     virtual SurfaceCounts counts() const = 0;
+    /// Appends what the surface stage prints, which is nothing if no printf or assert was compiled:
+    /// at each vertex of the lattices of displaced triangles once, by triangle, then b, then a, as
+    /// its evaluator sees it. On a surface with infer_identity off these are all triangles.
+    virtual void log(segments::PrintfLog* /*log*/) const {}
     /// Changes the budget of the micropolygon cache, if any; call while no other thread uses it.
     virtual void set_cache_bytes(size_t /*bytes*/) const {}
     /// Returns an error once a surface kernel has failed; the patch it ran for came back empty. To

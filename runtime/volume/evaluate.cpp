@@ -165,7 +165,7 @@ const float* BlockEvaluator::field(const PlacedPart& part, const openfab_arg& ar
 }
 
 abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n, int32_t channels,
-                                               uint16_t* fractions, PrintfLog* log) {
+                                               uint16_t* fractions, segments::PrintfLog* log) {
     abi::KernelStatus status = ask_for_segments(part, n);
     const int32_t most = VolumeSegments::most_blocks(part);
     for (int32_t first = 0; first < n && status.ok(); first += most) {
@@ -247,7 +247,7 @@ void BlockEvaluator::count_unusable(int32_t n) {
 abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
                                            const OwnedBlock* blocks, int32_t n, bool try_pieces,
                                            dither::RowBand* band, dither::RowBand* mixtures,
-                                           PrintfLog* log) {
+                                           segments::PrintfLog* log) {
     OPENFAB_CHECK_GT(n, 0);
     OPENFAB_CHECK_LE(n, kBatch);
     const StageTimer timer(Stage::kSlab, &counts.seconds_slab);

@@ -55,7 +55,7 @@ class BlockEvaluator {
     /// nothing else.
     abi::KernelStatus evaluate(const PlacedPart& part, int32_t slab, const OwnedBlock* blocks,
                                int32_t n, bool try_pieces, dither::RowBand* band,
-                               dither::RowBand* mixtures, PrintfLog* log);
+                               dither::RowBand* mixtures, segments::PrintfLog* log);
 
     /// Returns the number of queries made by this evaluator, over all parts.
     nearest::QueryCounts query_counts() const;
@@ -81,7 +81,7 @@ class BlockEvaluator {
                                uint16_t* fractions);
     /// Does the same with what segments give, which it runs before.
     abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
-                                   uint16_t* fractions, PrintfLog* log);
+                                   uint16_t* fractions, segments::PrintfLog* log);
     abi::KernelStatus ask_for_segments(const PlacedPart& part, int32_t n);
     /// Normalises amounts that segments have written to states, as run_slab otherwise does.
     abi::KernelStatus normalise_states(const PlacedPart& part, int32_t first, int32_t channels,

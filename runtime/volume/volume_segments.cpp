@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/volume/volume_segments.h"
 
+#include <array>
+
 #include "base/check.h"
 
 namespace openfab::volume {
@@ -11,6 +13,22 @@ namespace {
 constexpr int32_t kBlockValues = 512;
 constexpr int32_t kBlockGroups = segments::kBlockGroups;
 
+/// Returns attr.voxelCenter of a voxel, in the order of operations of abi/fablet_table.h.
+std::array<float, 3> centre(const PlacedPart& part, const int32_t* corner, int32_t voxel) {
+    const auto half = [](int32_t index) { return static_cast<float>(index) + 0.5f; };
+    const float x = half(corner[0] + voxel / 8 % 8);
+    const float y = half(corner[1] + voxel / 64 % 8);
+    const float z = half(corner[2] + voxel % 8);
+    std::array<float, 3> at{};
+    for (size_t a = 0; a < 3; ++a) {
+        const auto f = [&](size_t base) { return part.frame[base + a]; };
+        at[a] = ((x * f(OPENFAB_FRAME_STEP_I) + y * f(OPENFAB_FRAME_STEP_J)) +
+                 z * f(OPENFAB_FRAME_STEP_K)) +
+                f(OPENFAB_FRAME_ORIGIN) + f(OPENFAB_FRAME_CENTER);
+    }
+    return at;
+}
+
 }  // namespace
 
 int32_t VolumeSegments::most_blocks(const PlacedPart& part) {
@@ -19,7 +37,7 @@ int32_t VolumeSegments::most_blocks(const PlacedPart& part) {
 
 abi::KernelStatus VolumeSegments::run(const PlacedPart& part, openfab_isa isa,
                                       const int32_t* corners, const uint8_t* owned, int32_t n,
-                                      const Input& input, PrintfLog* log) {
+                                      const Input& input, segments::PrintfLog* log) {
     OPENFAB_CHECK_LE(n, most_blocks(part));
     part_ = &part;
     inputs_ = &input;
@@ -68,7 +86,9 @@ abi::KernelStatus VolumeSegments::query(const openfab_query& query, std::span<co
 
 void VolumeSegments::printf(const openfab_printf& call, std::span<const int32_t> groups,
                             const segments::States& states) {
-    log_->add(*part_, part_->part->fablet->volume_segments, corners_, call, groups, states);
+    log_->add(part_->part->fablet->volume_segments, call, groups, states, [&](int32_t voxel) {
+        return centre(*part_, corners_ + 3 * (voxel / kBlockValues), voxel);
+    });
 }
 
 }  // namespace openfab::volume

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "runtime/segments/driver.h"
+#include "runtime/segments/printf_log.h"
 #include "runtime/volume/kernel_arguments.h"
 #include "runtime/volume/point_queries.h"
-#include "runtime/volume/printf_log.h"
 
 namespace openfab::volume {
 
@@ -30,7 +30,8 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
     /// Runs the segments on up to most_blocks: `corners` 3 part-relative indices, `owned` 64 bytes
     /// each.
     abi::KernelStatus run(const PlacedPart& part, openfab_isa isa, const int32_t* corners,
-                          const uint8_t* owned, int32_t n, const Input& input, PrintfLog* log);
+                          const uint8_t* owned, int32_t n, const Input& input,
+                          segments::PrintfLog* log);
     /// Returns a state as the last run left it: blocks of 512 values, defined in columns with an
     /// owned voxel.
     const uint32_t* state(int32_t number) const { return driver_.states()[number]; }
@@ -50,7 +51,7 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
     PointQueries queries_;
     const PlacedPart* part_ = nullptr;
     const Input* inputs_ = nullptr;
-    PrintfLog* log_ = nullptr;
+    segments::PrintfLog* log_ = nullptr;
     const int32_t* corners_ = nullptr;  ///< of the blocks
     int32_t count_ = 0;                 ///< of blocks
     std::vector<std::unique_ptr<abi::KernelBuffer>> buffers_;

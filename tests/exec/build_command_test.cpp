@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openflc build` and `emit` from outside: carets in schedules, exit codes, what a print program
+// `openflc build`, `check` and `emit` from outside: carets in schedules, exit codes, what a print program
 // needs at run time.
 
 #include <gtest/gtest.h>
@@ -243,6 +243,34 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
             0);
         EXPECT_EQ(count(temporary), 0u);
     }
+}
+
+/// A program of so many lines, none of which is merged with another.
+std::string long_program(int lines, const std::string& value) {
+    std::string text =
+        "fablet T {\n@uniform { Material m; ImageTexture2D t; }\n"
+        "@Volume(@varying { VolumeAttributes attr }) {\nfloat x = attr.voxelCenter.x;\n";
+    for (int i = 0; i < lines; ++i)
+        text += "x = x * x + " + std::to_string(i) + ";\n";
+    return text + "MaterialComposition mc; mc.Set(m, " + value + "); return mc; } }\n";
+}
+
+TEST(CheckCommand, RefusesWhatIsTooLongToBeCompiledWhereItGetsSo) {
+    const ScratchFolder folder;
+    folder.write("long.fl", long_program(13000, "x"));
+    const Outcome own = openflc({"check", folder / "long.fl"});
+    EXPECT_EQ(own.exit_code, 1);
+    EXPECT_NE(own.err.find("long.fl:1200"), std::string::npos) << own.err;
+    EXPECT_NE(own.err.find("the `@Volume` stage of `T` has 260"), std::string::npos) << own.err;
+    EXPECT_NE(own.err.find("the limit is 24000"), std::string::npos) << own.err;
+    EXPECT_NE(own.err.find("short loops unrolled"), std::string::npos) << own.err;
+    // Its own text is short.
+    folder.write("lookup.fl", long_program(8000, "t.Sample1(x, 0, 0)"));
+    const Outcome lookup = openflc({"check", folder / "lookup.fl"});
+    EXPECT_EQ(lookup.exit_code, 1);
+    EXPECT_NE(lookup.err.find("pass a width to the lookup"), std::string::npos) << lookup.err;
+    folder.write("short.fl", long_program(8000, "x"));
+    EXPECT_EQ(openflc({"check", folder / "short.fl"}).exit_code, 0);
 }
 
 TEST(EmitCommand, PrintsEveryForm) {

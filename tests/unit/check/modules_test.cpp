@@ -3,6 +3,7 @@
 #include "compiler/frontend/modules.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -74,6 +75,24 @@ TEST_F(ModuleFiles, AnUnknownOneListsTheLibrary) {
     const std::string text = check("main.fl");
     for (const std::string& name : frontend::library_modules())
         EXPECT_NE(text.find("`" + name + "`"), std::string::npos) << text;
+}
+
+TEST_F(ModuleFiles, WhatIsNoFileIsSaidToBeNone) {
+    write("main.fl", "import odd;\n" + kProgram);
+    const auto fault = [&] {
+        const std::string text = check("main.fl");
+        EXPECT_NE(text.find("main.fl:1:8: error: module `odd` cannot be read [bad-module]"),
+                  std::string::npos)
+            << text;
+        fs::remove_all(folder_ / "odd.fl");
+        return text;
+    };
+    ASSERT_EQ(mkfifo((folder_ / "odd.fl").c_str(), 0600), 0);
+    EXPECT_NE(fault().find("it is a pipe, not a file"), std::string::npos);
+    fs::create_directory(folder_ / "odd.fl");
+    EXPECT_NE(fault().find("it is a folder, not a file"), std::string::npos);
+    fs::create_symlink("nowhere.fl", folder_ / "odd.fl");
+    EXPECT_NE(fault().find("No such file"), std::string::npos);
 }
 
 TEST_F(ModuleFiles, CanBeCheckedAlone) {

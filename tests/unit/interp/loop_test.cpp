@@ -149,6 +149,41 @@ TEST(RealLoop, FewConstantTripsAreUnrolled) {
     EXPECT_EQ(run(fablet, 2, 0), 12.0f);
 }
 
+// All of it folds to one constant, which would take as many steps as the loops have trips.
+TEST(RealLoop, LongNestsOfConstantTripsAreNotUnrolled) {
+    const ir::Fablet fablet = compile_body("",
+                                           "float s = 0;"
+                                           "for (int a = 0; a < 64; ++a)"
+                                           "    for (int b = 0; b < 64; ++b)"
+                                           "        for (int c = 0; c < 256; ++c) s += a * b * c;"
+                                           "return s;");
+    EXPECT_GE(count_loops(fablet.volume), 1u);
+    float expected = 0;
+    for (int a = 0; a < 64; ++a) {
+        for (int b = 0; b < 64; ++b) {
+            for (int c = 0; c < 256; ++c)
+                expected += static_cast<float>(a * b * c);
+        }
+    }
+    EXPECT_EQ(run(fablet, 0, 0), expected);
+}
+
+TEST(RealLoop, ConstantsAreUnrolledFurther) {
+    const std::string sum =
+        "float sum() {"
+        "    float s = 0;"
+        "    for (int a = 0; a < 200; ++a)"
+        "        for (int b = 0; b < 250; ++b) s += 1;"
+        "    return s;"
+        "}";
+    EXPECT_GE(count_loops(compile_body(sum, "return sum();").volume), 1u);
+    const ir::Fablet constant =
+        compile_body(sum + "const float SUM = sum();",
+                     "float s = 0; for (int a = 0; a < 4; ++a) s += SUM; return s;");
+    EXPECT_EQ(count_loops(constant.volume), 0u);
+    EXPECT_EQ(run(constant, 0, 0), 200000);
+}
+
 TEST(RealLoop, CountersOfAllKinds) {
     const char* const loops[] = {
         "for (float t = 0; t < 1000; t += 0.125) s += t;",

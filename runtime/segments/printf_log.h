@@ -2,20 +2,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Lines of printf and assert at voxels, in an order that does not depend on threads: by row of
-// blocks, part, block, voxel (y, x, z), then program order. Only the first kMostLines of each
+// Lines of printf and assert, in an order that does not depend on threads: first those of surfaces,
+// by part, triangle and vertex (see surface::Surface::log), then those at voxels, by row of blocks,
+// part, block, voxel (y, x, z); each then in program order. Only the first kMostLines of each
 // printf are kept and the rest counted; since logs are joined in that order, the first of the whole
 // print are among them.
 
+#include <array>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "runtime/segments/handler.h"
-#include "runtime/volume/placed_part.h"
 
-namespace openfab::volume {
+namespace openfab::segments {
 
 class PrintfLog {
   public:
@@ -26,11 +29,14 @@ class PrintfLog {
         std::string text;  ///< "a.fl:7: at (1.25, 0.5, 3) mm: value 3"
     };
 
-    /// Adds the lines of one step of a batch of blocks; `corners` are 3 part-relative indices each.
-    void add(const PlacedPart& part, const openfab_segments& segments, const int32_t* corners,
-             const openfab_printf& print, std::span<const int32_t> groups,
-             const segments::States& states);
-    /// Ends a batch: sorts its lines.
+    /// Returns the point that the value at an index of the batch is about, mm in part space; nothing
+    /// where it has no line.
+    using PointAt = std::function<std::optional<std::array<float, 3>>(int32_t index)>;
+
+    /// Adds the lines of one step of a batch.
+    void add(const openfab_segments& segments, const openfab_printf& print,
+             std::span<const int32_t> groups, const States& states, const PointAt& point_at);
+    /// Ends a batch: sorts its lines by index.
     void end_batch();
     /// Appends the lines of a later log, which is emptied.
     void append(PrintfLog* later);
@@ -43,7 +49,7 @@ class PrintfLog {
 
   private:
     struct Pending {
-        int32_t voxel = 0;
+        int32_t index = 0;
         Line line;
     };
     struct Count {
@@ -59,4 +65,4 @@ class PrintfLog {
     std::vector<Count> counts_;
 };
 
-}  // namespace openfab::volume
+}  // namespace openfab::segments

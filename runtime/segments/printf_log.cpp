@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/volume/printf_log.h"
+#include "runtime/segments/printf_log.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 
 #include "base/check.h"
 
-namespace openfab::volume {
+namespace openfab::segments {
 
 namespace {
 
@@ -36,7 +36,7 @@ void append_value(const std::string& conversion, openfab_scalar_type type, uint3
 }
 
 std::string format_values(const openfab_printf& print, const openfab_segments& segments,
-                          const segments::States& states, int32_t index) {
+                          const States& states, int32_t index) {
     std::string out;
     const char* at = print.format;
     int32_t next = 0;
@@ -57,22 +57,6 @@ std::string format_values(const openfab_printf& print, const openfab_segments& s
     return out;
 }
 
-/// Formats attr.voxelCenter of a voxel, in the order of operations of abi/fablet_table.h.
-std::string centre_text(const PlacedPart& part, const int32_t* corner, int32_t voxel) {
-    const auto half = [](int32_t index) { return static_cast<float>(index) + 0.5f; };
-    const float x = half(corner[0] + voxel / 8 % 8);
-    const float y = half(corner[1] + voxel / 64 % 8);
-    const float z = half(corner[2] + voxel % 8);
-    std::array<float, 3> at{};
-    for (size_t a = 0; a < 3; ++a) {
-        const auto f = [&](size_t base) { return part.frame[base + a]; };
-        at[a] = ((x * f(OPENFAB_FRAME_STEP_I) + y * f(OPENFAB_FRAME_STEP_J)) +
-                 z * f(OPENFAB_FRAME_STEP_K)) +
-                f(OPENFAB_FRAME_ORIGIN) + f(OPENFAB_FRAME_CENTER);
-    }
-    return fmt::format("({}, {}, {}) mm", at[0], at[1], at[2]);
-}
-
 }  // namespace
 
 PrintfLog::Count& PrintfLog::count_of(const openfab_printf* print) {
@@ -82,29 +66,36 @@ PrintfLog::Count& PrintfLog::count_of(const openfab_printf* print) {
     return counts_.emplace_back(Count{print, 0, 0});
 }
 
-void PrintfLog::add(const PlacedPart& part, const openfab_segments& segments,
-                    const int32_t* corners, const openfab_printf& print,
-                    std::span<const int32_t> groups, const segments::States& states) {
+void PrintfLog::add(const openfab_segments& segments, const openfab_printf& print,
+                    std::span<const int32_t> groups, const States& states,
+                    const PointAt& point_at) {
     int64_t all = 0;
+    const bool full =  // by earlier batches
+        std::any_of(counts_.begin(), counts_.end(), [&](const Count& count) {
+            return count.print == &print && count.kept == kMostLines;
+        });
     for (const int32_t group : groups) {
-        for (int32_t l = 0; l < segments::kLanes; ++l) {
-            const int32_t voxel = segments::kLanes * group + l;
-            if (states[print.guard][voxel] == 0) continue;
+        for (int32_t l = 0; l < kLanes; ++l) {
+            const int32_t index = kLanes * group + l;
+            if (states[print.guard][index] == 0) continue;
+            const std::optional<std::array<float, 3>> at = point_at(index);
+            if (!at) continue;
             ++all;
-            Line line{&print, fmt::format("{}:{}: at {}: {}", print.source, print.line,
-                                          centre_text(part, corners + 3 * (voxel / 512), voxel),
-                                          format_values(print, segments, states, voxel))};
-            pending_.push_back({voxel, std::move(line)});
+            if (full) continue;
+            Line line{&print, fmt::format("{}:{}: at ({}, {}, {}) mm: {}", print.source, print.line,
+                                          (*at)[0], (*at)[1], (*at)[2],
+                                          format_values(print, segments, states, index))};
+            pending_.push_back({index, std::move(line)});
             if (pending_.size() > sorted_ + kPendingRoom) shorten();
         }
     }
     if (all > 0) count_of(&print).all += all;
 }
 
-/// Sorts by voxel, stably, and drops all but the first lines of each printf.
+/// Sorts by index, stably, and drops all but the first lines of each printf.
 void PrintfLog::shorten() {
     std::stable_sort(pending_.begin(), pending_.end(),
-                     [](const Pending& a, const Pending& b) { return a.voxel < b.voxel; });
+                     [](const Pending& a, const Pending& b) { return a.index < b.index; });
     std::vector<Count> seen;
     std::erase_if(pending_, [&](const Pending& p) {
         auto found = std::find_if(seen.begin(), seen.end(),
@@ -156,4 +147,4 @@ std::vector<std::pair<const openfab_printf*, int64_t>> PrintfLog::left_out() con
     return out;
 }
 
-}  // namespace openfab::volume
+}  // namespace openfab::segments
