@@ -14,6 +14,7 @@
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
+#include "texture/cache.h"
 #include "world/fablet_sources.h"
 #include "world/world.h"
 
@@ -67,6 +68,9 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     // Without a folder that can be trusted kernels are kept in memory alone.
     const Result<std::filesystem::path> kept = lower::KernelCache::own_folder();
     out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
+    const Result<void> keeps = texture::check_keeps(kept);
+    if (!keeps && print.progress != program::ProgressMode::kNone)
+        note(fmt::format("no kernel is kept for the next run: {}", keeps.error().text()));
     const Result<world::World> world = world::load_world(
         print.input, {{print.allow.begin(), print.allow.end()}, print.memory_bytes},
         world::MeshFiles::kSkip);

@@ -217,6 +217,17 @@ TEST_F(TunerTest, RefusesWhatItCannotDo) {
     EXPECT_EQ(read_file(folder_ / "base.sched"), "include \"slab.sched\"\n");
 }
 
+TEST_F(TunerTest, SaysThatNoKernelIsKept) {
+    fs::create_directories(folder_ / "cache/openfab/kernels");
+    fs::permissions(folder_ / "cache/openfab/kernels", fs::perms(0555));
+    RunOptions options;
+    options.obeys_permissions = true;
+    const Outcome outcome =
+        openfab({"profile", path("w.fab.json"), "--json", path("layers.fl")}, options);
+    EXPECT_THAT(outcome.err, HasSubstr("note: no kernel is kept for the next run: "));
+    EXPECT_THAT(outcome.err, HasSubstr("it cannot be written to: Permission denied"));
+}
+
 TEST_F(TunerTest, HelpNamesThePrintsOptions) {
     for (const std::string command : {"profile", "tune"}) {
         const Outcome outcome = openfab({command, "--help"});
