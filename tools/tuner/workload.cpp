@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "base/own_folder.h"
 #include "base/say.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
-#include "texture/cache.h"
 #include "world/fablet_sources.h"
 #include "world/world.h"
 
@@ -68,7 +68,9 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     // Without a folder that can be trusted kernels are kept in memory alone.
     const Result<std::filesystem::path> kept = lower::KernelCache::own_folder();
     out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
-    const Result<void> keeps = texture::check_keeps(kept);
+    Result<void> keeps = kept ? check_writable(*kept) : kept.error();
+    if (kept && !keeps)
+        keeps = with_context(keeps.error(), fmt::format("the folder `{}`: ", kept->string()));
     if (!keeps && print.progress != program::ProgressMode::kNone)
         note(fmt::format("no kernel is kept for the next run: {}", keeps.error().text()));
     const Result<world::World> world = world::load_world(
