@@ -43,8 +43,10 @@ Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
     const std::vector<const CLI::App*> commands =
         app.get_subcommands([](const CLI::App*) { return true; });
     // Only the first unknown word is reported: after a wrong command all that follows is unknown,
-    // too.
-    for (const std::string& word : app.remaining(true)) {
+    // too. A command that hands words on does not know which of them are options.
+    const std::vector<std::string> words =
+        command.get_allow_extras() ? std::vector<std::string>() : app.remaining(true);
+    for (const std::string& word : words) {
         if (word.starts_with('-'))
             return unknown("option", word.substr(0, word.find('=')), option_names(command), full);
         if (!chosen.empty() || commands.empty()) continue;

@@ -137,6 +137,11 @@ Result<fs::path> own_folder(const fs::path& folder) {
     return plain;
 }
 
+Result<void> check_writable(const fs::path& folder) {
+    if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
+    return outside_error("it cannot be written to: " + reason(errno));
+}
+
 Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& base_folder) {
     std::error_code status;
     const fs::path parent = base_folder.empty() ? fs::temp_directory_path(status) : base_folder;

@@ -21,6 +21,9 @@ namespace openfab {
 /// name.
 Result<std::filesystem::path> own_folder(const std::filesystem::path& folder);
 
+/// Fails where this process cannot make files in the folder; the error says why, without its name.
+Result<void> check_writable(const std::filesystem::path& folder);
+
 /// Temporary names end in this and six letters.
 constexpr std::string_view kTemporaryMark = ".tmp-";
 

@@ -31,7 +31,10 @@ constexpr const char* kExamples = R"(Examples:
   {0} card.fab.json -o - | openfab verify -      a stream of slices
   {0} card.fab.json -o tcp://printer:7000        to `openfab receive`, or a printer's front end
 
-Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
+)";
+
+constexpr const char* kUnits =
+    R"(Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
 2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug in OpenFab, 130 interrupted.
 )";
 
@@ -122,7 +125,7 @@ Result<Vec3d> parse_vector(const char* option, const std::string& text, const ch
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
                                                                         png = "rgba", isa;
-    std::string pitch, probe;
+    std::string pitch, probe, slabs_in_flight;
     std::vector<std::string> previews;
     std::string crop = "parts";
     bool no_cull = false;
@@ -213,14 +216,25 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                  "report voxels, memory, time and materials; print nothing");
     app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
     app.add_flag("--resume", o.resume, "continue an interrupted print after its last whole slice");
-    app.add_option("--groups-in-flight", o.slabs_in_flight, "")
-        ->group("")
-        ->check(CLI::Range(1, 1024));
+    // Of those that are not listed, a check here could not tell the name.
+    app.add_option("--groups-in-flight", raw.slabs_in_flight, "")->group("");
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
     app.add_option("--pitch", raw.pitch, "")->group("");
-    app.add_option("--isa", raw.isa, "")
-        ->group("")
-        ->check(CLI::IsMember({"sse41", "avx2", "avx512"}));
+    app.add_option("--isa", raw.isa, "")->group("");
+}
+
+/// Returns the help; to a host that takes the slices itself, without what asks for outputs.
+std::string help_text(CLI::App* app, const std::string& program, bool needs_output) {
+    app->get_formatter()->column_width(28);
+    if (needs_output) {
+        app->footer(fmt::format(fmt::runtime(kExamples), program) + kUnits);
+        return app->help();
+    }
+    for (const char* option : {"--output", "--token-file", "--tls-ca", "--preview", "--fractions",
+                               "--probe", "--stats", "--estimate", "--dry-run", "--resume"})
+        app->get_option(option)->group("");
+    app->footer(kUnits);
+    return app->help();
 }
 
 Result<void> validate_grid(const Raw& raw, Options* o) {
@@ -309,6 +323,14 @@ Result<void> validate_options(const Raw& raw, Options* o) {
     for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
         if (raw.isa == abi::isa_name(isa)) o->isa = isa;
     }
+    if (!raw.isa.empty() && !o->isa)
+        return bad_value("--isa", raw.isa, "none of sse41, avx2 and avx512", "avx2");
+    if (!raw.slabs_in_flight.empty() &&
+        !(parse_number(std::string_view(raw.slabs_in_flight), &o->slabs_in_flight) &&
+          o->slabs_in_flight >= 1 && o->slabs_in_flight <= 1024)) {
+        return bad_value("--groups-in-flight", raw.slabs_in_flight,
+                         "not a whole number from 1 to 1024", "8");
+    }
     if (!o->format.empty() &&
         std::find(kFormats.begin(), kFormats.end(), o->format) == kFormats.end()) {
         return usage_error(fmt::format("there is no output format `{}`; choose from {}", o->format,
@@ -366,14 +388,12 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     Raw raw;
     CLI::App app("Prints a fab world: slices for a printer, an .ofr file or stream, pictures.",
                  program);
-    app.footer(fmt::format(fmt::runtime(kExamples), program));
-    app.get_formatter()->column_width(28);
     declare(app, options, raw);
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
         options.help = true;
-        options.text = app.help();
+        options.text = help_text(&app, program, needs_output);
         return options;
     } catch (const CLI::ParseError& error) {
         return command_line_error(app, error, program);

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,12 @@ namespace openfab::program {
 /// The best instruction set that fablets are compiled for, unless more is asked for:
 /// docs/measurements/avx512.md tells why it is not AVX-512.
 constexpr openfab_isa kUsualIsa = OPENFAB_ISA_AVX2;
+
+/// A file or folder that a command writes, with the option that named it: "`-o`".
+struct NamedOutput {
+    std::string option;
+    std::filesystem::path path;
+};
 
 struct Options {
     std::string input;       ///< a world (.fab.json) or a mesh
@@ -52,7 +59,8 @@ struct Options {
     std::string stats_file;
     std::string fractions_file;       ///< takes mixtures before the dither; empty: none
     std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
-    bool png_indexed = false;         ///< with a palette instead of RGBA
+    std::vector<NamedOutput> more_outputs;  ///< files that the host writes at its end
+    bool png_indexed = false;               ///< with a palette instead of RGBA
     bool flip_x = false;
     bool resume = false;  ///< continues an interrupted print in the output
     bool estimate = false;
@@ -70,7 +78,8 @@ inline constexpr std::array kFormats{"ofr", "png", "bmp", "gcvf", "npy", "3mf", 
 std::string format_names();
 
 /// Parses the command line; `argv[0]` is the program. Errors have the code kUsage; so has a command
-/// line without any output, unless the host takes the slices itself.
+/// line without any output, unless the host takes the slices itself; then the help leaves out what asks
+/// for outputs.
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
                               bool needs_output = true);
 

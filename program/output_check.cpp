@@ -4,8 +4,11 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <optional>
 #include <tuple>
 
@@ -70,6 +73,18 @@ std::string described(const fs::path& input) {
     return fmt::format("`{}`, which is an input", input.string());
 }
 
+/// Fails where a file cannot be written that the work ends with: not after all of it.
+Result<void> check_place(const fs::path& path) {
+    const auto status = status_of(path);
+    if (status && S_ISDIR(status->st_mode))
+        return user_error(fmt::format("`{}` is a folder; the output is a file", path.string()));
+    if (status && !S_ISREG(status->st_mode)) return {};
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
+    return outside_error(
+        fmt::format("cannot create `{}`: {}", path.string(), std::strerror(errno)));
+}
+
 /// Fails if an input or another output is, or would be, a file in a folder of slices.
 Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutput>& outputs,
                           const std::vector<fs::path>& inputs) {
@@ -132,6 +147,8 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
         whole("--fractions", raster::array_json_path(options.fractions_file));
     }
     if (!options.stats_file.empty()) whole("--stats", options.stats_file);
+    for (const NamedOutput& more : options.more_outputs)
+        whole(more.option.c_str(), more.path);
     for (const preview::PreviewSpec& spec : options.previews)
         whole("--preview", spec.file);
     return out;
@@ -161,7 +178,10 @@ Result<void> check_outputs(const Options& options, const std::string& format,
                            const std::vector<fs::path>& inputs) {
     const std::vector<NamedOutput> outputs = outputs_of(options, format, materials);
     if (Result<void> apart = check_outputs(outputs, inputs); !apart) return apart;
-    if (!is_folder_format(format)) return {};
+    for (const NamedOutput& more : options.more_outputs) {
+        if (Result<void> possible = check_place(more.path); !possible) return possible;
+    }
+    if (!is_folder_format(format) || options.output.empty()) return {};
     const auto folder = std::find_if(outputs.begin(), outputs.end(), [](const NamedOutput& output) {
         return output.option == "-o";
     });

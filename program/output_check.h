@@ -14,12 +14,6 @@
 
 namespace openfab::program {
 
-/// A file or folder that a command writes, with the option that named it: "`-o`".
-struct NamedOutput {
-    std::string option;
-    std::filesystem::path path;
-};
-
 /// Lists every file that a print with these options writes, temporary names included; for `format`
 /// stl one per material. The slices of a folder are not listed, see check_outputs.
 std::vector<NamedOutput> outputs_of(const Options& options, const std::string& format,
@@ -32,7 +26,8 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
 Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
                            const std::vector<std::filesystem::path>& inputs);
 
-/// Same for a print: all outputs of outputs_of, and the files of its folder of slices.
+/// Same for a print: all outputs of outputs_of, and the files of its folder of slices. Fails with
+/// kOutside where a file of the host, which it writes at its end, has no folder that can be written to.
 Result<void> check_outputs(const Options& options, const std::string& format,
                            const std::vector<pipeline::SliceMaterial>& materials,
                            const std::vector<std::filesystem::path>& inputs);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -21,6 +22,7 @@
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
+#include "base/say.h"
 #include "texture/helper.h"
 #include "texture/pyramid_file.h"
 
@@ -193,8 +195,13 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
         file = *cache / cache_name(key);
         if (Result<std::shared_ptr<const Pyramid>> cached = Pyramid::open(file, wrap, filter))
             return cached;
+    }
+    if (const Result<void> keeps = check_keeps(cache); keeps) {
         clear_left_over(*cache);
     } else {
+        static std::atomic<bool> noted{false};
+        if (!noted.exchange(true))
+            note(fmt::format("filtered textures are not cached: {}", keeps.error().text()));
         // The mapping outlives the file.
         Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
         if (!made) return made.error();
@@ -214,6 +221,14 @@ Result<fs::path> cache_folder(const std::string& part) {
     if (folder) return folder;
     return with_context(folder.error(),
                         fmt::format("the folder `{}` is not used: ", wanted.string()));
+}
+
+Result<void> check_keeps(const Result<fs::path>& folder) {
+    if (!folder) return folder.error();
+    const Result<void> writable = check_writable(*folder);
+    if (writable) return {};
+    return with_context(writable.error(),
+                        fmt::format("nothing is kept in the folder `{}`: ", folder->string()));
 }
 
 Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options) {

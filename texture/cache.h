@@ -36,6 +36,10 @@ struct ReadLimits {
 /// callers then work without a cache.
 Result<std::filesystem::path> cache_folder(const std::string& part = {});
 
+/// Fails where nothing can be kept in what cache_folder has returned: it failed, or the folder can only be
+/// read. Callers then say so, once, and make what they need in a temporary folder.
+Result<void> check_keeps(const Result<std::filesystem::path>& folder);
+
 /// Hashes the image's bytes, the options and the version of the file format. Fails where the image
 /// cannot be read.
 Result<uint64_t> content_key(const std::filesystem::path& image, const ImageOptions& options);

@@ -79,6 +79,7 @@ class PrintJobImpl final : public PrintJob {
                                PrintStatistics* statistics) override;
 
   private:
+    void stop_surfaces_by(const std::atomic<bool>* stop) const;
     bool owns_surface(size_t part) const { return owners_[part] == static_cast<int32_t>(part); }
     Result<void> set_up_surfaces(const MemoryPlanner& planner, const CacheBudgets& caches);
     Result<void> set_up_grid();
@@ -537,9 +538,13 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     tbb::task_arena arena(threads_);
     size_t next = 0;
     setup_.interrupt = &interrupt;
+    // Its own interrupt is looked at between batches of blocks; patches are always whole, since what
+    // is made of them stays in caches for the next run.
+    stop_surfaces_by(nullptr);
     arena.execute([&] {
         print_all([&] { return next < all.size() ? all[next++] : SlabSlices{}; }, sink, &committer);
     });
+    stop_surfaces_by(options_.interrupt);
     setup_.interrupt = options_.interrupt;
     run.end = seconds_now();
     run.processor_seconds = processor_seconds() - processor;
@@ -558,6 +563,12 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
         fill_voxels(totals, statistics);
     }
     return run;
+}
+
+void PrintJobImpl::stop_surfaces_by(const std::atomic<bool>* stop) const {
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        if (owns_surface(i)) surfaces_[i]->set_stop(stop);
+    }
 }
 
 /// Begins the sink, and counts slices that an earlier print has written.

@@ -165,7 +165,8 @@ class PrintJob {
     virtual Vec2<int32_t> slabs() const = 0;
     /// Prints some of them, rising, as `run` prints a slab that is not the first. The sink takes
     /// their slices as if there were no others between: those of neighbours have their own numbers.
-    /// May be repeated; not after run. `statistics` may be null; its times and counters of work sum
+    /// May be repeated, also after one that its `interrupt` ended early, and whether or not the
+    /// options' own is set by then; not after run. `statistics` may be null; its times and counters of work sum
     /// up over repetitions, what it says of voxels and slices is of these slabs.
     virtual Result<SlabsRun> run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
                                        const std::atomic<bool>& interrupt,

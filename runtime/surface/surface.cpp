@@ -59,6 +59,7 @@ class DicedSurface final : public Surface {
     const PatchRanges& ranges() const override { return table_.ranges; }
     bool identity() const override { return table_.identity; }
     void set_cache_bytes(size_t bytes) const override { cache_.set_budget(bytes); }
+    void set_stop(const std::atomic<bool>* stop) const override { stop_ = stop; }
     std::shared_ptr<const MicroMesh> micro(int32_t patch) const override;
     bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
         return base_.rounded_corners(table_.patches[patch].triangle, out);
@@ -79,7 +80,7 @@ class DicedSurface final : public Surface {
 
     const part::Part& part_;
     const openfab_isa isa_;
-    const std::atomic<bool>* const stop_;
+    mutable const std::atomic<bool>* stop_;
     StaticArgs args_;
     NearestLayout nearest_;
     BaseMesh base_;

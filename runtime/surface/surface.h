@@ -109,7 +109,7 @@ struct SurfaceOptions {
     openfab_isa isa = OPENFAB_ISA_AVX2;
     bool infer_identity = true;  ///< off: every triangle is diced
     /// Once set, dicing and bounding stop and patches come back empty, so that callers finish
-    /// early. It must outlive the surface and stay set.
+    /// early. It must stay set, and outlive the surface or be replaced by set_stop.
     const std::atomic<bool>* stop = nullptr;
     bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
@@ -171,6 +171,10 @@ class Surface {
     virtual void log(segments::PrintfLog* /*log*/) const {}
     /// Changes the budget of the micropolygon cache, if any; call while no other thread uses it.
     virtual void set_cache_bytes(size_t /*bytes*/) const {}
+    /// Replaces SurfaceOptions::stop for dicing; call while no other thread uses it. Trees and
+    /// crossings that were made of empty patches stay in their caches: a caller that goes on after a
+    /// stop sets none (null).
+    virtual void set_stop(const std::atomic<bool>* /*stop*/) const {}
     /// Returns an error once a surface kernel has failed; the patch it ran for came back empty. To
     /// be checked after each slab.
     virtual Result<void> status() const { return {}; }

@@ -89,7 +89,7 @@ struct Sources {
 Result<Sources> stock_sources(const std::string& fablet) {
     Sources sources;
     Result<std::filesystem::path> folder = texture::cache_folder("stock");
-    if (!folder) {
+    if (!texture::check_keeps(folder)) {
         Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
         if (!made) return made.error();
         sources.folder = std::move(*made);

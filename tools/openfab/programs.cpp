@@ -176,15 +176,21 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
             fmt::format("cannot wait for `{}`: {}", arguments[0], std::strerror(errno)));
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
-    return outside_error(
-        fmt::format("`{}` was ended by signal {}", arguments[0], WTERMSIG(status)));
+    const int signal = WTERMSIG(status);
+    const std::string ended = fmt::format("`{}` was ended by signal {}", arguments[0], signal);
+    // Others come from outside, as where memory is short.
+    const bool crashed = signal == SIGSEGV || signal == SIGBUS || signal == SIGFPE ||
+                         signal == SIGILL || signal == SIGABRT;
+    return crashed ? internal_error(ended) : outside_error(ended);
 }
 
-ErrorCode code_of_exit(int status) {
-    // Not kUsage: then our own call of the compiler is wrong.
+ErrorCode code_of_exit(int status, const PrintProgram& wanted) {
     for (const ErrorCode code :
-         {ErrorCode::kUserInput, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
-        if (status == exit_code(code)) return code;
+         {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside, ErrorCode::kInterrupted}) {
+        if (status != exit_code(code)) continue;
+        // These are the only words of the user's: else our own call of the compiler is wrong.
+        const bool has_words = !wanted.schedules.paths.empty() || !wanted.schedules.params.empty();
+        if (code != ErrorCode::kUsage || has_words) return code;
     }
     return ErrorCode::kInternal;
 }
@@ -266,7 +272,7 @@ Result<void> compile(const fs::path& compiler, const PrintProgram& wanted,
         arguments.push_back(as_argument(source));
     const Result<int> exit_status = run_program(arguments);
     if (!exit_status) return exit_status.error();
-    if (*exit_status != 0) return Error{code_of_exit(*exit_status), ""};
+    if (*exit_status != 0) return Error{code_of_exit(*exit_status, wanted), ""};
     return seal(program);
 }
 
@@ -302,31 +308,34 @@ Result<PrintBinary> find_or_build_print_binary(const PrintProgram& wanted, bool 
     const Result<fs::path> cache = texture::cache_folder("prints");
     if (cache) {
         if (Result<PrintBinary> found = open_print_binary(*cache / name)) return found;
+    }
+    const Result<void> keeps = texture::check_keeps(cache);
+    if (keeps) {
         clear_left_over(*cache);
     } else if (!quiet) {
-        note(fmt::format("the compiled program is not cached: {}", cache.error().text()));
+        note(fmt::format("the compiled program is not cached: {}", keeps.error().text()));
     }
     if (!quiet) say(fmt::format("compiling {} ...\n", wanted.sources.front().filename().string()));
     // In a folder of its own, so that concurrent prints do not see each other's partial programs,
     // and none is left behind if this process dies.
     const Result<std::unique_ptr<TemporaryFolder>> folder =
-        TemporaryFolder::create(cache ? *cache : fs::path());
+        TemporaryFolder::create(keeps ? *cache : fs::path());
     if (!folder) return folder.error();
     const fs::path made = (*folder)->path() / name;
     if (Result<void> compiled = compile(compiler, wanted, made); !compiled) return compiled.error();
     std::error_code status;
-    if (cache) fs::rename(made, *cache / name, status);
+    if (keeps) fs::rename(made, *cache / name, status);
     if (status) {
         return outside_error(
             fmt::format("cannot write `{}`: {}", (*cache / name).string(), status.message()));
     }
-    Result<PrintBinary> program = open_print_binary(cache ? *cache / name : made);
+    Result<PrintBinary> program = open_print_binary(keeps ? *cache / name : made);
     if (!program) {
         return outside_error(
             fmt::format("cannot read the program that was compiled: {}", program.error().text()));
     }
     // Without a cache it is executed from its descriptor, although its file is deleted.
-    if (!cache) program->path.clear();
+    if (!keeps) program->path.clear();
     return program;
 }
 

@@ -27,12 +27,15 @@ namespace {
 
 using Action = std::function<Result<void>()>;
 
-/// Adds the print's own options to the help of a command, and lets it take them.
-void take_print_options(CLI::App* command, const std::string& program) {
+/// Adds examples and the print's own options to the help of a command, and lets it take them.
+void take_print_options(CLI::App* command, const std::string& program,
+                        const std::string& examples) {
     command->allow_extras()->fallthrough(false);
     const char* const ask[] = {"print", "--help"};
-    const Result<program::Options> help = program::parse_options(2, ask, program);
-    if (help) command->footer("Options of the print, which keeps no slices:\n\n" + help->text);
+    const Result<program::Options> help = program::parse_options(2, ask, program, false);
+    if (!help) return;
+    command->footer("Examples:\n" + examples +
+                    "\nOptions of the print, which keeps no slices:\n\n" + help->text);
 }
 
 void add_schedule_options(CLI::App* command, driver::ScheduleOptions* options) {
@@ -70,7 +73,11 @@ void add_profile(CLI::App& app, Action* action) {
     command->add_option("--json", options->json_file, "write the figures to this file, too")
         ->type_name("FILE");
     add_schedule_options(command, &options->schedules);
-    take_print_options(command, "openfab profile");
+    take_print_options(
+        command, "openfab profile",
+        "  openfab profile card.fab.json                   slabs spread over the print\n"
+        "  openfab profile card.fab.json --whole --json p.json   all of it, and its figures\n"
+        "  openfab profile card.fab.json --schedule mine.sched   with a schedule of yours\n");
     command->callback([options, time, command, action] {
         *action = [options, time, words = command->remaining()]() -> Result<void> {
             const Result<double> seconds = seconds_of("--time", *time, 0.1, 86400);
@@ -87,8 +94,9 @@ void add_tune(CLI::App& app, Action* action) {
         app.add_subcommand("tune", "search the schedule that prints a world fastest");
     auto options = std::make_shared<TuneOptions>();
     auto budget = std::make_shared<std::string>("5m");
-    command->add_option("-o,--output", options->output, "the schedule to write, FILE.sched")
-        ->required()
+    command
+        ->add_option("-o,--output", options->output,
+                     "the schedule to write, FILE.sched; one that is there is tried, too")
         ->type_name("FILE");
     command
         ->add_option("--budget", *budget,
@@ -100,7 +108,11 @@ void add_tune(CLI::App& app, Action* action) {
                      "what was tried, to continue from (default: FILE.sched.journal)")
         ->type_name("FILE");
     add_schedule_options(command, &options->schedules);
-    take_print_options(command, "openfab tune");
+    take_print_options(
+        command, "openfab tune",
+        "  openfab tune card.fab.json -o card.sched        for five minutes; again, to go on\n"
+        "  openfab tune card.fab.json -o card.sched --budget 1h --draft 2\n"
+        "  openfab print card.fab.json -o card.ofr --schedule card.sched   uses it\n");
     command->callback([options, budget, command, action] {
         *action = [options, budget, words = command->remaining()]() -> Result<void> {
             const Result<double> seconds = seconds_of("--budget", *budget, 1, 86400);

@@ -63,7 +63,10 @@ class Profiler {
         : options_(options), interrupt_(interrupt) {}
 
     Result<Profile> run() {
-        const Result<program::Options> print = parse_print(options_.print, "openfab profile");
+        std::vector<program::NamedOutput> outputs;
+        if (!options_.json_file.empty()) outputs.push_back({"--json", options_.json_file});
+        const Result<program::Options> print =
+            parse_print(options_.print, "openfab profile", std::move(outputs));
         if (!print) return print.error();
         Result<std::unique_ptr<Workload>> workload = Workload::create(*print, options_.schedules);
         if (!workload) return workload.error();

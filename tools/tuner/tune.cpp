@@ -6,11 +6,9 @@
 
 #include <algorithm>
 #include <deque>
-#include <filesystem>
 #include <memory>
 #include <random>
 #include <set>
-#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -81,7 +79,10 @@ class Tuner {
     }
 
     Result<void> begin() {
-        const Result<program::Options> print = parse_print(options_.print, "openfab tune");
+        const std::string journal =
+            options_.journal.empty() ? options_.output + ".journal" : options_.journal;
+        const Result<program::Options> print = parse_print(
+            options_.print, "openfab tune", {{"-o", options_.output}, {"--journal", journal}});
         if (!print) return print.error();
         auto workload = Workload::create(*print, options_.schedules);
         if (!workload) return workload.error();
@@ -91,13 +92,11 @@ class Tuner {
         if (!stand) return stand.error();
         stand_ = std::move(*stand);
         if (const Result<void> chosen = choose_slabs(); !chosen) return chosen;
-        const std::string file =
-            options_.journal.empty() ? options_.output + ".journal" : options_.journal;
-        Result<Journal> journal = Journal::open(file, key());
-        if (!journal) return journal.error();
-        journal_ = std::make_unique<Journal>(std::move(*journal));
+        Result<Journal> opened = Journal::open(journal, key());
+        if (!opened) return opened.error();
+        journal_ = std::make_unique<Journal>(std::move(*opened));
         if (journal_->size() > 0)
-            say(fmt::format("{} schedules are known from {}\n", journal_->size(), file));
+            say(fmt::format("{} schedules are known from {}\n", journal_->size(), journal));
         // From here on: a world may take long to set up, which is no one's choice.
         start_ = seconds_now();
         return {};
@@ -462,22 +461,15 @@ class Tuner {
     std::mt19937 random_{1};
 };
 
-Result<void> check_output(const TuneOptions& options) {
-    if (!options.output.ends_with(".sched"))
-        return usage_error(fmt::format("`-o {}`: name a file that ends in .sched", options.output));
-    for (const std::string& schedule : options.schedules.paths) {
-        std::error_code none;
-        if (std::filesystem::equivalent(schedule, options.output, none))
-            return usage_error(
-                fmt::format("`-o {}` would overwrite the schedule to begin with", options.output));
-    }
-    return {};
-}
-
 }  // namespace
 
 Result<void> run_tune(const TuneOptions& options) {
-    if (const Result<void> checked = check_output(options); !checked) return checked;
+    if (options.output.empty()) {
+        return usage_error(
+            "no output given; write `-o FILE.sched` with the name of the schedule to make");
+    }
+    if (!options.output.ends_with(".sched"))
+        return usage_error(fmt::format("`-o {}`: name a file that ends in .sched", options.output));
     const std::atomic<bool>& interrupt = program::install_interrupt(
         exit_code(ErrorCode::kInterrupted), "error: interrupted before the search began\n");
     const program::DeferredInterrupt deferred;

@@ -10,7 +10,9 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "base/own_folder.h"
 #include "base/say.h"
+#include "program/output_check.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
 #include "world/fablet_sources.h"
@@ -19,32 +21,42 @@
 namespace openfab::tuner {
 
 Result<program::Options> parse_print(const std::vector<std::string>& words,
-                                     const std::string& program) {
+                                     const std::string& program,
+                                     std::vector<program::NamedOutput> outputs) {
     const auto refuse = [&](const std::string& option) {
         return usage_error(fmt::format(
             "`{}` keeps no slices and takes no `{}`; `openfab print` does", program, option));
     };
     std::vector<const char*> argv{program.c_str()};
     for (const std::string& word : words) {
-        if (word == "--resume" || word == "--estimate" || word == "--dry-run") return refuse(word);
+        // Else it would ask for an output.
+        if (word == "--resume") return refuse(word);
         argv.push_back(word.c_str());
     }
-    // Else it would ask for an output.
-    argv.push_back("--dry-run");
     Result<program::Options> options =
-        program::parse_options(static_cast<int>(argv.size()), argv.data(), program);
+        program::parse_options(static_cast<int>(argv.size()), argv.data(), program, false);
     if (!options || options->help) return options;
-    options->dry_run = false;
-    if (!options->output.empty()) return refuse("-o");
-    if (!options->previews.empty()) return refuse("--preview");
-    if (!options->stats_file.empty()) return refuse("--stats");
-    if (!options->fractions_file.empty()) return refuse("--fractions");
+    const std::pair<const char*, bool> refused[] = {
+        {"-o", !options->output.empty()},
+        {"--token-file", !options->token_file.empty()},
+        {"--tls-ca", !options->tls_ca.empty()},
+        {"--preview", !options->previews.empty()},
+        {"--fractions", !options->fractions_file.empty()},
+        {"--probe", options->probe_mm.has_value()},
+        {"--stats", !options->stats_file.empty()},
+        {"--estimate", options->estimate},
+        {"--dry-run", options->dry_run},
+    };
+    for (const auto& [option, given] : refused) {
+        if (given) return refuse(option);
+    }
     if (!options->input.ends_with(".json")) {
         return usage_error(
             fmt::format("`{}` is not a world (.fab.json); make one of a mesh with `openfab import`",
                         options->input));
     }
     if (options->format.empty()) options->format = "ofr";
+    options->more_outputs = std::move(outputs);
     return options;
 }
 
@@ -56,6 +68,11 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     // Without a folder that can be trusted kernels are kept in memory alone.
     const Result<std::filesystem::path> kept = lower::KernelCache::own_folder();
     out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
+    Result<void> keeps = kept ? check_writable(*kept) : kept.error();
+    if (kept && !keeps)
+        keeps = with_context(keeps.error(), fmt::format("the folder `{}`: ", kept->string()));
+    if (!keeps && print.progress != program::ProgressMode::kNone)
+        note(fmt::format("no kernel is kept for the next run: {}", keeps.error().text()));
     const Result<world::World> world = world::load_world(
         print.input, {{print.allow.begin(), print.allow.end()}, print.memory_bytes},
         world::MeshFiles::kSkip);
@@ -69,7 +86,17 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     out->options_.back_end.schedules = schedules;
     out->compilation_ = std::make_unique<driver::Compilation>(out->options_, out->common_);
     const int code = out->compilation_->prepare();
-    if (code == driver::kExitDone) return out;
+    if (code == driver::kExitDone) {
+        std::vector<std::filesystem::path> inputs = world->files;
+        for (const std::filesystem::path& file : out->compilation_->sources().files()) {
+            inputs.push_back(file);
+            out->print_.inputs.push_back(file.string());
+        }
+        const Result<void> apart =
+            program::check_outputs(out->print_, out->print_.format, {}, inputs);
+        if (!apart) return apart.error();
+        return out;
+    }
     Error said{ErrorCode::kInternal, "", "", {}};
     for (const ErrorCode known : {ErrorCode::kUserInput, ErrorCode::kUsage, ErrorCode::kOutside}) {
         if (exit_code(known) == code) said.code = known;

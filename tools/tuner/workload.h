@@ -22,14 +22,17 @@
 namespace openfab::tuner {
 
 /// The options of a print that change what it computes, or how fast. Fails where one asks for
-/// outputs: nothing is kept of these prints.
+/// outputs or for a single voxel: nothing is kept of these prints. `outputs` are what the command
+/// itself writes.
 Result<program::Options> parse_print(const std::vector<std::string>& words,
-                                     const std::string& program);
+                                     const std::string& program,
+                                     std::vector<program::NamedOutput> outputs);
 
 class Workload {
   public:
-    /// Reads the world's fablets and the schedules, and runs all passes. Where that fails it has
-    /// been said, and the error has no message.
+    /// Reads the world's fablets and the schedules, and runs all passes; where that fails it has been
+    /// said, and the error has no message. Checks that outputs overwrite none of what it has read, as
+    /// set_up does with all that the print reads.
     static Result<std::unique_ptr<Workload>> create(const program::Options& print,
                                                     const driver::ScheduleOptions& schedules);
 

@@ -16,6 +16,8 @@
 namespace openfab::testing {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
@@ -101,7 +103,7 @@ TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
     EXPECT_FALSE(compiles({"--param", "strip=8"}));
 
     const Outcome unknown = tuned({"--param", "strap=8"});
-    EXPECT_NE(unknown.exit_code, 0);
+    EXPECT_EQ(unknown.exit_code, 2);
     EXPECT_THAT(unknown.err, HasSubstr("no schedule in use has a parameter of that name"));
     const Outcome over = print({path("world.fab.json"), "-o", path("base.sched"), "--format", "ofr",
                                 "--schedule", path("tuned.sched")});
@@ -289,6 +291,77 @@ TEST_F(OpenfabPrint, CompileErrorsPassThrough) {
     EXPECT_THAT(outcome.err, HasSubstr("plain.fl:5:9: error"));
     EXPECT_FALSE(fs::exists(path("a.ofr")));
     EXPECT_TRUE(fs::is_empty(path("cache/prints")));
+}
+
+TEST_F(OpenfabPrint, ACompilerThatCrashesIsABug) {
+    // `openfab` takes the compiler beside it.
+    fs::copy_file(OPENFAB_PROGRAM, path("openfab"));
+    const auto exit_code_with = [&](const std::string& signal) {
+        scratch_.write("openflc", "#!/bin/sh\nkill -" + signal + " $$\n");
+        fs::permissions(path("openflc"), fs::perms(0755));
+        const Outcome outcome =
+            run({path("openfab"), "print", path("world.fab.json"), "-o", path("a.ofr")},
+                {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+        EXPECT_THAT(outcome.err, HasSubstr("was ended by signal "));
+        return outcome.exit_code;
+    };
+    EXPECT_EQ(exit_code_with("SEGV"), 4);
+    EXPECT_EQ(exit_code_with("KILL"), 3);
+}
+
+TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
+    scratch_.write("pictured.fl", R"(fablet Pictured {
+    @uniform { Material body, ink; ImageTexture2D map; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        float share = map.Sample1(attr.voxelCenter.x / 4, attr.voxelCenter.y / 3, 0);
+        mc.Set(body, share);
+        mc.Set(ink, 1 - share);
+        return mc;
+    }
+}
+)");
+    scratch_.write("world.fab.json", R"({
+  "openfab": 1,
+  "printer": "generic",
+  "fablets": {"pictured": {"source": "pictured.fl", "fablet": "Pictured"}},
+  "materials": {"resin": {"key": "#ffffff"}, "black": {"key": "#000000"}},
+  "textures": {"map": {"file": "map.pgm"}},
+  "meshes": {"block": {"box": [4, 3, 2]}},
+  "objects": {"thing": {"mesh": "block", "fablet": "pictured",
+                        "uniforms": {"body": "resin", "ink": "black", "map": "map"}}},
+  "build": [{"object": "thing"}]
+}
+)");
+    scratch_.write("map.pgm", "P2 2 2 255 10 200 90 30\n");
+    fs::create_directories(path("cache/prints"));
+    RunOptions options;
+    options.environment = {{"OPENFAB_CACHE", path("cache")}};
+    options.obeys_permissions = true;
+    const auto print_with = [&](int mode, const std::string& output) {
+        for (const std::string folder : {"cache/prints", "cache"})
+            fs::permissions(path(folder), fs::perms(mode));
+        return run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "--voxel", "0.2mm", "-o",
+                    path(output)},
+                   options);
+    };
+    const auto notes = AllOf(HasSubstr("note: the compiled program is not cached: "),
+                             HasSubstr("note: filtered textures are not cached: "),
+                             HasSubstr("it cannot be written to: Permission denied"));
+    const Outcome unwritten = print_with(0555, "a.ofr");
+    EXPECT_EQ(unwritten.exit_code, 0) << unwritten.err;
+    EXPECT_THAT(unwritten.err, notes);
+    EXPECT_TRUE(fs::is_empty(path("cache/prints")));
+    EXPECT_EQ(std::distance(fs::directory_iterator(path("cache")), {}), 1);
+    const Outcome written = print_with(0700, "b.ofr");
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+    EXPECT_THAT(written.err, Not(HasSubstr("cached")));
+    const Outcome read = print_with(0555, "c.ofr");
+    EXPECT_EQ(read.exit_code, 0) << read.err;
+    EXPECT_THAT(read.err, Not(AnyOf(HasSubstr("compiling"), HasSubstr("cached"))));
+    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
+    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("c.ofr")));
+    print_with(0700, "c.ofr");
 }
 
 TEST_F(OpenfabPrint, MistakesAreFoundBeforeAnythingIsCompiled) {

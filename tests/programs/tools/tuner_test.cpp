@@ -17,6 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
+using ::testing::Not;
 using ::testing::StartsWith;
 namespace fs = std::filesystem;
 
@@ -168,6 +169,10 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
 TEST_F(TunerTest, RefusesWhatItCannotDo) {
     folder_.write("part.obj", "v 0 0 0\n");
     folder_.write("bad.sched", "pipeline slab\nslab.vectorise(z)\n");
+    folder_.write("base.sched", "include \"slab.sched\"\n");
+    folder_.write("more.sched", "pipeline slab\ninclude \"base.sched\"\n");
+    fs::create_directories(folder_ / "f");
+    folder_.write("f/slab.sched", "pipeline slab\n");
     const std::string world = path("w.fab.json");
     struct Case {
         std::vector<std::string> words;
@@ -184,13 +189,23 @@ TEST_F(TunerTest, RefusesWhatItCannotDo) {
         {{"profile", world, "--schedule", path("bad.sched")}, 1, "vectorize"},
         {{"profile", world, "--param", "colums=3"}, 2, "no schedule in use has a parameter"},
         {{"profile", world, "--nonsense"}, 2, "--nonsense"},
-        {{"tune", world}, 2, "--output"},
+        {{"profile", world, "--probe", "0,0,0"}, 2, "takes no `--probe`"},
+        {{"profile", world, "--json", path("none/p.json")}, 3, "none/p.json`: No such file"},
+        {{"profile", world, "--json", path("layers.fl")}, 1, "would overwrite"},
+        {{"profile", world, "--json", world}, 1, "would overwrite"},
+        {{"profile", world, "--isa", "foo"}, 2, "`--isa`"},
+        {{"profile", world, "--draft", "2", "--time"}, 2, "--time"},
+        {{"tune", world, "--draft", "3"}, 2, "`-o FILE.sched`"},
         {{"tune", world, "-o", path("t.txt")}, 2, "ends in .sched"},
         {{"tune", world, "-o", path("t.sched"), "--budget", "soon"}, 2, "`--budget`"},
         {{"tune", world, "-o", path("t.sched"), "--resume"}, 2, "takes no `--resume`"},
-        {{"tune", world, "-o", path("bad.sched"), "--schedule", path("bad.sched")},
-         2,
+        {{"tune", world, "-o", path("base.sched"), "--schedule", path("more.sched")},
+         1,
          "would overwrite"},
+        {{"tune", world, "-o", path("f/slab.sched"), "--schedule", path("f")},
+         1,
+         "would overwrite"},
+        {{"tune", world, "-o", path("t.sched"), "--journal", path("t.sched")}, 1, "are one file"},
     };
     for (const Case& c : cases) {
         const Outcome outcome = openfab(c.words);
@@ -198,6 +213,19 @@ TEST_F(TunerTest, RefusesWhatItCannotDo) {
             << ::testing::PrintToString(c.words) << outcome.err;
         EXPECT_THAT(outcome.err, HasSubstr(c.message)) << ::testing::PrintToString(c.words);
     }
+    EXPECT_EQ(read_file(folder_ / "layers.fl"), kFablet);
+    EXPECT_EQ(read_file(folder_ / "base.sched"), "include \"slab.sched\"\n");
+}
+
+TEST_F(TunerTest, SaysThatNoKernelIsKept) {
+    fs::create_directories(folder_ / "cache/openfab/kernels");
+    fs::permissions(folder_ / "cache/openfab/kernels", fs::perms(0555));
+    RunOptions options;
+    options.obeys_permissions = true;
+    const Outcome outcome =
+        openfab({"profile", path("w.fab.json"), "--json", path("layers.fl")}, options);
+    EXPECT_THAT(outcome.err, HasSubstr("note: no kernel is kept for the next run: "));
+    EXPECT_THAT(outcome.err, HasSubstr("it cannot be written to: Permission denied"));
 }
 
 TEST_F(TunerTest, HelpNamesThePrintsOptions) {
@@ -206,6 +234,8 @@ TEST_F(TunerTest, HelpNamesThePrintsOptions) {
         EXPECT_EQ(outcome.exit_code, 0);
         EXPECT_THAT(outcome.out, HasSubstr("--schedule"));
         EXPECT_THAT(outcome.out, HasSubstr("--voxel"));
+        EXPECT_THAT(outcome.out, HasSubstr("Examples:\n  openfab " + command));
+        EXPECT_THAT(outcome.out, Not(HasSubstr(" -o card.ofr --draft")));
     }
     EXPECT_THAT(openfab({"--help"}).out, HasSubstr("tune"));
 }

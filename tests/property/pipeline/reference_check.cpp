@@ -73,14 +73,29 @@ class KeptFractions : public pipeline::FractionSink {
     std::mutex mutex_;
 };
 
+/// Sets a flag with the first slice that it takes.
+class InterruptingSink : public testing::MemorySink {
+  public:
+    explicit InterruptingSink(std::atomic<bool>* interrupt) : interrupt_(interrupt) {}
+    Result<void> commit(int32_t z, std::vector<uint8_t> bytes) override {
+        interrupt_->store(true);
+        return MemorySink::commit(z, std::move(bytes));
+    }
+
+  private:
+    std::atomic<bool>* interrupt_;
+};
+
 struct PrintedGrid {
     part::Grid grid;
     std::vector<uint8_t> codes;
     pipeline::PrintStatistics statistics;
 };
 
-PrintedGrid print(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
-                  bool support, const pipeline::PrintOptions& more = {}) {
+/// Fails the test, and returns null, where it cannot be set up.
+std::unique_ptr<pipeline::PrintJob> set_up(const std::vector<part::Part>& parts,
+                                           const Vec3d& pitch_mm, uint64_t seed, bool support,
+                                           pipeline::PrintOptions options) {
     pipeline::PrintInput input;
     input.parts = parts;
     for (int k = 0; k < kMaterials + (support ? 1 : 0); ++k)
@@ -88,19 +103,23 @@ PrintedGrid print(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, u
     if (support) input.support_code = kMaterials + 1;
     input.pitch_mm = pitch_mm;
 
-    PrintedGrid out;
-    pipeline::PrintOptions options = more;
     options.seed = seed;
     options.threads = 2;
     options.memory_bytes += testing::kSanitizerBytes;
     auto made = pipeline::PrintJob::create(std::move(input), options);
-    if (!made) {
-        ADD_FAILURE() << made.error().text();
-        return out;
-    }
+    if (made) return std::move(*made);
+    ADD_FAILURE() << made.error().text();
+    return nullptr;
+}
+
+PrintedGrid print(const std::vector<part::Part>& parts, const Vec3d& pitch_mm, uint64_t seed,
+                  bool support, const pipeline::PrintOptions& options = {}) {
+    PrintedGrid out;
+    const auto job = set_up(parts, pitch_mm, seed, support, options);
+    if (job == nullptr) return out;
     testing::MemorySink sink;
     const std::atomic<bool> interrupt{false};
-    const Result<void> ran = (*made)->run(sink, nullptr, interrupt, &out.statistics);
+    const Result<void> ran = job->run(sink, nullptr, interrupt, &out.statistics);
     if (!ran) ADD_FAILURE() << ran.error().text();
     out.grid = {sink.info.origin_mm, sink.info.pitch_mm, sink.info.size};
     out.codes = sink.codes();
@@ -229,6 +248,36 @@ void expect_reference_and_support(const std::vector<part::Part>& parts,
     EXPECT_EQ(printed.statistics.voxels_support, called_for + more);
     printf("support %ld, %ld more than called for\n", static_cast<long>(called_for + more),
            static_cast<long>(more));
+}
+
+void expect_slabs_outlive_an_interrupt(const std::vector<part::Part>& parts,
+                                       const Vec3d& pitch_mm) {
+    std::atomic<bool> interrupt{false};
+    const std::atomic<bool> never{false};
+    pipeline::PrintOptions options;
+    options.interrupt = &interrupt;
+    const auto plain = set_up(parts, pitch_mm, 0, false, {});
+    const auto job = set_up(parts, pitch_mm, 0, false, options);
+    if (plain == nullptr || job == nullptr) return;
+    std::vector<int32_t> slabs;
+    for (int32_t slab = job->slabs().x; slab < job->slabs().y; ++slab)
+        slabs.push_back(slab);
+    ASSERT_GE(slabs.size(), 6u) << "more than are in flight at once";
+    MemorySink whole;
+    const Result<pipeline::SlabsRun> expected = plain->run_slabs(slabs, whole, never, nullptr);
+    ASSERT_TRUE(expected) << expected.error().text();
+
+    InterruptingSink cut(&interrupt);
+    const Result<pipeline::SlabsRun> ended = job->run_slabs(slabs, cut, interrupt, nullptr);
+    ASSERT_FALSE(ended);
+    EXPECT_EQ(ended.error().code, ErrorCode::kInterrupted) << ended.error().text();
+    ASSERT_LT(cut.slices.size(), whole.slices.size());
+
+    MemorySink again;
+    const Result<pipeline::SlabsRun> rerun = job->run_slabs(slabs, again, never, nullptr);
+    ASSERT_TRUE(rerun) << rerun.error().text();
+    EXPECT_EQ(rerun->hash, expected->hash);
+    EXPECT_TRUE(again.slices == whole.slices);
 }
 
 }  // namespace openfab::testing

@@ -48,4 +48,8 @@ void expect_reference_and_support(const std::vector<part::Part>& parts,
                                   const std::vector<const ir::Fablet*>& sources,
                                   const Vec3d& pitch_mm, uint64_t seed, double reach_mm);
 
+/// Prints slabs of the parts, is interrupted, and prints them once more, as a search does that ends with
+/// a last comparison: the slabs must have the bits that a print without an interrupt gives them.
+void expect_slabs_outlive_an_interrupt(const std::vector<part::Part>& parts, const Vec3d& pitch_mm);
+
 }  // namespace openfab::testing

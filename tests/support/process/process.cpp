@@ -3,9 +3,11 @@
 #include "tests/support/process/process.h"
 
 #include <fcntl.h>
+#include <linux/capability.h>
 #include <poll.h>
 #include <signal.h>
 #include <sys/mount.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -46,6 +48,11 @@ struct Pipe {
         const auto bytes = static_cast<rlim_t>(options.largest_file_bytes);
         const rlimit limit{bytes, bytes};
         if (setrlimit(RLIMIT_FSIZE, &limit) != 0) _exit(126);
+    }
+    // Where this fails it is not root.
+    if (options.obeys_permissions) {
+        for (const int capability : {CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH})
+            (void)prctl(PR_CAPBSET_DROP, capability);
     }
     if (!options.folder.empty() && chdir(options.folder.c_str()) != 0) _exit(126);
     std::vector<char*> args;

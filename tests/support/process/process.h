@@ -30,6 +30,8 @@ struct RunOptions {
     /// first returns true.
     std::function<bool(int elapsed_ms, const Outcome& so_far)> interrupt_when;
     int signal = SIGINT;
+    /// Permissions of files hold for the program and all that it starts even if this is root.
+    bool obeys_permissions = false;
     int64_t largest_file_bytes = -1;  ///< RLIMIT_FSIZE, like a full disk; -1: none
     /// Called before each read of the program's standard output, of at most 64 KB, with the output
     /// so far. A test of a slow reader waits here.

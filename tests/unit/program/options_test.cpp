@@ -123,6 +123,8 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
         {{"w", "-o", "x.3mf", "--mesh-pitch", "0.1mm", "--voxel", "0.1mm"}, "--voxel"},
         {{"w", "-o", "-", "--resume"}, "--resume"},
         {{"w", "--preview", "x.png", "--resume"}, "--resume"},
+        {{"w", "-o", "x", "--isa", "foo"}, "`--isa`: `foo` is none of sse41"},
+        {{"w", "-o", "x", "--groups-in-flight", "0"}, "`--groups-in-flight`: `0` is not"},
     };
     for (const auto& [arguments, expected] : cases) {
         const Result<Options> options = parse(arguments);
@@ -139,6 +141,15 @@ TEST(PrintOptions, HelpFitsOnAPage) {
     EXPECT_THAT(options->text, HasSubstr("Examples:"));
     EXPECT_LE(std::count(options->text.begin(), options->text.end(), '\n'), 60);
     EXPECT_THAT(options->text, ::testing::Not(HasSubstr("--no-cull")));
+}
+
+TEST(PrintOptions, HelpOfAHostHasNoOutputs) {
+    const char* const ask[] = {"card", "--help"};
+    const Result<Options> options = parse_options(2, ask, "card", false);
+    ASSERT_TRUE(options);
+    EXPECT_THAT(options->text, HasSubstr("--voxel"));
+    for (const char* const left_out : {"Examples:", " -o", "--preview", "--resume", "--stats"})
+        EXPECT_THAT(options->text, ::testing::Not(HasSubstr(left_out)));
 }
 
 TEST(PrintOutputs, Format) {

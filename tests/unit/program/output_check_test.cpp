@@ -99,6 +99,31 @@ TEST_F(OutputCheck, TwoOutputsAreTwoFiles) {
     EXPECT_EQ(with("/dev/null", "/dev/null"), "");
 }
 
+TEST_F(OutputCheck, FilesOfTheHostCountToo) {
+    Options options;
+    const auto with = [&](const fs::path& file, const std::string& format) {
+        options.more_outputs = {{"--json", file}};
+        return check(options, format, {path("in.3mf")});
+    };
+    for (const std::string format : {"ofr", "png"}) {
+        EXPECT_THAT(with(path("in.3mf"), format), HasSubstr("`--json")) << format;
+        EXPECT_THAT(with(path("folder"), format), HasSubstr("is a folder")) << format;
+        EXPECT_EQ(with(path("p.json"), format), "") << format;
+        EXPECT_EQ(with("/dev/null", format), "") << format;
+    }
+    options.stats_file = path("p.json");
+    EXPECT_THAT(with(path("p.json"), "ofr"), HasSubstr("are one file"));
+}
+
+TEST_F(OutputCheck, AFileWithoutAFolderIsToldBeforeTheWork) {
+    Options options;
+    options.more_outputs = {{"--json", path("none/p.json")}};
+    const Result<void> done = check_outputs(options, "ofr", {}, {});
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error().code, ErrorCode::kOutside);
+    EXPECT_THAT(done.error().text(), HasSubstr("none/p.json`: No such file"));
+}
+
 TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
     const std::string folder = path("folder").string();
     EXPECT_THAT(output(folder, "png"), HasSubstr("slice_0002.png"));
