@@ -531,6 +531,9 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     SliceCommitter committer(sink, no_progress, interrupt, info, no_lines, options_.began_seconds);
     SlabsRun run;
     if (const Result<void> begun = sink.begin(info); !begun) return begun.error();
+    // Else every second run of the same slabs would find crossings that the one before has left.
+    for (const auto& part : parts_)
+        part->voxeliser->drop_waiting();
     const double processor = processor_seconds();
     run.begin = seconds_now();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,

@@ -383,6 +383,12 @@ void Voxeliser::coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* s
     if (seconds != nullptr) *seconds += seconds_now() - start + others;
 }
 
+void Voxeliser::drop_waiting() const {
+    for (Waiting& slot : impl_->waiting)
+        slot.kept = nullptr;
+    impl_->kept_bytes = 0;
+}
+
 Box3i Voxeliser::voxel_box() const {
     return impl_->box;
 }

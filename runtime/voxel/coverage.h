@@ -47,6 +47,8 @@ class Voxeliser {
     /// of the threads that helped, too, but not what this one waited for them.
     void coverage(int32_t slab, SlabMask* out, const std::atomic<bool>* stop = nullptr,
                   double* seconds = nullptr) const;
+    /// Drops the crossings that wait for later slabs; call while no other thread uses it.
+    void drop_waiting() const;
     /// Returns the part's conservative box in voxels of the grid, hi exclusive.
     Box3i voxel_box() const;
     /// Returns the bytes held now: by set-up and by waiting crossings, without surface and index.

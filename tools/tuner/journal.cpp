@@ -38,7 +38,9 @@ std::string line_of(uint64_t hash, const Trial& trial) {
     out.key("ratios").begin_array();
     for (const double ratio : trial.ratios)
         out.value(ratio);
-    return out.end_array().end_object().take();
+    out.end_array();
+    if (trial.won) out.member("won", true);
+    return out.end_object().take();
 }
 
 std::string text_of(const JsonValue& object, const char* key) {
@@ -89,6 +91,8 @@ Result<Journal> Journal::open(const std::filesystem::path& file, const std::stri
         trial.refused = text_of(*line, "refused");
         for (const JsonValue& ratio : items_of(*line, "ratios"))
             trial.ratios.push_back(ratio.number);
+        const JsonMember* won = line->find("won");
+        trial.won = won != nullptr && won->value.boolean;
         const std::string name = text_of(*line, "schedule");
         const uint64_t hash = std::strtoull(name.c_str(), nullptr, 16);
         if (name != name_of(hash)) return other();

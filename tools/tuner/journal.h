@@ -21,6 +21,7 @@ struct Trial {
     std::vector<std::string> changes;  ///< to the first schedule
     std::string refused;               ///< why it is not one; empty: it is
     std::vector<double> ratios;        ///< its seconds to those of the first schedule
+    bool won = false;                  ///< by the last verdict on it (verdict.h)
 };
 
 class Journal {

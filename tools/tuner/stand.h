@@ -35,8 +35,8 @@ class Stand {
     /// Compiles schedules of the slab kernel, several at once.
     std::vector<Contender> compile(const std::vector<std::string>& texts) const;
 
-    /// Prints slabs with the kernels of a contender, null for those of the first schedule. Returns the
-    /// seconds of the processor; fails where voxels differ from those of the first schedule, which a
+    /// Prints slabs with the kernels of a contender, null for those of the first schedule, a few times
+    /// where that is too quick to be measured. Returns the seconds of the processor of one time; fails where voxels differ from those of the first schedule, which a
     /// first run over the same slabs has found.
     Result<double> run(const Contender* contender, const std::vector<int32_t>& slabs,
                        const std::atomic<bool>& interrupt);
@@ -55,12 +55,16 @@ class Stand {
     /// The one that is printed with, whose slab kernels are replaced, and its own once more.
     std::unique_ptr<lower::LoadedProgram> program_, first_;
     std::unique_ptr<pipeline::PrintJob> job_;
-    std::map<std::vector<int32_t>, uint64_t> hashes_;  ///< of slabs, under the first schedule
+    /// Of slabs under the first schedule.
+    struct Known {
+        uint64_t hash = 0;
+        int32_t times = 1;  ///< that they are printed in a run
+    };
+    Result<pipeline::SlabsRun> print(const std::vector<int32_t>& slabs,
+                                     const std::atomic<bool>& interrupt);
+    std::map<std::vector<int32_t>, Known> known_;
 };
 
-/// Ratios of a contender's seconds to those of the first schedule.
 double median(std::vector<double> values);
-/// Half the distance between the quartiles.
-double spread(std::vector<double> values);
 
 }  // namespace openfab::tuner

@@ -6,15 +6,18 @@
 
 #include <algorithm>
 #include <deque>
+#include <filesystem>
 #include <memory>
 #include <random>
 #include <set>
+#include <system_error>
 #include <thread>
 #include <utility>
 
 #include "backends/common/output_file.h"
 #include "base/clock.h"
 #include "base/hash.h"
+#include "base/json.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -23,6 +26,7 @@
 #include "tools/tuner/machine.h"
 #include "tools/tuner/space.h"
 #include "tools/tuner/stand.h"
+#include "tools/tuner/verdict.h"
 
 namespace openfab::tuner {
 
@@ -36,8 +40,10 @@ constexpr size_t kRounds = 4;
 constexpr size_t kGeneration = 8;
 /// Of the budget, for the comparison at the end.
 constexpr double kVerifyShare = 0.2;
-/// A gain below this is not told from none.
-constexpr double kLeastGain = 0.01;
+/// Places at which schedules are compared at the end, of neighbours each.
+constexpr size_t kPlaces = 8;
+/// A file that is larger is no schedule.
+constexpr size_t kMostBytes = size_t{1} << 20;
 
 /// A schedule that is tried.
 struct Candidate {
@@ -48,14 +54,6 @@ struct Candidate {
 
     bool usable() const { return trial.refused.empty(); }
     double ratio() const { return trial.ratios.empty() ? 1.0 : median(trial.ratios); }
-};
-
-/// How the winner did on slabs that the search has not seen.
-struct Verdict {
-    std::vector<double> ratios;
-    int32_t slabs = 0;
-    bool unseen = true;
-    bool faster = false;
 };
 
 class Tuner {
@@ -97,6 +95,7 @@ class Tuner {
         journal_ = std::make_unique<Journal>(std::move(*opened));
         if (journal_->size() > 0)
             say(fmt::format("{} schedules are known from {}\n", journal_->size(), journal));
+        read_output();
         // From here on: a world may take long to set up, which is no one's choice.
         start_ = seconds_now();
         return {};
@@ -133,18 +132,51 @@ class Tuner {
         const Result<int32_t> count = stand_->slabs_in(seconds, interrupt_);
         if (!count) return count.error();
         const Vec2<int32_t> all = stand_->slabs();
-        seen_ = spread_slabs(all, *count, kRun, 0.25);
-        unseen_ = spread_slabs(all, *count, kRun, 0.75);
-        std::erase_if(unseen_, [&](int32_t slab) {
-            return std::binary_search(seen_.begin(), seen_.end(), slab);
-        });
+        // Of a low print, half are left for the comparison at the end.
+        const int32_t most = std::max(1, (all.y - all.x) / 2);
+        seen_ = spread_slabs(all, std::min(*count, most), kRun, 0.5);
+        std::vector<int32_t> others;
+        for (int32_t slab = all.x; slab < all.y; ++slab) {
+            if (!std::binary_search(seen_.begin(), seen_.end(), slab)) others.push_back(slab);
+        }
+        // A print of one slab has no others.
+        sees_all_ = others.empty();
+        if (sees_all_) others = seen_;
+        const auto chosen = spread_slabs({0, static_cast<int32_t>(others.size())},
+                                         static_cast<int32_t>(seen_.size()), kRun, 0.5);
+        const size_t places = std::min(kPlaces, chosen.size());
+        for (size_t place = 0; place < places; ++place) {
+            std::vector<int32_t>& slabs = places_.emplace_back();
+            const size_t end = (place + 1) * chosen.size() / places;
+            for (size_t k = place * chosen.size() / places; k < end; ++k)
+                slabs.push_back(others[static_cast<size_t>(chosen[k])]);
+            slabs_compared_ += slabs.size();
+        }
         // Fills caches, and tells what voxels there are.
-        for (const std::vector<int32_t>* slabs : {&seen_, &unseen_}) {
-            if (slabs->empty()) continue;
-            if (const Result<double> run = stand_->run(nullptr, *slabs, interrupt_); !run)
+        if (const Result<double> run = stand_->run(nullptr, seen_, interrupt_); !run)
+            return run.error();
+        for (const std::vector<int32_t>& slabs : places_) {
+            if (const Result<double> run = stand_->run(nullptr, slabs, interrupt_); !run)
                 return run.error();
         }
         return {};
+    }
+
+    /// Reads the schedule that the output has from an earlier search, to be verified again. What is no
+    /// schedule is none.
+    void read_output() {
+        std::error_code status;
+        if (!std::filesystem::is_regular_file(options_.output, status)) return;
+        const Result<std::string> text = read_text_file(options_.output, kMostBytes);
+        if (!text) return;
+        const auto schedule =
+            schedule::read({options_.output, *text}, {.target = lower::isa_name(workload_->isa())});
+        if (!std::holds_alternative<schedule::Schedule>(schedule)) return;
+        kept_text_ = schedule::text_of(std::get<schedule::Schedule>(schedule));
+        if (kept_text_ == first_text_) kept_text_.clear();
+        if (!kept_text_.empty())
+            say(fmt::format("{} has a schedule, which is compared with what is found\n",
+                            options_.output));
     }
 
     /// Describes all that a ratio depends on.
@@ -336,69 +368,102 @@ class Tuner {
         return out;
     }
 
-    /// Compares on slabs that the search has not seen, if there are any.
-    Result<Verdict> verify(Candidate* winner) {
+    /// Compares on slabs that the search has not seen, if there are any, for as long as `until` says.
+    Result<Verdict> verify(Candidate* contender, double until) {
         static const std::atomic<bool> never{false};
-        Verdict verdict;
-        verdict.unseen = !unseen_.empty();
-        const std::vector<int32_t>& slabs = verdict.unseen ? unseen_ : seen_;
-        verdict.slabs = static_cast<int32_t>(slabs.size());
         const bool hurry = interrupt_.load();
-        const size_t least = hurry ? 3 : 7, most = hurry ? 3 : 25;
-        const double until = options_.budget_seconds;
-        Result<double> before = stand_->run(nullptr, slabs, never);
-        while (verdict.ratios.size() < least ||
-               (verdict.ratios.size() < most && elapsed() < until)) {
-            if (!before) return before.error();
-            const Result<double> run = stand_->run(&winner->contender, slabs, never);
-            if (!run) return run.error();
-            const Result<double> after = stand_->run(nullptr, slabs, never);
-            if (!after) return after.error();
-            verdict.ratios.push_back(2 * *run / (*before + *after));
-            before = after;
+        const size_t least = hurry ? 4 : 7, most = hurry ? 4 : 25;
+        std::vector<std::vector<Triple>> runs;
+        while (runs.size() < least || (runs.size() < most && elapsed() < until)) {
+            std::vector<Triple>& run = runs.emplace_back();
+            for (const std::vector<int32_t>& slabs : places_) {
+                Triple& triple = run.emplace_back();
+                const auto measure = [&](const Contender* kernels, double* out) -> Result<void> {
+                    const Result<double> seconds = stand_->run(kernels, slabs, never);
+                    if (!seconds) return seconds.error();
+                    *out = *seconds;
+                    return {};
+                };
+                Result<void> done = measure(nullptr, &triple.before);
+                if (done) done = measure(&contender->contender, &triple.contender);
+                if (done) done = measure(nullptr, &triple.after);
+                if (!done) return done.error();
+            }
         }
-        const auto faster = std::count_if(verdict.ratios.begin(), verdict.ratios.end(),
-                                          [](double ratio) { return ratio < 1; });
-        verdict.faster = median(verdict.ratios) <= 1 - kLeastGain &&
-                         5 * static_cast<size_t>(faster) >= 4 * verdict.ratios.size();
-        return verdict;
+        return judge(runs);
     }
 
-    /// Writes the winner, or the first schedule where none is faster.
+    /// Returns the candidate with the schedule that the output has; null if it has none.
+    Candidate* kept() {
+        if (kept_text_.empty()) return nullptr;
+        for (Candidate& candidate : candidates_) {
+            if (candidate.text == kept_text_) return &candidate;
+        }
+        Candidate& candidate = candidates_.emplace_back();
+        candidate.text = kept_text_;
+        if (const Trial* known = journal_->find(kept_text_)) candidate.trial = *known;
+        if (candidate.trial.changes.empty())
+            candidate.trial.changes = {"the schedule that was in this file"};
+        return &candidate;
+    }
+
+    /// Writes the best of those that are verified: the one that the output has, and what was best in the
+    /// search; or the first schedule where none is faster.
     Result<void> conclude() {
         // Also those that time was enough for a single round of: this comparison is what counts.
         std::vector<Candidate*> ranked;
         for (Candidate& candidate : candidates_)
             ranked.push_back(&candidate);
         sort(&ranked);
+        std::erase_if(
+            ranked, [](const Candidate* candidate) { return candidate->ratio() > 1 - kLeastGain; });
+        Candidate* const kept = this->kept();
+        if (kept != nullptr) {
+            std::erase(ranked, kept);
+            ranked.insert(ranked.begin(), kept);
+        }
         constexpr size_t kTries = 3;
+        ranked.resize(std::min(kTries, ranked.size()));
+        Candidate* winner = nullptr;
+        Verdict best;
         std::string lost;
-        for (size_t k = 0; k < std::min(kTries, ranked.size()); ++k) {
-            Candidate* winner = ranked[k];
-            if (winner->ratio() > 1 - kLeastGain) break;
-            if (const Result<void> ready = prepare({winner}); !ready) return ready;
-            if (!winner->usable()) continue;
-            if (const Result<void> fits = stand_->fits(winner->contender); !fits) {
-                winner->trial.refused = fits.error().message;
-                if (const Result<void> noted = note_trial(*winner); !noted) return noted;
+        for (size_t k = 0; k < ranked.size(); ++k) {
+            Candidate* candidate = ranked[k];
+            if (const Result<void> ready = prepare({candidate}); !ready) return ready;
+            if (!candidate->usable()) continue;
+            if (const Result<void> fits = stand_->fits(candidate->contender); !fits) {
+                candidate->trial.refused = fits.error().message;
+                if (const Result<void> noted = note_trial(*candidate); !noted) return noted;
                 continue;
             }
-            const Result<Verdict> verdict = verify(winner);
+            const double left = options_.budget_seconds - elapsed();
+            const Result<Verdict> verdict =
+                verify(candidate, elapsed() + left / static_cast<double>(ranked.size() - k));
             if (!verdict) return verdict.error();
-            const double ratio = median(verdict->ratios);
-            if (verdict->faster) {
-                say(fmt::format("{} takes {:.3f} (+- {:.3f}) of the first's time on {} slabs{}\n",
-                                options_.output, ratio, spread(verdict->ratios), verdict->slabs,
-                                verdict->unseen ? " that the search has not seen" : ""));
-                return write(winner, *verdict);
+            const std::string result = described(*verdict);
+            say(fmt::format(
+                "compared: {}: {}\n", result,
+                printable(fmt::format("{}", fmt::join(candidate->trial.changes, "; ")))));
+            candidate->trial.won = verdict->wins(candidate->trial.won);
+            if (const Result<void> noted = journal_->add(candidate->text, candidate->trial); !noted)
+                return noted;
+            if (!candidate->trial.won) {
+                lost +=
+                    fmt::format("#   {}: {}\n", fmt::join(candidate->trial.changes, "; "), result);
+            } else if (winner == nullptr || verdict->ratio < best.ratio) {
+                winner = candidate;
+                best = *verdict;
             }
-            lost +=
-                fmt::format("#   {}: {:.3f} +- {:.3f}\n", fmt::join(winner->trial.changes, "; "),
-                            ratio, spread(verdict->ratios));
-            if (interrupt_.load()) break;
+            // The next was worse in the search. The one that was kept is no measure of it.
+            if (winner != nullptr && (interrupt_.load() || candidate != kept)) break;
         }
-        say("no schedule is faster than the first one beyond noise\n");
-        return write(nullptr, {}, lost);
+        if (winner == nullptr) say("no schedule is faster than the first one beyond noise\n");
+        return write(winner, best, lost);
+    }
+
+    static std::string described(const Verdict& verdict) {
+        return fmt::format("{:.3f}, with 99 % confidence below {:.3f}, {:.3f} to {:.3f} by place",
+                           verdict.ratio, verdict.bound, verdict.of_places.x, verdict.of_places.y);
     }
 
     Result<void> write(const Candidate* winner, const Verdict& verdict,
@@ -419,14 +484,15 @@ class Tuner {
             measured, refused, seen_.size(), stand_->slabs().y - stand_->slabs().x, base_name());
         if (winner != nullptr) {
             out += fmt::format(
-                "# Won, with {:.3f} +- {:.3f} in {} runs on {} slabs{}:\n", median(verdict.ratios),
-                spread(verdict.ratios), verdict.ratios.size(), verdict.slabs,
-                verdict.unseen ? " that the search had not seen" : " (the print has no others)");
+                "# Won, with {};\n# in {} runs at {} places, on {} slabs{}:\n", described(verdict),
+                verdict.runs, verdict.places, slabs_compared_,
+                sees_all_ ? " (the print has no others)" : " that the search had not seen");
             for (const std::string& change : winner->trial.changes)
                 out += fmt::format("#   {}\n", change);
         } else {
             out += "# None was faster beyond noise: these are the lines it began with.\n";
-            if (!lost.empty()) out += "# Faster in the search, not on other slabs:\n" + lost;
+            if (!lost.empty())
+                out += "# Not faster on slabs that the search had not seen:\n" + lost;
         }
         constexpr size_t kShown = 10;
         out += "# The best in the search:\n";
@@ -455,7 +521,12 @@ class Tuner {
     std::unique_ptr<Space> space_;
     std::unique_ptr<Journal> journal_;
     std::string first_text_;
-    std::vector<int32_t> seen_, unseen_;
+    std::string kept_text_;  ///< of the schedule that the output has; empty: none but the first
+    std::vector<int32_t> seen_;
+    /// Those of the comparison at the end, by place: others, unless the search sees all.
+    std::vector<std::vector<int32_t>> places_;
+    size_t slabs_compared_ = 0;
+    bool sees_all_ = false;
     std::deque<Candidate> candidates_;
     std::set<std::string> tried_;
     std::mt19937 random_{1};

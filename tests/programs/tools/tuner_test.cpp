@@ -15,6 +15,7 @@
 namespace openfab::testing {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 using ::testing::Not;
@@ -122,10 +123,19 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
                         "--budget", budget},
                        options);
     };
+    // A schedule that the output has is compared with what is found.
+    const Outcome built_in =
+        run({OPENFAB_OPENFLC, "emit", path("layers.fl"), "--stage", "slab", "--as", "schedule"});
+    const size_t columns = built_in.out.find("member, 64)");
+    ASSERT_NE(columns, std::string::npos) << built_in.out;
+    folder_.write("t.sched", std::string(built_in.out).replace(columns, 11, "member, 16)"));
     const Outcome first = tune("3s");
     ASSERT_EQ(first.exit_code, 0) << first.err;
     EXPECT_THAT(first.err, HasSubstr("changes to try"));
     EXPECT_THAT(first.err, HasSubstr("of the first's time: "));
+    EXPECT_THAT(first.err, HasSubstr("t.sched has a schedule, which is compared"));
+    EXPECT_THAT(first.err,
+                ContainsRegex("compared: [0-9.]+, with 99 % confidence below [0-9.]+, "));
     const std::string made = read_file(folder_ / "t.sched");
     EXPECT_THAT(made, StartsWith("# Made by `openfab tune` for w on "));
     EXPECT_THAT(made, HasSubstr("\npipeline slab\nslab.split("));

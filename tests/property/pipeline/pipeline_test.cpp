@@ -178,13 +178,14 @@ TEST(Pipeline, BumpsOnASphereAreTheReference) {
                      {0.12, 0.12, 0.12}, 6);
 }
 
-TEST(Pipeline, SlabsOfADisplacedPartOutliveAnInterrupt) {
+TEST(Pipeline, SlabsOfADisplacedPartCanBePrintedAgain) {
     testing::PartOptions options;
     options.textures = {picture(32, 32, 4, 1, 0)};
     options.max_displacement_mm = 0.4;
     const Made made =
         make({{&fablets(), "Bumps", testing::sphere(1.2, 12, 8), options}, postcard_part(2, 1.6)});
     testing::expect_slabs_outlive_an_interrupt(made.parts, {0.08, 0.08, 0.05});
+    testing::expect_repeated_slabs_are_equal_work(made.parts, {0.08, 0.08, 0.05});
 }
 
 TEST(Pipeline, LoopsInBothStagesAreTheReference) {

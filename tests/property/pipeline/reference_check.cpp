@@ -104,7 +104,7 @@ std::unique_ptr<pipeline::PrintJob> set_up(const std::vector<part::Part>& parts,
     input.pitch_mm = pitch_mm;
 
     options.seed = seed;
-    options.threads = 2;
+    if (options.threads == 0) options.threads = 2;
     options.memory_bytes += testing::kSanitizerBytes;
     auto made = pipeline::PrintJob::create(std::move(input), options);
     if (made) return std::move(*made);
@@ -278,6 +278,30 @@ void expect_slabs_outlive_an_interrupt(const std::vector<part::Part>& parts,
     ASSERT_TRUE(rerun) << rerun.error().text();
     EXPECT_EQ(rerun->hash, expected->hash);
     EXPECT_TRUE(again.slices == whole.slices);
+}
+
+void expect_repeated_slabs_are_equal_work(const std::vector<part::Part>& parts,
+                                          const Vec3d& pitch_mm) {
+    const std::atomic<bool> never{false};
+    pipeline::PrintOptions options;
+    options.threads = 1;  // else patches are looked up as threads happen to share them
+    const auto job = set_up(parts, pitch_mm, 0, false, options);
+    if (job == nullptr) return;
+    int64_t all = 0;
+    for (int32_t slab = job->slabs().x; slab < job->slabs().y; ++slab) {
+        std::vector<int64_t> lookups;
+        for (int time = 0; time < 4; ++time) {
+            MemorySink sink;
+            pipeline::PrintStatistics statistics;
+            const Result<pipeline::SlabsRun> run =
+                job->run_slabs(std::array{slab}, sink, never, &statistics);
+            ASSERT_TRUE(run) << run.error().text();
+            lookups.push_back(statistics.cache_hits + statistics.cache_misses);
+        }
+        EXPECT_EQ(lookups[2] - lookups[1], lookups[3] - lookups[2]) << "slab " << slab;
+        all += lookups[3] - lookups[2];
+    }
+    EXPECT_GT(all, 100);
 }
 
 }  // namespace openfab::testing

@@ -52,4 +52,9 @@ void expect_reference_and_support(const std::vector<part::Part>& parts,
 /// a last comparison: the slabs must have the bits that a print without an interrupt gives them.
 void expect_slabs_outlive_an_interrupt(const std::vector<part::Part>& parts, const Vec3d& pitch_mm);
 
+/// Prints each slab of the parts a few times: after the first time, which fills caches, each must look up as
+/// many patches as any other, so that their times can be compared.
+void expect_repeated_slabs_are_equal_work(const std::vector<part::Part>& parts,
+                                          const Vec3d& pitch_mm);
+
 }  // namespace openfab::testing

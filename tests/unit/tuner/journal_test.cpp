@@ -24,7 +24,7 @@ TEST(Journal, FindsWhatItWasTold) {
         ASSERT_TRUE(journal) << journal.error().text();
         EXPECT_EQ(journal->size(), 0u);
         ASSERT_TRUE(journal->add("lines\n", {{"columns = 32"}, "", {0.5}}));
-        ASSERT_TRUE(journal->add("lines\n", {{"columns = 32"}, "", {0.5, 0.75}}));
+        ASSERT_TRUE(journal->add("lines\n", {{"columns = 32"}, "", {0.5, 0.75}, true}));
         ASSERT_TRUE(journal->add("others\n", {{"a", "b \"c\""}, "it does not fit", {}}));
     }
     const Result<Journal> again = Journal::open(folder / "j", "a world");
@@ -35,6 +35,8 @@ TEST(Journal, FindsWhatItWasTold) {
     EXPECT_EQ(known->changes, (std::vector<std::string>{"columns = 32"}));
     EXPECT_EQ(known->ratios, (std::vector<double>{0.5, 0.75}));
     EXPECT_EQ(known->refused, "");
+    EXPECT_TRUE(known->won);
+    EXPECT_FALSE(again->find("others\n")->won);
     ASSERT_NE(again->find("others\n"), nullptr);
     EXPECT_EQ(again->find("others\n")->refused, "it does not fit");
     EXPECT_EQ(again->find("others\n")->changes, (std::vector<std::string>{"a", "b \"c\""}));

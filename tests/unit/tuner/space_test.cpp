@@ -123,8 +123,6 @@ TEST(SpreadSlabs, AreRunsOverTheWholeHeight) {
 TEST(Statistics, StandOutliers) {
     EXPECT_EQ(median({3, 1, 2}), 2);
     EXPECT_EQ(median({100, 1, 2, 3}), 2.5);
-    EXPECT_EQ(spread({1, 1, 1, 1, 99}), 0);
-    EXPECT_EQ(spread({0, 1, 2, 3, 4}), 1);
 }
 
 }  // namespace
