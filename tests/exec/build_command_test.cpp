@@ -123,6 +123,22 @@ TEST(BuildCommand, WhatHalideCannotLowerIsToldInOurWords) {
         << out.err;
 }
 
+// Statements of code that is written out are nested by the ten thousand.
+TEST(BuildCommand, RefusesWhatUnrollsTooMuch) {
+    const ScratchFolder folder;
+    for (const char* copies : {"32", "64"}) {
+        folder.write("mine.sched", std::string("pipeline slab\ninclude \"slab.sched\"\n") +
+                                       "weights.unroll(column, " + copies + ")\n");
+        const Outcome out =
+            openflc({"emit", OPENFAB_SOURCE_DIR "/gallery/library/color_spaces.fl", "--stage",
+                     "slab", "--as", "loops", "--schedule", folder / "mine.sched"});
+        EXPECT_EQ(out.exit_code, 1);
+        EXPECT_NE(out.err.find(" operations, most of them for `weights`; the limit is 400000"),
+                  std::string::npos)
+            << out.err;
+    }
+}
+
 /// The first fenced block of schedules/README.md that is a schedule.
 std::string worked_example() {
     std::ifstream file(OPENFAB_SOURCE_DIR "/schedules/README.md");
