@@ -37,23 +37,26 @@ std::vector<std::string> name_parts(const fs::path& path) {
     return out;
 }
 
-/// Opens a file that another includes: beside it, else a built-in one.
+/// Opens a file that another includes: beside it, else a built-in one. A file that is named after its
+/// pipeline may include the built-in one of that name.
 std::variant<schedule::Source, std::string> open_included(source::SourceManager* sources,
                                                           const std::string& name,
                                                           const schedule::Source& from) {
     const fs::path folder = sources->folder(from.file);
     std::error_code error;
-    if (!folder.empty() && fs::is_regular_file(folder / name, error)) {
+    auto built_in = schedule::open_built_in(name, from);
+    const bool is_built_in = std::holds_alternative<schedule::Source>(built_in);
+    const std::string beside = fs::weakly_canonical(folder / name, error).string();
+    if (!folder.empty() && fs::is_regular_file(folder / name, error) &&
+        !(is_built_in && beside == from.path)) {
         // Who wrote the file is not always who compiles with it.
         std::string fault;
         const std::optional<uint32_t> file =
             sources->load(folder / name, &fault, {reading_root(folder)});
         if (!file) return fault;
-        return schedule::Source{fs::weakly_canonical(folder / name, error).string(),
-                                std::string(sources->text(*file)), *file};
+        return schedule::Source{beside, std::string(sources->text(*file)), *file};
     }
-    auto built_in = schedule::open_built_in(name, from);
-    if (std::holds_alternative<std::string>(built_in))
+    if (!is_built_in)
         return "there is no such file beside this one, nor a built-in schedule of that name";
     auto& source = std::get<schedule::Source>(built_in);
     source.file = sources->add(source.path, source.text);
@@ -80,24 +83,29 @@ int Schedules::parse(const schedule::Source& source, schedule::File* out) {
 int Schedules::load_path(const std::string& path) {
     std::error_code error;
     if (!fs::is_directory(path, error)) return load_file(path);
-    // A folder is a machine's: one file a pipeline, or one for each target.
-    bool any = false;
-    for (const std::string& pipeline : lower::pipeline_names()) {
-        std::vector<std::string> names = {pipeline + ".sched"};
-        for (const std::string& target : schedule::targets())
-            names.push_back(fmt::format("{}.{}.sched", pipeline, target));
-        for (const std::string& name : names) {
-            const fs::path file = fs::path(path) / name;
-            if (!fs::is_regular_file(file, error)) continue;
-            any = true;
-            if (const int code = load_file(file.string()); code != kExitDone) return code;
-        }
+    // A folder is a machine's: one file a pipeline, or one for each target. What it has beside them
+    // may be what these include.
+    std::vector<fs::path> files;
+    for (auto each = fs::directory_iterator(path, error);
+         !error && each != fs::directory_iterator(); each.increment(error)) {
+        std::error_code none;
+        if (each->path().extension() == ".sched" && each->is_regular_file(none) &&
+            holds(lower::pipeline_names(), name_parts(each->path())[0]))
+            files.push_back(each->path());
     }
-    if (any) return kExitDone;
-    return fail(fmt::format("{}: the folder has no schedule; they are named after pipelines, as in "
-                            "slab.sched or slab.avx2.sched",
-                            path),
-                kExitUserInput);
+    if (error) return fail(fmt::format("{}: {}", path, error.message()), kExitOutside);
+    if (files.empty()) {
+        return fail(
+            fmt::format("{}: the folder has no schedule; their names begin with a pipeline's, "
+                        "as in slab.sched or slab.avx2.sched",
+                        path),
+            kExitUserInput);
+    }
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) {
+        if (const int code = load_file(file.string()); code != kExitDone) return code;
+    }
+    return kExitDone;
 }
 
 int Schedules::load_file(const std::string& path) {
@@ -130,6 +138,14 @@ int Schedules::load_file(const std::string& path) {
                                 "`pipeline slab`",
                                 path, loaded.pipeline),
                     kExitUserInput);
+    }
+    for (const schedule::Word& word : loaded.file.included_pipelines) {
+        if (word.text == loaded.pipeline) continue;
+        return report(schedule::fault_at(
+            word,
+            fmt::format("this file is for the pipeline `{}`, and is included in one for `{}`",
+                        word.text, loaded.pipeline),
+            "without this line it is for every pipeline that includes it"));
     }
     for (const Loaded& other : files_) {
         if (other.pipeline != loaded.pipeline || other.target != loaded.target) continue;

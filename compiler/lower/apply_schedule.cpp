@@ -127,9 +127,17 @@ class DirectiveChain {
     bool new_name(const schedule::Word& word) {
         if (word.text.find('*') != std::string::npos || std::isdigit(word.text[0]) != 0)
             return fail(word, fmt::format("`{}` cannot name a var", word.text));
+        if (!room_for_var(word)) return false;
         if (nest().names.insert(word.text).second) return true;
         return fail(word,
                     fmt::format("`{}` has, or had, a var `{}` already", func().name, word.text));
+    }
+
+    /// Halide's time grows with the third power of splits in splits.
+    bool room_for_var(const schedule::Word& word) {
+        if (nest().names.size() < kMostVars) return true;
+        return fail(word, fmt::format("`{}` has, or had, {} vars here, which is the limit",
+                                      func().name, nest().names.size()));
     }
 
     bool factor(const schedule::Word& word, int64_t most, int64_t* out) {
@@ -276,6 +284,7 @@ class DirectiveChain {
         }
         int64_t by = 1;
         if (!factor(arg(1), most, &by)) return false;
+        if (!room_for_var(arg(0))) return false;
         const std::string inner = made_name(fmt::format("{}_{}", arg(0).text, what));
         // Later lines, and other versions of the loops, go on naming the loop as they did.
         split_loop(*out, arg(0).text, inner, by);
@@ -324,7 +333,6 @@ class DirectiveChain {
             return fail(arg(0), fmt::format("this makes {} copies of the code; the limit is {}",
                                             copies, kMostUnrolled));
         }
-        nest().stage.unroll(loop->var);
         return true;
     }
 
@@ -362,6 +370,11 @@ class DirectiveChain {
         const schedule::Word& var = arg(0);
         if (specialization_ != 0)
             return fail(current_->name, "a specialization is not specialized again");
+        if (func().definitions[0].size() > kMostSpecializations) {
+            return fail(current_->name,
+                        fmt::format("`{}` has {} specializations, which is the limit", func().name,
+                                    kMostSpecializations));
+        }
         if (!func().is_result || definition_ != 0) {
             return fail(current_->name, fmt::format("`{}` is not a result of the kernel: no var of "
                                                     "it has a length that is known before",
@@ -640,7 +653,10 @@ std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Sc
     if (std::optional<schedule::Fault> fault = check_placements(scheduled)) return *fault;
     if (std::optional<schedule::Fault> fault = check_inlining(schedule, scheduled)) return *fault;
     set_levels(&scheduled, built_in);
-    if (built_in) scheduled.vectorize_parts();
+    if (built_in) {
+        scheduled.unroll_loops();
+        scheduled.vectorize_parts();
+    }
     return scheduled;
 }
 

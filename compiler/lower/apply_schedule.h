@@ -20,6 +20,8 @@ namespace openfab::lower {
 /// Limits of what a schedule may ask for: beyond them code takes minutes to compile.
 constexpr int64_t kMostVectorLanes = 64;  ///< in all vectorized loops of a Func together
 constexpr int64_t kMostUnrolled = 128;    ///< copies, likewise
+constexpr size_t kMostVars = 64;          ///< that the loops of a definition have, or had
+constexpr size_t kMostSpecializations = 16;
 
 /// Schedules the kernel's Funcs. `built_in`: what it stores is known to fit a thread's stack.
 std::variant<ScheduledKernel, schedule::Fault> apply_schedule(const schedule::Schedule& schedule,
@@ -41,6 +43,12 @@ std::optional<schedule::Fault> check_inlining(const schedule::Schedule& schedule
 /// time grows with the third power of such loops: 8 s at 200 of them, minutes at 400.
 constexpr int64_t kMostLoops = 256;
 constexpr int64_t kMostOperations = 400'000;
+
+/// Finds whether a schedule makes far more code than that, from the code before its loops are
+/// unrolled: so much is not lowered.
+std::optional<schedule::Fault> check_copies(const schedule::Schedule& schedule,
+                                            const ScheduledKernel& kernel,
+                                            const Halide::Module& module);
 
 /// Finds whether a schedule makes more code than that.
 std::optional<schedule::Fault> check_code_size(const schedule::Schedule& schedule,

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compiler/lower/apply_schedule.h"
@@ -22,6 +25,9 @@ struct CodeSize {
 /// Counts what code is made of, as often as it is written out, for each Func that it computes.
 class CodeSizes : public internal::IRGraphVisitor {
   public:
+    /// `unrolled`: loops that will be written out, and are not yet.
+    explicit CodeSizes(std::vector<LoopNames> unrolled = {}) : unrolled_(std::move(unrolled)) {}
+
     CodeSize all;
     std::map<std::string, CodeSize> by_func;  ///< Halide's names; what is computed for none: ""
 
@@ -40,17 +46,19 @@ class CodeSizes : public internal::IRGraphVisitor {
         node->accept(this);
     }
     void count_node() {
-        ++all.operations;
-        ++current().operations;
+        all.operations += copies_;
+        current().operations += copies_;
     }
 
     // One after the other: they are nested by the thousand.
     template <typename Node, typename First>
     void walk_chain(const Node* op, First Node::*first, internal::Stmt Node::*rest) {
+        note(op);
         include(op->*first);
         while (const auto* next = (op->*rest).template as<Node>()) {
             op = next;
             count_node();
+            note(op);
             include(op->*first);
         }
         include(op->*rest);
@@ -58,14 +66,45 @@ class CodeSizes : public internal::IRGraphVisitor {
     void visit(const internal::LetStmt* op) override {
         walk_chain(op, &internal::LetStmt::value, &internal::LetStmt::body);
     }
+    // Lengths of loops depend on few of them, whose names are different.
+    void note(const internal::LetStmt* op) {
+        if (!unrolled_.empty() && op->value.type() == Halide::Int(32))
+            ranges_.push(op->name, internal::find_constant_bounds(op->value, ranges_));
+    }
+    void note(const internal::Block* /*op*/) {}
     void visit(const internal::Block* op) override {
         walk_chain(op, &internal::Block::first, &internal::Block::rest);
     }
 
     void visit(const internal::For* op) override {
-        ++all.loops;
-        ++current().loops;
+        const int64_t copies = copies_;
+        if (const std::optional<int64_t> steps = steps_written_out(*op)) {
+            copies_ = std::min(copies * *steps, kMostCopies);
+        } else {
+            all.loops += copies;
+            current().loops += copies;
+        }
+        if (!unrolled_.empty()) {
+            const Halide::Expr last = internal::simplify(op->min + op->extent - 1);
+            ranges_.push(op->name, {internal::find_constant_bounds(op->min, ranges_).min,
+                                    internal::find_constant_bounds(last, ranges_).max});
+        }
         IRGraphVisitor::visit(op);
+        copies_ = copies;
+    }
+
+    /// Returns how often what is in a loop will stand there; nothing where it stays a loop. Of those
+    /// whose length is not constant Halide writes out as many steps as there may be.
+    std::optional<int64_t> steps_written_out(const internal::For& op) const {
+        const bool is_unrolled =
+            std::any_of(unrolled_.begin(), unrolled_.end(),
+                        [&](const LoopNames& names) { return names.has(op.name); });
+        if (!is_unrolled) return std::nullopt;
+        const Halide::Expr most =
+            internal::find_constant_bound(op.extent, internal::Direction::Upper, ranges_);
+        const int64_t* steps = most.defined() ? internal::as_const_int(most) : nullptr;
+        if (steps == nullptr) return std::nullopt;
+        return std::max<int64_t>(*steps, 0);
     }
 
     void visit(const internal::ProducerConsumer* op) override {
@@ -75,7 +114,13 @@ class CodeSizes : public internal::IRGraphVisitor {
         producers_.pop_back();
     }
 
-    std::vector<std::string> producers_;  ///< around the current statement, outermost first
+    // More than there can be, and sums of it are numbers.
+    static constexpr int64_t kMostCopies = 1'000'000'000;
+
+    std::vector<LoopNames> unrolled_;
+    internal::Scope<internal::Interval> ranges_;  ///< of variables, where there are such loops
+    int64_t copies_ = 1;                          ///< of the current statement
+    std::vector<std::string> producers_;          ///< around it, outermost first
 };
 
 /// Returns the fault of a limit: at the Func that has most of it, of those that a line names.
@@ -96,21 +141,37 @@ schedule::Fault fault_of_size(const schedule::Schedule& schedule, const Schedule
         "unroll less, split by a factor that divides, or compute at an outer loop what is copied");
 }
 
-}  // namespace
+// Copies get smaller where an index that is a number decides what they compute.
+constexpr int64_t kTimesBefore = 2;
 
-std::optional<schedule::Fault> check_code_size(const schedule::Schedule& schedule,
-                                               const ScheduledKernel& kernel,
-                                               const Halide::Module& module) {
-    CodeSizes sizes;
+/// Finds whether code is larger than the limits, of which it may have `times` as much.
+std::optional<schedule::Fault> check_sizes(const schedule::Schedule& schedule,
+                                           const ScheduledKernel& kernel,
+                                           const Halide::Module& module, CodeSizes sizes,
+                                           int64_t times) {
     for (const internal::LoweredFunc& function : module.functions())
         sizes.count(function.body);
-    if (sizes.all.loops > kMostLoops)
+    if (sizes.all.loops > times * kMostLoops)
         return fault_of_size(schedule, kernel, &sizes, &CodeSize::loops, "loops", kMostLoops);
-    if (sizes.all.operations > kMostOperations) {
+    if (sizes.all.operations > times * kMostOperations) {
         return fault_of_size(schedule, kernel, &sizes, &CodeSize::operations, "operations",
                              kMostOperations);
     }
     return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<schedule::Fault> check_copies(const schedule::Schedule& schedule,
+                                            const ScheduledKernel& kernel,
+                                            const Halide::Module& module) {
+    return check_sizes(schedule, kernel, module, CodeSizes(kernel.unrolled()), kTimesBefore);
+}
+
+std::optional<schedule::Fault> check_code_size(const schedule::Schedule& schedule,
+                                               const ScheduledKernel& kernel,
+                                               const Halide::Module& module) {
+    return check_sizes(schedule, kernel, module, CodeSizes(), 1);
 }
 
 }  // namespace openfab::lower

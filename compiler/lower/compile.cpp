@@ -70,9 +70,30 @@ int64_t most_places(ir::StageKind kind) {
     return columns ? OPENFAB_MOST_COLUMNS : OPENFAB_MOST_PLACES;
 }
 
+/// The stack on which kernels are lowered. Statements of code that is written out are nested: Halide
+/// uses some 90 bytes an operation (docs/measurements/schedules.md). Only what is used takes memory.
+constexpr size_t kCompilerStackBytes = size_t{256} << 20;
+
+/// Runs what goes as deep as statements are nested, and does not throw.
+template <typename Work>
+auto on_large_stack(const Work& work) {
+    std::optional<decltype(work())> out;
+    Halide::Internal::run_with_large_stack([&] { out = work(); });
+    return *std::move(out);
+}
+
+/// Lowered code. Its last owner frees statements inside statements.
+using SharedModule = std::shared_ptr<const Halide::Module>;
+
+SharedModule share(Halide::Module module) {
+    return {new Halide::Module(std::move(module)), [](const Halide::Module* last) {
+                Halide::Internal::run_with_large_stack([&] { delete last; });
+            }};
+}
+
 struct Lowered {
     ScheduledKernel kernel;
-    Halide::Module module;
+    SharedModule module;
     KernelMemory memory;
 };
 
@@ -97,7 +118,10 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
     std::optional<ScheduledKernel> scheduled;
     static SilentReporter reporter;
     static std::once_flag once;
-    std::call_once(once, [] { Halide::set_custom_compile_time_error_reporter(&reporter); });
+    std::call_once(once, [] {
+        Halide::set_custom_compile_time_error_reporter(&reporter);
+        Halide::set_compiler_stack_size(kCompilerStackBytes);
+    });
     try {
         const Kernel kernel = make_kernel(*request.stage, request.inside, request.isa);
         std::variant<ScheduledKernel, schedule::Fault> applied =
@@ -109,29 +133,41 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
             Halide::Pipeline pipeline(kernel.output);
             pipeline.add_custom_lowering_pass(make_expander(kernel.deferred));
             pipeline.add_custom_lowering_pass(make_storage_hoister(*scheduled));
-            return pipeline.compile_to_module(kernel.arguments, request.function,
-                                              target_of(request),
-                                              Halide::LinkageType::ExternalPlusArgv);
+            return share(pipeline.compile_to_module(kernel.arguments, request.function,
+                                                    target_of(request),
+                                                    Halide::LinkageType::ExternalPlusArgv));
         };
+        if (checked && !scheduled->unrolled().empty()) {
+            const SharedModule module = lower();
+            if (auto fault =
+                    on_large_stack([&] { return check_copies(schedule, *scheduled, *module); }))
+                return schedule_fault(std::move(*fault));
+            scheduled->unroll_loops();
+        }
         if (checked && scheduled->has_part_vectors()) {
-            if (auto fault = check_part_vectors(*scheduled, lower()))
+            const SharedModule module = lower();
+            if (auto fault =
+                    on_large_stack([&] { return check_part_vectors(*scheduled, *module); }))
                 return schedule_fault(std::move(*fault));
             scheduled->vectorize_parts();
         }
-        Halide::Module module = lower();
+        SharedModule module = lower();
         const int64_t places = most_places(request.stage->kind);
         KernelMemory memory;
         if (checked) {
-            if (auto fault = check_code_size(schedule, *scheduled, module))
+            if (auto fault =
+                    on_large_stack([&] { return check_code_size(schedule, *scheduled, *module); }))
                 return schedule_fault(std::move(*fault));
-            auto measured = check_lowered(schedule, *scheduled, module, places);
+            auto measured = on_large_stack(
+                [&] { return check_lowered(schedule, *scheduled, *module, places); });
             if (auto* fault = std::get_if<schedule::Fault>(&measured))
                 return schedule_fault(std::move(*fault));
             memory = std::get<KernelMemory>(measured);
         } else {
             // All that a schedule may store, where it is not known.
-            memory =
-                measure_memory(*scheduled, module, places).value_or(KernelMemory{kMostStoredBytes});
+            memory = on_large_stack([&] {
+                         return measure_memory(*scheduled, *module, places);
+                     }).value_or(KernelMemory{kMostStoredBytes});
         }
         return Lowered{std::move(*scheduled), std::move(module), memory};
     } catch (const Halide::Error& error) {
@@ -147,11 +183,15 @@ std::variant<KernelMemory, Fault> write_kernel(const KernelRequest& request,
                                                const std::string& path) {
     std::variant<Lowered, Fault> lowered = lower_kernel(request);
     if (auto* fault = std::get_if<Fault>(&lowered)) return std::move(*fault);
-    try {
-        std::get<Lowered>(lowered).module.compile({{type, path}});
-    } catch (const Halide::Error& error) {
-        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
-    }
+    const std::string trouble = on_large_stack([&]() -> std::string {
+        try {
+            std::get<Lowered>(lowered).module->compile({{type, path}});
+        } catch (const Halide::Error& error) {
+            return error.what();
+        }
+        return {};
+    });
+    if (!trouble.empty()) return internal_fault(fmt::format("{}: {}", request.function, trouble));
     return std::get<Lowered>(lowered).memory;
 }
 
@@ -282,9 +322,12 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
     if (form == TextForm::kLoops) {
         std::variant<Lowered, Fault> lowered = lower_kernel(request);
         if (auto* fault = std::get_if<Fault>(&lowered)) return std::move(*fault);
-        const auto& [kernel, module, memory] = std::get<Lowered>(lowered);
-        return print_loops(kernel, list_storage(kernel, module, most_places(request.stage->kind))) +
-               fmt::format("a call stores {} bytes at most\n", memory.bytes);
+        const Lowered& all = std::get<Lowered>(lowered);
+        const std::vector<FuncStorage> storage = on_large_stack([&] {
+            return list_storage(all.kernel, *all.module, most_places(request.stage->kind));
+        });
+        return print_loops(all.kernel, storage) +
+               fmt::format("a call stores {} bytes at most\n", all.memory.bytes);
     }
     const Halide::OutputFileType type = form == TextForm::kStmt ? Halide::OutputFileType::stmt
                                         : form == TextForm::kLlvm

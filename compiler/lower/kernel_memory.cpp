@@ -346,14 +346,13 @@ class Asserts : public internal::IRVisitor {
 /// Finds whether every loop of a name has one length, and whether there is one.
 class LoopLengths : public internal::IRVisitor {
   public:
-    LoopLengths(std::string begin, std::string end, int64_t length)
-        : begin_(std::move(begin)), end_(std::move(end)), length_(length) {}
+    LoopLengths(LoopNames names, int64_t length) : names_(std::move(names)), length_(length) {}
     bool found = false, same = true;
 
   private:
     using internal::IRVisitor::visit;
     void visit(const internal::For* op) override {
-        if (op->name.starts_with(begin_) && op->name.ends_with(end_)) {
+        if (names_.has(op->name)) {
             found = true;
             same = same && internal::is_const(op->extent, length_);
         }
@@ -362,7 +361,7 @@ class LoopLengths : public internal::IRVisitor {
     void visit(const internal::Store*) override {}
     void visit(const internal::Evaluate*) override {}
 
-    const std::string begin_, end_;
+    const LoopNames names_;
     const int64_t length_;
 };
 
@@ -439,8 +438,7 @@ std::optional<schedule::Fault> check_part_vectors(const ScheduledKernel& kernel,
     for (const ScheduledFunc& func : kernel.funcs()) {
         for (const PartVector& part : func.part_vectors) {
             const Loop& loop = *func.definitions[part.definition][0].find(part.loop);
-            LoopLengths lengths(fmt::format("{}.s{}.", func.func.name(), part.definition),
-                                "." + loop.var.name(), *loop.extent);
+            LoopLengths lengths(LoopNames(func, part.definition, loop), *loop.extent);
             for (const internal::LoweredFunc& function : module.functions())
                 function.body.accept(&lengths);
             if (lengths.found && lengths.same) continue;

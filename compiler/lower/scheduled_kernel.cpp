@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/scheduled_kernel.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 
@@ -89,6 +91,9 @@ std::optional<schedule::Word> ScheduledFunc::placed_by() const {
     if (store && store->directive) return store->directive;
     return compute.directive ? compute.directive : last_word;
 }
+
+LoopNames::LoopNames(const ScheduledFunc& func, size_t definition, const Loop& loop)
+    : begin(fmt::format("{}.s{}.", func.func.name(), definition)), end("." + loop.var.name()) {}
 
 ScheduledKernel::ScheduledKernel(const Kernel& kernel) : output_(kernel.output) {
     for (const NamedFunc& named : kernel.funcs)
@@ -340,6 +345,32 @@ std::vector<LoopSite> ScheduledKernel::path(size_t func) const {
         }
     }
     return out;
+}
+
+std::vector<LoopNames> ScheduledKernel::unrolled() const {
+    std::vector<LoopNames> out;
+    for (const ScheduledFunc& func : funcs_) {
+        for (size_t d = 0; d < func.definitions.size(); ++d) {
+            for (const LoopNest& nest : func.definitions[d]) {
+                for (const Loop& loop : nest.loops) {
+                    if (loop.kind == Loop::Kind::kUnrolled) out.emplace_back(func, d, loop);
+                }
+            }
+        }
+    }
+    return out;
+}
+
+void ScheduledKernel::unroll_loops() {
+    for (ScheduledFunc& func : funcs_) {
+        for (std::vector<LoopNest>& definition : func.definitions) {
+            for (LoopNest& nest : definition) {
+                for (const Loop& loop : nest.loops) {
+                    if (loop.kind == Loop::Kind::kUnrolled) nest.stage.unroll(loop.var);
+                }
+            }
+        }
+    }
 }
 
 bool ScheduledKernel::has_part_vectors() const {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/lower/kernel.h"
@@ -110,6 +111,20 @@ struct LoopSite {
     const Loop* loop = nullptr;
 };
 
+/// The loops of one var of a definition in lowered code: Halide's names of them begin and end so.
+struct LoopNames {
+    std::string begin;  ///< "weights.s0."
+    std::string end;    ///< ".column"
+
+    LoopNames(const ScheduledFunc& func, size_t definition, const Loop& loop);
+    /// Loops that do not begin at 0 are made to, under another name.
+    bool has(std::string_view name) const {
+        constexpr std::string_view kFromZero = ".rebased";
+        if (name.ends_with(kFromZero)) name.remove_suffix(kFromZero.size());
+        return name.starts_with(begin) && name.ends_with(end);
+    }
+};
+
 class ScheduledKernel {
   public:
     explicit ScheduledKernel(const Kernel& kernel);
@@ -146,6 +161,11 @@ class ScheduledKernel {
     /// Returns the loops, outermost first, in which everything that reads a Func is computed, and in
     /// each of which it may be computed itself.
     std::vector<LoopSite> loops_around_uses(size_t func) const;
+
+    /// Unrolls the loops that are to be. Halide is told of them when it is known how often they write
+    /// out what is inside: what is too much code takes it minutes, or more memory than there is.
+    std::vector<LoopNames> unrolled() const;
+    void unroll_loops();
 
     /// Vectorizes the parts of loops for which Halide has waited.
     bool has_part_vectors() const;

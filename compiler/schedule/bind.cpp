@@ -43,8 +43,11 @@ class Binder {
     bool bind(const Param& param) {
         for (const Param& other : out_.params) {
             if (other.name.text == param.name.text) {
-                return fail(param.name, fmt::format("there is a parameter `{}` already, of line {}",
-                                                    param.name.text, other.name.line));
+                return fail(
+                    param.name,
+                    fmt::format("there is a parameter `{}` already, of line {}{}", param.name.text,
+                                other.name.line,
+                                other.path == param.path ? "" : fmt::format(" of {}", other.path)));
             }
         }
         Param bound = param;

@@ -104,8 +104,6 @@ class Parser {
         const Word keyword = take().word;
         Word name;
         if (!expect_word("the name of a pipeline, as in `pipeline slab`", &name)) return false;
-        if (all_->paths.size() > 1)
-            return fail(keyword, "an included file is for every pipeline that includes it");
         if (depth > 0 || file_.pipeline)
             return fail(keyword, "a file is for one pipeline, whatever the target");
         file_.pipeline = name;
@@ -128,7 +126,8 @@ class Parser {
             return fail(name, fmt::format("`{}` cannot be included", name.text), *why);
         const auto& source = std::get<Source>(opened);
         if (std::find(all_->paths.begin(), all_->paths.end(), source.path) != all_->paths.end())
-            return fail(name, fmt::format("`{}` includes itself", name.text));
+            return fail(name, fmt::format("`{}` includes itself", name.text),
+                        "put what both need into a third file");
         all_->paths.push_back(source.path);
         std::variant<File, Fault> parsed = Parser(source, all_).run();
         all_->paths.pop_back();
@@ -136,7 +135,11 @@ class Parser {
             fault_ = std::move(*fault);
             return false;
         }
-        for (Item& item : std::get<File>(parsed).items)
+        auto& file = std::get<File>(parsed);
+        if (file.pipeline) file_.included_pipelines.push_back(*file.pipeline);
+        for (const Word& word : file.included_pipelines)
+            file_.included_pipelines.push_back(word);
+        for (Item& item : file.items)
             out->push_back(std::move(item));
         return true;
     }
@@ -157,6 +160,7 @@ class Parser {
     bool param(std::vector<Item>* out) {
         take();
         Param param;
+        param.path = source_.path;
         if (!expect_word("a name for the parameter", &param.name)) return false;
         if (!is_name(param.name.text) || param.name.text == kVectorLanes)
             return fail(param.name, fmt::format("`{}` cannot name a parameter", param.name.text));

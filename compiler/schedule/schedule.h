@@ -62,6 +62,7 @@ struct Param {
     int64_t value = 0;
     bool is_range = false;         ///< `choices` are the least and the most
     std::vector<int64_t> choices;  ///< ascending
+    std::string path;              ///< of its Source
 
     bool allows(int64_t number) const;
     /// Returns the set as it is written: "[4, 64]".
@@ -107,8 +108,9 @@ std::variant<Source, std::string> open_built_in(const std::string& name, const S
 
 struct File {
     std::string path;
-    uint32_t file = 0;             ///< of the Source
-    std::optional<Word> pipeline;  ///< of the `pipeline` line
+    uint32_t file = 0;                     ///< of the Source
+    std::optional<Word> pipeline;          ///< of the `pipeline` line
+    std::vector<Word> included_pipelines;  ///< of those of the files that it includes
     std::vector<Item> items;
 };
 

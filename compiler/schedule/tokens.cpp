@@ -17,7 +17,10 @@ bool is_word(char c) {
 
 class Lexer {
   public:
-    explicit Lexer(const Source& source) : source_(source), text_(source.text) {}
+    explicit Lexer(const Source& source) : source_(source), text_(source.text) {
+        constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+        if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+    }
 
     std::variant<std::vector<Token>, Fault> run() {
         while (at_ < text_.size()) {

@@ -123,6 +123,62 @@ TEST(BuildCommand, WhatHalideCannotLowerIsToldInOurWords) {
         << out.err;
 }
 
+// What a user adds to the built-in schedule, in a folder and on top of what was written before.
+TEST(BuildCommand, BuildsUponOtherSchedules) {
+    const ScratchFolder folder;
+    const auto emit = [&](const std::string& schedule) {
+        return openflc(
+            {"emit", kPostcard, "--stage", "slab", "--as", "schedule", "--schedule", schedule});
+    };
+    const std::string mine = "include \"slab.sched\"\nweights.unroll(column, 2)\n";
+    folder.write("slab.sched", mine);
+    for (const std::filesystem::path& named : {folder.path(), folder.path() / "slab.sched"}) {
+        const Outcome out = emit(named.string());
+        EXPECT_EQ(out.exit_code, 0) << out.err;
+        EXPECT_NE(out.out.find("slab.split(column, batch, member, 64)"), std::string::npos);
+        EXPECT_NE(out.out.find("weights.unroll(column, 2)"), std::string::npos);
+    }
+    // In a folder the rest of a name is the user's, too; two files for one pipeline are not ignored.
+    folder.write("slab.mine.sched", mine);
+    Outcome out = emit(folder.path().string());
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(out.err.find("are both for the pipeline `slab`"), std::string::npos) << out.err;
+    std::filesystem::remove(folder.path() / "slab.sched");
+    out = emit(folder.path().string());
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+    EXPECT_NE(out.out.find("weights.unroll(column, 2)"), std::string::npos);
+    // What is printed is for one pipeline.
+    folder.write("printed.sched", out.out);
+    folder.write("slab.mine.sched", "include \"printed.sched\"\nslab.parallel(batch)\n");
+    out = emit(folder / "slab.mine.sched");
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+    EXPECT_NE(out.out.find("weights.unroll(column, 2)"), std::string::npos);
+    folder.write("surface.sched", "include \"printed.sched\"\n");
+    out = emit(folder / "surface.sched");
+    EXPECT_EQ(out.exit_code, 1);
+    EXPECT_NE(
+        out.err.find("printed.sched:2:10: error: this file is for the pipeline `slab`, and is "
+                     "included in one for `surface`"),
+        std::string::npos)
+        << out.err;
+}
+
+// Statements of code that is written out are nested by the ten thousand.
+TEST(BuildCommand, RefusesWhatUnrollsTooMuch) {
+    const ScratchFolder folder;
+    for (const char* copies : {"32", "64"}) {
+        folder.write("mine.sched", std::string("pipeline slab\ninclude \"slab.sched\"\n") +
+                                       "weights.unroll(column, " + copies + ")\n");
+        const Outcome out =
+            openflc({"emit", OPENFAB_SOURCE_DIR "/gallery/library/color_spaces.fl", "--stage",
+                     "slab", "--as", "loops", "--schedule", folder / "mine.sched"});
+        EXPECT_EQ(out.exit_code, 1);
+        EXPECT_NE(out.err.find(" operations, most of them for `weights`; the limit is 400000"),
+                  std::string::npos)
+            << out.err;
+    }
+}
+
 /// The first fenced block of schedules/README.md that is a schedule.
 std::string worked_example() {
     std::ifstream file(OPENFAB_SOURCE_DIR "/schedules/README.md");

@@ -5,6 +5,7 @@
 
 #include "compiler/lower/apply_schedule.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -233,6 +234,27 @@ TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
     };
     for (const auto& [text, expected] : cases)
         EXPECT_EQ(apply(text).fault, expected) << text;
+}
+
+// Beyond these limits Halide's time grows with the third power of the lines.
+TEST(ApplySchedule, LimitsVarsAndVersions) {
+    const auto repeated = [](int times, const std::string& line) {
+        std::string text = "near.compute_root()\n";
+        for (int k = 0; k < times; ++k)
+            text += fmt::format(fmt::runtime(line), k) + "\n";
+        return apply(text).fault;
+    };
+    const std::string vars = "`near` has, or had, 64 vars here, which is the limit";
+    // It has two before any line.
+    const std::string splits = "near.split(n, c{0}, n, 1)";
+    EXPECT_EQ(repeated(62, splits), "accepted");
+    EXPECT_EQ(repeated(63, splits), "64:15 |c62| " + vars);
+    EXPECT_EQ(repeated(3000, splits), "64:15 |c62| " + vars);
+    EXPECT_EQ(repeated(3000, "near.unroll(n, 1)"), "64:13 |n| " + vars);
+    EXPECT_EQ(repeated(3000, "near.vectorize(x, 1)"), "64:16 |x| " + vars);
+    EXPECT_EQ(repeated(16, "out.specialize(n >= {0})"), "accepted");
+    EXPECT_EQ(repeated(3000, "out.specialize(n >= {0})"),
+              "18:5 |specialize| `out` has 16 specializations, which is the limit");
 }
 
 TEST(ApplySchedule, NeverShowsHalidesWords) {
