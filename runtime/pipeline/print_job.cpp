@@ -94,12 +94,10 @@ class PrintJobImpl final : public PrintJob {
     Result<void> resume(pipeline::SliceSink& sink, SliceCommitter* committer);
     void show_surface_logs(SliceCommitter* committer);
     Result<void> set_up_support();
-    int32_t model_materials() const;
     void print_slabs(pipeline::SliceSink& sink, SliceCommitter* committer);
     /// Prints what `next` gives, up to a negative number.
     void print_all(const std::function<SlabSlices()>& next, const pipeline::SliceSink& sink,
                    SliceCommitter* committer);
-    PrintTotals totals_of(const SliceCommitter& committer) const;
     void fill_voxels(const PrintTotals& totals, PrintStatistics* statistics) const;
     void print_first_slab(int32_t slab, const pipeline::SliceSink& sink, SliceCommitter* committer);
     FinishedSlices print_slab(const SlabSlices& slab, const pipeline::SliceSink& sink,
@@ -240,15 +238,16 @@ void PrintJobImpl::set_up_parts(size_t crossing_bytes) {
 
 void PrintJobImpl::set_up_slabs() {
     setup_.parts = &parts_;
-    setup_.channels = dither::fraction_channels(model_materials());
-    setup_.bits = abi::voxel_bits(static_cast<int32_t>(input_.materials.size()));
+    const auto materials = static_cast<int32_t>(input_.materials.size());
+    setup_.materials = model_materials(input_.parts, materials, input_.support_code);
+    setup_.channels = dither::fraction_channels(setup_.materials);
+    setup_.bits = abi::voxel_bits(materials);
     setup_.isa = options_.isa;
     setup_.dither = *dither::find_dither(options_.dither);
     setup_.seed = options_.seed;
     setup_.size = grid_.size;
     setup_.culling = options_.culling;
     setup_.interrupt = options_.interrupt;
-    setup_.materials = model_materials();
     setup_.fractions = options_.fractions;
     setup_.separate_mixtures =
         setup_.fractions != nullptr &&
@@ -271,7 +270,7 @@ Result<MemoryPlan> PrintJobImpl::plan_memory(const MemoryPlanner& planner,
     needs.fixed += textures + options_.sink_bytes_per_column * columns;
     if (options_.fractions != nullptr && setup_.separate_mixtures) needs.per_row *= 2;
     if (options_.fractions != nullptr)
-        needs.per_row += int64_t{grid_.size.x} * model_materials() * int64_t{sizeof(float)};
+        needs.per_row += int64_t{grid_.size.x} * setup_.materials * int64_t{sizeof(float)};
     const int32_t slabs = (range_.y + 7) / 8 - range_.x / 8;
     return planner.plan(needs, caches, displaced, diced, slabs, options_.slabs_in_flight);
 }
@@ -289,19 +288,6 @@ void PrintJobImpl::fill_info() {
     info_.title = input_.title;
     info_.seed = options_.seed;
     info_.provenance = provenance(input_, options_);
-}
-
-/// Returns the number of materials that fablets can name: support, if it is the last material and
-/// not one of theirs, is added after the stages.
-int32_t PrintJobImpl::model_materials() const {
-    const auto all = static_cast<int32_t>(input_.materials.size());
-    if (input_.support_code != all) return all;
-    for (const part::Part& part : input_.parts) {
-        for (const uint8_t code : part.slot_material) {
-            if (code == all) return all;
-        }
-    }
-    return all - 1;
 }
 
 Result<void> PrintJobImpl::set_up_support() {
@@ -472,7 +458,7 @@ Result<void> PrintJobImpl::run(pipeline::SliceSink& sink,
     committer.end_log();
     const bool complete = !committer.failed() && committer.slices() == range_.y - range_.x;
 
-    pipeline::PrintTotals totals = totals_of(committer);
+    pipeline::PrintTotals totals = print_totals(committer.totals(), input_.materials.size());
     totals.complete = complete;
     const double finish_start = seconds_now();
     Result<void> finished = sink.finish(totals);
@@ -500,18 +486,6 @@ void PrintJobImpl::fill_voxels(const PrintTotals& totals, PrintStatistics* stati
     if (input_.support_code != 0)
         statistics->voxels_support = totals.voxels_by_code[input_.support_code];
     statistics->voxels_solid = totals.voxels_solid - statistics->voxels_support;
-}
-
-PrintTotals PrintJobImpl::totals_of(const SliceCommitter& committer) const {
-    const SliceTotals& counted = committer.totals();
-    PrintTotals totals;
-    totals.voxels_by_code.assign(
-        counted.by_code.begin(),
-        counted.by_code.begin() + static_cast<std::ptrdiff_t>(input_.materials.size() + 1));
-    totals.voxels_solid = solid_of(counted);
-    totals.hash = counted.hash;
-    totals.tight = counted.tight;
-    return totals;
 }
 
 Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipeline::SliceSink& sink,
@@ -554,7 +528,7 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, pipelin
     run.hash = committer.totals().hash;
     const bool complete =
         !committer.failed() && committer.slices() == info.slice_end - info.slice_begin;
-    pipeline::PrintTotals totals = totals_of(committer);
+    pipeline::PrintTotals totals = print_totals(committer.totals(), input_.materials.size());
     totals.complete = complete;
     const Result<void> finished = sink.finish(totals);
     if (committer.failed()) return committer.error();
@@ -578,7 +552,7 @@ void PrintJobImpl::stop_surfaces_by(const std::atomic<bool>* stop) const {
 Result<void> PrintJobImpl::resume(pipeline::SliceSink& sink, SliceCommitter* committer) {
     if (const Result<void> begun = sink.begin(info_); !begun) return begun;
     if (options_.fractions != nullptr) {
-        const Result<void> begun = options_.fractions->begin(info_, model_materials());
+        const Result<void> begun = options_.fractions->begin(info_, setup_.materials);
         if (!begun) return begun;
     }
     const Result<int32_t> resumed = sink.resume(

@@ -16,6 +16,17 @@
 
 namespace openfab::pipeline {
 
+int32_t model_materials(const std::vector<part::Part>& parts, int32_t materials,
+                        int32_t support_code) {
+    if (support_code != materials) return materials;
+    for (const part::Part& part : parts) {
+        for (const uint8_t code : part.slot_material) {
+            if (code == materials) return materials;
+        }
+    }
+    return materials - 1;
+}
+
 SlabRun::SlabRun(const SlabSetup& setup)
     : setup_(setup),
       dither_(setup.channels, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}

@@ -31,6 +31,11 @@ struct StopFlags {
     }
 };
 
+/// Returns how many of a print's materials fablets can name: support, if it is the last and not one of
+/// theirs, is added after the stages.
+int32_t model_materials(const std::vector<part::Part>& parts, int32_t materials,
+                        int32_t support_code);
+
 /// Settings that are the same for all slabs.
 struct SlabSetup {
     const std::vector<std::unique_ptr<volume::PlacedPart>>* parts = nullptr;  ///< in build order

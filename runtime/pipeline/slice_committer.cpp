@@ -17,6 +17,17 @@ int64_t solid_of(const SliceTotals& totals) {
     return std::accumulate(totals.by_code.begin() + 1, totals.by_code.end(), int64_t{0});
 }
 
+PrintTotals print_totals(const SliceTotals& counted, size_t materials) {
+    PrintTotals totals;
+    totals.voxels_by_code.assign(
+        counted.by_code.begin(),
+        counted.by_code.begin() + static_cast<std::ptrdiff_t>(materials + 1));
+    totals.voxels_solid = solid_of(counted);
+    totals.hash = counted.hash;
+    totals.tight = counted.tight;
+    return totals;
+}
+
 void SliceCommitter::commit(FinishedSlices slab) {
     if (failed_ || ended_) return;
     if (!slab.status.ok()) {

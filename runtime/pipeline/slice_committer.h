@@ -39,6 +39,9 @@ struct FinishedSlices {
 /// Returns the voxels with a material.
 int64_t solid_of(const SliceTotals& totals);
 
+/// Returns the totals as sinks are told them, of so many materials.
+PrintTotals print_totals(const SliceTotals& counted, size_t materials);
+
 /// Takes finished slabs in order, from one thread at a time, and commits their slices to the sink.
 class SliceCommitter {
   public:
