@@ -32,6 +32,8 @@ Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& 
     }
     Result<OutputFile> file = OutputFile::create(path.string() + ".part");
     if (!file) return file.error();
+    // Libraries may write it by its name: what was left of an earlier one goes now.
+    if (Result<void> emptied = file->write({}); !emptied) return emptied.error();
     return std::unique_ptr<PartFile>(new PartFile(std::move(*file), path));
 }
 
