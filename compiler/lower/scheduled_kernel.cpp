@@ -15,7 +15,8 @@ namespace internal = Halide::Internal;
 
 std::optional<int64_t> constant_of(const Halide::Expr& e) {
     if (!e.defined()) return std::nullopt;
-    const int64_t* value = internal::as_const_int(internal::simplify(e));
+    const Halide::Expr simple = internal::simplify(e);  // which the value below is a part of
+    const int64_t* value = internal::as_const_int(simple);
     return value == nullptr ? std::nullopt : std::optional<int64_t>(*value);
 }
 
