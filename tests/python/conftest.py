@@ -30,6 +30,19 @@ BALL = """fablet Ball {
 }
 """
 
+BY_VOLUME = """fablet ByVolume {
+    @uniform { ImageTexture3D field; Material one, other; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float t = field.Sample1(attr.voxelCenter, 0, 0);
+        mc.Set(one, t);
+        mc.Set(other, 1 - t);
+        return mc;
+    }
+}
+"""
+
 
 @pytest.fixture
 def gallery() -> Path:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import BALL
+from conftest import BALL, BY_VOLUME
 
 import openfab
 
@@ -194,20 +194,6 @@ def test_arrays_of_a_mesh_stay() -> None:
         mesh.vertices[:] = 2 * VERTICES
     with pytest.raises(AttributeError):
         mesh.vertices = 2 * VERTICES  # type: ignore[misc]
-
-
-BY_VOLUME = """fablet ByVolume {
-    @uniform { ImageTexture3D field; Material one, other; }
-    @Volume(@varying { VolumeAttributes attr })
-    {
-        MaterialComposition mc;
-        float t = field.Sample1(attr.voxelCenter, 0, 0);
-        mc.Set(one, t);
-        mc.Set(other, 1 - t);
-        return mc;
-    }
-}
-"""
 
 
 @pytest.mark.parametrize("kind", [">u2", ">f4", ">f8", "masked"])

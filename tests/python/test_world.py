@@ -9,7 +9,7 @@ from typing import Any, Callable
 
 import numpy as np
 import pytest
-from conftest import BALL
+from conftest import BALL, BY_VOLUME
 
 import openfab
 
@@ -28,19 +28,6 @@ BY_PICTURE = """fablet ByPicture {
         MaterialComposition mc;
         float3 p = attr.voxelCenter;
         float t = picture.Sample1(p.x / 4 + 0.5, p.y / 4 + 0.5, 0, 0);
-        mc.Set(one, t);
-        mc.Set(other, 1 - t);
-        return mc;
-    }
-}
-"""
-
-BY_VOLUME = """fablet ByVolume {
-    @uniform { ImageTexture3D field; Material one, other; }
-    @Volume(@varying { VolumeAttributes attr })
-    {
-        MaterialComposition mc;
-        float t = field.Sample1(attr.voxelCenter, 0, 0);
         mc.Set(one, t);
         mc.Set(other, 1 - t);
         return mc;

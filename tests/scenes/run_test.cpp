@@ -85,6 +85,14 @@ TEST_F(RunCommand, AMistakeInTheFabletIsADiagnostic) {
     EXPECT_THAT(outcome.err, HasSubstr("wrong.fl:1:15: error"));
 }
 
+/// Returns how often `--watch` has printed all there was, and begun to wait.
+size_t times_waited(const Outcome& so_far) {
+    size_t waits = 0;
+    for (size_t at = 0; (at = so_far.err.find("watching", at)) != std::string::npos; ++at)
+        ++waits;
+    return waits;
+}
+
 /// Each time the command waits, the fablet is changed: to black, to an error, and back.
 TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
     const std::filesystem::path folder = scratch() / "watched";
@@ -107,9 +115,7 @@ TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
     RunOptions options = environment();
     options.interrupt_when = [&](int elapsed_ms, const Outcome& so_far) {
         if (elapsed_ms > 300'000) return true;
-        size_t waits = 0;
-        for (size_t at = 0; (at = so_far.err.find("watching", at)) != std::string::npos; ++at)
-            ++waits;
+        const size_t waits = times_waited(so_far);
         if (waits <= pictures.size()) return false;
         pictures.push_back(read_file(preview));
         if (pictures.size() > versions.size()) return true;
@@ -176,9 +182,7 @@ TEST_F(RunCommand, WatchSeesMeshesFromTheFirstPrintOn) {
     RunOptions options = environment();
     options.interrupt_when = [&](int elapsed_ms, const Outcome& so_far) {
         if (elapsed_ms > 60'000) return true;
-        size_t waits = 0;
-        for (size_t at = 0; (at = so_far.err.find("watching", at)) != std::string::npos; ++at)
-            ++waits;
+        const size_t waits = times_waited(so_far);
         if (waits <= made) return false;
         if (made == edits.size()) return true;
         scratch().write(edits[made].first, edits[made].second);
