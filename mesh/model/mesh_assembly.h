@@ -42,6 +42,11 @@ class MeshAssembly {
     size_t triangles() const { return source_.mesh.triangles.size(); }
     size_t vertices() const { return source_.mesh.positions.size(); }
     std::vector<std::string>& warnings() { return source_.warnings; }
+    std::vector<Look>& looks() { return source_.looks; }
+    std::vector<Body>& bodies() { return source_.bodies; }
+    void leave_out(const std::string& what, const std::string& place, const std::string& remedy) {
+        source_.leave_out(what, place, remedy);
+    }
     int64_t group_bytes() const { return source_.group_bytes(); }
     int32_t group_index(const FaceGroup& group) { return source_.group_index(group); }
 

@@ -18,6 +18,18 @@ std::string MeshSource::location(const Vec3d& mm) const {
     return text + fmt::format(" (in the file ({:.6g}, {:.6g}, {:.6g}))", file.x, file.y, file.z);
 }
 
+void MeshSource::leave_out(const std::string& what, const std::string& place,
+                           const std::string& remedy) {
+    for (LeftOut& known : left_out) {
+        if (known.what != what) continue;
+        ++known.count;
+        return;
+    }
+    // Names from the file may make each one different.
+    constexpr size_t kMost = 200;
+    if (left_out.size() < kMost) left_out.push_back({what, place, remedy, 1});
+}
+
 int32_t MeshSource::group_index(const FaceGroup& group) {
     const auto [it, fresh] = group_indices_.emplace(group, static_cast<int32_t>(groups.size()));
     if (fresh) {

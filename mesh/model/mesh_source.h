@@ -11,14 +11,17 @@
 #include <vector>
 
 #include "base/source_location.h"
+#include "mesh/model/look.h"
 #include "mesh/model/mesh.h"
 
 namespace openfab::mesh {
 
-/// The group and material names of a face.
+/// What a face belongs to. Materials are told apart by their looks, since names may repeat.
 struct FaceGroup {
     std::vector<std::string> names;  ///< OBJ `g`, STL solid, glTF node, 3MF object
     std::string material;            ///< OBJ `usemtl`, glTF material, 3MF base material
+    int32_t look = -1;               ///< index in MeshSource::looks; -1: the file says nothing
+    int32_t body = 0;                ///< index in MeshSource::bodies
     auto operator<=>(const FaceGroup&) const = default;
 };
 
@@ -69,7 +72,13 @@ struct MeshSource {
                                           ///< empty: one part
     std::vector<std::filesystem::path> files;  ///< read besides the mesh file
     std::vector<std::string> warnings;
+    std::vector<Look> looks;
+    std::vector<Body> bodies;  ///< empty: one, without a name
+    std::vector<LeftOut> left_out;
     MeshChecks checks;
+
+    /// Tells that something is left out; the same `what` is told once and counted.
+    void leave_out(const std::string& what, const std::string& place, const std::string& remedy);
 
     /// Formats a position in mm for messages, with its coordinates in the file if they differ.
     std::string location(const Vec3d& mm) const;
