@@ -20,6 +20,21 @@ constexpr int64_t kLargestFile = 16 << 20;
 constexpr size_t kMostSamples = 4000;
 constexpr int kMostColumns = 1000;
 
+/// Returns whether a table is CGATS text, whatever its head holds: only that has this keyword, alone on
+/// a line. Any other table begins with the names of its columns.
+bool is_cgats(std::string_view text) {
+    constexpr std::string_view kKeyword = "BEGIN_DATA_FORMAT", kBlanks = " \t\r";
+    for (size_t at = text.find(kKeyword); at != std::string_view::npos;
+         at = text.find(kKeyword, at + 1)) {
+        const std::string_view before = text.substr(0, at);
+        const size_t line = before.rfind('\n') + 1;  // npos + 1 is 0
+        if (before.find_first_not_of(kBlanks, line) != std::string_view::npos) continue;
+        const size_t end = text.find_first_not_of(kBlanks, at + kKeyword.size());
+        if (end == std::string_view::npos || text[end] == '\n') return true;
+    }
+    return false;
+}
+
 /// Removes and returns the next word: of what stands between blanks or commas, or in quotes.
 std::string_view take_word(std::string_view* line) {
     constexpr std::string_view kBlanks = " \t\r,;";
@@ -38,7 +53,7 @@ std::string_view take_word(std::string_view* line) {
 
 class Parser {
   public:
-    explicit Parser(std::string_view text) : text_(text) {}
+    explicit Parser(std::string_view text) : text_(text), is_cgats_(is_cgats(text)) {}
 
     Result<SampleTable> run() {
         std::string_view line;
@@ -90,7 +105,7 @@ class Parser {
                         value > kMostColumns || value != std::floor(value))
                         return error("OPENFAB_COLUMNS is not a number of patches");
                     table_.columns = static_cast<int>(value);
-                } else if (part_ == Part::kHead && line.find(',') != std::string_view::npos) {
+                } else if (!is_cgats_ && line.find_first_of(",;\t") != std::string_view::npos) {
                     part_ = Part::kRows;
                     return take_names(line);
                 }
@@ -244,6 +259,7 @@ class Parser {
     }
 
     std::string_view text_;
+    bool is_cgats_;
     size_t at_ = 0;
     int number_ = 0;
     Part part_ = Part::kHead;

@@ -44,6 +44,32 @@ TEST(Samples, ReadsCsvAndCameras) {
     EXPECT_LT(table->samples[1].lab.b, -40);
 }
 
+TEST(Samples, CgatsIsKnownByItsKeywordWhateverItsHeadSays) {
+    const std::string data =
+        "BEGIN_DATA_FORMAT \r\nSAMPLE_ID CMYK_C CMYK_M CMYK_Y CMYK_K LAB_L LAB_A LAB_B\n"
+        "END_DATA_FORMAT\nNUMBER_OF_SETS 1\nBEGIN_DATA\n1 0 0 0 100 20 0 -1\nEND_DATA\n";
+    for (const char* head :
+         {"CTI3\n\nORIGINATOR \"A, B\"\nINSTRUMENTATION \"D50, 2 degree; 45/0\"\n",
+          "IT8.7/3\nORIGINATOR\t\"A;B\"\nKEYWORD \"BEGIN_DATA_FORMAT, in words\"\n", "a, b, c\n",
+          "# made by, hand\nCGATS.17, 1\n"}) {
+        const Result<SampleTable> table = parse_samples(head + data);
+        ASSERT_TRUE(table) << head << table.error().text();
+        ASSERT_EQ(table->samples.size(), 1U) << head;
+        EXPECT_EQ(table->samples[0].inks, (Inks{0, 0, 0, 1}));
+        EXPECT_EQ(table->samples[0].lab.b, -1);
+    }
+    // What only speaks of the keyword is none; other separators are those of spreadsheets.
+    for (const char* csv : {"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B,NO_BEGIN_DATA_FORMAT\n"
+                            "0,0,0,100,20,0,-1,BEGIN_DATA_FORMAT\n",
+                            "CMYK_C;CMYK_M;CMYK_Y;CMYK_K;LAB_L;LAB_A;LAB_B\n0;0;0;100;20;0;-1\n",
+                            "CMYK_C\tCMYK_M\tCMYK_Y\tCMYK_K\tLAB_L\tLAB_A\tLAB_B\n"
+                            "0\t0\t0\t100\t20\t0\t-1\n"}) {
+        const Result<SampleTable> table = parse_samples(csv);
+        ASSERT_TRUE(table) << csv << table.error().text();
+        EXPECT_EQ(table->samples[0].inks[3], 1) << csv;
+    }
+}
+
 TEST(Samples, FormattedTablesAreReadBack) {
     SampleTable chart = ink_chart();
     chart.has_lab = true;
