@@ -35,7 +35,7 @@ struct PictureUse {
 /// How faces look. The colour of a point is `color` times the vertex colour, with the picture:
 /// multiplied by it (`tinted`), or over it by the picture's alpha.
 struct Look {
-    std::string name;  ///< as in the file; several looks may share one
+    std::string name;                            ///< as in the file; several looks may share one
     std::optional<std::array<double, 3>> color;  ///< linear light, 0 … 1
     double alpha = 1;                            ///< of the colour
     bool vertex_colors = false;                  ///< the attribute `color` counts

@@ -47,7 +47,7 @@ Result<InkTable> InkTable::read(const std::filesystem::path& file) {
     const auto bad = [&](const Error& error) {
         return with_context(error, fmt::format("cannot read {}: ", file.string()));
     };
-    const tools::MadeReader reader = tools::open_nrrd(file, {});
+    const tools::MadeReader reader = tools::open_nrrd(file, {}, {});
     if (!reader) return bad(reader.error());
     tools::VolumeReader& volume = **reader;
     const Vec3i& size = volume.size;

@@ -119,7 +119,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     const Result<size_t> got = file->read(0, head.data(), head.size());
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
-    if (begin.starts_with("NRRD")) return open_nrrd(files[0], limits);
+    if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
     if (begin == "\x93NUMPY") return open_npy(files[0]);
     const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);

@@ -4,7 +4,6 @@
 // NRRD, https://teem.sourceforge.net/nrrd/format.html, as far as scanners and simulations write it.
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <charconv>
@@ -12,12 +11,15 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <sstream>
 #include <string_view>
 
 #include "base/input_file.h"
-#include "base/units.h"
+#include "base/text.h"
 #include "texture/nrrd_header.h"
+#include "tools/texture/placed_grid.h"
+#include "tools/texture/stored_grid.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
@@ -27,163 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kAtOnce = 1 << 16;
-
-/// Streams the bytes after a header.
-class ByteStream {
-  public:
-    ByteStream(InputFile file, int64_t begin) : file_(std::move(file)), at_(begin) {}
-    virtual ~ByteStream() = default;
-    /// Reads up to `bytes` bytes; fewer only at the end.
-    virtual Result<size_t> next(char* out, size_t bytes) {
-        Result<size_t> got = file_.read(at_, out, bytes);
-        if (got) at_ += static_cast<int64_t>(*got);
-        return got;
-    }
-    /// Skips that many bytes.
-    virtual Result<void> skip(int64_t bytes) {
-        at_ += std::max<int64_t>(bytes, 0);
-        return {};
-    }
-    /// Returns an upper bound of the number of bytes.
-    virtual int64_t left() const { return file_.bytes() - at_; }
-
-  protected:
-    InputFile file_;
-    int64_t at_ = 0;
-};
-
-/// The same, decompressed by zlib.
-class UnpackedStream final : public ByteStream {
-  public:
-    UnpackedStream(InputFile file, int64_t begin) : ByteStream(std::move(file), begin) {
-        constexpr int kGzip = 16;
-        ready_ = inflateInit2(&state_, kGzip + MAX_WBITS) == Z_OK;
-    }
-    ~UnpackedStream() override { inflateEnd(&state_); }
-
-    Result<size_t> next(char* out, size_t bytes) override {
-        state_.next_out = reinterpret_cast<Bytef*>(out);
-        state_.avail_out = static_cast<uInt>(bytes);
-        while (state_.avail_out > 0 && !ended_) {
-            if (state_.avail_in == 0) {
-                const Result<size_t> got = ByteStream::next(buffer_.data(), buffer_.size());
-                if (!got) return got.error();
-                state_.next_in = reinterpret_cast<Bytef*>(buffer_.data());
-                state_.avail_in = static_cast<uInt>(*got);
-            }
-            const int done = ready_ ? inflate(&state_, Z_NO_FLUSH) : Z_MEM_ERROR;
-            ended_ = done == Z_STREAM_END;
-            // Without input it makes no progress: the data is truncated.
-            if (done != Z_OK && !ended_) return user_error(kDamaged);
-        }
-        return bytes - state_.avail_out;
-    }
-    Result<void> skip(int64_t bytes) override {
-        std::vector<char> unused(kAtOnce);
-        while (bytes > 0) {
-            const auto step = static_cast<size_t>(std::min<int64_t>(bytes, kAtOnce));
-            const Result<size_t> got = next(unused.data(), step);
-            if (!got) return got.error();
-            if (*got < step) return user_error(kDamaged);
-            bytes -= static_cast<int64_t>(step);
-        }
-        return {};
-    }
-    int64_t left() const override {
-        constexpr int64_t kDensest = 1032;  // of deflate: bytes per compressed byte
-        return ByteStream::left() * kDensest;
-    }
-
-    static constexpr const char* kDamaged =
-        "its compressed data is damaged or of another size than it says";
-
-  private:
-    z_stream state_{};
-    bool ready_ = false;
-    bool ended_ = false;
-    std::vector<char> buffer_ = std::vector<char>(kAtOnce);
-};
-
-class NrrdReader final : public VolumeReader {
-  public:
-    std::unique_ptr<ByteStream> stream;
-    NumberFormat format;
-    bool text = false;
-    bool packed = false;
-
-    Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
-        const int64_t count = slice_floats();
-        const auto step = static_cast<int64_t>(kAtOnce) / format.bytes;
-        for (int64_t begin = 0; begin < count; begin += step) {
-            const int64_t n = std::min(step, count - begin);
-            Result<void> read = text ? words(out + begin, n) : numbers(out + begin, n);
-            if (!read) return read;
-            wrote(4 * n);
-        }
-        return z + 1 == size.z && packed ? end() : Result<void>();
-    }
-
-  private:
-    Result<void> numbers(float* out, int64_t count) {
-        const size_t bytes = static_cast<size_t>(count * format.bytes);
-        const Result<size_t> got = stream->next(buffer_.data(), bytes);
-        if (!got) return got.error();
-        if (*got < bytes) return user_error(packed ? UnpackedStream::kDamaged : "it is cut short");
-        for (int64_t i = 0; i < count; ++i)
-            out[i] = read_number(format, buffer_.data() + i * format.bytes);
-        return {};
-    }
-
-    Result<void> words(float* out, int64_t count) {
-        const double largest = format.kind != NumberFormat::Kind::kUnsigned ? 1
-                               : format.bytes == 1                          ? 255
-                               : format.bytes == 2                          ? 65535
-                                                                            : 1;
-        for (int64_t i = 0; i < count; ++i) {
-            std::string word;
-            if (Result<void> found = next_word(&word); !found) return found;
-            char* end = nullptr;
-            const double value = std::strtod(word.c_str(), &end);
-            if (*end != '\0') return user_error(fmt::format("`{}` in it is not a number", word));
-            out[i] = static_cast<float>(value / largest);
-        }
-        return {};
-    }
-
-    Result<void> next_word(std::string* word) {
-        constexpr size_t kLongest = 64;
-        constexpr std::string_view kBlanks = " \t\r\n,";
-        for (;; ++at_) {
-            if (at_ == held_) {
-                const Result<size_t> got = stream->next(buffer_.data(), buffer_.size());
-                if (!got) return got.error();
-                held_ = *got;
-                at_ = 0;
-                if (held_ == 0)
-                    return word->empty() ? Result<void>(user_error("it is cut short")) : Ok{};
-            }
-            const char c = buffer_[at_];
-            if (kBlanks.find(c) == std::string_view::npos) {
-                *word += c;
-                if (word->size() > kLongest)
-                    return user_error(fmt::format("`{}...` in it is not a number", *word));
-            } else if (!word->empty()) {
-                return {};
-            }
-        }
-    }
-
-    /// Only the end of compressed data shows that it is complete.
-    Result<void> end() {
-        char more = 0;
-        const Result<size_t> got = stream->next(&more, 1);
-        if (!got) return got.error();
-        return *got == 0 || text ? Result<void>() : user_error(UnpackedStream::kDamaged);
-    }
-
-    std::vector<char> buffer_ = std::vector<char>(kAtOnce);
-    size_t held_ = 0, at_ = 0;
-};
 
 bool number_format(const std::string& type, NumberFormat* out) {
     using Kind = NumberFormat::Kind;
@@ -196,19 +41,36 @@ bool number_format(const std::string& type, NumberFormat* out) {
         {"uint8", {Kind::kUnsigned, 1}},
         {"uint8_t", {Kind::kUnsigned, 1}},
         {"short", {Kind::kSigned, 2}},
+        {"short int", {Kind::kSigned, 2}},
+        {"signed short", {Kind::kSigned, 2}},
+        {"signed short int", {Kind::kSigned, 2}},
         {"int16", {Kind::kSigned, 2}},
         {"int16_t", {Kind::kSigned, 2}},
         {"ushort", {Kind::kUnsigned, 2}},
         {"unsigned short", {Kind::kUnsigned, 2}},
+        {"unsigned short int", {Kind::kUnsigned, 2}},
         {"uint16", {Kind::kUnsigned, 2}},
         {"uint16_t", {Kind::kUnsigned, 2}},
         {"int", {Kind::kSigned, 4}},
+        {"signed int", {Kind::kSigned, 4}},
         {"int32", {Kind::kSigned, 4}},
         {"int32_t", {Kind::kSigned, 4}},
         {"uint", {Kind::kUnsigned, 4}},
         {"unsigned int", {Kind::kUnsigned, 4}},
         {"uint32", {Kind::kUnsigned, 4}},
         {"uint32_t", {Kind::kUnsigned, 4}},
+        {"longlong", {Kind::kSigned, 8}},
+        {"long long", {Kind::kSigned, 8}},
+        {"long long int", {Kind::kSigned, 8}},
+        {"signed long long", {Kind::kSigned, 8}},
+        {"signed long long int", {Kind::kSigned, 8}},
+        {"int64", {Kind::kSigned, 8}},
+        {"int64_t", {Kind::kSigned, 8}},
+        {"ulonglong", {Kind::kUnsigned, 8}},
+        {"unsigned long long", {Kind::kUnsigned, 8}},
+        {"unsigned long long int", {Kind::kUnsigned, 8}},
+        {"uint64", {Kind::kUnsigned, 8}},
+        {"uint64_t", {Kind::kUnsigned, 8}},
         {"float", {Kind::kFloat, 4}},
         {"double", {Kind::kFloat, 8}},
     };
@@ -223,8 +85,9 @@ bool number_format(const std::string& type, NumberFormat* out) {
 bool vector_of(const std::string& word, std::array<double, 3>* out) {
     char open = 0, first = 0, second = 0, close = 0;
     std::istringstream in(word);
+    in.imbue(std::locale::classic());
     in >> open >> (*out)[0] >> first >> (*out)[1] >> second >> (*out)[2] >> close;
-    return static_cast<bool>(in) && open == '(' && close == ')';
+    return static_cast<bool>(in) && open == '(' && first == ',' && second == ',' && close == ')';
 }
 
 /// Splits into words; parenthesised ones stay whole.
@@ -305,113 +168,210 @@ Result<int64_t> behind_lines(const InputFile& file, int64_t begin, int64_t lines
     return begin;
 }
 
-/// Reads spacing and origin; fails for rotated axes.
-Result<void> read_placement(const texture::NrrdHeader& header, size_t first, NrrdReader* reader) {
-    const auto field = [&](const char* name) { return words_of(header.field(name)); };
-    std::array<double, 3> spacing{1, 1, 1}, middle{};
-    bool known = false;
-    if (const auto directions = field("space directions"); directions.size() == first + 3) {
-        for (size_t a = 0; a < 3; ++a) {
-            std::array<double, 3> v{};
-            if (!vector_of(directions[first + a], &v))
-                return user_error("its `space directions` are malformed");
-            for (size_t k = 0; k < 3; ++k) {
-                if (k != a && std::fabs(v[k]) > 1e-6 * std::fabs(v[a]))
-                    return user_error("its axes are rotated; write it along x, y and z");
-            }
-            if (!(v[a] > 0))
-                return user_error("one of its axes runs backwards; write it along x, y and z");
-            spacing[a] = v[a];
-        }
-        known = true;
-    } else if (const auto sizes = field("spacings"); sizes.size() == first + 3) {
-        for (size_t a = 0; a < 3; ++a) {
-            spacing[a] = std::strtod(sizes[first + a].c_str(), nullptr);
-            if (!(spacing[a] > 0)) return user_error("its `spacings` are not above 0");
-        }
-        known = true;
+/// What the header says of its axes.
+struct Axes {
+    std::vector<int64_t> sizes;
+    std::vector<std::string> directions, spacings, kinds;  ///< empty, or one for each axis
+};
+
+Result<Axes> read_axes(const texture::NrrdHeader& header) {
+    Axes axes;
+    for (const std::string& size : words_of(header.field("sizes")))
+        axes.sizes.push_back(std::strtoll(size.c_str(), nullptr, 10));
+    const size_t count = axes.sizes.size();
+    if (count != 3 && count != 4) {
+        return user_error(fmt::format(
+            "it has {} dimensions; it must have 3, or 4 where one is of channels", count));
     }
-    if (known) reader->spacing = spacing;
-    if (const auto origin = field("space origin"); origin.size() == 1) {
-        if (!vector_of(origin[0], &middle))
-            return user_error("its `space origin` is not understood");
-        reader->origin.emplace();
-        for (size_t a = 0; a < 3; ++a)
-            (*reader->origin)[a] = middle[a] - spacing[a] / 2;
+    const auto each = [&](const char* name, std::vector<std::string>* out) -> Result<void> {
+        *out = words_of(header.field(name));
+        if (out->empty() || out->size() == count) return {};
+        return user_error(
+            fmt::format("its `{}` has {} entries for {} axes", name, out->size(), count));
+    };
+    Result<void> read = each("space directions", &axes.directions);
+    if (read) read = each("spacings", &axes.spacings);
+    if (read) read = each("kinds", &axes.kinds);
+    if (!read) return read.error();
+    return axes;
+}
+
+/// Returns whether an axis lies in space, as far as the header says.
+std::optional<bool> is_in_space(const Axes& axes, size_t axis) {
+    if (!axes.directions.empty()) return axes.directions[axis].starts_with('(');
+    if (!axes.kinds.empty()) {
+        const std::string& kind = axes.kinds[axis];
+        if (kind == "domain" || kind == "space") return true;
+        if (kind != "???" && kind != "none") return false;
     }
-    return Ok{};
+    if (!axes.spacings.empty() && lower_ascii(axes.spacings[axis]) == "nan") return false;
+    return std::nullopt;
+}
+
+/// Finds which axis is that of channels; -1 where there is none. What the header leaves open is the
+/// first, or the last where the first is too long.
+Result<int> channel_axis(const Axes& axes) {
+    constexpr int64_t kMostChannels = 4;
+    const int count = static_cast<int>(axes.sizes.size());
+    int found = -1, unknown = 0;
+    for (int a = 0; a < count; ++a) {
+        const std::optional<bool> in_space = is_in_space(axes, static_cast<size_t>(a));
+        unknown += in_space ? 0 : 1;
+        if (in_space.value_or(true)) continue;
+        if (found >= 0 || count == 3)
+            return user_error(fmt::format("{} of its {} axes lie in space, and a volume has 3",
+                                          count - (found >= 0 ? 2 : 1), count));
+        found = a;
+    }
+    if (count == 3 || found >= 0) return found;
+    if (unknown == 0) return user_error("4 of its axes lie in space, and a volume has 3");
+    return axes.sizes.front() > kMostChannels && axes.sizes.back() <= kMostChannels ? count - 1 : 0;
+}
+
+/// The size in mm of the unit that the header names for its space.
+Result<double> header_unit_mm(const texture::NrrdHeader& header,
+                              const texture::VolumeOptions& options) {
+    if (!options.unit.empty()) return unit_mm(options);
+    std::string names = header.field("space units");
+    if (names.empty()) names = header.field("units");
+    std::string unit;
+    for (const std::string& word : words_of(names)) {
+        std::string name;
+        std::remove_copy(word.begin(), word.end(), std::back_inserter(name), '"');
+        if (name.empty() || name == "???" || name == "none") continue;
+        if (!unit.empty() && unit != name)
+            return user_error("its axes have several units, " + unit + " and " + name,
+                              "write it in one");
+        unit = name;
+    }
+    if (unit.empty()) return 1.0;
+    static const std::map<std::string, double> kUnits = {
+        {"mm", 1},         {"cm", 10},         {"m", 1000},       {"um", 1e-3},
+        {"\u00b5m", 1e-3}, {"\u03bcm", 1e-3},  {"in", 25.4},      {"inch", 25.4},
+        {"millimeter", 1}, {"millimeters", 1}, {"millimetre", 1}, {"micron", 1e-3}};
+    const auto known = kUnits.find(unit);
+    if (known != kUnits.end()) return known->second;
+    return user_error(fmt::format("its unit of length is `{}`, which is not known", unit),
+                      "say which it is by `unit`: mm, cm, m, um or in");
+}
+
+/// Parses a step, without what rounding left of other axes.
+bool step_of(const std::string& word, Vec3d* out) {
+    constexpr double kRounding = 1e-6;  // of its length, as writers print six digits
+    std::array<double, 3> v{};
+    if (!vector_of(word, &v)) return false;
+    *out = {v[0], v[1], v[2]};
+    const double least = kRounding * length(*out);
+    for (int k = 0; k < 3; ++k) {
+        if (std::fabs((*out)[k]) <= least) (*out)[k] = 0;
+    }
+    return std::isfinite(least);
+}
+
+/// Reads where its texels lie; nothing where the header does not say. Without an origin it begins at 0.
+Result<std::optional<GridFrame>> read_frame(const texture::NrrdHeader& header, const Axes& axes,
+                                            int channels, double unit) {
+    GridFrame frame;
+    int axis = 0;  // in space
+    for (int a = 0; a < static_cast<int>(axes.sizes.size()); ++a) {
+        if (a == channels) continue;
+        const auto i = static_cast<size_t>(a);
+        Vec3d& step = frame.steps[static_cast<size_t>(axis)];
+        if (!axes.directions.empty()) {
+            if (!step_of(axes.directions[i], &step))
+                return user_error(
+                    "its `space directions` are malformed; `(1,0,0) (0,1,0) (0,0,1)` is right");
+            step = step * unit;
+        } else if (!axes.spacings.empty()) {
+            step[axis] = std::strtod(axes.spacings[i].c_str(), nullptr) * unit;
+            if (!(step[axis] > 0)) return user_error("its `spacings` are not above 0");
+        } else {
+            step[axis] = unit;
+        }
+        ++axis;
+    }
+    const auto origin = words_of(header.field("space origin"));
+    std::array<double, 3> at{};
+    if (!origin.empty() && (origin.size() != 1 || !vector_of(origin[0], &at)))
+        return user_error("its `space origin` is not understood");
+    frame.first = Vec3d{at[0], at[1], at[2]} * unit;
+    if (axes.directions.empty() && axes.spacings.empty() && origin.empty() && unit == 1)
+        return std::optional<GridFrame>{};
+    return std::optional<GridFrame>(frame);
+}
+
+/// Opens the numbers, which stand behind the header or in a file of their own.
+Result<void> open_numbers(InputFile source, const fs::path& file, const texture::NrrdHeader& header,
+                          const texture::ReadLimits& limits, StoredGrid* grid) {
+    int64_t begin = header.begin;
+    if (const std::string name = header.data_file(); !name.empty()) {
+        if (name == "LIST" || name.find('%') != std::string::npos)
+            return user_error(
+                "its numbers lie in several files, which its `data file` lists; write them as one");
+        Result<InputFile> data = texture::open_data_file(file, name, limits);
+        if (!data) return data.error();
+        source = std::move(*data);
+        begin = 0;
+    }
+    const std::string encoding = lower_ascii(header.field("encoding"));
+    grid->packed = encoding == "gzip" || encoding == "gz";
+    grid->text = encoding == "ascii" || encoding == "text" || encoding == "txt";
+    if (!grid->packed && !grid->text && encoding != "raw") {
+        return user_error(
+            fmt::format("its encoding `{}` is unknown; known: raw, text, gzip", encoding));
+    }
+    const Result<Skipped> skipped = skipped_by(header, !grid->packed && !grid->text);
+    if (!skipped) return skipped.error();
+    const Result<int64_t> line = behind_lines(source, begin, skipped->lines);
+    if (!line) return line.error();
+    begin = *line;
+    if (skipped->bytes < 0) begin = std::max(begin, source.bytes() - grid->bytes());
+    grid->stream = grid->packed ? open_packed_bytes(std::move(source), begin)
+                                : open_bytes(std::move(source), begin);
+    grid->skip = std::max<int64_t>(skipped->bytes, 0);
+    return {};
 }
 
 }  // namespace
 
-MadeReader open_nrrd(const fs::path& file, const texture::ReadLimits& limits) {
+MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options,
+                     const texture::ReadLimits& limits) {
     Result<InputFile> source = InputFile::open(file);
     if (!source) return source.error();
     const Result<texture::NrrdHeader> read = texture::read_nrrd_header(*source);
     if (!read) return read.error();
     const texture::NrrdHeader& header = *read;
-    auto reader = std::make_unique<NrrdReader>();
-    if (!number_format(header.field("type"), &reader->format))
+    StoredGrid grid;
+    if (!number_format(header.field("type"), &grid.format))
         return user_error(
             fmt::format("its numbers are of type `{}`, which is not known", header.field("type")));
-    reader->format.swapped = header.field("endian") == "big";
-    const std::vector<std::string> sizes = words_of(header.field("sizes"));
-    if (sizes.size() != 3 && sizes.size() != 4)
-        return user_error(fmt::format(
-            "it has {} dimensions; it must have 3, or 4 with the channels first", sizes.size()));
-    const size_t first = sizes.size() - 3;
-    std::array<int64_t, 4> n{1, 1, 1, 1};
-    int64_t numbers = 1;
-    for (size_t k = 0; k < sizes.size(); ++k) {
-        n[k + 1 - first] = std::strtoll(sizes[k].c_str(), nullptr, 10);
-        if (n[k + 1 - first] < 1 || n[k + 1 - first] > 16384)
-            return user_error(fmt::format("a side of {} is not possible", sizes[k]));
-        numbers *= n[k + 1 - first];
-        if (numbers > (int64_t{1} << 32)) return user_error("it is too large");
+    grid.format.swapped = lower_ascii(header.field("endian")) == "big";
+    const Result<Axes> axes = read_axes(header);
+    if (!axes) return axes.error();
+    const Result<int> channels = channel_axis(*axes);
+    if (!channels) return channels.error();
+    std::vector<int64_t> sides = axes->sizes;
+    if (*channels >= 0) sides.erase(sides.begin() + *channels);
+    const int64_t channel_count = *channels < 0 ? 1 : axes->sizes[static_cast<size_t>(*channels)];
+    grid.channel_axis = std::max(*channels, 0);
+    if (*channels >= 0 && !axes->kinds.empty() && channel_count > 1 &&
+        axes->kinds[static_cast<size_t>(*channels)] == "time") {
+        return user_error(fmt::format("it has {} steps of time; write one of them", channel_count));
     }
-    reader->channels = static_cast<int32_t>(n[0]);
-    reader->size = {static_cast<int32_t>(n[1]), static_cast<int32_t>(n[2]),
-                    static_cast<int32_t>(n[3])};
-    if (Result<void> placed = read_placement(header, first, reader.get()); !placed)
-        return placed.error();
-    int64_t begin = header.begin;
-    if (const std::string name = header.data_file(); !name.empty()) {
-        source = texture::open_data_file(file, name, limits);
-        if (!source) return source.error();
-        begin = 0;
-    }
-    const std::string encoding = header.field("encoding");
-    reader->packed = encoding == "gzip" || encoding == "gz";
-    reader->text = encoding == "ascii" || encoding == "text" || encoding == "txt";
-    if (!reader->packed && !reader->text && encoding != "raw") {
-        return user_error(
-            fmt::format("its encoding `{}` is unknown; known: raw, text, gzip", encoding));
-    }
-    // Before allocation: a number takes its size in bytes, or a digit and a blank as text.
-    const int64_t needed = reader->text ? 2 * numbers - 1 : numbers * reader->format.bytes;
-    const Result<Skipped> skipped = skipped_by(header, !reader->packed && !reader->text);
-    if (!skipped) return skipped.error();
-    const Result<int64_t> line = behind_lines(*source, begin, skipped->lines);
-    if (!line) return line.error();
-    begin = *line;
-    if (skipped->bytes < 0) begin = std::max(begin, source->bytes() - needed);
-    if (reader->packed) {
-        reader->stream = std::make_unique<UnpackedStream>(std::move(*source), begin);
-    } else {
-        reader->stream = std::make_unique<ByteStream>(std::move(*source), begin);
-    }
-    const int64_t left = reader->stream->left();
-    if (left < needed || left - needed < skipped->bytes)
-        return user_error(reader->packed ? UnpackedStream::kDamaged : "it is cut short");
-    // Everything skipped must be decompressed.
-    if (reader->packed && skipped->bytes > limits.memory_bytes) {
-        return user_error(
-            fmt::format("its `byte skip` passes over {} of packed data, more than the {} of "
-                        "`--memory`; write it without them",
-                        format_bytes(skipped->bytes), format_bytes(limits.memory_bytes)));
-    }
-    if (Result<void> done = reader->stream->skip(skipped->bytes); !done) return done.error();
-    return std::unique_ptr<VolumeReader>(std::move(reader));
+    if (Result<void> fits = set_sides({sides[0], sides[1], sides[2]}, channel_count, &grid); !fits)
+        return fits.error();
+    const Result<double> unit = header_unit_mm(header, options);
+    if (!unit) return unit.error();
+    const Result<std::optional<GridFrame>> frame = read_frame(header, *axes, *channels, *unit);
+    if (!frame) return frame.error();
+    if (Result<void> opened = open_numbers(std::move(*source), file, header, limits, &grid);
+        !opened)
+        return opened.error();
+    MadeReader reader = open_stored_grid(std::move(grid), limits);
+    if (!reader || !*frame) return reader;
+    MadeReader placed = place_reader(std::move(*reader), **frame, options, limits);
+    if (placed && header.field("space origin").empty()) (*placed)->origin.reset();
+    return placed;
 }
 
 }  // namespace openfab::tools

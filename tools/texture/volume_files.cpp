@@ -41,10 +41,10 @@ double integer(const NumberFormat& f, const char* at) {
     switch (f.bytes) {
         case 1:
             return sign ? static_cast<double>(load<int8_t>(at, false))
-                        : static_cast<double>(load<uint8_t>(at, false)) / 255.0;
+                        : static_cast<double>(load<uint8_t>(at, false));
         case 2:
             return sign ? static_cast<double>(load<int16_t>(at, f.swapped))
-                        : static_cast<double>(load<uint16_t>(at, f.swapped)) / 65535.0;
+                        : static_cast<double>(load<uint16_t>(at, f.swapped));
         case 4:
             return sign ? static_cast<double>(load<int32_t>(at, f.swapped))
                         : static_cast<double>(load<uint32_t>(at, f.swapped));
@@ -138,9 +138,18 @@ bool npy_format(const std::string& descr, NumberFormat* out) {
 }  // namespace
 
 float read_number(const NumberFormat& format, const char* at) {
-    if (format.kind != NumberFormat::Kind::kFloat) return static_cast<float>(integer(format, at));
-    return format.bytes == 4 ? load<float>(at, format.swapped)
-                             : static_cast<float>(load<double>(at, format.swapped));
+    return static_cast<float>(read_number_exactly(format, at));
+}
+
+double read_number_exactly(const NumberFormat& format, const char* at) {
+    if (format.kind != NumberFormat::Kind::kFloat) return integer(format, at) / unit_of(format);
+    return format.bytes == 4 ? static_cast<double>(load<float>(at, format.swapped))
+                             : load<double>(at, format.swapped);
+}
+
+double unit_of(const NumberFormat& format) {
+    if (format.kind != NumberFormat::Kind::kUnsigned || format.as_stored) return 1;
+    return format.bytes == 1 ? 255 : format.bytes == 2 ? 65535 : 1;
 }
 
 MadeReader open_npy(const fs::path& file) {

@@ -49,11 +49,12 @@ using MadeReader = Result<std::unique_ptr<VolumeReader>>;
 /// scaled to 0..1.
 MadeReader open_stack(const std::vector<std::filesystem::path>& files,
                       const texture::ImageOptions& options, const texture::ReadLimits& limits);
-/// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels first; raw, text or gzip, attached
-/// or in a file of its own, after a `line skip` and a `byte skip`. Unsigned integers of 8 and 16
-/// bits are scaled to 0..1, others are taken as they are. "space origin" is the centre of the first
-/// texel; axes must not be rotated.
-MadeReader open_nrrd(const std::filesystem::path& file, const texture::ReadLimits& limits);
+/// Opens an NRRD of 3 dimensions, or of 4 with 1 to 4 channels along any of them; raw, text or gzip,
+/// attached or in a file of its own, after a `line skip` and a `byte skip`. Unsigned integers of 8 and
+/// 16 bits are scaled to 0..1, others are taken as they are. "space origin" is the centre of the first
+/// texel; axes may be turned (placed_grid.h).
+MadeReader open_nrrd(const std::filesystem::path& file, const texture::VolumeOptions& options,
+                     const texture::ReadLimits& limits);
 /// Opens an NPY of shape (z, y, x) or (z, y, x, channel), integers as in open_nrrd.
 MadeReader open_npy(const std::filesystem::path& file);
 /// Opens a 3-D look-up table (LUT_3D_SIZE): red is x, DOMAIN_MIN and _MAX give the box; three
@@ -72,14 +73,18 @@ MadeReader open_vtk_structured(const std::filesystem::path& file, bool is_rectil
 MadeReader open_vtk_mesh(const std::filesystem::path& file, const texture::VolumeOptions& options,
                          const texture::ReadLimits& limits);
 
-/// Number formats of NRRD and NPY.
+/// Formats of numbers as they lie in files.
 struct NumberFormat {
     enum class Kind { kUnsigned, kSigned, kFloat } kind = Kind::kFloat;
     int bytes = 4;
-    bool swapped = false;  ///< big-endian
+    bool swapped = false;    ///< big-endian
+    bool as_stored = false;  ///< else unsigned ones of 1 and 2 bytes become 0..1
 };
 
-/// Reads one number; unsigned ones of 1 and 2 bytes become 0..1.
+/// Reads one number.
 float read_number(const NumberFormat& format, const char* at);
+double read_number_exactly(const NumberFormat& format, const char* at);
+/// Returns the stored number that becomes 1.
+double unit_of(const NumberFormat& format);
 
 }  // namespace openfab::tools

@@ -121,6 +121,17 @@ class FieldTest : public ::testing::Test {
         const Vec3d whole = extent(p);
         return {whole.x / size(p).x, whole.y / size(p).y, whole.z / size(p).z};
     }
+    static std::vector<float> level0(const Pyramid& p) {
+        const Vec3i n = size(p);
+        return {p.texels().begin(), p.texels().begin() + int64_t{n.x} * n.y * n.z * p.channels()};
+    }
+    /// Origin, then extent.
+    static std::vector<float> domain(const Pyramid& p) {
+        std::vector<float> out;
+        for (size_t k = 8; k < 14; ++k)
+            out.push_back(std::bit_cast<float>(p.info()[k]));
+        return out;
+    }
     /// Calls use(centre, values) for each texel.
     static void each(const Pyramid& p, const std::function<void(const Vec3d&, const float*)>& use) {
         const Vec3i n = size(p);

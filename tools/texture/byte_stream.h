@@ -1,0 +1,41 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The bytes of a file from some place on, as they are or decompressed on the way.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/input_file.h"
+#include "base/result.h"
+
+namespace openfab::tools {
+
+constexpr const char* kPackedDamaged =
+    "its compressed data is damaged or of another size than it says";
+
+/// Streams the bytes of a file.
+class ByteStream {
+  public:
+    ByteStream(InputFile file, int64_t begin) : file_(std::move(file)), at_(begin) {}
+    virtual ~ByteStream() = default;
+    /// Reads up to `bytes` bytes; fewer only at the end.
+    virtual Result<size_t> next(char* out, size_t bytes);
+    /// Skips that many bytes.
+    virtual Result<void> skip(int64_t bytes);
+    /// Returns an upper bound of the number of bytes.
+    virtual int64_t left() const { return file_.bytes() - at_; }
+
+  private:
+    InputFile file_;
+    int64_t at_ = 0;
+};
+
+/// Opens the bytes from `begin` on.
+std::unique_ptr<ByteStream> open_bytes(InputFile file, int64_t begin);
+/// The same, decompressed: of gzip or zlib.
+std::unique_ptr<ByteStream> open_packed_bytes(InputFile file, int64_t begin);
+
+}  // namespace openfab::tools
