@@ -17,6 +17,13 @@ constexpr int kMaxDepth = 64;
 /// its start for each piece of input.
 constexpr int64_t kLongestToken = 32'000'000;
 
+// Expat 2.9 deprecates those whose names do not end in 64, which older ones have alone.
+#if XML_MAJOR_VERSION > 2 || XML_MINOR_VERSION >= 9
+#define OPENFAB_EXPAT(function) function##64
+#else
+#define OPENFAB_EXPAT(function) function
+#endif
+
 std::string_view without_prefix(std::string_view name) {
     const size_t colon = name.rfind(':');
     return colon == std::string_view::npos ? name : name.substr(colon + 1);
@@ -37,8 +44,9 @@ struct Parse {
     void keep(Complaint why) {
         if (!wrong.empty()) return;
         wrong = std::move(why);
-        location.line = static_cast<int32_t>(XML_GetCurrentLineNumber(parser));
-        location.column = static_cast<int32_t>(XML_GetCurrentColumnNumber(parser)) + 1;
+        location.line = static_cast<int32_t>(OPENFAB_EXPAT(XML_GetCurrentLineNumber)(parser));
+        location.column =
+            static_cast<int32_t>(OPENFAB_EXPAT(XML_GetCurrentColumnNumber)(parser)) + 1;
     }
 };
 
@@ -121,7 +129,7 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
             return parse.wrong.at(parse.location);
         }
         if (last) return Ok{};
-        const int64_t token = XML_GetCurrentByteIndex(parser.get());
+        const int64_t token = OPENFAB_EXPAT(XML_GetCurrentByteIndex)(parser.get());
         if (token >= 0 && static_cast<int64_t>(at + piece.size()) - token > kLongestToken) {
             parse.keep(
                 fmt::format("a tag or comment of more than {} MB", kLongestToken / 1'000'000));

@@ -342,7 +342,7 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
             p->key == "translate_mm" && p->value.is(Kind::kArray) && p->value.items.size() == 2;
         std::vector<double> n = json_.numbers(p->value, name, flat ? 2 : 3, kFarthest_mm);
         n.resize(3);
-        (p->key == "rotate_deg" ? rotate : translate) = {n[0], n[1], n[2]};
+        (p->key == "rotate_deg" ? rotate : translate) = Vec3d{n[0], n[1], n[2]};
         if (p->key != "translate_mm") continue;
         height_given = !flat;
         out.on_bed = flat;

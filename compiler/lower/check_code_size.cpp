@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/constant.h"
 
 namespace openfab::lower {
 
@@ -102,8 +103,8 @@ class CodeSizes : public internal::IRGraphVisitor {
         if (!is_unrolled) return std::nullopt;
         const Halide::Expr most =
             internal::find_constant_bound(op.extent, internal::Direction::Upper, ranges_);
-        const int64_t* steps = most.defined() ? internal::as_const_int(most) : nullptr;
-        if (steps == nullptr) return std::nullopt;
+        const std::optional<int64_t> steps = integer_constant(most);
+        if (!steps) return std::nullopt;
         return std::max<int64_t>(*steps, 0);
     }
 

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
+
+#include "compiler/lower/constant.h"
 
 namespace openfab::lower {
 
@@ -79,11 +82,10 @@ class RegionQueries : public internal::IRMutator {
         constexpr const char* kGet = "_halide_buffer_get_";
         if (!op->name.starts_with(kGet) || op->args.size() != 2) return IRMutator::visit(op);
         const auto* buffer = op->args[0].as<internal::Variable>();
-        const int64_t* d = internal::as_const_int(op->args[1]);
+        const std::optional<int64_t> d = integer_constant(op->args[1]);
         const auto region =
             buffer == nullptr ? regions_.end() : regions_.find(current(buffer->name));
-        if (d == nullptr || region == regions_.end() ||
-            *d >= static_cast<int64_t>(region->second.size()))
+        if (!d || region == regions_.end() || *d >= static_cast<int64_t>(region->second.size()))
             return op;
         const Side& side = region->second[static_cast<size_t>(*d)];
         if (!side.min.defined()) return op;
@@ -265,8 +267,8 @@ class StorageWalk : public internal::IRVisitor {
             const Expr most =
                 internal::find_constant_bound(internal::simplify(queries_.resolve(op.extents[d])),
                                               internal::Direction::Upper, scope_);
-            const int64_t* value = most.defined() ? internal::as_const_int(most) : nullptr;
-            const int64_t factor = std::max<int64_t>(value != nullptr ? *value : whole(op, d), 0);
+            const std::optional<int64_t> value = integer_constant(most);
+            const int64_t factor = std::max<int64_t>(value ? *value : whole(op, d), 0);
             check_folds(op.name, d, factor);
             bytes = factor > 0 && bytes > kMost / factor ? kMost : bytes * factor;
         }
@@ -304,9 +306,8 @@ class StorageWalk : public internal::IRVisitor {
         }
         for (const ScheduledFunc* each : with_bounds) {
             for (const internal::Bound& bound : each->func.function().schedule().bounds()) {
-                const int64_t* extent =
-                    bound.extent.defined() ? internal::as_const_int(bound.extent) : nullptr;
-                if (bound.var == var && extent != nullptr) return *extent;
+                const std::optional<int64_t> extent = integer_constant(bound.extent);
+                if (bound.var == var && extent) return *extent;
             }
         }
         return places_;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <deque>
 #include <functional>
 #include <map>
 #include <utility>
@@ -21,12 +20,26 @@ struct FuncName {
     std::string function, func;
 };
 
+#if HALIDE_VERSION_MAJOR >= 19
+/// Each call has its own, on its stack. The Func in it is an index into its kernel's, not a token.
+using State = halide_profiler_instance_state;
+#else
+/// Each thread has its own.
+using State = halide_profiler_state;
+#endif
+
+/// Where a call says which Func it is at.
+struct Note {
+    State* state;
+    int first;  ///< what is added to it to make a token
+};
+
 /// What all profiled kernels of the process write to. It is never destroyed: a kernel may end after
 /// everything else.
 struct Registry {
     std::mutex mutex;
-    std::deque<halide_profiler_state> threads;  ///< one for each thread that ever called a kernel
-    std::vector<FuncName> funcs;                ///< by token + index of the Func in its kernel
+    std::vector<Note> notes;
+    std::vector<FuncName> funcs;  ///< by token + index of the Func in its kernel
     std::map<std::string, int, std::less<>> kernels;  ///< token by name
 
     static Registry& get() {
@@ -35,20 +48,8 @@ struct Registry {
     }
 };
 
-halide_profiler_state* state_of_thread() {
-    thread_local halide_profiler_state* const state = [] {
-        Registry& registry = Registry::get();
-        const std::lock_guard lock(registry.mutex);
-        halide_profiler_state& mine = registry.threads.emplace_back();
-        mine.current_func = halide_profiler_outside_of_halide;
-        return &mine;
-    }();
-    return state;
-}
-
-int begin_call(void* /*user_context*/, const char* name, int count, const uint64_t* names) {
-    Registry& registry = Registry::get();
-    const std::lock_guard lock(registry.mutex);
+/// Returns the token of a kernel's first Func. `registry` is locked.
+int token_of(Registry& registry, const char* name, int count, const uint64_t* names) {
     const auto known = registry.kernels.find(std::string_view(name));
     if (known != registry.kernels.end()) return known->second;
     const auto token = static_cast<int>(registry.funcs.size());
@@ -58,14 +59,50 @@ int begin_call(void* /*user_context*/, const char* name, int count, const uint64
     return token;
 }
 
+#if HALIDE_VERSION_MAJOR >= 19
+int begin_call(void* /*user_context*/, const char* name, int count, const uint64_t* names,
+               State* call) {
+    *call = {};
+    Registry& registry = Registry::get();
+    const std::lock_guard lock(registry.mutex);
+    registry.notes.push_back({call, token_of(registry, name, count, names)});
+    return 0;
+}
+
+int end_call(void* /*user_context*/, State* call) {
+    Registry& registry = Registry::get();
+    const std::lock_guard lock(registry.mutex);
+    std::erase_if(registry.notes, [&](const Note& note) { return note.state == call; });
+    return 0;
+}
+#else
+State* state_of_thread() {
+    thread_local State* const state = [] {
+        Registry& registry = Registry::get();
+        const std::lock_guard lock(registry.mutex);
+        auto* const mine = new State{};
+        mine->current_func = halide_profiler_outside_of_halide;
+        registry.notes.push_back({mine, 0});
+        return mine;
+    }();
+    return state;
+}
+
+int begin_call(void* /*user_context*/, const char* name, int count, const uint64_t* names) {
+    Registry& registry = Registry::get();
+    const std::lock_guard lock(registry.mutex);
+    return token_of(registry, name, count, names);
+}
+
 halide_profiler_pipeline_stats* pipeline_state(const char* /*name*/) {
     static halide_profiler_pipeline_stats unused{};
     return &unused;
 }
 
 void end_call(void* /*user_context*/, void* state) {
-    static_cast<halide_profiler_state*>(state)->current_func = halide_profiler_outside_of_halide;
+    static_cast<State*>(state)->current_func = halide_profiler_outside_of_halide;
 }
+#endif
 
 void ignore_memory(void* /*user_context*/, void* /*pipeline*/, int /*func*/, uint64_t /*bytes*/) {}
 void ignore_stack(void* /*user_context*/, void* /*pipeline*/, uint64_t* /*bytes*/) {}
@@ -76,10 +113,18 @@ const void* profile_symbol(std::string_view name) {
     constexpr std::string_view kPrefix = "halide_profiler_";
     if (!name.starts_with(kPrefix)) return nullptr;
     name.remove_prefix(kPrefix.size());
+#if HALIDE_VERSION_MAJOR >= 22
+    // What a call begins with has changed.
+    return nullptr;
+#elif HALIDE_VERSION_MAJOR >= 19
+    if (name == "instance_start") return reinterpret_cast<const void*>(&begin_call);
+    if (name == "instance_end") return reinterpret_cast<const void*>(&end_call);
+#else
     if (name == "get_state") return reinterpret_cast<const void*>(&state_of_thread);
     if (name == "get_pipeline_state") return reinterpret_cast<const void*>(&pipeline_state);
     if (name == "pipeline_start") return reinterpret_cast<const void*>(&begin_call);
     if (name == "pipeline_end") return reinterpret_cast<const void*>(&end_call);
+#endif
     if (name == "memory_allocate" || name == "memory_free")
         return reinterpret_cast<const void*>(&ignore_memory);
     if (name == "stack_peak_update") return reinterpret_cast<const void*>(&ignore_stack);
@@ -116,12 +161,13 @@ void KernelProfile::look() {
     Registry& registry = Registry::get();
     std::unique_lock lock(mutex_);
     while (!change_.wait_for(lock, kInterval, [this] { return over_; })) {
-        const std::lock_guard threads(registry.mutex);
+        const std::lock_guard notes(registry.mutex);
         samples_.resize(registry.funcs.size(), 0);
-        for (halide_profiler_state& thread : registry.threads) {
+        for (const Note& note : registry.notes) {
             // Kernels write it without more than that.
-            const int token = *static_cast<volatile int*>(&thread.current_func);
-            if (token >= 0 && static_cast<size_t>(token) < samples_.size())
+            const int func = *static_cast<volatile int*>(&note.state->current_func);
+            const int token = note.first + func;
+            if (func >= 0 && static_cast<size_t>(token) < samples_.size())
                 ++samples_[static_cast<size_t>(token)];
         }
     }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "abi/stage_table.h"
+#include "compiler/lower/constant.h"
 
 namespace openfab::lower {
 
@@ -125,8 +126,8 @@ Normalised normalise(const Func& amounts, const Expr& slots, const Halide::Image
     // Where its size is known at run time only, Halide takes it from memory that the kernel keeps.
     for (const Func& f : {total, scaled, sums, whole, rounded, remainder, unusable})
         Func(f).compute_root().store_in(Halide::MemoryType::Stack);
-    if (const int64_t* count = Halide::Internal::as_const_int(slots);
-        count != nullptr && *count <= kMostUnrolled) {
+    if (const std::optional<int64_t> count = integer_constant(slots);
+        count && *count <= kMostUnrolled) {
         for (const Func& f : {total, sums, unusable})
             Func(f).update().unroll(slot);
         for (const Func& f : {whole, remainder})

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "compiler/lower/constant.h"
+
 namespace openfab::lower {
 
 namespace {
@@ -15,9 +17,7 @@ namespace internal = Halide::Internal;
 
 std::optional<int64_t> constant_of(const Halide::Expr& e) {
     if (!e.defined()) return std::nullopt;
-    const Halide::Expr simple = internal::simplify(e);  // which the value below is a part of
-    const int64_t* value = internal::as_const_int(simple);
-    return value == nullptr ? std::nullopt : std::optional<int64_t>(*value);
+    return integer_constant(internal::simplify(e));
 }
 
 /// Collects the Funcs that a definition reads.
