@@ -8,7 +8,7 @@ set(openfab_home lib/openfab)
 set(openfab_programs openfab openflc openfab-texture openfab-text openfab-color openfab-render
     openfab-tuner)
 
-# What these start where they are built: readers and writers that link optional libraries. Nobody types their names.
+# What these start where it was asked for: readers and writers that link optional libraries. Nobody types their names.
 set(openfab_converters openfab-vdb openfab-texture-vdb openfab-texture-dicom openfab-texture-hdf5)
 foreach(name IN LISTS openfab_converters)
     if(NOT TARGET ${name})

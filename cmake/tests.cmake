@@ -71,10 +71,27 @@ function(openfab_test name)
     openfab_test_entry(${name} COMMAND ${name} COST ${arg_COST} TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
-# openfab_leave_out_test(SOURCE): of a part that this machine does not build, which the configuration has said.
-function(openfab_leave_out_test source)
-    get_filename_component(source ${source} ABSOLUTE)
-    set_property(GLOBAL APPEND PROPERTY openfab_test_sources ${source})
+# openfab_optional_test(PART NAME SOURCES … LIBS …): of a part that is built where it was asked for
+# (cmake/optional_parts.cmake). It has the label `optional`; the target of that name makes all that these tests run.
+add_custom_target(optional)
+function(openfab_optional_test part name)
+    if(openfab_builds_${part})
+        openfab_test(${name} ${ARGN})
+        openfab_label_optional(${name} ${name})
+    else()
+        cmake_parse_arguments(arg "" "" "SOURCES" ${ARGN})
+        list(GET arg_SOURCES 0 source)
+        get_filename_component(source ${source} ABSOLUTE)
+        set_property(GLOBAL APPEND PROPERTY openfab_test_sources ${source})
+    endif()
+endfunction()
+
+# openfab_label_optional(NAME TARGET…): of a test in this folder that runs the optional parts.
+function(openfab_label_optional name)
+    file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR}/tests ${CMAKE_CURRENT_SOURCE_DIR})
+    string(REGEX REPLACE "/.*" "" folder ${folder})
+    set_property(TEST ${folder}/${name} APPEND PROPERTY LABELS optional)
+    add_dependencies(optional ${ARGN})
 endfunction()
 
 # No test can vanish: a file named *_test.cpp that is in no program stops the configuration.

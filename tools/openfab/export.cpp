@@ -78,8 +78,7 @@ Error exec_vdb(const ExportOptions& options, int64_t memory_bytes) {
     const std::filesystem::path helper = *folder / "openfab-vdb";
     if (!std::filesystem::exists(helper)) {
         Error error = outside_error("this `openfab` was built without OpenVDB");
-        error.help =
-            "install it (`scripts/setup --vdb`, or the package libopenvdb-dev) and build again";
+        error.help = "run `scripts/setup --vdb` and build again";
         return error;
     }
     const std::string memory = fmt::format("--memory={}B", memory_bytes);

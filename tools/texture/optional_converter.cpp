@@ -24,16 +24,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr OptionalConverter kDicom{
-    "openfab-texture-dicom", "DICOM",
-    "install GDCM (`scripts/setup --dicom`, or the package libgdcm-dev) and build again"};
-constexpr OptionalConverter kOpenVdb{
-    "openfab-texture-vdb", "OpenVDB",
-    "install it (`scripts/setup --vdb`, or the package libopenvdb-dev) and build again"};
+constexpr OptionalConverter kDicom{"openfab-texture-dicom", "DICOM",
+                                   "run `scripts/setup --dicom` and build again"};
+constexpr OptionalConverter kOpenVdb{"openfab-texture-vdb", "OpenVDB",
+                                     "run `scripts/setup --vdb` and build again"};
 
 constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5",
-                                  "install it (`scripts/setup --hdf5`, or the package libhdf5-dev) "
-                                  "and build again, or write the data "
+                                  "run `scripts/setup --hdf5` and build again, or write the data "
                                   "of the XDMF file as XML or Binary"};
 
 bool has_hdf(const fs::path& path, std::optional<double> time) {
