@@ -9,7 +9,6 @@
 #include <numeric>
 
 #include "tools/texture/check_memory.h"
-#include "tools/texture/placed_grid.h"
 
 namespace openfab::tools {
 
@@ -182,8 +181,11 @@ class CellReader final : public VolumeReader {
             active_.push_back(order_[next_]);
         std::erase_if(active_,
                       [&](int32_t i) { return slices(cell(static_cast<size_t>(i)).box)[1] < z; });
+        // First what lies in a cell, most of all texels: about the others the cells are asked again.
         for (const int32_t i : active_)
-            fill(i, z, out);
+            fill(i, z, kOwn, out);
+        for (const int32_t i : active_)
+            fill(i, z, kReach, out);
         wrote(4 * slice_floats());
         return {};
     }
@@ -195,6 +197,8 @@ class CellReader final : public VolumeReader {
         int32_t cell = std::numeric_limits<int32_t>::max();
     };
     static constexpr double kReach = 2;  ///< of the values outside, in texels
+    static constexpr double kOwn =
+        1e-3;  ///< around a cell, for what rounding puts just outside of it
 
     size_t at_order(size_t i) const { return static_cast<size_t>(order_[i]); }
 
@@ -213,19 +217,22 @@ class CellReader final : public VolumeReader {
         return mesh.corners[static_cast<size_t>(begins_[cell]) + corner];
     }
 
-    /// First and last index of texels whose centres lie within reach of the box.
-    std::array<int32_t, 2> range(const Box3d& of, int axis) const {
-        const double low = (of.lo[axis] - box.origin[axis]) / box.pitch_mm - 0.5 - kReach;
-        const double high = (of.hi[axis] - box.origin[axis]) / box.pitch_mm - 0.5 + kReach;
+    /// First and last index of texels whose centres lie within `reach` texels of the box.
+    std::array<int32_t, 2> range(const Box3d& of, int axis, double reach) const {
+        const double low = (of.lo[axis] - box.origin[axis]) / box.pitch_mm - 0.5 - reach;
+        const double high = (of.hi[axis] - box.origin[axis]) / box.pitch_mm - 0.5 + reach;
         const double last = box.size[axis] - 1;
         return {static_cast<int32_t>(std::clamp(std::ceil(low), 0.0, last)),
                 static_cast<int32_t>(std::clamp(std::floor(high), 0.0, last))};
     }
-    std::array<int32_t, 2> slices(const Box3d& of) const { return range(of, 2); }
+    std::array<int32_t, 2> slices(const Box3d& of) const { return range(of, 2, kReach); }
 
-    void fill(int32_t index, int32_t z, float* out) {
+    /// Gives a cell the texels of a slice within `reach` of its box, as far as they have no better one.
+    void fill(int32_t index, int32_t z, double reach, float* out) {
         const Cell c = cell(static_cast<size_t>(index));
-        const std::array<int32_t, 2> xs = range(c.box, 0), ys = range(c.box, 1);
+        const std::array<int32_t, 2> zs = range(c.box, 2, reach);
+        if (z < zs[0] || z > zs[1]) return;
+        const std::array<int32_t, 2> xs = range(c.box, 0, reach), ys = range(c.box, 1, reach);
         for (int32_t y = ys[0]; y <= ys[1]; ++y) {
             for (int32_t x = xs[0]; x <= xs[1]; ++x) {
                 const int64_t texel = int64_t{y} * size.x + x;
@@ -306,13 +313,27 @@ int64_t CellMesh::bytes() const {
                                 corners.size() * sizeof(int32_t) + values.size() * sizeof(float));
 }
 
+Result<void> check_field_values(const std::vector<float>& values) {
+    const bool fine =
+        std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+    return fine ? Result<void>() : user_error("it holds a value that is not a finite number");
+}
+
+Result<ResampledBox> cell_box(const Box3d& bounds, double cells,
+                              const texture::VolumeOptions& options) {
+    const Vec3d sides = bounds.size();
+    constexpr double kTexelsOfCell = 3;
+    const double usual = std::cbrt(sides.x * sides.y * sides.z / cells);
+    const double pitch = options.pitch_mm > 0 ? options.pitch_mm : usual / kTexelsOfCell;
+    if (!(pitch > 0)) return user_error("its cells lie in a plane");
+    return resampled_box(bounds, pitch);
+}
+
 MadeReader open_cell_field(CellMesh mesh, const texture::VolumeOptions& options,
                            const texture::ReadLimits& limits) {
     if (mesh.types.empty())
         return user_error("it has no cells with a volume: tetrahedra, hexahedra or wedges");
-    if (!std::all_of(mesh.values.begin(), mesh.values.end(),
-                     [](float v) { return std::isfinite(v); }))
-        return user_error("it holds a value that is not a finite number");
+    if (Result<void> fine = check_field_values(mesh.values); !fine) return fine.error();
     Box3d bounds;
     for (const int32_t point : mesh.corners) {
         const size_t p = 3 * static_cast<size_t>(point);
@@ -321,13 +342,8 @@ MadeReader open_cell_field(CellMesh mesh, const texture::VolumeOptions& options,
             return user_error("a corner of a cell is not a finite point");
         bounds.add(at);
     }
-    const Vec3d sides = bounds.size();
-    constexpr double kTexelsOfCell = 3;
-    const double usual =
-        std::cbrt(sides.x * sides.y * sides.z / static_cast<double>(mesh.types.size()));
-    const double pitch = options.pitch_mm > 0 ? options.pitch_mm : usual / kTexelsOfCell;
-    if (!(pitch > 0)) return user_error("its cells lie in a plane");
-    Result<ResampledBox> box = resampled_box(bounds, pitch);
+    const Result<ResampledBox> box =
+        cell_box(bounds, static_cast<double>(mesh.types.size()), options);
     if (!box) return box.error();
     // Each cell's beginning, its place in the order of slices, and in the slices at hand.
     constexpr int64_t kBytesOfCell = 20;

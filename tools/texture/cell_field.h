@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "texture/volume.h"
+#include "tools/texture/placed_grid.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
@@ -33,8 +34,14 @@ struct CellMesh {
     int64_t bytes() const;
 };
 
-/// Samples the field at `pitch_mm` of the options, or a third of a cell's side, as it is on average
-/// where cells fill their box, which the volume covers. Tetrahedra are linear, hexahedra trilinear, wedges linear times
+/// Fails where one of them is not finite.
+Result<void> check_field_values(const std::vector<float>& values);
+/// Returns the texels that cover the bounds of so many cells, at `pitch_mm` of the options, or a third of a
+/// cell's side, as it is on average where cells fill their bounds.
+Result<ResampledBox> cell_box(const Box3d& bounds, double cells,
+                              const texture::VolumeOptions& options);
+
+/// Samples the field on cell_box. Tetrahedra are linear, hexahedra trilinear, wedges linear times
 /// linear; where cells share a face or overlap, the first counts. A texel whose centre lies less than
 /// two texels outside has the value to which the nearest cell continues, within the bounds of all
 /// values, so that points just under the surface are right; all others have `outside`, else 0. Cells

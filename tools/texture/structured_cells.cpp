@@ -8,10 +8,9 @@
 
 namespace openfab::tools {
 
-Result<CellMesh> structured_cells(const std::array<int64_t, 3>& points_along, int32_t channels,
-                                  bool of_points, const texture::ReadLimits& limits) {
+Result<int64_t> structured_points(const std::array<int64_t, 3>& points_along) {
     const auto [nx, ny, nz] = points_along;
-    int64_t points = 1, cells = 1;
+    int64_t points = 1;
     for (const int64_t n : points_along) {
         if (n < 2)
             return user_error(fmt::format(
@@ -19,8 +18,16 @@ Result<CellMesh> structured_cells(const std::array<int64_t, 3>& points_along, in
         if (n > INT32_MAX / points)
             return user_error(fmt::format("it has more than {} points", INT32_MAX));
         points *= n;
-        cells *= n - 1;
     }
+    return points;
+}
+
+Result<CellMesh> structured_cells(const std::array<int64_t, 3>& points_along, int32_t channels,
+                                  bool of_points, const texture::ReadLimits& limits) {
+    const Result<int64_t> counted = structured_points(points_along);
+    if (!counted) return counted.error();
+    const auto [nx, ny, nz] = points_along;
+    const int64_t points = *counted, cells = (nx - 1) * (ny - 1) * (nz - 1);
     constexpr int64_t kCorners = 8, kBytesOfPoint = 24, kBytesOfCell = 4 * kCorners + 1;
     const int64_t values = (of_points ? points : cells) * channels;
     if (Result<void> fits = check_memory(points * kBytesOfPoint + cells * kBytesOfCell + 4 * values,
@@ -45,17 +52,6 @@ Result<CellMesh> structured_cells(const std::array<int64_t, 3>& points_along, in
         }
     }
     return mesh;
-}
-
-void set_crossed_points(const std::array<std::vector<double>, 3>& axes, CellMesh* mesh) {
-    mesh->points.clear();
-    mesh->points.reserve(3 * axes[0].size() * axes[1].size() * axes[2].size());
-    for (const double z : axes[2]) {
-        for (const double y : axes[1]) {
-            for (const double x : axes[0])
-                mesh->points.insert(mesh->points.end(), {x, y, z});
-        }
-    }
 }
 
 }  // namespace openfab::tools

@@ -11,6 +11,7 @@
 
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/crossed_field.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/structured_cells.h"
 #include "tools/texture/volume_reader.h"
@@ -75,22 +76,31 @@ Result<void> read_places(const VtkFile& file, int64_t points, double unit, CellM
     return {};
 }
 
-/// Reads the points of a rectilinear grid, in mm.
+/// Reads the places of a rectilinear grid, in mm.
 Result<void> read_axes(const VtkFile& file, const std::array<int64_t, 3>& along, double unit,
-                       CellMesh* mesh) {
+                       CrossedField* out) {
     const Result<std::array<const VtkFile::Array*, 3>> arrays = file.axes();
     if (!arrays) return arrays.error();
-    std::array<std::vector<double>, 3> axes;
     for (size_t a = 0; a < 3; ++a) {
+        std::vector<double>& axis = out->axes[a];
         const Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(*(*arrays)[a], along[a]);
         if (!numbers) return numbers.error();
-        axes[a].resize(static_cast<size_t>(along[a]));
-        if (Result<void> got = (*numbers)->next(axes[a].data(), axes[a].size()); !got) return got;
-        for (double& place : axes[a])
+        axis.resize(static_cast<size_t>(along[a]));
+        if (Result<void> got = (*numbers)->next(axis.data(), axis.size()); !got) return got;
+        for (double& place : axis)
             place *= unit;
     }
-    set_crossed_points(axes, mesh);
     return {};
+}
+
+/// Reads the values of a field.
+Result<std::vector<float>> read_values(const VtkFile& file, const VtkFile::Array& field,
+                                       int64_t count) {
+    const Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(field, count);
+    if (!numbers) return numbers.error();
+    std::vector<float> out(static_cast<size_t>(count));
+    if (Result<void> got = read_floats(numbers->get(), out.data(), count); !got) return got.error();
+    return out;
 }
 
 /// Lines and faces, which exporters write beside the cells that they bound.
@@ -206,21 +216,27 @@ MadeReader open_vtk_structured(const fs::path& path, bool is_rectilinear,
         along[a] = static_cast<int64_t>(high - low) + 1;
     }
     const bool of_points = (*field)->where == Where::kPoints;
+    const double unit = unit_mm(options);
+    if (is_rectilinear) {
+        CrossedField crossed;
+        crossed.channels = *channels;
+        crossed.of_points = of_points;
+        const Result<int64_t> items = crossed_items(along, *channels, of_points, limits);
+        if (!items) return items.error();
+        if (Result<void> got = read_axes(**file, along, unit, &crossed); !got) return got.error();
+        Result<std::vector<float>> values = read_values(**file, **field, *items * *channels);
+        if (!values) return values.error();
+        crossed.values = std::move(*values);
+        return open_crossed_field(std::move(crossed), options);
+    }
     Result<CellMesh> mesh = structured_cells(along, *channels, of_points, limits);
     if (!mesh) return mesh.error();
     const int64_t points = along[0] * along[1] * along[2];
-    const double unit = unit_mm(options);
-    const Result<void> placed = is_rectilinear ? read_axes(**file, along, unit, &*mesh)
-                                               : read_places(**file, points, unit, &*mesh);
-    if (!placed) return placed.error();
+    if (Result<void> got = read_places(**file, points, unit, &*mesh); !got) return got.error();
     const int64_t items = of_points ? points : static_cast<int64_t>(mesh->types.size());
-    const Result<std::unique_ptr<ArrayNumbers>> numbers =
-        (*file)->numbers(**field, items * *channels);
-    if (!numbers) return numbers.error();
-    mesh->values.resize(static_cast<size_t>(items * *channels));
-    if (Result<void> got = read_floats(numbers->get(), mesh->values.data(), items * *channels);
-        !got)
-        return got.error();
+    Result<std::vector<float>> values = read_values(**file, **field, items * *channels);
+    if (!values) return values.error();
+    mesh->values = std::move(*values);
     return open_cell_field(std::move(*mesh), options, limits);
 }
 
@@ -245,11 +261,9 @@ MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& opt
         return got.error();
     const Result<std::vector<int32_t>> kept = read_cells(**file, &mesh);
     if (!kept) return kept.error();
-    Result<std::unique_ptr<ArrayNumbers>> numbers = (*file)->numbers(**field, items * *channels);
-    if (!numbers) return numbers.error();
-    mesh.values.resize(static_cast<size_t>(items * *channels));
-    if (Result<void> got = read_floats(numbers->get(), mesh.values.data(), items * *channels); !got)
-        return got.error();
+    Result<std::vector<float>> values = read_values(**file, **field, items * *channels);
+    if (!values) return values.error();
+    mesh.values = std::move(*values);
     if (!mesh.of_points) mesh.keep_values(*kept);
     return open_cell_field(std::move(mesh), options, limits);
 }

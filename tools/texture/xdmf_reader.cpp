@@ -11,6 +11,7 @@
 #include "texture/xdmf_grid.h"
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/crossed_field.h"
 #include "tools/texture/number_slab.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/structured_cells.h"
@@ -210,46 +211,54 @@ class Source {
         int32_t channels = 0;
         const Result<ItemNumbers> values = open_field(items, &channels);
         if (!values) return values.error();
+        const int64_t count = field_->item.count;
+        if (is_rectilinear) return open_crossed(*along, channels, values->get());
         Result<CellMesh> mesh = structured_cells(*along, channels, field_->of_points, limits_);
         if (!mesh) return mesh.error();
-        if (is_rectilinear) {
-            if (grid_.geometry != "vxvyvz" || grid_.point_items.size() != 3) {
-                return user_error(
-                    fmt::format("its rectilinear grid has a geometry `{}`; VXVYVZ with three "
-                                "arrays is read",
-                                grid_.geometry));
-            }
-            std::array<std::vector<double>, 3> axes;
-            for (size_t a = 0; a < 3; ++a) {
-                const XdmfItem& item = grid_.point_items[a];
-                if (item.wrong.empty() && item.count != (*along)[a]) {
-                    return user_error(fmt::format("axis {} of its grid has {} places for {} points",
-                                                  "xyz"[a], item.count, (*along)[a]));
-                }
-                const Result<ItemNumbers> opened = numbers(item, "an axis of its grid");
-                if (!opened) return opened.error();
-                axes[a].resize(static_cast<size_t>(item.count));
-                if (Result<void> got = (*opened)->next(axes[a].data(), axes[a].size()); !got)
-                    return got.error();
-                for (double& place : axes[a])
-                    place *= unit_mm(options_);
-            }
-            set_crossed_points(axes, &*mesh);
-        } else {
-            const Result<int64_t> points = point_count();
-            if (!points) return points.error();
-            const int64_t wanted = (*along)[0] * (*along)[1] * (*along)[2];
-            if (*points != wanted) {
-                return user_error(
-                    fmt::format("its grid has {} points instead of {}", *points, wanted));
-            }
-            if (Result<void> got = read_points(*points, &*mesh); !got) return got.error();
+        const Result<int64_t> points = point_count();
+        if (!points) return points.error();
+        const int64_t wanted = (*along)[0] * (*along)[1] * (*along)[2];
+        if (*points != wanted) {
+            return user_error(fmt::format("its grid has {} points instead of {}", *points, wanted));
         }
-        const int64_t count = field_->item.count;
+        if (Result<void> got = read_points(*points, &*mesh); !got) return got.error();
         mesh->values.resize(static_cast<size_t>(count));
         if (Result<void> got = read_floats(values->get(), mesh->values.data(), count); !got)
             return got.error();
         return open_cell_field(std::move(*mesh), options_, limits_);
+    }
+
+    MadeReader open_crossed(const std::array<int64_t, 3>& along, int32_t channels,
+                            ArrayNumbers* values) const {
+        if (grid_.geometry != "vxvyvz" || grid_.point_items.size() != 3) {
+            return user_error(fmt::format(
+                "its rectilinear grid has a geometry `{}`; VXVYVZ with three arrays is read",
+                grid_.geometry));
+        }
+        CrossedField crossed;
+        crossed.channels = channels;
+        crossed.of_points = field_->of_points;
+        const Result<int64_t> items = crossed_items(along, channels, field_->of_points, limits_);
+        if (!items) return items.error();
+        for (size_t a = 0; a < 3; ++a) {
+            const XdmfItem& item = grid_.point_items[a];
+            if (item.wrong.empty() && item.count != along[a]) {
+                return user_error(fmt::format("axis {} of its grid has {} places for {} points",
+                                              "xyz"[a], item.count, along[a]));
+            }
+            const Result<ItemNumbers> opened = numbers(item, "an axis of its grid");
+            if (!opened) return opened.error();
+            std::vector<double>& axis = crossed.axes[a];
+            axis.resize(static_cast<size_t>(item.count));
+            if (Result<void> got = (*opened)->next(axis.data(), axis.size()); !got)
+                return got.error();
+            for (double& place : axis)
+                place *= unit_mm(options_);
+        }
+        crossed.values.resize(static_cast<size_t>(field_->item.count));
+        if (Result<void> got = read_floats(values, crossed.values.data(), field_->item.count); !got)
+            return got.error();
+        return open_crossed_field(std::move(crossed), options_);
     }
 
     MadeReader open_cells() const {

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 
 #include "tests/unit/texture/field_test.h"
 
@@ -361,6 +362,97 @@ TEST_F(VtkTest, RectilinearAndCurvilinearGridsAreSampled) {
     EXPECT_EQ(wrong("0 1 0 1 1 0", axis + axis + axis), "its extent 1 to 0 is not possible");
     EXPECT_EQ(wrong("0 65535 0 65535 0 65535", axis + axis + axis),
               "it has more than 2147483647 points");
+}
+
+/// A grid of the same places and numbers as a rectilinear and as a curvilinear one.
+std::array<std::string, 2> as_both_grids(const std::array<std::vector<double>, 3>& axes,
+                                         const std::string& values) {
+    Writer writer(Form::kText);
+    std::vector<double> points;
+    for (const double z : axes[2]) {
+        for (const double y : axes[1]) {
+            for (const double x : axes[0])
+                points.insert(points.end(), {x, y, z});
+        }
+    }
+    std::array<std::string, 2> out;
+    for (const bool is_rectilinear : {true, false}) {
+        const std::string kind = is_rectilinear ? "RectilinearGrid" : "StructuredGrid";
+        const std::string places =
+            is_rectilinear
+                ? "<Coordinates>" + writer.array("x", "Float64", 1, axes[0]) +
+                      writer.array("y", "Float64", 1, axes[1]) +
+                      writer.array("z", "Float64", 1, axes[2]) + "</Coordinates>"
+                : "<Points>" + writer.array("Points", "Float64", 3, points) + "</Points>";
+        out[is_rectilinear ? 0 : 1] = writer.file(
+            kind, fmt::format("<{} WholeExtent=\"0 {} 0 {} 0 {}\"><Piece>{}{}</Piece></{}>", kind,
+                              axes[0].size() - 1, axes[1].size() - 1, axes[2].size() - 1, values,
+                              places, kind));
+    }
+    return out;
+}
+
+TEST_F(VtkTest, ARectilinearGridIsSampledAsItsCuboids) {
+    // Texel centres on faces, places that fall, a cell of no width, texels outside of all cells.
+    const std::array<std::vector<double>, 3> axes{
+        {{0, 0.5, 2, 2, 3.1}, {4, 2.25, 1, 0.2}, {-1, 0.25, 1.4}}};
+    Writer writer(Form::kText);
+    std::vector<double> of_points, of_cells;
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> value(-1, 1);
+    for (int i = 0; i < 2 * 5 * 4 * 3; ++i)
+        of_points.push_back(value(random));
+    for (int i = 0; i < 2 * 4 * 3 * 2; ++i)
+        of_cells.push_back(value(random));
+    const auto files =
+        as_both_grids(axes, "<PointData>" + writer.array("p", "Float64", 2, of_points) +
+                                "</PointData><CellData>" +
+                                writer.array("c", "Float64", 2, of_cells) + "</CellData>");
+    for (const char* field : {"p", "c"}) {
+        for (const double pitch : {0.0, 0.5, 0.17}) {
+            VolumeOptions options;
+            options.field = field;
+            options.pitch_mm = pitch;
+            const auto crossed = converted(folder_.write("a.vtr", files[0]), options);
+            const std::vector<float> sampled = level0(*crossed), place = domain(*crossed);
+            const auto cells = converted(folder_.write("a.vts", files[1]), options);
+            ASSERT_EQ(size(*crossed), size(*cells));
+            EXPECT_EQ(place, domain(*cells));
+            const std::vector<float> wanted = level0(*cells);
+            for (size_t i = 0; i < wanted.size(); ++i)
+                EXPECT_NEAR(sampled[i], wanted[i], 1e-6) << field << ", texel " << i / 2;
+        }
+    }
+    auto wrong = axes;
+    wrong[1] = {0, 2, 1, 3};
+    EXPECT_EQ(trouble(folder_.write(
+                  "w.vtr",
+                  as_both_grids(wrong, "<PointData>" + writer.array("p", "Float64", 2, of_points) +
+                                           "</PointData>")[0])),
+              "the places along y of its grid neither rise nor fall");
+}
+
+TEST_F(VtkTest, ALargeRectilinearGridIsReadSoon) {
+#ifdef OPENFAB_SANITIZED
+    constexpr double kSoon = 60;
+#else
+    constexpr double kSoon = 4;  // of the processor's seconds
+#endif
+    std::vector<double> axis;
+    for (int i = 0; i <= 48; ++i)
+        axis.push_back(0.1 * i + 0.001 * i * i);
+    Writer writer(Form::kText);
+    const auto file = folder_.write(
+        "l.vtr",
+        as_both_grids({axis, axis, axis},
+                      "<CellData>" +
+                          writer.array("p", "Float32", 1, std::vector<float>(48 * 48 * 48, 1)) +
+                          "</CellData>")[0]);
+    const std::clock_t start = std::clock();
+    const auto p = converted(file);
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{144, 144, 144}));
+    EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, kSoon);
 }
 
 TEST_F(VtkTest, CellsKeepTheirValueAndTheOutsideHasItsOwn) {
