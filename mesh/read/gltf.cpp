@@ -14,11 +14,11 @@
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/gltf_file.h"
+#include "mesh/read/gltf_looks.h"
+#include "mesh/read/gltf_scene.h"
 
 namespace openfab::mesh {
 namespace {
-
-using Kind = JsonValue::Kind;
 
 /// Nodes may repeat a mesh, so that the file's size does not bound these.
 constexpr int64_t kMaxTriangles = 50'000'000;
@@ -26,19 +26,40 @@ constexpr int64_t kMaxVertices = 100'000'000;
 /// Limit of the primitives of all nodes, with their attributes: one without vertices takes time,
 /// too.
 constexpr int64_t kMaxPrimitives = 1'000'000;
-constexpr size_t kMaxWarnings = 100;
-/// y up, z to the viewer -> z up, y away.
-constexpr Affine3d kZUp{{1, 0, 0, 0, 0, -1, 0, 1, 0}, {}};
 
-/// Returns the attribute that a glTF attribute becomes; empty for ignored ones.
-std::string attribute_name(const std::string& gltf) {
-    if (gltf == "NORMAL") return "n";
-    if (gltf == "COLOR_0") return "color";
-    if (gltf == "TEXCOORD_0") return "uv";
-    constexpr std::string_view kTexture = "TEXCOORD_";
-    if (gltf.starts_with(kTexture)) return "uv" + gltf.substr(kTexture.size());
-    if (!gltf.starts_with('_') || gltf.size() == 1) return {};
-    return lower_ascii(gltf.substr(1));
+/// An attribute of ours that is made of one of the file's.
+struct Target {
+    std::string name;
+    bool at_picture = false;  ///< coordinates of the primitive's picture
+};
+
+constexpr std::string_view kTexture = "TEXCOORD_";
+
+/// Returns what an attribute of a primitive becomes, whose picture is at TEXCOORD_`picture`; empty
+/// for those that are not kept.
+std::vector<Target> targets_of(const JsonValue& attributes, const std::string& key,
+                               int64_t picture) {
+    if (key == "NORMAL") return {{"n"}};
+    if (key == "COLOR_0") return {{"color"}};
+    if (key.starts_with(kTexture)) {
+        const std::string number = key.substr(kTexture.size());
+        const bool is_number = !number.empty() && number.size() <= 3 &&
+                               number.find_first_not_of("0123456789") == std::string::npos;
+        if (!is_number) return {};
+        if (number == std::to_string(picture) && picture == 0) return {{"uv", true}};
+        if (number == std::to_string(picture)) return {{"uv", true}, {"uv" + number}};
+        return {{"uv" + number}};
+    }
+    if (!key.starts_with('_') || key.size() == 1) return {};
+    const std::string name = lower_ascii(key.substr(1));
+    // Where the primitive has the format's own attribute of that name, it is that.
+    const std::string number = name.starts_with("uv") ? name.substr(2) : "";
+    const std::string own = name == "n"       ? "NORMAL"
+                            : name == "color" ? "COLOR_0"
+                            : name == "uv"    ? fmt::format("{}{}", kTexture, picture)
+                                              : fmt::format("{}{}", kTexture, number);
+    if (attributes.find(own) != nullptr) return {};
+    return {{name}};
 }
 
 class GltfReader {
@@ -46,198 +67,149 @@ class GltfReader {
     GltfReader(GltfFile file, std::string name) : gltf_(std::move(file)), name_(std::move(name)) {}
 
     Result<MeshSource> read() {
+        const std::vector<GltfPlacement> placements = gltf_placements(&gltf_, &mesh_);
         // Counts first: nodes may repeat a mesh, so the file's size is no bound.
-        for_each_node(&GltfReader::count_node);
+        for (const GltfPlacement& placement : placements)
+            count(placement);
         if (!gltf_.ok()) return gltf_.error();
         counts_.attributes = static_cast<int64_t>(names_.size());
         const int64_t needed = preparing_bytes(counts_) + largest_;
         if (needed > gltf_.memory_left())
             return too_large_to_read(name_, counts_.triangles, needed, gltf_.memory_left());
         mesh_.reserve(counts_);
-        for_each_node(&GltfReader::add_node);
+        for (const GltfPlacement& placement : placements)
+            add(placement);
         if (!gltf_.ok()) return gltf_.error();
-        warn_of_what_is_left_out();
+        tell_what_is_beside_the_scene(gltf_, &mesh_);
         MeshSource out = mesh_.finish(name_, 1000);
         out.files = gltf_.files();
         return out;
     }
 
   private:
-    using Use = void (GltfReader::*)(const JsonValue& node, const Affine3d& transform);
-
-    /// Calls `use` for the nodes of the scene, parents before children.
-    void for_each_node(Use use) {
-        struct Visit {
-            int64_t node;
-            Affine3d transform;
-        };
-        std::vector<Visit> stack;
-        visited_.clear();
-        for (int64_t node : root_nodes())
-            stack.push_back({node, kZUp});
-        std::reverse(stack.begin(), stack.end());
-        while (!stack.empty() && gltf_.ok()) {
-            const Visit visit = stack.back();
-            stack.pop_back();
-            const JsonValue* node = gltf_.item("nodes", visit.node, "a scene or node");
-            if (node == nullptr || !mark_visited(visit.node, *node)) break;
-            const Affine3d transform = product(visit.transform, transform_of(*node));
-            (this->*use)(*node, transform);
-            const std::vector<int64_t> children = indices_of(*node, "children");
-            for (size_t i = children.size(); i-- > 0;)
-                stack.push_back({children[i], transform});
-        }
-    }
-
-    /// Returns the number of elements that an accessor or a list should have; it is validated when
-    /// read.
-    static int64_t stated(const JsonValue& object, const char* key) {
-        const JsonMember* m = object.find(key);
-        constexpr double kMost = 1LL << 32;
-        return m != nullptr && m->value.number >= 0 && m->value.number <= kMost
-                   ? static_cast<int64_t>(m->value.number)
-                   : 0;
-    }
-    int64_t stated_count(const JsonValue& object, const char* accessor) const {
-        const JsonMember* list = gltf_.root().find("accessors");
-        const auto index = static_cast<size_t>(stated(object, accessor));
-        if (object.find(accessor) == nullptr || list == nullptr ||
-            index >= list->value.items.size())
-            return 0;
-        return stated(list->value.items[index], "count");
-    }
-
-    void count_node(const JsonValue& node, const Affine3d&) {
-        const JsonMember* meshes = gltf_.root().find("meshes");
-        const auto index = static_cast<size_t>(stated(node, "mesh"));
-        if (node.find("mesh") == nullptr || meshes == nullptr ||
-            index >= meshes->value.items.size())
+    void count(const GltfPlacement& placement) {
+        const JsonValue* meshes = gltf_member(&gltf_.root(), "meshes");
+        const JsonValue* index = gltf_member(placement.node, "mesh");
+        if (meshes == nullptr || index == nullptr || !(index->number >= 0) ||
+            !(index->number < static_cast<double>(meshes->items.size())) || !gltf_.ok())
             return;
-        const JsonMember* primitives = meshes->value.items[index].find("primitives");
+        const JsonValue* primitives =
+            gltf_member(&meshes->items[static_cast<size_t>(index->number)], "primitives");
         if (primitives == nullptr) return;
-        for (const JsonValue& primitive : primitives->value.items)
-            count_primitive(primitive);
+        constexpr int64_t kInstance = sizeof(Affine3d) + 10 * sizeof(double);
+        if (placement.instances <= kMaxPrimitives)
+            largest_ = std::max(largest_, placement.instances * kInstance);
+        for (const JsonValue& primitive : primitives->items)
+            count_primitive(primitive, std::min(placement.instances, kMaxPrimitives + 1));
     }
 
-    void count_primitive(const JsonValue& primitive) {
-        const JsonMember* attributes = primitive.find("attributes");
-        ++primitives_;
+    void count_primitive(const JsonValue& primitive, int64_t instances) {
+        if (!gltf_.ok()) return;
+        const JsonValue* attributes = gltf_member(&primitive, "attributes");
+        primitives_ += instances;
         if (attributes == nullptr) return;
-        const int64_t vertices = stated_count(attributes->value, "POSITION");
-        const int64_t corners =
-            primitive.find("indices") != nullptr ? stated_count(primitive, "indices") : vertices;
+        const int64_t vertices = gltf_stated_count(gltf_, attributes, "POSITION");
+        const int64_t corners = primitive.find("indices") != nullptr
+                                    ? gltf_stated_count(gltf_, &primitive, "indices")
+                                    : vertices;
+        const JsonValue* mode = gltf_member(&primitive, "mode");
+        const JsonValue* targets = gltf_member(&primitive, "targets");
+        if (targets != nullptr)
+            primitives_ += instances * static_cast<int64_t>(targets->items.size());
+        const GltfSkin skin = looks_.of(primitive);
         int64_t kept = 0;
-        for (const JsonMember& m : attributes->value.members) {
-            ++primitives_;
-            const std::string name = attribute_name(m.key);
-            if (name.empty()) continue;
-            if (names_.size() < MeshAssembly::kMaxAttributes) names_.insert(name);
-            ++kept;
+        for (const JsonMember& m : attributes->members) {
+            primitives_ += instances;
+            for (const Target& target : targets_of(*attributes, m.key, skin.coordinates)) {
+                if (names_.size() < MeshAssembly::kMaxAttributes) names_.insert(target.name);
+                ++kept;
+            }
         }
-        const bool strip = primitive.find("mode") != nullptr && stated(primitive, "mode") != 4;
-        counts_.vertices += vertices;
-        counts_.triangles += strip ? corners : corners / 3;
-        counts_.values += kept * vertices * 4;
-        // State while reading: numbers as doubles, and the value of each vertex.
-        largest_ = std::max(largest_, vertices * (8 * 8 + 4 * kept) + corners * 16);
         if (primitives_ > kMaxPrimitives)
-            gltf_.fail(primitive, fmt::format("the nodes have more than {} primitives with their "
-                                              "attributes",
-                                              kMaxPrimitives));
+            return gltf_.fail(primitive, fmt::format("the nodes have more than {} primitives with "
+                                                     "their attributes",
+                                                     kMaxPrimitives));
+        const bool strip = mode != nullptr && mode->number != 4;
+        counts_.vertices += instances * vertices;
+        counts_.triangles += instances * (strip ? corners : corners / 3);
         if (counts_.vertices > kMaxVertices || counts_.triangles > kMaxTriangles)
-            gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
+            return gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
+        counts_.values += instances * kept * vertices * 4;
+        // State while reading: numbers as doubles (those of a morph target, too), and the value of
+        // each vertex.
+        largest_ = std::max(largest_, vertices * (12 * 8 + 4 * kept) + corners * 16);
     }
 
-    std::vector<int64_t> indices_of(const JsonValue& object, const char* key) {
-        std::vector<int64_t> out;
-        const JsonMember* list = object.find(key);
-        if (list == nullptr) return out;
-        for (const JsonValue& item : list->value.items) {
-            if (!item.is(Kind::kNumber) || !(item.number >= 0 && item.number < 1e9) ||
-                item.number != std::floor(item.number)) {
-                gltf_.fail(item, fmt::format("`{}` holds something other than indices", key));
-                return {};
-            }
-            out.push_back(static_cast<int64_t>(item.number));
-        }
-        return out;
-    }
-
-    /// Returns the nodes of the default scene; without scenes, those without a parent.
-    std::vector<int64_t> root_nodes() {
-        const JsonMember* nodes = gltf_.root().find("nodes");
-        visited_.resize(nodes != nullptr ? nodes->value.items.size() : 0);
-        if (const JsonMember* scenes = gltf_.root().find("scenes");
-            scenes != nullptr && !scenes->value.items.empty()) {
-            const JsonValue* scene =
-                gltf_.item("scenes", gltf_.integer(gltf_.root(), "scene", 0), "`scene`");
-            return scene != nullptr ? indices_of(*scene, "nodes") : std::vector<int64_t>();
-        }
-        std::vector<bool> child(visited_.size());
-        for (size_t n = 0; n < visited_.size(); ++n) {
-            for (int64_t c : indices_of(nodes->value.items[n], "children")) {
-                if (static_cast<size_t>(c) < child.size()) child[c] = true;
-            }
-        }
-        std::vector<int64_t> roots;
-        for (size_t n = 0; n < child.size(); ++n) {
-            if (!child[n]) roots.push_back(static_cast<int64_t>(n));
-        }
-        return roots;
-    }
-
-    bool mark_visited(int64_t index, const JsonValue& node) {
-        if (visited_[index]) {
-            gltf_.fail(node, fmt::format("node {} has two parents", index), "nodes must be a tree");
-            return false;
-        }
-        visited_[index] = true;
-        return true;
-    }
-
-    Affine3d transform_of(const JsonValue& node) {
-        Affine3d out;
-        if (const auto m = gltf_.numbers(node, "matrix", 16)) {
-            const auto& v = *m;  // by columns
-            return {{v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]}, {v[12], v[13], v[14]}};
-        }
-        if (const auto q = gltf_.numbers(node, "rotation", 4)) {
-            const double x = (*q)[0], y = (*q)[1], z = (*q)[2], w = (*q)[3];
-            const double s = x * x + y * y + z * z + w * w;
-            const double k = s > 0 ? 2 / s : 0;
-            out.m = {1 - k * (y * y + z * z), k * (x * y - z * w),     k * (x * z + y * w),
-                     k * (x * y + z * w),     1 - k * (x * x + z * z), k * (y * z - x * w),
-                     k * (x * z - y * w),     k * (y * z + x * w),     1 - k * (x * x + y * y)};
-        }
-        if (const auto s = gltf_.numbers(node, "scale", 3)) {
-            for (size_t i = 0; i < 9; ++i)
-                out.m[i] = out.m[i] * (*s)[i % 3];
-        }
-        if (const auto t = gltf_.numbers(node, "translation", 3))
-            out.t = {(*t)[0], (*t)[1], (*t)[2]};
-        return out;
-    }
-
-    void add_node(const JsonValue& node, const Affine3d& transform) {
-        if (node.find("mesh") == nullptr || !gltf_.ok()) return;
-        skins_ = skins_ || node.find("skin") != nullptr;
+    void add(const GltfPlacement& placement) {
+        if (!gltf_.ok()) return;
+        const JsonValue& node = *placement.node;
         const JsonValue* mesh = gltf_.item("meshes", gltf_.integer(node, "mesh", 0), "a node");
         if (mesh == nullptr) return;
         const JsonMember* primitives = mesh->find("primitives");
         if (primitives == nullptr) return gltf_.fail(*mesh, "the mesh has no `primitives`");
-        FaceGroup group;
         std::string name = name_of(node);
         if (name.empty()) name = name_of(*mesh);
-        if (!name.empty()) group.names.push_back(name);
+        tell_of_mesh(placement, *mesh);
+        for (const Affine3d& transform : gltf_instances(&gltf_, placement)) {
+            if (determinant(transform) == 0) {
+                mesh_.leave_out("an instance that is scaled to nothing",
+                                gltf_.place_of("node", node),
+                                "none is needed if it was to be hidden");
+                continue;
+            }
+            add_body(primitives->value, name, placement, transform);
+            if (!gltf_.ok()) return;
+        }
+    }
+
+    /// What the mesh of a node has beside its primitives.
+    void tell_of_mesh(const GltfPlacement& placement, const JsonValue& mesh) {
+        const JsonValue& node = *placement.node;
+        if (node.find("skin") != nullptr)
+            mesh_.leave_out("the skin of a mesh", gltf_.place_of("node", node),
+                            "the mesh is as it was modelled; apply the pose, and export again");
+        const JsonValue* primitives = gltf_member(&mesh, "primitives");
+        if (!primitives->items.empty() && primitives->items[0].find("targets") != nullptr)
+            mesh_.leave_out("the morph targets of a mesh", gltf_.place_of("node", node),
+                            "the mesh is printed with the weights that the file gives");
+        const JsonValue* weights = gltf_member(&node, "weights");
+        if (weights == nullptr) weights = gltf_member(&mesh, "weights");
+        weights_.clear();
+        for (size_t i = 0; weights != nullptr && i < weights->items.size(); ++i)
+            weights_.push_back(weights->items[i].number);
+    }
+
+    /// A node's mesh, or an instance of it: its primitives may close one surface together.
+    void add_body(const JsonValue& primitives, const std::string& name,
+                  const GltfPlacement& placement, const Affine3d& transform) {
         mesh_.begin_part();
         if (mesh_.group_bytes() > gltf_.memory_left())
-            return gltf_.fail(node,
+            return gltf_.fail(*placement.node,
                               "the names of nodes and materials take more memory than is allowed",
                               "allow more with `--memory`");
-        for (const JsonValue& primitive : primitives->value.items) {
-            group.material = material_of(primitive);
-            if (gltf_.ok()) add_primitive(primitive, transform, mesh_.group_index(group));
+        FaceGroup group;
+        if (!name.empty()) group.names.push_back(name);
+        group.body = static_cast<int32_t>(mesh_.bodies().size());
+        const size_t before = mesh_.triangles();
+        for (const JsonValue& primitive : primitives.items) {
+            if (!gltf_.ok() || !has_triangles(primitive, *placement.node)) continue;
+            const GltfSkin skin = looks_.of(primitive);
+            group.material = skin.material;
+            group.look = skin.look;
+            if (gltf_.ok()) add_primitive(primitive, transform, group, skin);
         }
+        if (mesh_.triangles() == before) return;
+        if (gltf_.take_memory(3 * (sizeof(Body) + name.size()), *placement.node))
+            mesh_.bodies().push_back({name, BodyRole::kPart, placement.assembly});
+    }
+
+    bool has_triangles(const JsonValue& primitive, const JsonValue& node) {
+        const int64_t mode = gltf_.integer(primitive, "mode", 4, 6);
+        if (mode >= 4) return gltf_.ok();
+        const std::string place = gltf_.place_of("node", node);
+        if (mode == 0) mesh_.leave_out("the points of a mesh", place, "they have no volume");
+        if (mode > 0) mesh_.leave_out("the lines of a mesh", place, "they have no volume");
+        return false;
     }
 
     /// Each node that repeats a mesh adds it again.
@@ -250,32 +222,23 @@ class GltfReader {
         return {};
     }
 
-    std::string material_of(const JsonValue& primitive) {
-        if (primitive.find("material") == nullptr) return {};
-        const int64_t index = gltf_.integer(primitive, "material", 0);
-        const JsonValue* material = gltf_.item("materials", index, "a mesh");
-        if (material == nullptr) return {};
-        const std::string name = name_of(*material);
-        return name.empty() ? fmt::format("material {}", index) : name;
-    }
-
     /// An attribute of the current primitive, with its values added to the mesh.
     struct Source {
         size_t attribute;
         std::vector<int32_t> value_of_vertex;
     };
 
-    void add_primitive(const JsonValue& primitive, const Affine3d& transform, int32_t group) {
+    void add_primitive(const JsonValue& primitive, const Affine3d& transform,
+                       const FaceGroup& group, const GltfSkin& skin) {
         const int64_t mode = gltf_.integer(primitive, "mode", 4, 6);
-        morphs_ = morphs_ || primitive.find("targets") != nullptr;
-        if (mode < 4) {
-            points_or_lines_ = true;
-            return;
-        }
-        const JsonMember* attributes = primitive.find("attributes");
-        if (attributes == nullptr || attributes->value.find("POSITION") == nullptr)
+        const JsonValue* attributes = gltf_member(&primitive, "attributes");
+        if (gltf_member(attributes, "POSITION") == nullptr)
             return gltf_.fail(primitive, "the primitive has no POSITION");
-        const std::optional<GltfArray> positions = array_of(attributes->value, "POSITION", 3);
+        if (is_only_compressed(primitive, *attributes))
+            return gltf_.fail(primitive,
+                              "the mesh is compressed with Draco, and the file has no other form",
+                              "export it without compression");
+        const std::optional<GltfArray> positions = array_of(primitive, "POSITION", 3);
         if (!positions) return;
         const std::vector<int64_t> corners = corners_of(primitive, *positions);
         if (!gltf_.ok()) return;
@@ -289,15 +252,54 @@ class GltfReader {
             mesh_.add_vertex(placed);
         }
         std::vector<Source> sources;
-        for (const JsonMember& m : attributes->value.members)
-            add_attribute(m, attributes->value, transform, positions->count(), &sources);
-        if (gltf_.ok())
-            add_triangles(corners, mode, determinant(transform) < 0, first, group, sources);
+        for (const JsonMember& m : attributes->members)
+            add_attribute(primitive, m, transform, positions->count(), skin, &sources);
+        if (gltf_.ok() && corners.size() >= 3)
+            add_triangles(corners, mode, determinant(transform) < 0, first,
+                          mesh_.group_index(group), sources);
     }
 
-    std::optional<GltfArray> array_of(const JsonValue& attributes, const char* key,
+    /// Returns whether the accessors of a compressed primitive have no data of their own.
+    bool is_only_compressed(const JsonValue& primitive, const JsonValue& attributes) {
+        if (gltf_extension(&primitive, "KHR_draco_mesh_compression") == nullptr) return false;
+        const JsonValue* positions =
+            gltf_.item("accessors", gltf_.integer(attributes, "POSITION", 0), "a mesh");
+        return positions != nullptr && positions->find("bufferView") == nullptr &&
+               positions->find("sparse") == nullptr;
+    }
+
+    /// Reads an attribute of a primitive, at the weights of its morph targets.
+    std::optional<GltfArray> array_of(const JsonValue& primitive, const std::string& key,
                                       size_t components) {
-        Result<GltfArray> array = gltf_.array(gltf_.integer(attributes, key, 0), false);
+        std::optional<GltfArray> base =
+            plain_array(*gltf_member(&primitive, "attributes"), key, components);
+        const JsonValue* targets = gltf_member(&primitive, "targets");
+        for (size_t t = 0; base && targets != nullptr && t < targets->items.size(); ++t) {
+            const double weight = t < weights_.size() ? weights_[t] : 0;
+            if (weight == 0 || gltf_member(&targets->items[t], key) == nullptr) continue;
+            const std::optional<GltfArray> moved = plain_array(targets->items[t], key, components);
+            if (!moved) return {};
+            if (moved->count() != base->count()) {
+                gltf_.fail(targets->items[t], fmt::format("{} of a morph target has {} values for "
+                                                          "{} vertices",
+                                                          key, moved->count(), base->count()));
+                return {};
+            }
+            const size_t shared = std::min(base->components, moved->components);
+            for (size_t v = 0; v < base->count(); ++v) {
+                for (size_t c = 0; c < shared; ++c)
+                    base->values[v * base->components + c] +=
+                        weight * moved->values[v * moved->components + c];
+            }
+        }
+        return base;
+    }
+
+    std::optional<GltfArray> plain_array(const JsonValue& attributes, const std::string& key,
+                                         size_t components) {
+        Result<GltfArray> array =
+            gltf_.array(gltf_.integer(attributes, key.c_str(), 0),
+                        key == "COLOR_0" ? GltfFile::Use::kShares : GltfFile::Use::kNumbers);
         if (!array || !gltf_.ok()) return {};
         if (components != 0 && array->components != components) {
             gltf_.fail(attributes, fmt::format("{} has {} components", key, array->components),
@@ -315,7 +317,8 @@ class GltfReader {
                 corners.push_back(static_cast<int64_t>(i));
             return corners;
         }
-        const Result<GltfArray> indices = gltf_.array(gltf_.integer(primitive, "indices", 0), true);
+        const Result<GltfArray> indices =
+            gltf_.array(gltf_.integer(primitive, "indices", 0), GltfFile::Use::kIndices);
         if (!indices || !gltf_.ok()) return {};
         for (double index : indices->values) {
             if (index >= static_cast<double>(positions.count())) {
@@ -328,43 +331,68 @@ class GltfReader {
         return corners;
     }
 
-    void add_attribute(const JsonMember& member, const JsonValue& attributes,
-                       const Affine3d& transform, size_t vertices, std::vector<Source>* sources) {
-        const std::string name = attribute_name(member.key);
-        if (name.empty() || !gltf_.ok()) return;
-        const bool is_normal = name == "n";
-        const bool is_uv = name.starts_with("uv") && member.key[0] == 'T';
-        const std::optional<GltfArray> array = array_of(attributes, member.key.c_str(),
-                                                        is_normal ? 3
-                                                        : is_uv   ? 2
-                                                                  : 0);
+    /// What tells apart how the values of an attribute are read.
+    struct Kinds {
+        bool normal, coordinates, colour;
+        explicit Kinds(const std::string& key)
+            : normal(key == "NORMAL"),
+              coordinates(key.starts_with(kTexture)),
+              colour(key == "COLOR_0") {}
+        size_t components() const { return normal ? 3 : coordinates ? 2 : 0; }
+    };
+
+    void add_attribute(const JsonValue& primitive, const JsonMember& member,
+                       const Affine3d& transform, size_t vertices, const GltfSkin& skin,
+                       std::vector<Source>* sources) {
+        if (!gltf_.ok()) return;
+        const JsonValue& attributes = *gltf_member(&primitive, "attributes");
+        const std::vector<Target> targets = targets_of(attributes, member.key, skin.coordinates);
+        if (targets.empty()) return tell_of_attribute(member);
+        const Kinds kinds(member.key);
+        const std::optional<GltfArray> array = array_of(primitive, member.key, kinds.components());
         if (!array) return;
         if (array->count() != vertices)
             return gltf_.fail(member.value, fmt::format("{} has {} values for {} vertices",
                                                         member.key, array->count(), vertices));
-        const bool is_color = name == "color" && member.key[0] == 'C';
-        const size_t kept = is_color ? 3 : array->components;
-        if (kept > array->components)
+        if (kinds.colour && array->components < 3)
             return gltf_.fail(member.value, "COLOR_0 must have 3 or 4 components");
-        const std::optional<size_t> attribute = mesh_.attribute(name, static_cast<int32_t>(kept));
-        if (!attribute) {
-            if (mesh_.warnings().size() < kMaxWarnings)
-                mesh_.warnings().push_back(fmt::format(
-                    "{}:{}:{}: `{}` has another number of components elsewhere, or is one "
-                    "too many; left "
-                    "out here",
-                    name_, member.line, member.column, member.key.substr(0, 40)));
-            return;
-        }
+        if (kinds.colour && skin.is_transparent) tell_of_transparency(*array, skin);
+        for (const Target& target : targets)
+            add_values(*array, member, target, transform, skin, sources);
+    }
+
+    void add_values(const GltfArray& array, const JsonMember& member, const Target& target,
+                    const Affine3d& transform, const GltfSkin& skin, std::vector<Source>* sources) {
+        const Kinds kinds(member.key);
+        const size_t kept = kinds.colour ? 3 : array.components;
+        const std::optional<size_t> attribute =
+            mesh_.attribute(target.name, static_cast<int32_t>(kept));
+        if (!attribute)
+            return mesh_.leave_out(
+                fmt::format("an attribute `{}` of {} components", member.key.substr(0, 40), kept),
+                fmt::format("{}:{}:{}", name_, member.line, member.column),
+                fmt::format("it has others elsewhere, or is one of more than {}",
+                            MeshAssembly::kMaxAttributes));
         const Affine3d turn = cofactors(transform);
         const double side = determinant(transform) < 0 ? -1 : 1;
+        const GltfTextureTransform& m = skin.transform;
         Source source{*attribute, {}};
-        for (size_t v = 0; v < vertices; ++v) {
+        source.value_of_vertex.reserve(array.count());
+        for (size_t v = 0; v < array.count(); ++v) {
             std::array<double, 4> value{};
             for (size_t c = 0; c < kept; ++c)
-                value[c] = array->values[v * array->components + c];
-            if (is_uv) value[1] = 1 - value[1];
-            if (is_normal) {
+                value[c] = array.values[v * array.components + c];
+            if (kinds.coordinates) {
+                if (target.at_picture)
+                    value = {m[0] * value[0] + m[1] * value[1] + m[2],
+                             m[3] * value[0] + m[4] * value[1] + m[5]};
+                value[1] = 1 - value[1];
+            }
+            if (kinds.colour) {
+                for (double& channel : value)
+                    channel = channel > 1 ? 1 : channel < 0 ? 0 : channel;
+            }
+            if (kinds.normal) {
                 const Vec3d n = turn.apply_vector({value[0], value[1], value[2]}) * side;
                 const double scale = length(n) > 0 ? 1 / length(n) : 0;
                 value = {n.x * scale, n.y * scale, n.z * scale, 0};
@@ -372,6 +400,25 @@ class GltfReader {
             source.value_of_vertex.push_back(mesh_.add_value(*attribute, value.data()));
         }
         sources->push_back(std::move(source));
+    }
+
+    /// Tangents serve normal maps, joints and weights skins, which are told.
+    void tell_of_attribute(const JsonMember& member) {
+        for (const char* known : {"POSITION", "TANGENT", "JOINTS_", "WEIGHTS_"}) {
+            if (member.key.starts_with(known)) return;
+        }
+        mesh_.leave_out(fmt::format("the attribute `{}`", member.key.substr(0, 40)),
+                        fmt::format("{}:{}:{}", name_, member.line, member.column),
+                        "attributes of one's own begin with `_`, and have no name of the format's");
+    }
+
+    void tell_of_transparency(const GltfArray& colours, const GltfSkin& skin) {
+        if (colours.components < 4) return;
+        for (size_t v = 0; v < colours.count(); ++v) {
+            if (colours.values[v * 4 + 3] >= 1) continue;
+            return mesh_.leave_out("the transparency of vertex colours", skin.place,
+                                   "give the material an alpha, or a picture with one");
+        }
     }
 
     void add_triangles(const std::vector<int64_t>& corners, int64_t mode, bool mirrored,
@@ -394,26 +441,15 @@ class GltfReader {
         }
     }
 
-    void warn_of_what_is_left_out() {
-        const auto warn = [&](bool left_out, const char* what) {
-            if (left_out) mesh_.warnings().push_back(fmt::format("{}: {}", name_, what));
-        };
-        warn(points_or_lines_, "points and lines are left out; they have no volume");
-        warn(skins_, "the skin is not applied; the mesh is as it was modelled");
-        warn(morphs_, "morph targets are not applied");
-    }
-
     GltfFile gltf_;
     std::string name_;
     MeshAssembly mesh_;
-    std::vector<bool> visited_;
+    GltfLooks looks_{&gltf_, &mesh_};
+    std::vector<double> weights_;  ///< of morph targets, of the current mesh
     MeshCounts counts_;            ///< of all nodes
     std::set<std::string> names_;  ///< of attributes
     int64_t primitives_ = 0;
     int64_t largest_ = 0;  ///< bytes beside the mesh while a primitive is read
-    bool points_or_lines_ = false;
-    bool skins_ = false;
-    bool morphs_ = false;
 };
 
 }  // namespace

@@ -2,21 +2,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "base/result.h"
+#include "mesh/model/look.h"
 #include "mesh/model/mesh_source.h"
 
 namespace openfab::mesh {
 
 /// Reads glTF 2.0, as text or .glb: the triangles of the default scene with the transforms of their
-/// nodes, y up turned to z up, in metres. NORMAL is "n", TEXCOORD_0 "uv" (TEXCOORD_1 "uv1", …) with
-/// v turned so that 0 is at the bottom, COLOR_0 "color" (3), and _NAME the attribute "name" in
-/// lower case; all are floats. Nodes and materials are groups by their names. Points and lines,
-/// skins and morph targets are left out with a warning; compressed meshes are refused. Errors name
-/// the location in the JSON.
+/// nodes, y up turned to z up, in metres. A body is a node with a mesh, or an instance of one
+/// (EXT_mesh_gpu_instancing); its assembly is its topmost node. Materials are looks, by their
+/// index. NORMAL is "n", COLOR_0 "color" (3), and _NAME the attribute "name" in lower case; "uv" are
+/// the coordinates of the material's picture, with its transform (KHR_texture_transform), else
+/// TEXCOORD_0; TEXCOORD_N, as the file has it, is "uvN" beside it. v is turned so that 0 is at the
+/// bottom; all are floats. Morph targets count at the weights of the file. Points and lines, skins
+/// and what else a print has no use for are left out and told; compressed meshes are refused.
+/// Errors name the location in the JSON.
 Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
                               int64_t memory_bytes = kDefaultReadingBytes);
+
+/// Calls take(index, bytes or error) for each source in order; sources as looks of parse_gltf have
+/// them.
+Result<void> read_gltf_pictures(const std::filesystem::path& file,
+                                std::span<const std::string> sources, int64_t memory_bytes,
+                                const TakePicture& take);
+/// Same, from bytes.
+Result<void> parse_gltf_pictures(std::string_view bytes, const std::string& file,
+                                 std::span<const std::string> sources, int64_t memory_bytes,
+                                 const TakePicture& take);
 
 }  // namespace openfab::mesh

@@ -21,56 +21,68 @@ constexpr uint32_t kMagic = 0x46546C67;        ///< "glTF"
 constexpr uint32_t kJsonChunk = 0x4E4F534A;    ///< "JSON"
 constexpr uint32_t kBinaryChunk = 0x004E4942;  ///< "BIN"
 constexpr size_t kLargestBuffer = 2'000'000'000;
-/// An accessor without a buffer is all zeros, so that the file's size does not bound it.
-constexpr int64_t kMaxZeros = 65'536;
-
-static_assert(std::endian::native == std::endian::little, "glTF is read as it lies in memory");
-
-/// Component types of the format: their numbers, sizes and divisors.
-struct ComponentType {
-    int64_t number;
-    size_t bytes;
-    double most;  ///< 0 for floats
-};
-constexpr ComponentType kTypes[] = {{5120, 1, 127},   {5121, 1, 255},          {5122, 2, 32767},
-                                    {5123, 2, 65535}, {5125, 4, 4294967295.0}, {5126, 4, 0}};
-
-const ComponentType* find_type(int64_t number) {
-    for (const ComponentType& type : kTypes) {
-        if (type.number == number) return &type;
-    }
-    return nullptr;
-}
-
-double read_number(const char* raw, int64_t type) {
-    const auto as = [&]<typename T>(T value) {
-        std::memcpy(&value, raw, sizeof value);
-        return static_cast<double>(value);
-    };
-    switch (type) {
-        case 5120:
-            return as(int8_t{});
-        case 5121:
-            return as(uint8_t{});
-        case 5122:
-            return as(int16_t{});
-        case 5123:
-            return as(uint16_t{});
-        case 5125:
-            return as(uint32_t{});
-        default:
-            return as(float{});
-    }
-}
-
 uint32_t word_at(std::string_view bytes, size_t at) {
     uint32_t word = 0;
     std::memcpy(&word, bytes.data() + at, sizeof word);
     return word;
 }
 
-/// Decodes `%20` and the like in a URI.
-std::string decode_percent(const std::string& uri) {
+constexpr std::string_view kCompressed[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                            "KHR_meshopt_compression"};
+
+/// Required extensions that do not change where surfaces are, or that are read. Others may.
+constexpr std::string_view kPossible[] = {"KHR_mesh_quantization",
+                                          "KHR_texture_transform",
+                                          "KHR_texture_basisu",
+                                          "EXT_texture_webp",
+                                          "EXT_texture_avif",
+                                          "EXT_mesh_gpu_instancing",
+                                          "KHR_lights_punctual",
+                                          "KHR_node_visibility",
+                                          "KHR_animation_pointer",
+                                          "KHR_xmp_json_ld",
+                                          "KHR_xmp",
+                                          "MSFT_lod",
+                                          "MSFT_texture_dds",
+                                          "EXT_lights_image_based"};
+
+/// The names that a URI may mean: programs forget to encode, and some write backslashes.
+std::vector<fs::path> names_of(const std::string& uri) {
+    std::vector<fs::path> names{decode_percent(uri), uri};
+    std::string slashes = decode_percent(uri);
+    std::replace(slashes.begin(), slashes.end(), '\\', '/');
+    names.emplace_back(slashes);
+    return names;
+}
+
+bool may_be_read(const fs::path& relative) {
+    const bool up = std::find(relative.begin(), relative.end(), fs::path("..")) != relative.end();
+    return !relative.empty() && !relative.is_absolute() && !up &&
+           relative.string().find('\0') == std::string::npos &&
+           relative.string().find("://") == std::string::npos;
+}
+
+/// Splits a `data:` URI; returns false where it has no data.
+bool split_data(std::string_view uri, std::string_view* data, bool* base64) {
+    const size_t comma = uri.find(',');
+    if (comma == std::string_view::npos) return false;
+    *base64 = uri.substr(0, comma).ends_with(";base64");
+    *data = uri.substr(comma + 1);
+    return true;
+}
+
+}  // namespace
+
+const JsonValue* gltf_member(const JsonValue* object, std::string_view key) {
+    const JsonMember* found = object != nullptr ? object->find(key) : nullptr;
+    return found != nullptr ? &found->value : nullptr;
+}
+
+const JsonValue* gltf_extension(const JsonValue* object, std::string_view name) {
+    return gltf_member(gltf_member(object, "extensions"), name);
+}
+
+std::string decode_percent(std::string_view uri) {
     std::string out;
     for (size_t i = 0; i < uri.size(); ++i) {
         const auto digit = [&](size_t at) -> int {
@@ -89,8 +101,6 @@ std::string decode_percent(const std::string& uri) {
     return out;
 }
 
-}  // namespace
-
 Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
                                 int64_t memory_bytes) {
     GltfFile out;
@@ -100,8 +110,14 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
     if (bytes.size() >= 12 && word_at(bytes, 0) == kMagic) {
         const uint32_t version = word_at(bytes, 4);
         if (version != 2)
-            return user_error(fmt::format("{}: glTF {}; this program reads glTF 2", file, version));
+            return user_error(
+                fmt::format("{}: glTF {}; this program reads glTF 2; open the file in "
+                            "a 3D editor that reads it, and export glTF 2.0",
+                            file, version));
         json = {};
+        // What stands behind the length that the file states is not glTF.
+        if (const size_t stated = word_at(bytes, 8); stated >= 20 && stated < bytes.size())
+            bytes = bytes.substr(0, stated);
         for (size_t at = 12; at + 8 <= bytes.size();) {
             const size_t length = word_at(bytes, at);
             const uint32_t kind = word_at(bytes, at + 4);
@@ -124,6 +140,8 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
         while (json.ends_with('\0'))
             json.remove_suffix(1);
     }
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (json.starts_with(kByteOrderMark)) json.remove_prefix(kByteOrderMark.size());
     Result<JsonValue> root = parse_json(json, file, out.memory_left_);
     if (!root) return root.error();
     out.root_ = std::move(*root);
@@ -139,17 +157,30 @@ Result<void> GltfFile::check_version() {
     const std::string version = asset != nullptr ? text(asset->value, "version") : "";
     if (!version.starts_with("2."))
         return user_error(fmt::format("{}: not a glTF 2.0 file: `asset` has {}", file_,
-                                      version.empty() ? "no `version`" : "version " + version));
+                                      version.empty() ? "no `version`"
+                                                      : "version " + version.substr(0, 20) +
+                                                            "; open it in a 3D editor that reads "
+                                                            "it, and export glTF 2.0"));
+    const std::string least = text(asset->value, "minVersion");
+    if (!least.empty() && least != "2.0")
+        return user_error(
+            fmt::format("{}: the file needs a reader of glTF {}; this program reads "
+                        "glTF 2.0",
+                        file_, least.substr(0, 20)));
     const JsonMember* required = root_.find("extensionsRequired");
     if (required == nullptr) return Ok{};
+    const auto is_in = [](const auto& list, std::string_view name) {
+        return std::find(std::begin(list), std::end(list), name) != std::end(list);
+    };
     for (const JsonValue& name : required->value.items) {
-        // Quantised accessors are read as they are; materials do not matter to a mesh.
-        if (name.text == "KHR_mesh_quantization" || name.text.starts_with("KHR_materials_"))
-            continue;
+        // Looks have no say in where surfaces are: what cannot be shown is told.
+        if (is_in(kPossible, name.text) || name.text.starts_with("KHR_materials_")) continue;
         return error_at(
             {file_, name.line, name.column},
             fmt::format("the file requires `{}`, which is not supported", name.text.substr(0, 60)),
-            "export it without compression and extensions");
+            is_in(kCompressed, name.text)
+                ? "its meshes are compressed: export it without compression"
+                : "export it without this extension");
     }
     return Ok{};
 }
@@ -204,30 +235,38 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     const auto allowed = static_cast<size_t>(
         std::clamp<int64_t>(memory_left_, 0, static_cast<int64_t>(kLargestBuffer)));
     if (uri.starts_with("data:")) {
-        constexpr std::string_view kMark = ";base64,";
-        const size_t mark = uri.find(kMark);
         if (uri.size() / 4 * 3 > allowed) {
             fail(at, "the data takes more memory than is allowed", "allow more with `--memory`");
             return {};
         }
-        std::string bytes = mark == std::string::npos
-                                ? std::string()
-                                : decode_base64(std::string_view(uri).substr(mark + kMark.size()));
+        std::string_view data;
+        bool base64 = false;
+        std::string bytes;
+        if (split_data(uri, &data, &base64)) {
+            const bool encoded = !base64 || data.find('%') != std::string_view::npos;
+            bytes = encoded ? decode_percent(data) : std::string();
+            if (base64) bytes = decode_base64(encoded ? bytes : data);
+        }
         if (bytes.empty()) fail(at, "the data is not valid base64");
         memory_left_ -= static_cast<int64_t>(bytes.size());
         return bytes;
     }
-    const fs::path relative = decode_percent(uri);
-    const bool up = std::find(relative.begin(), relative.end(), fs::path("..")) != relative.end();
-    if (relative.empty() || relative.is_absolute() || up ||
-        relative.string().find('\0') != std::string::npos ||
-        relative.string().find("://") != std::string::npos) {
+    const fs::path folder = fs::path(file_).parent_path();
+    std::optional<fs::path> relative;
+    for (const fs::path& name : names_of(uri)) {
+        std::error_code ignored;
+        if (!may_be_read(name)) continue;
+        if (!relative) relative = name;
+        if (!fs::exists(folder / name, ignored)) continue;
+        relative = name;
+        break;
+    }
+    if (!relative) {
         fail(at, fmt::format("the file `{}` must be in the folder of the mesh, or below",
                              uri.substr(0, 200)));
         return {};
     }
-    const fs::path folder = fs::path(file_).parent_path();
-    const fs::path path = folder / relative;
+    const fs::path path = folder / *relative;
     // Nor may a symbolic link lead out of it.
     Result<std::string> bytes = read_text_file(path, allowed, {reading_root(folder)});
     if (!bytes) {
@@ -239,11 +278,63 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
     return std::move(*bytes);
 }
 
+bool GltfFile::take_memory(size_t bytes, const JsonValue& at) {
+    memory_left_ -= static_cast<int64_t>(bytes);
+    if (memory_left_ < 0)
+        fail(at, "the names of nodes and materials take more memory than is allowed",
+             "allow more with `--memory`");
+    return ok();
+}
+
+std::string GltfFile::place_of(const char* kind, const JsonValue& thing) const {
+    constexpr size_t kLongest = 100;
+    const std::string name = text(thing, "name");
+    if (name.empty()) return fmt::format("{}:{}:{}", file_, thing.line, thing.column);
+    return fmt::format("{} `{}`", kind, name.substr(0, kLongest));
+}
+
+Result<std::string> GltfFile::image_at(int64_t index) {
+    const JsonValue* found = item("images", index, "a texture");
+    Result<std::string> bytes = found != nullptr ? image(*found) : Result<std::string>(error());
+    error_.reset();
+    return bytes;
+}
+
+std::string GltfFile::image_head(const JsonValue& image) const {
+    constexpr size_t kHead = 16;
+    if (const std::string uri = text(image, "uri"); uri.starts_with("data:")) {
+        std::string_view data;
+        bool base64 = false;
+        if (!split_data(uri, &data, &base64) || !base64) return {};
+        return decode_base64(data.substr(0, kHead));
+    }
+    const JsonValue* index = gltf_member(&image, "bufferView");
+    const JsonValue* views = gltf_member(&root_, "bufferViews");
+    const auto below = [](const JsonValue* number, size_t limit) -> std::optional<size_t> {
+        const double value = number != nullptr ? number->number : 0;
+        if (!(value >= 0 && value < static_cast<double>(limit))) return {};
+        return static_cast<size_t>(value);
+    };
+    if (index == nullptr || views == nullptr) return {};
+    const std::optional<size_t> number = below(index, views->items.size());
+    if (!number) return {};
+    const JsonValue& view = views->items[*number];
+    const std::optional<size_t> buffer = below(gltf_member(&view, "buffer"), buffers_.size());
+    if (!buffer) return {};
+    const std::optional<std::string>& bytes =
+        *buffer == 0 && !buffers_[0] ? binary_ : buffers_[*buffer];
+    if (!bytes) return {};
+    const std::optional<size_t> at = below(gltf_member(&view, "byteOffset"), bytes->size());
+    return at ? bytes->substr(*at, kHead) : std::string();
+}
+
 Result<std::string> GltfFile::image(const JsonValue& image) {
     std::string bytes;
     if (const std::string uri = text(image, "uri"); !uri.empty()) {
         bytes = load_uri(image, uri);
         memory_left_ += static_cast<int64_t>(bytes.size());
+    } else if (image.find("bufferView") == nullptr) {
+        fail(image, "the image has neither `uri` nor `bufferView`");
     } else {
         const JsonValue* found = item("bufferViews", integer(image, "bufferView", 0), "an image");
         const int64_t length = found != nullptr ? integer(*found, "byteLength", 0) : 0;
@@ -262,7 +353,13 @@ const std::string* GltfFile::buffer(int64_t index) {
     std::optional<std::string>& bytes = buffers_[index];
     if (!bytes) {
         const std::string uri = text(*buffer, "uri");
-        if (uri.empty() && index == 0 && binary_) {
+        const bool is_stand_in =
+            uri.empty() && (gltf_extension(buffer, kCompressed[1]) != nullptr ||
+                            gltf_extension(buffer, kCompressed[2]) != nullptr);
+        if (is_stand_in) {
+            fail(*buffer, "the meshes are compressed with meshopt, and the file has no other form",
+                 "export it without compression");
+        } else if (uri.empty() && index == 0 && binary_) {
             bytes = std::move(*binary_);
         } else if (uri.empty()) {
             fail(*buffer, "the buffer has no `uri`, and the file no binary chunk for it");
@@ -271,123 +368,6 @@ const std::string* GltfFile::buffer(int64_t index) {
         }
     }
     return ok() ? &*bytes : nullptr;
-}
-
-GltfFile::View GltfFile::view(int64_t index, int64_t offset, const JsonValue& asked_by) {
-    const JsonValue* view = item("bufferViews", index, "an accessor");
-    if (view == nullptr) return {};
-    const std::string* bytes = buffer(integer(*view, "buffer", 0));
-    const int64_t start = integer(*view, "byteOffset", 0);
-    const int64_t length = integer(*view, "byteLength", 0);
-    const int64_t stride = integer(*view, "byteStride", 0, 252);
-    if (!ok()) return {};
-    const auto size = static_cast<int64_t>(bytes->size());
-    if (start > size || length > size - start) {
-        fail(*view, fmt::format("the buffer view ends at byte {} of a buffer of {} bytes",
-                                start + length, size));
-        return {};
-    }
-    if (offset > length) {
-        fail(asked_by, "the accessor starts past the end of its buffer view");
-        return {};
-    }
-    return {std::string_view(*bytes).substr(static_cast<size_t>(start + offset),
-                                            static_cast<size_t>(length - offset)),
-            static_cast<size_t>(stride)};
-}
-
-void GltfFile::read_values(const View& view, size_t count, int64_t type, bool normalized,
-                           const JsonValue& at, GltfArray* out) {
-    const ComponentType& component = *find_type(type);
-    const size_t size = component.bytes * out->components;
-    const size_t stride = view.stride == 0 ? size : view.stride;
-    const size_t room =
-        view.bytes.size() < size ? 0 : 1 + (view.bytes.size() - size) / std::max(stride, size);
-    if (stride < size || count > room) {
-        fail(at, fmt::format("the accessor needs {} elements of {} bytes, but there are {}", count,
-                             size, stride < size ? 0 : room));
-        return;
-    }
-    out->values.reserve(count * out->components);
-    for (size_t i = 0; i < count; ++i) {
-        for (size_t c = 0; c < out->components; ++c) {
-            double value = read_number(view.bytes.data() + i * stride + c * component.bytes, type);
-            if (normalized && component.most > 0) value = std::max(value / component.most, -1.0);
-            out->values.push_back(value);
-        }
-    }
-}
-
-void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normalized,
-                            GltfArray* out) {
-    const auto count = static_cast<size_t>(integer(sparse, "count", 0));
-    const JsonMember* indices = sparse.find("indices");
-    const JsonMember* values = sparse.find("values");
-    if (indices == nullptr || values == nullptr)
-        return fail(sparse, "`sparse` has no `indices` and `values`");
-    // Each node that repeats the mesh reads them again, and is counted by the accessor.
-    if (ok() && count > out->count())
-        return fail(sparse, fmt::format("`sparse` replaces {} elements of an accessor of {}", count,
-                                        out->count()));
-    GltfArray targets;
-    GltfArray replaced;
-    replaced.components = out->components;
-    const int64_t index_type = integer(indices->value, "componentType", 0);
-    if (ok() && index_type != 5121 && index_type != 5123 && index_type != 5125)
-        fail(indices->value, "indices must be of an unsigned integer type");
-    const auto view_of = [&](const JsonValue& part) {
-        return view(integer(part, "bufferView", 0), integer(part, "byteOffset", 0), part);
-    };
-    if (ok()) {
-        const View v = view_of(indices->value);
-        if (ok()) read_values(v, count, index_type, false, indices->value, &targets);
-    }
-    if (ok()) {
-        const View v = view_of(values->value);
-        if (ok()) read_values(v, count, type, normalized, values->value, &replaced);
-    }
-    for (size_t i = 0; i < count && ok(); ++i) {
-        if (!(targets.values[i] < static_cast<double>(out->count())))
-            return fail(sparse, "a sparse index is past the end of its accessor");
-        const size_t to = static_cast<size_t>(targets.values[i]) * out->components;
-        for (size_t c = 0; c < out->components; ++c)
-            out->values[to + c] = replaced.values[i * out->components + c];
-    }
-}
-
-Result<GltfArray> GltfFile::array(int64_t accessor, bool indices) {
-    const JsonValue* value = item("accessors", accessor, "a mesh");
-    if (value == nullptr) return error();
-    GltfArray out;
-    static constexpr std::string_view kShapes[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
-    const std::string shape = text(*value, "type");
-    const auto* found = std::find(std::begin(kShapes), std::end(kShapes), shape);
-    if (found == std::end(kShapes))
-        fail(*value, fmt::format("the accessor's type is `{}`", shape.substr(0, 20)),
-             "SCALAR and VEC2 to VEC4 are supported");
-    out.components = static_cast<size_t>(found - std::begin(kShapes)) + 1;
-    const int64_t type = integer(*value, "componentType", 0);
-    const int64_t count = integer(*value, "count", 0);
-    if (ok() && find_type(type) == nullptr)
-        fail(*value, fmt::format("unknown componentType {}", type));
-    if (ok() && indices && (out.components != 1 || (type != 5121 && type != 5123 && type != 5125)))
-        fail(*value, "indices must be SCALAR and of an unsigned integer type");
-    const JsonMember* normalized = value->find("normalized");
-    const bool is_normalized = normalized != nullptr && normalized->value.boolean;
-    if (!ok()) return error();
-    if (value->find("bufferView") != nullptr) {
-        const View v =
-            view(integer(*value, "bufferView", 0), integer(*value, "byteOffset", 0), *value);
-        if (ok()) read_values(v, static_cast<size_t>(count), type, is_normalized, *value, &out);
-    } else if (count > kMaxZeros) {
-        fail(*value, fmt::format("an accessor of {} elements without a buffer view", count));
-    } else {
-        out.values.resize(static_cast<size_t>(count) * out.components);
-    }
-    if (const JsonMember* sparse = value->find("sparse"); sparse != nullptr && ok())
-        apply_sparse(sparse->value, type, is_normalized, &out);
-    if (!ok()) return error();
-    return out;
 }
 
 }  // namespace openfab::mesh

@@ -41,12 +41,23 @@ class GltfFile {
 
     const JsonValue& root() const { return root_; }
 
-    /// Reads one of `accessors`, which must be of an unsigned integer type if `indices`.
-    Result<GltfArray> array(int64_t accessor, bool indices);
+    /// Reads one of `accessors`. kIndices must be of an unsigned integer type; integers of kShares
+    /// are normalised, whether the accessor says so or not.
+    enum class Use { kNumbers, kIndices, kShares };
+    Result<GltfArray> array(int64_t accessor, Use use);
 
     /// Reads the bytes of one of `images`: its file, its data, or its buffer view. At most
     /// memory_left(), from which the caller deducts what it keeps.
     Result<std::string> image(const JsonValue& image);
+    /// Same of images[index]; an error is returned, and not kept.
+    Result<std::string> image_at(int64_t index);
+
+    /// Returns the bytes of an image's head where they are at hand without reading a file, else
+    /// none.
+    std::string image_head(const JsonValue& image) const;
+
+    /// Takes memory for what is kept beside the mesh; false after an error.
+    bool take_memory(size_t bytes, const JsonValue& at);
 
     /// Returns root()[key][index]; null after an error, which is kept for error().
     const JsonValue* item(const char* key, int64_t index, const char* asked_by);
@@ -65,6 +76,9 @@ class GltfFile {
         return *error_;
     }
     void fail(const JsonValue& at, const std::string& what, const std::string& help = {});
+
+    /// Returns `node \`wheel\``, or where in the file a thing without a name is.
+    std::string place_of(const char* kind, const JsonValue& thing) const;
 
     /// Files read besides this one.
     const std::vector<std::filesystem::path>& files() const { return files_; }
@@ -91,5 +105,13 @@ class GltfFile {
     std::vector<std::filesystem::path> files_;
     std::optional<Error> error_;
 };
+
+/// Returns object[key]; null if absent, or if there is no object.
+const JsonValue* gltf_member(const JsonValue* object, std::string_view key);
+/// Returns object.extensions[name], or null.
+const JsonValue* gltf_extension(const JsonValue* object, std::string_view name);
+
+/// Decodes `%20` and the like in a URI.
+std::string decode_percent(std::string_view uri);
 
 }  // namespace openfab::mesh

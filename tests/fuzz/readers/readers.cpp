@@ -28,6 +28,7 @@
 #include "compiler/schedule/schedule.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
+#include "mesh/read/gltf.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
@@ -81,6 +82,26 @@ bool mesh(std::string_view bytes) {
 template <const char* file, auto appearances>
 bool model(std::string_view bytes) {
     (void)answered(appearances(bytes, file, kReaderBytes));
+    return read_mesh(bytes, file);
+}
+
+/// And its pictures, as `openfab import` fetches them.
+template <const char* file>
+bool gltf(std::string_view bytes) {
+    const Result<mesh::MeshSource> source = mesh::parse_gltf(bytes, file, kReaderBytes);
+    if (!answered(source)) return read_mesh(bytes, file);
+    std::vector<std::string> pictures;
+    for (const mesh::Look& look : source->looks) {
+        if (look.picture) pictures.push_back(look.picture->source);
+    }
+    for (const mesh::FaceGroup& group : source->groups) {
+        const bool has_look = group.look < static_cast<int32_t>(source->looks.size());
+        if (!has_look || group.body >= static_cast<int32_t>(source->bodies.size())) std::abort();
+    }
+    const mesh::TakePicture take = [](size_t, const Result<std::string>& picture) {
+        (void)answered(picture);
+    };
+    (void)answered(mesh::parse_gltf_pictures(bytes, file, pictures, kReaderBytes, take));
     return read_mesh(bytes, file);
 }
 
@@ -320,8 +341,8 @@ constexpr Reader kReaders[] = {
     {"mtl", true, mtl},
     {"stl", false, mesh<kStl>},
     {"ply", true, mesh<kPly>},
-    {"gltf", true, model<kGltf, tools::gltf_appearances>},
-    {"glb", false, model<kGlb, tools::gltf_appearances>},
+    {"gltf", true, gltf<kGltf>},
+    {"glb", false, gltf<kGlb>},
     {"3mf", false, model<kThreemf, tools::threemf_appearances>},
     {"json", true, json},
     {"world", true, world},
