@@ -33,6 +33,7 @@ struct Parse {
     XML_Parser parser = nullptr;
     XmlHandler* handler = nullptr;
     int depth = 0;
+    bool with_text = false;
     SourceLocation location;  ///< of the file; where parsing stopped, once it did
     Complaint wrong;
 
@@ -50,12 +51,22 @@ struct Parse {
     }
 };
 
+void on_text(void* data, const char* text, int bytes);
+
+/// Text costs a call for the blanks between any two tags.
+void ask_for_text(Parse* parse) {
+    if (parse->handler->wants_text() == parse->with_text) return;
+    parse->with_text = !parse->with_text;
+    XML_SetCharacterDataHandler(parse->parser, parse->with_text ? on_text : nullptr);
+}
+
 void on_start(void* data, const char* name, const char** attributes) {
     auto* parse = static_cast<Parse*>(data);
     if (!parse->wrong.empty()) return;
     if (++parse->depth > kMaxDepth) return parse->stop("elements are nested too deep");
     Complaint wrong = parse->handler->start(without_prefix(name), XmlAttributes(attributes));
-    if (!wrong.empty()) parse->stop(std::move(wrong));
+    if (!wrong.empty()) return parse->stop(std::move(wrong));
+    ask_for_text(parse);
 }
 
 void on_end(void* data, const char* name) {
@@ -63,6 +74,7 @@ void on_end(void* data, const char* name) {
     if (!parse->wrong.empty()) return;
     --parse->depth;
     parse->handler->end(without_prefix(name));
+    ask_for_text(parse);
 }
 
 void on_text(void* data, const char* text, int bytes) {
@@ -107,10 +119,10 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
     const std::unique_ptr<std::remove_pointer_t<XML_Parser>, decltype(&XML_ParserFree)> parser(
         XML_ParserCreate(nullptr), &XML_ParserFree);
     if (parser == nullptr) return outside_error("out of memory");
-    Parse parse{parser.get(), handler, 0, {file, 0, 0}, {}};
+    Parse parse{parser.get(), handler, 0, false, {file, 0, 0}, {}};
     XML_SetUserData(parser.get(), &parse);
     XML_SetElementHandler(parser.get(), on_start, on_end);
-    if (handler->wants_text()) XML_SetCharacterDataHandler(parser.get(), on_text);
+    ask_for_text(&parse);
     if (!handler->allows_document_type())
         XML_SetStartDoctypeDeclHandler(parser.get(), on_document_type);
     XML_SetEntityDeclHandler(parser.get(), on_entity);

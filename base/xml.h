@@ -19,6 +19,14 @@ class XmlAttributes {
     const char* find(std::string_view name) const;
     /// Same, for a name with the prefix that the file uses.
     const char* find_exact(std::string_view name) const;
+    /// Calls visit(name, value) for each, in the order of the file.
+    template <typename Visit>
+    void each(const Visit& visit) const {
+        for (const char** p = pairs_; *p != nullptr; p += 2) {
+            const std::string_view name = p[0];
+            visit(name.substr(name.rfind(':') + 1), p[1]);
+        }
+    }
 
   private:
     const char** pairs_;  ///< name, value, …, nullptr
@@ -31,7 +39,8 @@ class XmlHandler {
     /// Begins an element; `name` is without namespace prefix. Returns an error text, empty if none.
     virtual Complaint start(std::string_view name, const XmlAttributes& attributes) = 0;
     virtual void end(std::string_view name) = 0;
-    /// Text between tags, in pieces, where `wants_text` says so before parsing begins.
+    /// Text between tags, in pieces, where `wants_text` says so: it is asked before the first tag and after
+    /// each.
     virtual bool wants_text() const { return false; }
     virtual void text(std::string_view) {}
     /// Whether the file may name a document type, as XDMF does. What that type is, is not read.

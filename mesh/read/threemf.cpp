@@ -9,17 +9,17 @@
 #include <optional>
 
 #include "base/affine.h"
+#include "base/input_file.h"
 #include "base/scan_number.h"
 #include "base/xml.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/read/threemf_looks.h"
 #include "mesh/read/threemf_model.h"
 #include "mesh/read/zip_file.h"
 
 namespace openfab::mesh {
 namespace {
-
-using Kind = ThreemfGroup::Kind;
 
 /// Components may repeat objects, so that the file's size does not bound these.
 constexpr int64_t kMaxTriangles = 50'000'000;
@@ -52,47 +52,47 @@ class ThreemfReader {
         if (!relationships) return relationships.error();
         const Result<std::string> model = threemf_model_part(*relationships, file_);
         if (!model) return model.error();
-        Part* root = part(*model);
+        ThreemfPart* root = part("", *model);
         if (root == nullptr) return *error_;
         // Counts first: components may repeat objects, so the file's size is no bound.
-        std::vector<std::string> names;
-        for (const ThreemfPlacement& item : root->model.build)
-            place(*root, item, {}, &names, 0, &ThreemfReader::count);
+        place_all(root, &ThreemfReader::count);
         check_memory();
         if (error_) return *error_;
         mesh_.reserve(counts_);
-        placements_ = 0;
-        for (const ThreemfPlacement& item : root->model.build)
-            place(*root, item, {}, &names, 0, &ThreemfReader::add_mesh);
+        place_all(root, &ThreemfReader::add_mesh);
         if (error_) return *error_;
-        warn_of_what_is_left_out(root->model.build.empty());
-        return mesh_.finish(file_, root->model.unit_mm);
+        if (root->model.build.empty())
+            mesh_.warnings().push_back(fmt::format("{}: the build has no items", file_));
+        MeshSource source = mesh_.finish(file_, root->model.unit_mm);
+        source.left_out = std::move(told_.list());
+        return source;
     }
 
   private:
-    /// A model, with the indices of its property values in the mesh.
-    struct Part {
-        ThreemfModel model;
-        std::map<int64_t, std::vector<int32_t>> values;  ///< by group; -2: not added yet
+    /// Where an object is placed.
+    struct Place {
+        Affine3d transform;
+        std::vector<std::string>* names = nullptr;  ///< of the objects that hold it, and its own
+        size_t depth = 0;
+        int32_t assembly = 0;
+        BodyRole role = BodyRole::kPart;
     };
 
-    /// The resolved properties of a triangle.
-    struct Properties {
-        std::string material;
-        std::optional<std::array<int32_t, 3>> color, uv;  ///< values by corner
-    };
+    using Use = void (ThreemfReader::*)(ThreemfPart*, const ThreemfObject&, const Place&);
 
-    void fail(const std::string& what) {
-        if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what));
+    void fail(const std::string& what, const std::string& help = {}) {
+        if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what), help);
     }
 
     Result<std::string> load(const std::string& name) { return zip_.read(name, memory_bytes_); }
 
-    Part* part(const std::string& name) {
-        const std::string path = ZipFile::key(name);
-        const auto it = parts_.find(path);
+    /// Returns the part that part `from` calls `name`.
+    ThreemfPart* part(const std::string& from, const std::string& name) {
+        const std::string path = zip_.resolve(from, name);
+        const std::string key = ZipFile::key(path);
+        const auto it = parts_.find(key);
         if (it != parts_.end()) return &it->second;
-        const Result<std::string> text = load(name);
+        const Result<std::string> text = zip_.has(path) ? load(path) : load(name);
         if (!text) {
             if (!error_) error_ = text.error();
             return nullptr;
@@ -101,29 +101,50 @@ class ThreemfReader {
         const auto length = static_cast<int64_t>(text->size());
         memory_bytes_ -= length;
         Result<ThreemfModel> model =
-            parse_threemf_model(*text, fmt::format("{}: {}", file_, name), &memory_bytes_);
+            parse_threemf_model(*text, fmt::format("{}: {}", file_, name), &memory_bytes_, &told_);
         memory_bytes_ += length;
         if (!model) {
             if (!error_) error_ = model.error();
             return nullptr;
         }
-        beams_ = beams_ || model->has_beams;
-        return &parts_.emplace(path, Part{std::move(*model), {}}).first->second;
+        return &parts_.emplace(key, ThreemfPart{path, std::move(*model), {}}).first->second;
     }
 
-    using Use = void (ThreemfReader::*)(Part*, const ThreemfObject&, const Affine3d&,
-                                        const std::vector<std::string>&);
+    void place_all(ThreemfPart* root, Use use) {
+        placements_ = 0;
+        assemblies_ = 0;
+        is_counting_ = use == &ThreemfReader::count;
+        std::vector<std::string> names;
+        for (const ThreemfPlacement& item : root->model.build) {
+            if (!item.printable) {
+                leave_out("items of the build that are switched off",
+                          fmt::format("object {}", item.object),
+                          "switch them on in the slicer if they shall be printed");
+                continue;
+            }
+            place(root, item, {.names = &names, .assembly = assemblies_++}, use);
+        }
+    }
 
-    /// Calls `use` for the object and all of its components.
-    void place(Part& from, const ThreemfPlacement& placement, const Affine3d& outer,
-               std::vector<std::string>* names, size_t depth, Use use) {
+    /// Tells once, of two times that all is placed.
+    void leave_out(const std::string& what, const std::string& place, const std::string& remedy) {
+        if (is_counting_) told_.add(what, place, remedy);
+    }
+
+    static std::string name_of(const ThreemfObject& object, int64_t id) {
+        return object.name.empty() ? fmt::format("object {}", id)
+                                   : fmt::format("object `{}`", object.name);
+    }
+
+    /// Calls `use` for the object and all of its components; `at` is where its holder is.
+    void place(ThreemfPart* from, const ThreemfPlacement& placement, Place at, Use use) {
         if (error_) return;
-        if (depth > kMaxDepth)
+        if (at.depth > kMaxDepth)
             return fail(
                 fmt::format("objects are nested more than {} deep, or in themselves", kMaxDepth));
         if (++placements_ > kMaxPlacements)
             return fail(fmt::format("more than {} objects are placed", kMaxPlacements));
-        Part* in = placement.path.empty() ? &from : part(placement.path);
+        ThreemfPart* in = placement.path.empty() ? from : part(from->name, placement.path);
         if (in == nullptr) return;
         const auto it = in->model.objects.find(placement.object);
         if (it == in->model.objects.end())
@@ -131,22 +152,60 @@ class ThreemfReader {
                 fmt::format("an item or component refers to object {}, which does not exist",
                             placement.object));
         const ThreemfObject& object = it->second;
-        if (object.type != "model") {
-            other_types_ = true;
-            return;
-        }
-        const bool named = !object.name.empty() &&
-                           std::find(names->begin(), names->end(), object.name) == names->end();
-        if (named) names->push_back(object.name);
-        const Affine3d transform = product(outer, placement.transform);
-        if (!object.triangles.empty()) (this->*use)(in, object, transform, *names);
-        for (const ThreemfPlacement& component : object.components)
-            place(*in, component, transform, names, depth + 1, use);
-        if (named) names->pop_back();
+        if (!is_printed(object, placement.object)) return;
+        const bool named = !object.name.empty() && std::find(at.names->begin(), at.names->end(),
+                                                             object.name) == at.names->end();
+        if (named) at.names->push_back(object.name);
+        at.transform = product(at.transform, placement.transform);
+        if (!object.triangles.empty()) (this->*use)(in, object, at);
+        place_components(in, object, placement.object, at, use);
+        if (named) at.names->pop_back();
     }
 
-    void count(Part*, const ThreemfObject& object, const Affine3d&,
-               const std::vector<std::string>&) {
+    bool is_printed(const ThreemfObject& object, int64_t id) {
+        const std::string name = name_of(object, id);
+        if (!object.helper.empty()) {
+            leave_out(object.helper, name, "they only say something to the slicer");
+            return false;
+        }
+        if (object.type != "model") {
+            leave_out(fmt::format("objects of type `{}`", object.type), name,
+                      "objects of type `model` are printed; change the type if this is a part");
+            return false;
+        }
+        if (object.stand_in)
+            fail(fmt::format("the mesh of {} is a stand-in (meshresolution `lowres`) for slices, "
+                             "which are not read",
+                             name),
+                 "export it with full resolution");
+        return true;
+    }
+
+    void place_components(ThreemfPart* in, const ThreemfObject& object, int64_t id, Place at,
+                          Use use) {
+        using Shape = ThreemfObject::Shape;
+        ++at.depth;
+        if (object.shape == Shape::kDifference) {
+            // What is cut out of something that is itself cut out would be there.
+            if (at.role == BodyRole::kNegative)
+                return fail(
+                    fmt::format("{} is cut out of another, and is cut itself", name_of(object, id)),
+                    "unite or cut the meshes in the program that made them");
+            at.assembly = assemblies_++;
+        }
+        if (object.shape == Shape::kOther)
+            return fail(fmt::format("{} is an intersection of others, which is not supported",
+                                    name_of(object, id)),
+                        "intersect the meshes in the program that made them");
+        bool is_first = true;
+        for (const ThreemfPlacement& component : object.components) {
+            if (object.shape == Shape::kDifference && !is_first) at.role = BodyRole::kNegative;
+            is_first = false;
+            place(in, component, at, use);
+        }
+    }
+
+    void count(ThreemfPart*, const ThreemfObject& object, const Place&) {
         counts_.vertices += static_cast<int64_t>(object.vertices.size());
         counts_.triangles += static_cast<int64_t>(object.triangles.size());
         if (counts_.triangles > kMaxTriangles || counts_.vertices > kMaxTriangles)
@@ -162,62 +221,76 @@ class ThreemfReader {
             error_ = too_large_to_read(file_, counts_.triangles, needed, memory_bytes_);
     }
 
-    void add_mesh(Part* in, const ThreemfObject& object, const Affine3d& transform,
-                  const std::vector<std::string>& names) {
+    void add_mesh(ThreemfPart* in, const ThreemfObject& object, const Place& at) {
+        const int32_t body = add_body(object.name, at);
         mesh_.begin_part();
         const auto first = static_cast<int32_t>(mesh_.vertices());
         for (const Vec3d& v : object.vertices) {
-            const Vec3d p = transform.apply(v);
+            const Vec3d p = at.transform.apply(v);
             if (!is_position(p.x, p.y, p.z))
                 return fail(fmt::format("a vertex of object `{}` is not finite or too far away",
                                         object.name));
             mesh_.add_vertex(p);
         }
-        const bool mirrored = determinant(transform) < 0;
-        const int32_t names_number = number_of(names);
-        std::map<std::string, int32_t> groups;  // by material
+        const bool mirrored = determinant(at.transform) < 0;
+        std::map<int32_t, int32_t> groups;  // by look
         for (const ThreemfTriangle& t : object.triangles) {
-            Properties properties;
-            const bool own = t.properties[0] >= 0;
-            const int64_t group = own && t.group >= 0 ? t.group : object.group;
-            std::array<int64_t, 3> picks = t.properties;
-            if (!own) picks.fill(object.property);
-            if (group >= 0) resolve(in, group, picks, true, &properties);
+            const ThreemfFace face = face_of(in, object, t);
             std::array<int32_t, 3> corners = t.vertices;
             for (int32_t& v : corners)
                 v += first;
             if (mirrored) std::swap(corners[1], corners[2]);
-            const auto [group_of, fresh] = groups.try_emplace(properties.material, 0);
-            if (fresh) group_of->second = group_index(names_number, names, properties.material);
-            mesh_.add_triangle(corners, group_of->second);
-            set(color_, properties.color, mirrored);
-            set(uv_, properties.uv, mirrored);
+            const auto [group, fresh] = groups.try_emplace(face.look, 0);
+            if (fresh) {
+                group->second = group_of(face.look, body, *at.names);
+                check_names();
+                if (error_) return;
+            }
+            mesh_.add_triangle(corners, group->second);
+            set(looks_.color(), face.color, mirrored);
+            set(looks_.uv(), face.uv, mirrored);
         }
-        if (mesh_.group_bytes() + names_bytes_ > memory_bytes_)
+        check_names();
+    }
+
+    void check_names() {
+        const int64_t bytes = mesh_.group_bytes() + body_bytes_ + looks_.bytes();
+        // Allocators round up.
+        if (bytes + bytes / 16 > memory_bytes_)
             fail(
-                "the names of the objects take more memory than is allowed; allow more with "
-                "`--memory`");
+                "the names and materials of the objects take more memory than is allowed; allow "
+                "more with `--memory`");
     }
 
-    int32_t number_of(const std::vector<std::string>& names) {
-        const auto [known, fresh] = names_.try_emplace(names, static_cast<int32_t>(names_.size()));
-        constexpr size_t kNode = 64;
-        if (fresh) names_bytes_ += static_cast<int64_t>(sizeof names + kNode);
-        for (size_t i = 0; fresh && i < names.size(); ++i)
-            names_bytes_ += static_cast<int64_t>(sizeof names[i] + names[i].size());
-        return known->second;
+    int32_t add_body(const std::string& own_name, const Place& at) {
+        Body body;
+        body.name = !own_name.empty() || at.names->empty() ? own_name : at.names->back();
+        body.role = at.role;
+        body.assembly = at.assembly;
+        body_bytes_ += static_cast<int64_t>(3 * sizeof body + body.name.size());
+        mesh_.bodies().push_back(std::move(body));
+        return static_cast<int32_t>(mesh_.bodies().size() - 1);
     }
 
-    /// Nested objects have many and long names, which are not processed again for each material.
-    int32_t group_index(int32_t names_number, const std::vector<std::string>& names,
-                        const std::string& material) {
-        const auto [known, fresh] = group_of_.try_emplace({names_number, material}, 0);
-        constexpr size_t kNode = 64;
-        if (fresh) {
-            known->second = mesh_.group_index({names, material});
-            names_bytes_ += static_cast<int64_t>(sizeof material + kNode + material.size());
+    int32_t group_of(int32_t look, int32_t body, const std::vector<std::string>& names) {
+        FaceGroup group;
+        group.names = names;
+        group.look = look;
+        group.body = body;
+        if (look >= 0) {
+            const Look& of = mesh_.looks()[static_cast<size_t>(look)];
+            if (of.is_material || of.picture) group.material = of.name;
         }
-        return known->second;
+        return mesh_.group_index(group);
+    }
+
+    ThreemfFace face_of(ThreemfPart* in, const ThreemfObject& object, const ThreemfTriangle& t) {
+        const bool own = t.properties[0] >= 0;
+        const int64_t group = own && t.group >= 0 ? t.group : object.group;
+        if (group < 0) return {};
+        std::array<int64_t, 3> picks = t.properties;
+        if (!own) picks.fill(object.property);
+        return looks_.face(in, object, group, picks);
     }
 
     void set(const std::optional<size_t>& attribute,
@@ -228,81 +301,19 @@ class ThreemfReader {
         mesh_.set_corners(*attribute, corners);
     }
 
-    void resolve(Part* in, int64_t id, const std::array<int64_t, 3>& picks, bool layers,
-                 Properties* out) {
-        const auto it = in->model.groups.find(id);
-        if (it == in->model.groups.end()) {
-            unknown_groups_ = true;
-            return;
-        }
-        const ThreemfGroup& group = it->second;
-        if (group.kind == Kind::kMaterials) {
-            if (static_cast<size_t>(picks[0]) < group.names.size())
-                out->material = group.names[picks[0]];
-        } else if (group.kind == Kind::kColors) {
-            out->color = values_of(in, id, group, picks, "color", 3, &color_);
-        } else if (group.kind == Kind::kCoordinates) {
-            out->uv = values_of(in, id, group, picks, "uv", 2, &uv_);
-            if (out->material.empty()) out->material = threemf_texture_name(std::to_string(id));
-        } else if (group.kind == Kind::kMulti && layers) {
-            for (size_t layer = 0; layer < group.layers.size(); ++layer) {
-                std::array<int64_t, 3> inner{};
-                for (size_t c = 0; c < 3; ++c) {
-                    if (static_cast<size_t>(picks[c]) >= group.picks.size()) return;
-                    const auto& pick = group.picks[picks[c]];
-                    inner[c] = layer < pick.size() ? pick[layer] : 0;
-                }
-                resolve(in, group.layers[layer], inner, false, out);
-            }
-        } else {
-            unknown_groups_ = true;
-        }
-    }
-
-    /// Returns the mesh's value for an entry of a group, adding it on first use.
-    std::array<int32_t, 3> values_of(Part* in, int64_t id, const ThreemfGroup& group,
-                                     const std::array<int64_t, 3>& picks, const char* name,
-                                     int32_t components, std::optional<size_t>* attribute) {
-        if (!*attribute) *attribute = mesh_.attribute(name, components);
-        std::vector<int32_t>& values = in->values[id];
-        values.resize(group.values.size(), -2);
-        std::array<int32_t, 3> out{-1, -1, -1};
-        for (size_t c = 0; c < 3; ++c) {
-            const auto pick = static_cast<size_t>(picks[c]);
-            if (pick >= values.size()) continue;
-            if (values[pick] == -2)
-                values[pick] = mesh_.add_value(**attribute, group.values[pick].data());
-            out[c] = values[pick];
-        }
-        return out;
-    }
-
-    void warn_of_what_is_left_out(bool no_items) {
-        const auto warn = [&](bool left_out, const char* what) {
-            if (left_out) mesh_.warnings().push_back(fmt::format("{}: {}", file_, what));
-        };
-        warn(no_items, "the build has no items");
-        warn(other_types_, "objects that are supports, surfaces or others are left out");
-        warn(unknown_groups_,
-             "some triangles have properties of a kind that is not read, or that are not there");
-        warn(beams_, "lattices of beams are left out");
-    }
-
     ZipFile zip_;
     std::string file_;
-    std::map<std::string, Part> parts_;
+    std::map<std::string, ThreemfPart> parts_;
     MeshAssembly mesh_;
-    std::map<std::vector<std::string>, int32_t> names_;  ///< of groups, numbered
-    std::map<std::pair<int32_t, std::string>, int32_t> group_of_;
-    int64_t names_bytes_ = 0;           ///< of both
-    std::optional<size_t> color_, uv_;  ///< attributes of the mesh
+    ThreemfTold told_;
+    ThreemfLooks looks_{&mesh_, zip_, &told_};
+    int64_t body_bytes_ = 0;
     std::optional<Error> error_;
     int64_t placements_ = 0;
+    int32_t assemblies_ = 0;
+    bool is_counting_ = false;
     int64_t memory_bytes_;  ///< besides the models
     MeshCounts counts_;     ///< of all placed objects
-    bool other_types_ = false;
-    bool unknown_groups_ = false;
-    bool beams_ = false;
 };
 
 }  // namespace
@@ -321,6 +332,21 @@ Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file
     Result<ZipFile> zip = ZipFile::open(bytes, file);
     if (!zip) return zip.error();
     return ThreemfReader(std::move(*zip), file, memory_bytes).read();
+}
+
+Result<void> read_threemf_pictures(const std::filesystem::path& file,
+                                   std::span<const std::string> sources, int64_t memory_bytes,
+                                   const TakePicture& take) {
+    Result<InputFile> input = InputFile::open(file);
+    if (!input) return Error(input.error());
+    const Result<std::string> bytes = input->read_all(memory_bytes);
+    if (!bytes) return bytes.error();
+    const Result<ZipFile> zip = ZipFile::open(*bytes, file.string());
+    if (!zip) return zip.error();
+    const int64_t left = memory_bytes - static_cast<int64_t>(bytes->size());
+    for (size_t i = 0; i < sources.size(); ++i)
+        take(i, zip->read(sources[i], left));
+    return Ok{};
 }
 
 }  // namespace openfab::mesh

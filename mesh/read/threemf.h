@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -11,12 +13,19 @@
 namespace openfab::mesh {
 
 /// Reads 3MF: the build's items with components and transforms, in the file's unit; of the
-/// materials extension colour groups as "color" (3, linear), texture coordinates as "uv", and
-/// multi-properties of these; of the production extension objects in other parts. Base materials
-/// and objects are groups by their names. Supports and other objects that are not models are
-/// left out with a warning. Errors name the part and its line.
+/// materials extension base materials and their composites, colours, pictures, and multi-properties
+/// of these as looks, with colours as "color" (3, linear) and texture coordinates as "uv"; of the
+/// production extension objects in other parts, whose resources are their own; boolean shapes as
+/// negative bodies. Each placed object with a mesh is a body. Supports and other objects that are
+/// not models are left out. Errors name the part and its line.
 Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file,
                                  int64_t memory_bytes = kDefaultReadingBytes);
+
+/// Hands over the pictures of a 3MF file that looks name as their sources: each one's bytes or why
+/// there are none, in their order.
+Result<void> read_threemf_pictures(const std::filesystem::path& file,
+                                   std::span<const std::string> sources, int64_t memory_bytes,
+                                   const TakePicture& take);
 
 /// Returns the name of the part that holds the model, from the text of the package's `_rels/.rels`.
 Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file);

@@ -16,6 +16,8 @@ namespace {
 
 constexpr int64_t kMaxId = INT32_MAX;
 constexpr size_t kMaxTransform = 12;
+/// Text of a metadata element that is of interest: a truth value or a number.
+constexpr size_t kLongestValue = 64;
 
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view kBlanks = " \t\r\n";
@@ -34,28 +36,46 @@ std::vector<std::string_view> words_of(std::string_view text) {
     return words;
 }
 
-/// `#rrggbb` or `#rrggbbaa`, sRGB, to linear.
-bool parse_color(std::string_view text, std::array<double, 3>* out) {
-    text = trimmed(text);
-    if ((text.size() != 7 && text.size() != 9) || text[0] != '#') return false;
-    std::array<int, 8> digits{};
-    for (size_t i = 1; i < text.size(); ++i) {
-        const size_t digit = std::string_view("0123456789abcdef0123456789ABCDEF").find(text[i]);
-        if (digit == std::string_view::npos) return false;
-        digits[i - 1] = static_cast<int>(digit % 16);
-    }
-    for (size_t c = 0; c < 3; ++c)
-        (*out)[c] = srgb_to_linear((digits[c * 2] * 16 + digits[c * 2 + 1]) / 255.0);
-    return true;
-}
+/// Extensions that are read, at least as far as a file needs that requires them.
+constexpr std::string_view kExtensions[] = {"/material/", "/production/",    "/trianglesets/",
+                                            "/slice/",    "/securecontent/", "/booleanoperations/"};
+
+/// Elements without attributes of interest, whose children count.
+constexpr std::string_view kWithout[] = {"resources", "build",      "mesh",     "vertices",
+                                         "triangles", "components", "metadata", "metadatagroup",
+                                         "settings",  "setting"};
+
+/// Elements that say nothing of what is printed, or of which objects that use them tell.
+constexpr std::string_view kSilent[] = {"trianglesets", "slicestack", "displacement2d",
+                                        "disp2dgroup", "normvectorgroup"};
+
+struct Dropped {
+    std::string_view element;
+    const char* what;
+    const char* remedy;
+    bool holds_mesh = false;
+};
+
+constexpr Dropped kDropped[] = {
+    {"beamlattice", "lattices of beams", "export them as meshes"},
+    {"displacementmesh", "displacements of meshes", "apply them in the program that made them",
+     true},
+    {"volumedata", "volumetric data of meshes", "write them as a fablet"},
+    {"levelset", "objects that are level sets", "export them as meshes, or write them as a fablet"},
+};
 
 class ModelReader : public XmlHandler {
   public:
-    explicit ModelReader(int64_t* memory_bytes) : memory_bytes_(*memory_bytes) {}
+    ModelReader(int64_t* memory_bytes, std::string file, ThreemfTold* told)
+        : memory_bytes_(*memory_bytes), file_(std::move(file)), told_(*told) {}
 
     ThreemfModel model;
 
     Complaint start(std::string_view name, const XmlAttributes& a) override {
+        if (unknown_ > 0) {
+            ++unknown_;
+            return {};
+        }
         Complaint wrong = read(name, a);
         if (wrong.empty() && memory_bytes_ < 0)
             return {"the model takes more memory than is allowed", "allow more with `--memory`"};
@@ -71,24 +91,38 @@ class ModelReader : public XmlHandler {
         if (name == "model") return root(a);
         if (name == "basematerials") return begin_group(a, Kind::kMaterials);
         if (name == "colorgroup") return begin_group(a, Kind::kColors);
-        if (name == "texture2dgroup") return begin_group(a, Kind::kCoordinates);
-        if (name == "compositematerials") return begin_group(a, Kind::kOther);
+        if (name == "texture2d") return texture(a);
+        if (name == "texture2dgroup") return begin_coordinates(a);
+        if (name == "compositematerials") return begin_composites(a);
         if (name == "multiproperties") return begin_multi(a);
         if (name == "base") return base(a);
         if (name == "color") return color(a);
+        if (name == "composite") return composite(a);
         if (name == "multi") return multi(a);
         if (name == "object") return begin_object(a);
-        if (name == "component" && object_ != nullptr) return placement(a, &object_->components);
+        if (name == "component" || name == "boolean") return component(a);
+        if (name == "booleanshape") return boolean_shape(a);
         if (name == "item") return placement(a, &model.build);
-        if (name == "beamlattice") model.has_beams = true;
+        if (name == "metadata" || name == "setting") begin_value(a);
+        if (is_left_out(name)) unknown_ = 1;
         return {};
     }
 
     void end(std::string_view name) override {
+        if (unknown_ > 0) {
+            --unknown_;
+            return;
+        }
         if (name == "object") object_ = nullptr;
         if (name == "basematerials" || name == "colorgroup" || name == "texture2dgroup" ||
             name == "compositematerials" || name == "multiproperties")
             group_ = nullptr;
+        if (name == "metadata" || name == "setting") end_value();
+    }
+
+    bool wants_text() const override { return !key_.empty(); }
+    void text(std::string_view piece) override {
+        value_ += piece.substr(0, kLongestValue - std::min(kLongestValue, value_.size()));
     }
 
     /// Checks that triangles refer to existing vertices; returns an error text, empty if none.
@@ -156,7 +190,7 @@ class ModelReader : public XmlHandler {
         return value;
     }
 
-    static std::string text(const XmlAttributes& a, const char* key) {
+    static std::string attribute(const XmlAttributes& a, const char* key) {
         const char* value = a.find(key);
         return value != nullptr ? value : "";
     }
@@ -165,7 +199,7 @@ class ModelReader : public XmlHandler {
         static constexpr std::pair<std::string_view, double> kUnits[] = {
             {"micron", 0.001}, {"millimeter", 1}, {"centimeter", 10},
             {"inch", 25.4},    {"foot", 304.8},   {"meter", 1000}};
-        const std::string unit = text(a, "unit");
+        const std::string unit = attribute(a, "unit");
         bool found = unit.empty();
         for (const auto& [name, size] : kUnits) {
             if (name != unit) continue;
@@ -174,7 +208,7 @@ class ModelReader : public XmlHandler {
         }
         if (!found) return fmt::format("unknown unit `{}`", unit.substr(0, 40));
         // Extensions that change the surface must be known; they are listed by their prefixes.
-        const std::string required = text(a, "requiredextensions");
+        const std::string required = attribute(a, "requiredextensions");
         const std::vector<std::string_view> prefixes = words_of(required);
         // Each is searched for among all attributes.
         constexpr size_t kMostExtensions = 64;
@@ -184,9 +218,9 @@ class ModelReader : public XmlHandler {
         for (std::string_view prefix : prefixes) {
             const char* address = a.find_exact(fmt::format("xmlns:{}", prefix));
             const std::string_view known = address != nullptr ? address : "";
-            const bool fine = known.find("/material/") != std::string_view::npos ||
-                              known.find("/production/") != std::string_view::npos ||
-                              known.find("/trianglesets/") != std::string_view::npos;
+            const bool fine = std::any_of(
+                std::begin(kExtensions), std::end(kExtensions),
+                [&](std::string_view one) { return known.find(one) != std::string_view::npos; });
             if (!fine)
                 return {fmt::format("the file requires the extension `{}`, which is not supported",
                                     known.empty() ? prefix : known.substr(0, 120)),
@@ -206,15 +240,42 @@ class ModelReader : public XmlHandler {
         return {};
     }
 
+    Complaint begin_coordinates(const XmlAttributes& a) {
+        Complaint wrong = begin_group(a, ThreemfGroup::Kind::kCoordinates);
+        if (wrong.empty()) group_->source = integer(a, "texid", -1);
+        return wrong.empty() ? Complaint(wrong_) : wrong;
+    }
+
+    Complaint begin_composites(const XmlAttributes& a) {
+        Complaint wrong = begin_group(a, ThreemfGroup::Kind::kComposites);
+        if (wrong.empty()) wrong = integers(attribute(a, "matindices"), &group_->layers);
+        if (wrong.empty()) group_->source = integer(a, "matid", -1);
+        // Each composite searches all of them.
+        constexpr size_t kMaxMaterials = 256;
+        if (wrong.empty() && group_->layers.size() > kMaxMaterials)
+            return {fmt::format("composites of {} materials", group_->layers.size()),
+                    fmt::format("at most {} are possible", kMaxMaterials)};
+        return wrong.empty() ? Complaint(wrong_) : wrong;
+    }
+
     Complaint begin_multi(const XmlAttributes& a) {
         Complaint wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
-        if (wrong.empty()) wrong = integers(text(a, "pids"), &group_->layers);
+        if (wrong.empty()) wrong = integers(attribute(a, "pids"), &group_->layers);
         // Each triangle searches all of them.
         constexpr size_t kMaxLayers = 16;
         if (wrong.empty() && group_->layers.size() > kMaxLayers)
             return {fmt::format("multiproperties of {} layers", group_->layers.size()),
                     fmt::format("at most {} are possible", kMaxLayers)};
-        return wrong;
+        if (!wrong.empty()) return wrong;
+        const std::string methods = attribute(a, "blendmethods");
+        for (const std::string_view method : words_of(methods)) {
+            if (group_->multiplied.size() == kMaxLayers) break;
+            if (method != "mix" && method != "multiply")
+                return {fmt::format("unknown blend method `{}`", method.substr(0, 40)),
+                        "there are `mix` and `multiply`"};
+            group_->multiplied.push_back(method == "multiply");
+        }
+        return {};
     }
 
     std::string integers(std::string_view list, std::vector<int64_t>* out) {
@@ -231,32 +292,83 @@ class ModelReader : public XmlHandler {
 
     Complaint base(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kMaterials)) return {};
-        std::string name = text(a, "name");
+        std::string name = attribute(a, "name");
         if (name.empty()) name = fmt::format("material {}", group_->names.size());
+        const std::optional<ThreemfColor> color = parse_threemf_color(attribute(a, "displaycolor"));
         const size_t length = name.size();
+        add(&group_->values, color.value_or(ThreemfColor{}), 1);
+        group_->colored.push_back(color.has_value());
         return too_long(add(&group_->names, std::move(name), length));
     }
 
     Complaint color(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kColors)) return {};
-        std::array<double, 3> value{};
-        const std::string written = text(a, "color");
-        if (!parse_color(written, &value))
+        const std::string written = attribute(a, "color");
+        const std::optional<ThreemfColor> value = parse_threemf_color(written);
+        if (!value)
             return {fmt::format("`{}` is not a colour", written.substr(0, 40)),
                     "write it as #rrggbb"};
-        add(&group_->values, value);
+        add(&group_->values, *value);
+        return {};
+    }
+
+    Complaint texture(const XmlAttributes& a) {
+        const int64_t id = needed_integer(a, "id");
+        if (!wrong_.empty()) return wrong_;
+        const auto [it, fresh] = model.textures.try_emplace(id);
+        if (!fresh) return fmt::format("a second texture with the id {}", id);
+        ThreemfTexture& texture = it->second;
+        texture.path = attribute(a, "path");
+        take<ThreemfTexture>(texture.path);
+        texture.nearest = attribute(a, "filter") == "nearest";
+        const char* const keys[] = {"tilestyleu", "tilestylev"};
+        for (size_t axis = 0; axis < texture.wrap.size(); ++axis) {
+            const std::string style = attribute(a, keys[axis]);
+            if (style.empty() || style == "wrap") continue;
+            if (style == "mirror") {
+                texture.wrap[axis] = PictureWrap::kMirror;
+            } else if (style == "clamp") {
+                texture.wrap[axis] = PictureWrap::kClamp;
+            } else if (style == "none") {
+                texture.wrap[axis] = PictureWrap::kNone;
+            } else {
+                return {fmt::format("unknown tile style `{}`", style.substr(0, 40)),
+                        "there are `wrap`, `mirror`, `clamp` and `none`"};
+            }
+        }
         return {};
     }
 
     Complaint coordinate(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kCoordinates)) return {};
-        add(&group_->values, {number(a, "u"), number(a, "v"), 0});
+        const double u = number(a, "u");
+        const double v = number(a, "v");
+        add(&group_->values, {static_cast<float>(u), static_cast<float>(v), 0, 0});
         return wrong_;
+    }
+
+    Complaint composite(const XmlAttributes& a) {
+        if (!in(ThreemfGroup::Kind::kComposites)) return {};
+        std::vector<double>& shares = add(&group_->shares, {});
+        const std::string values = attribute(a, "values");
+        double sum = 0;
+        for (const std::string_view word : words_of(values)) {
+            if (shares.size() == group_->layers.size()) break;
+            double value = 0;
+            if (std::string wrong = scan_number(word, &value); !wrong.empty()) return wrong;
+            if (value < 0) return fmt::format("`{}` is not a share", word.substr(0, 40));
+            sum += add(&shares, value);
+        }
+        while (shares.size() < group_->layers.size())
+            add(&shares, 0.0);
+        for (double& share : shares)
+            share = sum > 0 ? share / sum : 1 / static_cast<double>(shares.size());
+        return {};
     }
 
     Complaint multi(const XmlAttributes& a) {
         if (!in(ThreemfGroup::Kind::kMulti)) return {};
-        return integers(text(a, "pindices"), &add(&group_->picks, {}));
+        return integers(attribute(a, "pindices"), &add(&group_->picks, {}));
     }
 
     Complaint begin_object(const XmlAttributes& a) {
@@ -267,13 +379,50 @@ class ModelReader : public XmlHandler {
         const auto [it, fresh] = model.objects.try_emplace(id);
         if (!fresh) return fmt::format("a second object with the id {}", id);
         object_ = &it->second;
-        object_->name = text(a, "name");
+        object_id_ = id;
+        told_paint_ = {};
+        object_->name = attribute(a, "name");
         take<ThreemfObject>(object_->name);
         if (Complaint wrong = too_long(object_->name); !wrong.empty()) return wrong;
         if (const char* type = a.find("type")) object_->type = type;
+        if (Complaint wrong = too_long(object_->type); !wrong.empty()) return wrong;
         object_->group = group;
         object_->property = property;
+        if (a.find("slicestackid") != nullptr) {
+            object_->stand_in = attribute(a, "meshresolution") == "lowres";
+            if (!object_->stand_in)
+                told_.add("slices of objects", place(), "their meshes are printed instead");
+        }
         return {};
+    }
+
+    /// Names where something is, for people.
+    std::string place() const {
+        if (object_ == nullptr) return file_;
+        return object_->name.empty() ? fmt::format("object {}", object_id_)
+                                     : fmt::format("object `{}`", object_->name);
+    }
+
+    /// Whether an element is of no interest, with all that is in it; tells of those that matter.
+    bool is_left_out(std::string_view name) {
+        const auto any = [&](const auto& list) {
+            return std::find(std::begin(list), std::end(list), name) != std::end(list);
+        };
+        if (any(kWithout)) return false;
+        if (any(kSilent)) return true;
+        for (const Dropped& one : kDropped) {
+            if (one.element != name) continue;
+            told_.add(one.what, place(), one.remedy);
+            return !one.holds_mesh;
+        }
+        if (name.ends_with("displayproperties")) {
+            told_.add("gloss, metal and translucency of materials", place(),
+                      "the specification asks printers to ignore them; choose materials by hand");
+        } else {
+            told_.add(fmt::format("elements `{}`", name.substr(0, 40)), place(),
+                      "they belong to an extension of 3MF that is not read");
+        }
+        return true;
     }
 
     Complaint vertex(const XmlAttributes& a) {
@@ -285,22 +434,116 @@ class ModelReader : public XmlHandler {
     Complaint triangle(const XmlAttributes& a) {
         if (object_ == nullptr) return {};
         ThreemfTriangle t;
-        t.vertices = {static_cast<int32_t>(needed_integer(a, "v1")),
-                      static_cast<int32_t>(needed_integer(a, "v2")),
-                      static_cast<int32_t>(needed_integer(a, "v3"))};
-        t.group = integer(a, "pid", -1);
-        t.properties[0] = integer(a, "p1", -1);
-        // One for all corners unless the others have their own.
-        t.properties[1] = integer(a, "p2", t.properties[0]);
-        t.properties[2] = integer(a, "p3", t.properties[0]);
+        t.vertices = {-1, -1, -1};
+        a.each([&](std::string_view name, const char* value) { attribute_of(name, value, &t); });
+        for (size_t c = 0; c < 3; ++c) {
+            if (t.vertices[c] < 0 && wrong_.empty())
+                wrong_ = fmt::format("`v{}` is missing", c + 1);
+            // One for all corners unless the others have their own.
+            if (t.properties[c] < 0) t.properties[c] = t.properties[0];
+        }
         add(&object_->triangles, t);
         return wrong_;
+    }
+
+    void attribute_of(std::string_view name, const char* value, ThreemfTriangle* t) {
+        if (name.size() == 2 && name[1] >= '1' && name[1] <= '3') {
+            const auto corner = static_cast<size_t>(name[1] - '1');
+            if (name[0] == 'v') t->vertices[corner] = static_cast<int32_t>(index(name, value));
+            if (name[0] == 'p') t->properties[corner] = index(name, value);
+        } else if (name == "pid") {
+            t->group = index(name, value);
+        } else if (*value == 0) {
+            // Slicers write empty ones, too.
+        } else if (name == "paint_color" || name == "mmu_segmentation") {
+            paint(value);
+        } else if (name == "paint_supports" || name == "custom_supports") {
+            tell_paint(0, "painted supports of a slicer");
+        } else if (name == "paint_seam" || name == "custom_seam") {
+            tell_paint(1, "painted seams of a slicer");
+        } else if (name == "paint_fuzzy_skin" || name == "fuzzy_skin") {
+            tell_paint(2, "painted fuzzy skin of a slicer");
+        }
+    }
+
+    int64_t index(std::string_view name, const char* text) {
+        int64_t value = -1;
+        if (const std::string wrong = scan_integer(trimmed(text), 0, kMaxId, &value);
+            !wrong.empty())
+            wrong_ = fmt::format("`{}`: {}", name, wrong);
+        return value;
+    }
+
+    void paint(const char* text) {
+        const auto number = static_cast<int32_t>(object_->triangles.size());
+        if (!object_->paints.empty() && object_->paints.back().first == number) return;
+        std::string code = text;
+        const size_t length = code.size();
+        add(&object_->paints, {number, std::move(code)}, length);
+    }
+
+    /// Once for each object.
+    void tell_paint(size_t kind, const char* what) {
+        if (told_paint_[kind]) return;
+        told_paint_[kind] = true;
+        told_.add(what, place(), "they say how a filament printer prints the part");
+    }
+
+    Complaint component(const XmlAttributes& a) {
+        if (object_ == nullptr) return {};
+        return placement(a, &object_->components);
+    }
+
+    Complaint boolean_shape(const XmlAttributes& a) {
+        if (object_ == nullptr) return {};
+        using Shape = ThreemfObject::Shape;
+        const std::string operation = attribute(a, "operation");
+        object_->shape = operation == "difference"                   ? Shape::kDifference
+                         : operation.empty() || operation == "union" ? Shape::kUnion
+                                                                     : Shape::kOther;
+        return component(a);
+    }
+
+    /// Cura says in text what an object is for.
+    void begin_value(const XmlAttributes& a) {
+        constexpr std::string_view kCura = "cura:";
+        key_.clear();
+        value_.clear();
+        if (object_ == nullptr) return;
+        if (const char* name = a.find("name"); name != nullptr) {
+            const std::string_view text = name;
+            if (text.starts_with(kCura)) key_ = text.substr(kCura.size());
+        } else if (const char* key = a.find("key"); key != nullptr) {
+            key_ = key;
+        }
+        key_.resize(std::min(key_.size(), kLongestValue));
+    }
+
+    void end_value() {
+        if (key_.empty() || object_ == nullptr) return;
+        static constexpr std::pair<std::string_view, const char*> kHelpers[] = {
+            {"support_mesh", "meshes for supports (Cura)"},
+            {"anti_overhang_mesh", "support blockers (Cura)"},
+            {"infill_mesh", "meshes that change the infill (Cura)"},
+            {"cutting_mesh", "meshes that change the settings of others (Cura)"}};
+        const std::string_view value = trimmed(value_);
+        for (const auto& [key, what] : kHelpers) {
+            if (key == key_ && (value == "True" || value == "true" || value == "1"))
+                object_->helper = what;
+        }
+        int64_t extruder = 0;
+        constexpr int64_t kMostExtruders = 1000;
+        if (key_ == "extruder_nr" && scan_integer(value, 0, kMostExtruders, &extruder).empty())
+            object_->extruder = static_cast<int32_t>(extruder) + 1;
+        key_.clear();
     }
 
     Complaint placement(const XmlAttributes& a, std::vector<ThreemfPlacement>* out) {
         ThreemfPlacement p;
         p.object = needed_integer(a, "objectid");
-        p.path = text(a, "path");
+        p.path = attribute(a, "path");
+        const std::string printable = attribute(a, "printable");
+        p.printable = printable != "0" && printable != "false";
         if (const char* written = a.find("transform")) {
             std::array<double, kMaxTransform> m{};
             const std::vector<std::string_view> words = words_of(written);
@@ -318,16 +561,52 @@ class ModelReader : public XmlHandler {
     }
 
     int64_t& memory_bytes_;
+    std::string file_;
+    ThreemfTold& told_;
     std::string wrong_;
+    std::string key_, value_;          ///< of the metadata that is open; no key: not of interest
+    int unknown_ = 0;                  ///< depth in an element that nothing reads
     ThreemfGroup* group_ = nullptr;    ///< the one that is open
     ThreemfObject* object_ = nullptr;  ///< the one that is open
+    int64_t object_id_ = 0;
+    std::array<bool, 3> told_paint_{};  ///< of this object
 };
 
 }  // namespace
 
+void ThreemfTold::add(const std::string& what, const std::string& place,
+                      const std::string& remedy) {
+    for (LeftOut& known : list_) {
+        if (known.what != what) continue;
+        ++known.count;
+        return;
+    }
+    // Names from the file may make each one different.
+    constexpr size_t kMost = 100;
+    if (list_.size() < kMost) list_.push_back({what, place, remedy, 1});
+}
+
+std::optional<ThreemfColor> parse_threemf_color(std::string_view text) {
+    text = trimmed(text);
+    if ((text.size() != 7 && text.size() != 9) || text[0] != '#') return {};
+    std::array<int, 8> digits{};
+    digits.fill(15);  // opaque
+    for (size_t i = 1; i < text.size(); ++i) {
+        const size_t digit = std::string_view("0123456789abcdef0123456789ABCDEF").find(text[i]);
+        if (digit == std::string_view::npos) return {};
+        digits[i - 1] = static_cast<int>(digit % 16);
+    }
+    ThreemfColor out{};
+    for (size_t c = 0; c < out.size(); ++c) {
+        const double value = (digits[c * 2] * 16 + digits[c * 2 + 1]) / 255.0;
+        out[c] = static_cast<float>(c < 3 ? srgb_to_linear(value) : value);
+    }
+    return out;
+}
+
 Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
-                                         int64_t* memory_bytes) {
-    ModelReader reader(memory_bytes);
+                                         int64_t* memory_bytes, ThreemfTold* told) {
+    ModelReader reader(memory_bytes, file, told);
     if (Result<void> parsed = parse_xml(text, file, &reader); !parsed) return parsed.error();
     if (const std::string wrong = reader.check_vertices(); !wrong.empty())
         return user_error(fmt::format("{}: {}", file, wrong));

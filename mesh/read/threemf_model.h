@@ -7,23 +7,49 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
 #include "base/vec.h"
+#include "mesh/model/look.h"
 
 namespace openfab::mesh {
 
+/// What is left out of a file, each kind of thing once.
+class ThreemfTold {
+  public:
+    void add(const std::string& what, const std::string& place, const std::string& remedy);
+    std::vector<LeftOut>& list() { return list_; }
+
+  private:
+    std::vector<LeftOut> list_;
+};
+
+/// A colour in linear light, and its alpha.
+using ThreemfColor = std::array<float, 4>;
+
 /// A list of properties with an id, which triangles refer to.
 struct ThreemfGroup {
-    enum class Kind { kMaterials, kColors, kCoordinates, kMulti, kOther };
-    Kind kind = Kind::kOther;
-    std::vector<std::string> names;             ///< materials
-    std::vector<std::array<double, 3>> values;  ///< colours, linear; coordinates u, v
-    std::vector<int64_t> layers;                ///< multi: group ids
-    std::vector<std::vector<int64_t>> picks;    ///< multi: for each, an index into each layer
+    enum class Kind { kMaterials, kColors, kCoordinates, kComposites, kMulti };
+    Kind kind = Kind::kMaterials;
+    std::vector<std::string> names;    ///< materials
+    std::vector<bool> colored;         ///< materials: whether there is a display colour
+    std::vector<ThreemfColor> values;  ///< of materials and colours; coordinates u, v
+    int64_t source = -1;               ///< coordinates: the texture; composites: the materials
+    std::vector<int64_t> layers;       ///< multi: group ids; composites: indices of materials
+    std::vector<bool> multiplied;      ///< multi: how layers from the second are blended
+    std::vector<std::vector<int64_t>> picks;  ///< multi: for each, an index into each layer
+    std::vector<std::vector<double>> shares;  ///< composites: of the materials
+};
+
+struct ThreemfTexture {
+    std::string path;
+    std::array<PictureWrap, 2> wrap{PictureWrap::kRepeat, PictureWrap::kRepeat};
+    bool nearest = false;
 };
 
 struct ThreemfTriangle {
@@ -37,6 +63,7 @@ struct ThreemfPlacement {
     int64_t object = 0;
     std::string path;  ///< of the model part that has it; empty: the same
     Affine3d transform;
+    bool printable = true;
 };
 
 struct ThreemfObject {
@@ -47,25 +74,31 @@ struct ThreemfObject {
     std::vector<Vec3d> vertices;
     std::vector<ThreemfTriangle> triangles;
     std::vector<ThreemfPlacement> components;
+    /// A boolean shape: of the components the first is cut by the others, united with them, or
+    /// something that is not read.
+    enum class Shape { kMesh, kDifference, kUnion, kOther } shape = Shape::kMesh;
+    bool stand_in = false;  ///< the mesh is coarser than what is printed, which are slices
+    int32_t extruder = 0;   ///< of Cura, from 1; 0: not said
+    std::string helper;     ///< what it is for in Cura, if it is not printed
+    /// Triangles that a slicer's user painted, and how.
+    std::vector<std::pair<int32_t, std::string>> paints;
 };
 
 struct ThreemfModel {
     double unit_mm = 1;
     std::map<int64_t, ThreemfGroup> groups;
+    std::map<int64_t, ThreemfTexture> textures;
     std::map<int64_t, ThreemfObject> objects;
     std::vector<ThreemfPlacement> build;
-    bool has_beams = false;
 };
-
-/// Returns the material name of faces with texture group `id` and no base material.
-inline std::string threemf_texture_name(const std::string& id) {
-    return "texture " + id;
-}
 
 /// Parses a model part. Errors are `file:line:column: …`. Vertices that triangles refer to exist;
 /// other ids are not checked. Decreases `*memory_bytes` by the size of the model; an error if it is
-/// not enough.
+/// not enough. What is left out is added to `*told`.
 Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
-                                         int64_t* memory_bytes);
+                                         int64_t* memory_bytes, ThreemfTold* told);
+
+/// Parses `#rrggbb` or `#rrggbbaa`, sRGB; none if it is something else.
+std::optional<ThreemfColor> parse_threemf_color(std::string_view text);
 
 }  // namespace openfab::mesh

@@ -70,15 +70,53 @@ void read_zip64(std::string_view extra, uint64_t* size, uint64_t* compressed, ui
     }
 }
 
+int hex_digit(char c) {
+    const size_t at = std::string_view("0123456789abcdef").find(lower_ascii(c));
+    return at == std::string_view::npos ? -1 : static_cast<int>(at);
+}
+
+/// Packages name their parts as URIs; what is not a code stays as it is.
+std::string decoded(std::string_view name) {
+    std::string out;
+    for (size_t i = 0; i < name.size(); ++i) {
+        const int high = name[i] == '%' && i + 2 < name.size() ? hex_digit(name[i + 1]) : -1;
+        const int low = high >= 0 ? hex_digit(name[i + 2]) : -1;
+        out += low >= 0 ? static_cast<char>(high * 16 + low) : name[i];
+        if (low >= 0) i += 2;
+    }
+    return out;
+}
+
+/// Without `.`, `..` and empty names between slashes.
+std::string normal(std::string_view path) {
+    std::string out;
+    while (!path.empty()) {
+        const std::string_view name = path.substr(0, path.find_first_of("/\\"));
+        path.remove_prefix(std::min(name.size() + 1, path.size()));
+        if (name == "..") {
+            out.resize(out.find('/') == std::string::npos ? 0 : out.rfind('/'));
+        } else if (!name.empty() && name != ".") {
+            out += out.empty() ? "" : "/";
+            out += name;
+        }
+    }
+    return out;
+}
+
 }  // namespace
 
 std::string ZipFile::key(std::string_view name) {
-    while (name.starts_with('/'))
-        name.remove_prefix(1);
-    std::string out(name);
+    std::string out = decoded(name);
     for (char& c : out)
         c = c == '\\' ? '/' : lower_ascii(c);
-    return out;
+    return out.substr(std::min(out.find_first_not_of('/'), out.size()));
+}
+
+std::string ZipFile::resolve(const std::string& from, const std::string& name) const {
+    std::string path = normal(name);
+    const size_t folder = from.rfind('/');
+    if (name.starts_with('/') || folder == std::string::npos || has(path)) return path;
+    return normal(from.substr(0, folder + 1) + name);
 }
 
 Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {

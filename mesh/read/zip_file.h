@@ -19,7 +19,8 @@ class ZipFile {
     /// Opens an archive; `bytes` must outlive it. Errors: not an archive, cut short, or damaged.
     static Result<ZipFile> open(std::string_view bytes, const std::string& file);
 
-    /// Returns whether there is an entry of this name, ignoring case and a leading slash.
+    /// Returns whether there is an entry of this name, ignoring case and a leading slash. Names may
+    /// be percent-encoded, here and in the archive.
     bool has(const std::string& name) const;
 
     /// Reads an entry of at most `limit` bytes and verifies its checksum. Errors: no such entry,
@@ -29,6 +30,10 @@ class ZipFile {
 
     /// Returns the key of an entry, the same for all spellings of its name.
     static std::string key(std::string_view name);
+
+    /// Returns the name of what part `from` calls `name`: from the root of the archive if it begins
+    /// with a slash or there is such an entry, else beside `from`; without `.` and `..`.
+    std::string resolve(const std::string& from, const std::string& name) const;
 
   private:
     struct Entry {

@@ -11,7 +11,7 @@
 #include "base/color.h"
 #include "base/xml.h"
 #include "mesh/read/threemf.h"
-#include "mesh/read/threemf_model.h"
+#include "mesh/read/threemf_looks.h"
 #include "mesh/read/zip_file.h"
 #include "tools/openfab/appearance.h"
 

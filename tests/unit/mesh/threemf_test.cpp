@@ -2,25 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "tests/support/meshes/zip_archive.h"
-#include "tests/unit/mesh/mesh_files.h"
+#include "tests/unit/mesh/threemf_package.h"
 
 namespace openfab::mesh {
 namespace {
 
-using Files = std::vector<std::pair<std::string, std::string>>;
-
-constexpr const char* kRelationships =
-    R"(<?xml version="1.0"?><Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
-<Relationship Target="/Metadata/thumbnail.png" Id="r1" Type="http://schemas.openxmlformats.org/package/2006/relationships/metadata/thumbnail"/>
-<Relationship Target="/3D/3dmodel.model" Id="r0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>)";
-
-std::string package(const std::string& model, const Files& more = {}) {
-    Files files = {{"[Content_Types].xml", "<Types/>"},
-                   {"_rels/.rels", kRelationships},
-                   {"3D/3dmodel.model", model}};
-    files.insert(files.end(), more.begin(), more.end());
-    return testing::zip_archive(files);
+std::string package(const std::string& model, const PackageFiles& more = {}) {
+    return threemf_package(model, more);
 }
 
 /// A box of 1 x 2 x 3 with materials on the first triangles.
@@ -82,18 +70,31 @@ TEST(Threemf, PlacesComponentsInTheFilesUnit) {
     // The pair's x reaches 5 and becomes y; y becomes -x.
     EXPECT_EQ(box.lo, (Vec3d{-20, 0, 100}));
     EXPECT_EQ(box.hi, (Vec3d{0, 50, 130}));
-    EXPECT_EQ(loaded->warnings,
-              (std::vector<std::string>{
-                  "a.3mf: objects that are supports, surfaces or others are left out",
-                  "a.3mf: some faces of mesh `part` have no `color`, this one first; the "
-                  "attribute is dropped",
-                  "a.3mf: some faces of mesh `part` have no `uv`, this one first; the "
-                  "attribute is dropped"}));
     EXPECT_EQ(loaded->groups,
               (std::vector<std::pair<std::string, int32_t>>{{"PLA blue", 0}, {"PLA red", 1}}));
     EXPECT_EQ(mesh.find("face")->faces[0], 0);
     EXPECT_EQ(mesh.find("face")->faces[1], 1);
     EXPECT_EQ(mesh.find("face")->faces[12], 0);
+}
+
+TEST(Threemf, MakesABodyOfEachPlacedObject) {
+    const MeshSource source = read_source(package(two_boxes()));
+    ASSERT_EQ(source.bodies.size(), 2u);
+    for (size_t body = 0; body < 2; ++body) {
+        EXPECT_EQ(source.bodies[body].name, "box");
+        EXPECT_EQ(source.bodies[body].role, BodyRole::kPart);
+        EXPECT_EQ(source.bodies[body].assembly, 0);
+    }
+    EXPECT_EQ(&body_of(source, 11), &source.bodies[0]);
+    EXPECT_EQ(&body_of(source, 12), &source.bodies[1]);
+    EXPECT_EQ(source.groups[source.face_groups[0]].names,
+              (std::vector<std::string>{"pair", "box"}));
+    EXPECT_EQ(
+        told(source),
+        "objects of type `support` (1, object 2); objects of type `model` are printed; change the "
+        "type if this is a part\n"
+        "pictures that the file does not define (1, 3D/3dmodel.model, group 7); export the file "
+        "again with its textures\n");
 }
 
 TEST(Threemf, ReadsColorsAndTextureCoordinates) {
