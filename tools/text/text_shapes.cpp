@@ -12,11 +12,13 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "backends/raster/png_encode.h"
 #include "base/text.h"
 #include "mesh/model/sweeps.h"
+#include "tools/text/unite.h"
 
 namespace openfab::text {
 namespace {
@@ -24,6 +26,7 @@ namespace {
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr int32_t kMostPixels = 16'000;  // along a side: what FreeType's coordinates hold
 constexpr int kPngLevel = 6;
+constexpr size_t kMostCorners = 1'000'000;  // each takes about 1 kB, as a mesh and as its text
 
 struct Box2 {
     mesh::Point2 lo{kFar, kFar}, hi{-kFar, -kFar};
@@ -83,38 +86,51 @@ class Rasteriser {
     Rasteriser(const Rasteriser&) = delete;
     Rasteriser& operator=(const Rasteriser&) = delete;
 
-    /// Draws a glyph whose points are in pixels from the lower left corner. `rows`: the top one first.
-    bool draw(const Glyph& glyph, int32_t width, int32_t height, std::vector<uint8_t>* rows) {
+    /// Draws an area whose points are in pixels from the lower left corner. `rows`: the top one first.
+    bool draw(const Area& area, int32_t width, int32_t height, std::vector<uint8_t>* rows) {
         size_t points = 0;
-        for (const mesh::Outline& outline : glyph)
+        for (const mesh::Outline& outline : area)
             points += outline.size();
         if (points > std::numeric_limits<short>::max()) return false;
         FT_Outline outline{};
-        if (FT_Outline_New(library_, static_cast<FT_UInt>(points),
-                           static_cast<FT_Int>(glyph.size()), &outline) != 0)
+        if (FT_Outline_New(library_, static_cast<FT_UInt>(points), static_cast<FT_Int>(area.size()),
+                           &outline) != 0)
             return false;
         size_t at = 0;
-        for (size_t c = 0; c < glyph.size(); ++c) {
-            for (const mesh::Point2& p : glyph[c]) {
+        for (size_t c = 0; c < area.size(); ++c) {
+            for (const mesh::Point2& p : area[c]) {
                 outline.points[at] = {std::lround(p.x * 64), std::lround(p.y * 64)};
                 outline.tags[at++] = FT_CURVE_TAG_ON;
             }
             outline.contours[c] = static_cast<short>(at - 1);
         }
         outline.flags |= FT_OUTLINE_EVEN_ODD_FILL;
-        FT_Bitmap bitmap{};
-        bitmap.width = static_cast<unsigned>(width);
-        bitmap.rows = static_cast<unsigned>(height);
-        bitmap.pitch = width;
-        bitmap.buffer = rows->data();
-        bitmap.num_grays = 256;
-        bitmap.pixel_mode = FT_PIXEL_MODE_GRAY;
-        const bool drawn = FT_Outline_Get_Bitmap(library_, &outline, &bitmap) == 0;
+        Drawing drawing{rows, width, height};
+        FT_Raster_Params params{};
+        params.flags = FT_RASTER_FLAG_AA | FT_RASTER_FLAG_DIRECT | FT_RASTER_FLAG_CLIP;
+        params.clip_box = {0, 0, width, height};
+        params.gray_spans = &add_spans;
+        params.user = &drawing;
+        const bool drawn = FT_Outline_Render(library_, &outline, &params) == 0;
         FT_Outline_Done(library_, &outline);
         return drawn;
     }
 
   private:
+    struct Drawing {
+        std::vector<uint8_t>* rows;
+        int32_t width, height;
+    };
+    /// Adds what an area covers of a row's pixels to what others cover of them.
+    static void add_spans(int y, int count, const FT_Span* spans, void* user) {
+        const Drawing& drawing = *static_cast<const Drawing*>(user);
+        uint8_t* const row = drawing.rows->data() + int64_t{drawing.height - 1 - y} * drawing.width;
+        for (const FT_Span& span : std::span(spans, static_cast<size_t>(count))) {
+            for (int x = span.x; x < span.x + span.len; ++x)
+                row[x] = static_cast<uint8_t>(std::min(row[x] + span.coverage, 255));
+        }
+    }
+
     FT_Library library_ = nullptr;
 };
 
@@ -143,24 +159,41 @@ Result<Layout> lay_out(Font* font, const std::string& text, Align align) {
         for (Glyph& glyph : lines[l]) {
             move(&glyph, x, -static_cast<double>(l) * font->line_pitch_mm());
             all.add(glyph);
-            layout.glyphs.push_back(std::move(glyph));
+            layout.areas.push_back(std::move(glyph));
         }
     }
-    if (layout.glyphs.empty()) return user_error("the text has no letters");
-    for (Glyph& glyph : layout.glyphs)
-        move(&glyph, -(all.lo.x + all.hi.x) / 2, -(all.lo.y + all.hi.y) / 2);
+    if (layout.areas.empty()) return user_error("the text has no letters");
+    const double pitch = font->line_pitch_mm();
+    layout.areas = unite(layout.areas, std::ldexp(pitch, -24), std::ldexp(pitch, -13));
+    for (Area& area : layout.areas)
+        move(&area, -(all.lo.x + all.hi.x) / 2, -(all.lo.y + all.hi.y) / 2);
     layout.size_mm = {all.hi.x - all.lo.x, all.hi.y - all.lo.y};
     return layout;
 }
 
 Result<mesh::Mesh> make_text_mesh(const Layout& layout, double depth_mm) {
     mesh::Mesh out;
-    for (const Glyph& glyph : layout.glyphs) {
-        if (const Result<void> fine = mesh::check_outlines(glyph); !fine) {
+    size_t corners = 0;
+    for (const Area& area : layout.areas) {
+        for (const mesh::Outline& outline : area)
+            corners += outline.size();
+    }
+    if (corners > kMostCorners) {
+        return user_error(fmt::format("the text has {} corners; a mesh of at most {} is made",
+                                      corners, kMostCorners),
+                          "write it in parts, or as a picture (`-o FILE.png`)");
+    }
+    for (const Area& area : layout.areas) {
+        size_t count = 0;
+        for (const mesh::Outline& outline : area)
+            count += outline.size();
+        // Long words of a joined script have more.
+        const bool few = count <= mesh::kMostOutlineCorners;
+        if (const Result<void> fine = few ? mesh::check_outlines(area) : Ok{}; !fine) {
             return user_error("a letter of this font cannot be drawn out: " + fine.error().message,
                               "choose another font with `--font`");
         }
-        append(mesh::make_extrusion(glyph, depth_mm), &out);
+        append(mesh::make_extrusion(area, depth_mm), &out);
     }
     out.name = "text";
     mesh::MeshAttribute& uv = out.attributes[0];
@@ -177,7 +210,10 @@ Result<mesh::Mesh> make_text_mesh(const Layout& layout, double depth_mm) {
 }
 
 std::string obj_text(const mesh::Mesh& mesh) {
-    fmt::memory_buffer text;
+    std::string text;
+    // About what its lines take: a longer text would be there twice while it grows.
+    text.reserve(30 * mesh.positions.size() + 10 * mesh.attributes[0].values.size() +
+                 7 * mesh.attributes[1].values.size() + 56 * mesh.triangles.size());
     const auto out = std::back_inserter(text);
     fmt::format_to(out, "# Made by OpenFab, in mm.\n");
     for (const Vec3d& p : mesh.positions)
@@ -202,7 +238,7 @@ std::string obj_text(const mesh::Mesh& mesh) {
             fmt::format_to(out, "\n");
         }
     }
-    return {text.data(), text.size()};
+    return text;
 }
 
 Result<Picture> draw_text(const Layout& layout, double dots_per_mm, double margin_mm) {
@@ -220,12 +256,12 @@ Result<Picture> draw_text(const Layout& layout, double dots_per_mm, double margi
     const size_t row = static_cast<size_t>(picture.width);
     std::vector<uint8_t> grey(row * static_cast<size_t>(picture.height));
     Rasteriser rasteriser;
-    for (Glyph glyph : layout.glyphs) {
-        for (mesh::Outline& outline : glyph) {
+    for (Area area : layout.areas) {
+        for (mesh::Outline& outline : area) {
             for (mesh::Point2& p : outline)
                 p = {p.x * dots_per_mm + width / 2, p.y * dots_per_mm + height / 2};
         }
-        if (!rasteriser.draw(glyph, picture.width, picture.height, &grey))
+        if (!rasteriser.draw(area, picture.width, picture.height, &grey))
             return user_error("a letter of this font cannot be drawn",
                               "choose another font with `--font`");
     }

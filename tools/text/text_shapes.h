@@ -10,23 +10,26 @@
 
 #include "mesh/model/mesh.h"
 #include "tools/text/font.h"
+#include "tools/text/unite.h"
 
 namespace openfab::text {
 
 enum class Align { kLeft, kCenter, kRight };
 
-/// Glyphs in their places, in mm: the box around them is centred on the origin.
+/// What its letters cover, in mm: the box around all is centred on the origin. Areas are apart from each
+/// other: letters that overlap, as those of a joined script, are one, and a letter of several parts is
+/// several.
 struct Layout {
-    std::vector<Glyph> glyphs;
+    std::vector<Area> areas;
     Vec2<double> size_mm;
 };
 
 /// Lays out lines, which newlines end. Fails where nothing of the text has an area.
 Result<Layout> lay_out(Font* font, const std::string& text, Align align);
 
-/// Draws the text out to `depth_mm` above z = 0. Each glyph is closed, with "uv", "n" and "face" as
-/// extrusions have them (mesh/model/sweeps.h), but the text's box in place of the glyph's for uv.
-/// Fails for a glyph whose outlines cross.
+/// Draws the text out to `depth_mm` above z = 0. Each area is closed, with "uv", "n" and "face" as
+/// extrusions have them (mesh/model/sweeps.h), but the text's box in place of the area's for uv.
+/// Fails for a text of too many corners.
 Result<mesh::Mesh> make_text_mesh(const Layout& layout, double depth_mm);
 
 /// The mesh as an OBJ file with the groups `front`, `back` and `side`.

@@ -42,10 +42,10 @@ std::string refusal(const std::string& words, const std::string& name = kFont) {
 TEST(Text, ACapitalHasItsSize) {
     const Layout h = layout_of("H", 7);
     EXPECT_NEAR(h.size_mm.y, 7, 1e-6);
-    for (const mesh::Point2& p : h.glyphs[0][0])
+    for (const mesh::Point2& p : h.areas[0][0])
         EXPECT_LE(std::abs(p.y), 3.5 + 1e-6) << "centred";
-    EXPECT_EQ(layout_of("o").glyphs[0].size(), 2u) << "a hole";
-    EXPECT_EQ(layout_of("Ada Lovelace").glyphs.size(), 11u) << "a space has no outline";
+    EXPECT_EQ(layout_of("o").areas[0].size(), 2u) << "a hole";
+    EXPECT_EQ(layout_of("Ada Lovelace").areas.size(), 11u) << "a space has no outline";
 }
 
 /// By the font's own tables: an H of DejaVu Sans is 1493 units high and advances by 1540.
@@ -63,7 +63,7 @@ TEST(Text, KerningMovesLettersTogether) {
 TEST(Text, LinesAreAligned) {
     const auto ends = [](const Layout& layout, size_t glyph) {
         double lo = 1e9, hi = -1e9;
-        for (const mesh::Outline& outline : layout.glyphs[glyph]) {
+        for (const mesh::Outline& outline : layout.areas[glyph]) {
             for (const mesh::Point2& p : outline) {
                 lo = std::min(lo, p.x);
                 hi = std::max(hi, p.x);
@@ -103,6 +103,39 @@ TEST(Text, PictureAndMeshCoverTheSameArea) {
         EXPECT_NEAR(covered / (dots * dots), area, 2e-3 * area) << words;
         EXPECT_EQ(read.at(0, 0)[0], 0) << "a margin";
     }
+}
+
+TEST(Text, LettersThatOverlapAreOneArea) {
+    // Arabic: two letters that are joined, three more, and the dot of one of them.
+    const Layout joined = layout_of("\u0645\u0631\u062d\u0628\u0627");
+    EXPECT_EQ(joined.areas.size(), 3U);
+    const Result<mesh::Mesh> mesh = make_text_mesh(joined, 2);
+    ASSERT_TRUE(mesh) << mesh.error().text();
+    // No hairline crosses a stroke: along its middle, from end to end, all pixels are white.
+    const Result<Picture> picture = draw_text(joined, 11.8, 0);
+    ASSERT_TRUE(picture) << picture.error().text();
+    const testing::ScratchFolder folder;
+    folder.write("text.png", std::string(picture->png.begin(), picture->png.end()));
+    const testing::ReadPng read = testing::read_png(folder / "text.png");
+    double covered = 0;
+    for (const std::array<uint8_t, 4>& pixel : read.rgba)
+        covered += pixel[0] / 255.0;
+    const double area = testing::signed_volume(*mesh) / 2;
+    EXPECT_NEAR(covered / (11.8 * 11.8), area, 2e-3 * area);
+    const double join = 2.85;  // mm below the middle: of the base line's stroke
+    const int row = static_cast<int>(std::lround(read.height / 2.0 + join * 11.8));
+    for (int x = read.width / 8; x < read.width / 4; ++x)
+        EXPECT_EQ(read.at(x, row)[0], 255) << x;
+}
+
+TEST(Text, ATextOfTooManyCornersIsTold) {
+    std::string words;
+    for (int line = 0; line < 20; ++line)
+        words += std::string(300, '@') + "\n";
+    const Result<mesh::Mesh> mesh = make_text_mesh(layout_of(words), 2);
+    ASSERT_FALSE(mesh);
+    EXPECT_THAT(mesh.error().text(),
+                HasSubstr("a mesh of at most 1000000 is made; write it in parts"));
 }
 
 TEST(Text, AMeshIsClosedAndPrintable) {
