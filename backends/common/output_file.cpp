@@ -55,8 +55,12 @@ Result<OutputFile> OutputFile::open_locked(const std::string& path) {
         if (::stat(path.c_str(), &named) == 0 && S_ISDIR(named.st_mode)) {
             return user_error(fmt::format("`{}` is a folder; the output is a file", path));
         }
-        const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+        // Nonblocking: opening a pipe that nobody reads would wait. Writing to one blocks again.
+        const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0666);
+        if (fd < 0 && errno == ENXIO)
+            return user_error(fmt::format("`{}` is a pipe that nobody reads", path));
         if (fd < 0) return system_error("cannot create", path, errno);
+        ::fcntl(fd, F_SETFL, 0);
         OutputFile file(fd, path);
         if (Result<void> locked = lock_output(fd, path); !locked) return locked.error();
         // The previous holder of the lock may have renamed the file before releasing it.

@@ -3,31 +3,43 @@
 #include "backends/ofr/ofr_reader.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <numeric>
 
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/slice_codec.h"
+#include "base/input_file.h"
 #include "base/units.h"
 #include "runtime/pipeline/print_hash.h"
 
 namespace openfab::ofr {
 
+namespace {
+
+/// Opens a file, which must be a regular one: a pipe would make the caller wait.
+Result<std::FILE*> open_file(const std::string& path) {
+    const auto cannot_open = [&](const std::string& why) {
+        return fmt::format("cannot open `{}`: {}", path, why);
+    };
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return Error{file.error().code, cannot_open(file.error().text())};
+    const int own = ::dup(file->descriptor());
+    std::FILE* opened = own >= 0 ? ::fdopen(own, "rb") : nullptr;
+    if (opened != nullptr) return opened;
+    const int why = errno;
+    if (own >= 0) ::close(own);
+    return outside_error(cannot_open(std::strerror(why)));
+}
+
+}  // namespace
+
 Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path, int64_t memory_bytes) {
-    const std::string name = path == "-" ? "standard input" : path;
-    std::FILE* file = path == "-" ? stdin : std::fopen(path.c_str(), "rb");
-    if (file == nullptr) {
-        return user_error(fmt::format("cannot open `{}`: {}", name, std::strerror(errno)));
-    }
-    std::unique_ptr<OfrReader> reader(new OfrReader(file, name));
-    struct stat status {};
-    if (::fstat(::fileno(file), &status) == 0 && S_ISDIR(status.st_mode)) {
-        return user_error(fmt::format("`{}` is a folder, not an .ofr file", name));
-    }
+    Result<std::FILE*> file = path == "-" ? stdin : open_file(path);
+    if (!file) return file.error();
+    std::unique_ptr<OfrReader> reader(new OfrReader(*file, path == "-" ? "standard input" : path));
     reader->memory_bytes_ = memory_bytes;
     if (Result<void> header = reader->read_header(); !header) return header.error();
     if (reader->slice_bytes() > memory_bytes) return reader->memory_error(reader->slice_bytes());
@@ -35,10 +47,9 @@ Result<std::unique_ptr<OfrReader>> OfrReader::open(const std::string& path, int6
 }
 
 Result<pipeline::PrintTotals> OfrReader::read_totals(const std::string& path) {
-    std::FILE* file = std::fopen(path.c_str(), "rb");
-    if (file == nullptr) {
-        return user_error(fmt::format("cannot open `{}`: {}", path, std::strerror(errno)));
-    }
+    const Result<std::FILE*> opened = open_file(path);
+    if (!opened) return opened.error();
+    std::FILE* const file = *opened;
     OfrReader reader(file, path);
     constexpr long kTailBytes = 16;
     uint64_t offset = 0;
@@ -182,22 +193,10 @@ Result<void> OfrReader::decode(const SliceHead& head) {
 }
 
 bool OfrReader::count_codes() {
-    std::array<int64_t, 256> bytes{};
-    for (uint8_t byte : rows_)
-        ++bytes[byte];
-    slice_counts_.assign(256, 0);
-    for (size_t byte = 0; byte < 256; ++byte) {
-        if (info_.bits == 8) {
-            slice_counts_[byte] += bytes[byte];
-        } else {
-            slice_counts_[byte & 15] += bytes[byte];
-            slice_counts_[byte >> 4] += bytes[byte];
-        }
-    }
-    const auto beyond = slice_counts_.begin() + static_cast<std::ptrdiff_t>(counts_.size());
-    const bool fine = std::accumulate(beyond, slice_counts_.end(), int64_t{0}) == 0;
-    slice_counts_.resize(counts_.size());
-    return fine;
+    const std::array<int64_t, 256> counts = ofr::count_codes(rows_, info_.bits);
+    const auto beyond = counts.begin() + static_cast<std::ptrdiff_t>(counts_.size());
+    slice_counts_.assign(counts.begin(), beyond);
+    return std::all_of(beyond, counts.end(), [](int64_t count) { return count == 0; });
 }
 
 Result<void> OfrReader::read_index() {

@@ -61,6 +61,19 @@ Result<void> decode_frame(const SliceHead& head, std::span<const uint8_t> frame,
     return {};
 }
 
+std::array<int64_t, 256> count_codes(std::span<const uint8_t> rows, int32_t bits) {
+    std::array<int64_t, 256> bytes{};
+    for (const uint8_t byte : rows)
+        ++bytes[byte];
+    if (bits == 8) return bytes;
+    std::array<int64_t, 256> codes{};
+    for (size_t byte = 0; byte < bytes.size(); ++byte) {
+        codes[byte & 15] += bytes[byte];
+        codes[byte >> 4] += bytes[byte];
+    }
+    return codes;
+}
+
 size_t most_frame_bytes(size_t raw) {
     return ZSTD_compressBound(raw);
 }

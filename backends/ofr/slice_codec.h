@@ -4,6 +4,7 @@
 
 // One slice as bytes: its head and the zstd frame of its packed rows (format.h).
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -25,6 +26,10 @@ std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice);
 /// checksum; the error does not name the slice.
 Result<void> decode_frame(const SliceHead& head, std::span<const uint8_t> frame,
                           std::span<uint8_t> rows);
+
+/// Counts the voxels of packed rows by their codes, also those that no material has. The unused half
+/// of a row's last byte counts as void.
+std::array<int64_t, 256> count_codes(std::span<const uint8_t> rows, int32_t bits);
 
 /// Returns the most bytes that the frame of `raw` bytes of packed rows takes.
 size_t most_frame_bytes(size_t raw);

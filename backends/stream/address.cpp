@@ -217,6 +217,25 @@ std::string listening_text(const Socket& socket, const Address& address) {
                        v6 ? "]" : "", port);
 }
 
+std::string other_end(const Socket& socket) {
+    sockaddr_storage name{};
+    socklen_t bytes = sizeof(name);
+    auto* const generic = reinterpret_cast<sockaddr*>(&name);
+    if (::getpeername(socket.fd(), generic, &bytes) != 0) return "nowhere";
+    if (name.ss_family == AF_UNIX) {
+        ucred who{};
+        socklen_t size = sizeof(who);
+        const bool known = ::getsockopt(socket.fd(), SOL_SOCKET, SO_PEERCRED, &who, &size) == 0;
+        return known ? fmt::format("user {}", who.uid) : "this machine";
+    }
+    std::array<char, NI_MAXHOST> host{};
+    std::array<char, NI_MAXSERV> port{};
+    if (::getnameinfo(generic, bytes, host.data(), host.size(), port.data(), port.size(),
+                      NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+        return "nowhere";
+    return fmt::format("{}:{}", host.data(), port.data());
+}
+
 Result<std::string> load_token(const std::string& file) {
     std::string token;
     if (!file.empty()) {

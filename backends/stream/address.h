@@ -50,6 +50,10 @@ Result<Socket> listen_at(const Address& address);
 /// Returns the address that a listening socket really has, where port 0 was asked for.
 std::string listening_text(const Socket& socket, const Address& address);
 
+/// Returns who is at the other end of a connection, for messages: HOST:PORT, or the user of its
+/// process.
+std::string other_end(const Socket& socket);
+
 /// Reads the token that both ends share: the first line of `file`, else the environment's
 /// OPENFAB_TOKEN; empty where neither is given.
 Result<std::string> load_token(const std::string& file);

@@ -175,6 +175,12 @@ bool Line::receive() {
     // What was taken makes room first.
     buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
     begin_ = 0;
+    // The place of the whole message at once: a vector that grows takes up to twice of it, and what
+    // it grows out of. `next` refuses what is longer than allowed.
+    if (uint32_t n = 0; buffer_.size() >= kHeadBytes) {
+        std::memcpy(&n, buffer_.data() + 4, sizeof n);
+        if (n <= most_) buffer_.reserve(kHeadBytes + n + kStep);
+    }
     for (;;) {
         const size_t had = buffer_.size();
         buffer_.resize(had + kStep);

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "base/clock.h"
+#include "base/input_file.h"
 #include "base/text.h"
 
 namespace openfab::stream {
@@ -29,6 +30,14 @@ std::string reason() {
 
 Error unreadable(const std::string& file, const char* what) {
     return user_error(fmt::format("cannot read {} from `{}`: {}", what, file, reason()));
+}
+
+/// OpenSSL opens files by their names, and would wait for a pipe's writer.
+Result<void> check_file(const std::string& file, const char* what) {
+    const Result<InputFile> opened = InputFile::open(file);
+    if (opened) return {};
+    return Error{opened.error().code,
+                 fmt::format("cannot read {} from `{}`: {}", what, file, opened.error().text())};
 }
 
 /// Nobody is asked for the password of a key.
@@ -101,6 +110,9 @@ Result<std::unique_ptr<TlsContext>> TlsContext::for_senders(const std::string& c
     std::unique_ptr<TlsContext> made(new TlsContext(make_context(TLS_client_method())));
     if (made->context_ == nullptr) return outside_error("cannot begin TLS: " + reason());
     SSL_CTX_set_verify(made->context_, SSL_VERIFY_PEER, nullptr);
+    if (!ca_file.empty()) {
+        if (Result<void> there = check_file(ca_file, "certificates"); !there) return there.error();
+    }
     if (ca_file.empty()) {
         SSL_CTX_set_default_verify_paths(made->context_);
     } else if (SSL_CTX_load_verify_locations(made->context_, ca_file.c_str(), nullptr) != 1) {
@@ -114,10 +126,15 @@ Result<std::unique_ptr<TlsContext>> TlsContext::for_receivers(const std::string&
     ERR_clear_error();
     std::unique_ptr<TlsContext> made(new TlsContext(make_context(TLS_server_method())));
     if (made->context_ == nullptr) return outside_error("cannot begin TLS: " + reason());
+    constexpr const char* kKey = "the key of the certificate, without a password,";
+    for (const auto& [file, what] :
+         {std::pair(certificate_file, "a certificate"), std::pair(key_file, kKey)}) {
+        if (Result<void> there = check_file(file, what); !there) return there.error();
+    }
     if (SSL_CTX_use_certificate_chain_file(made->context_, certificate_file.c_str()) != 1)
         return unreadable(certificate_file, "a certificate");
     if (SSL_CTX_use_PrivateKey_file(made->context_, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
-        return unreadable(key_file, "the key of the certificate, without a password,");
+        return unreadable(key_file, kKey);
     return made;
 }
 

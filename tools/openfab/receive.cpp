@@ -5,11 +5,12 @@
 // reference for who writes a printer's front end.
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
-#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "backends/ofr/ofr_reader.h"
 #include "backends/raster/folder_sink.h"
@@ -114,14 +115,31 @@ Result<void> run_receive(const ReceiveArguments& a) {
     options.keeps_frames = print.format == "ofr";
     options.layer_seconds = *layer_seconds;
     options.buffer = a.buffer;
+    struct Identity {
+        dev_t device = 0;
+        ino_t number = 0;
+    };
+    const auto identity = [output = print.output]() -> std::optional<Identity> {
+        struct stat there {};
+        if (::stat(output.c_str(), &there) != 0) return {};
+        return Identity{there.st_dev, there.st_ino};
+    };
+    const auto opened = std::make_shared<std::optional<Identity>>();
+    options.output_is_there = [identity, opened] {
+        const std::optional<Identity> now = identity();
+        if (!*opened) *opened = now;  // some are made with the first slice
+        return !*opened ||
+               (now && now->device == (*opened)->device && now->number == (*opened)->number);
+    };
     const auto open_sink =
-        [print](const pipeline::PrintInfo& info,
-                bool resumed) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
+        [print, opened](const pipeline::PrintInfo& info,
+                        bool resumed) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
         if (!resumed && is_complete(print)) {
             return user_error(fmt::format(
                 "`{}` holds a whole print; remove it or name another output", print.output));
         }
         print.resume = resumed;
+        opened->reset();
         return program::open_output(print, printer_of(info));
     };
     Result<stream::Socket> listening = stream::listen_at(*address);

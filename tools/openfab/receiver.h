@@ -2,19 +2,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Receives one print over a line (docs/streaming.md) into a sink. It is one thread and one poll:
-// strangers can neither delay a sender nor take more than a bounded amount of memory, and nothing
-// that a sender says names a file.
+// Receives one print over a line (docs/streaming.md) into a sink. It is one poll, and a thread that
+// reads back what was kept while a print is resumed: strangers can neither delay a sender nor take
+// more than a bounded amount of memory, and nothing that a sender says names a file.
 
 #include <cstdint>
 #include <functional>
 #include <list>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "backends/stream/message.h"
 #include "runtime/pipeline/slice_sink.h"
+#include "tools/openfab/kept_slices.h"
 #include "tools/openfab/layer_clock.h"
 
 namespace openfab::tools {
@@ -26,6 +28,8 @@ struct ReceiverOptions {
     bool keeps_frames = false;  ///< the sink is of .ofr, and takes slices as they come
     double layer_seconds = 0;
     int32_t buffer = 20;  ///< slices, where there is a layer time
+    /// Whether the output is still there while a print comes into it; may be empty.
+    std::function<bool()> output_is_there;
 };
 
 class Receiver {
@@ -42,13 +46,23 @@ class Receiver {
 
   private:
     struct Client {
-        explicit Client(stream::Line line);
+        Client(stream::Line line, std::string from);
         stream::Line line;
+        std::string from;  ///< its address, for messages
         double since = 0;  ///< when it came
         double said = 0;   ///< when something was sent to it last
         bool is_sender = false;
         bool closing = false;
         std::vector<uint8_t> out;  ///< what the socket has not taken yet
+        stream::Message waiting;   ///< its OPEN, where that is looked at later
+        double waits_until = 0;    ///< 0: it does not wait
+        bool has_wrong_token = false;
+    };
+
+    /// Wrong tokens from one host, each of which makes the next answer wait longer.
+    struct WrongTokens {
+        int32_t count = 0;
+        double until = 0;
     };
 
     void accept_clients();
@@ -56,21 +70,27 @@ class Receiver {
     Result<void> hear(Client* client);
     void flush(Client* client);
     void tidy();
+    void lose(Client* client);
     bool may_read(const Client& client) const;
-    Result<void> handle(Client* client, const stream::Message& message);
-    Result<void> open(Client* client, const stream::Message& message);
+    Result<void> handle(Client* client, stream::Message* message);
+    Result<void> open(Client* client, stream::Message* message);
+    Result<void> open_now(Client* client, const stream::Message& message);
+    Result<void> answer_waiting();
     Result<void> begin_print(Client* client, const stream::Open& open,
                              const pipeline::PrintInfo& info);
-    Result<int32_t> open_output(Client* client, const stream::Open& open,
-                                const pipeline::PrintInfo& info, bool* line_is_there);
-    Result<void> take_slice(Client* client, const std::vector<uint8_t>& bytes);
+    Result<void> open_output(Client* client, const stream::Open& open,
+                             const pipeline::PrintInfo& info);
+    Result<void> read_back();
+    void get_ready(Client* client);
+    Result<void> refuse_output(Client* client, const Error& error);
+    Result<void> check_output();
+    Result<void> take_slice(Client* client, std::vector<uint8_t> bytes);
     Result<void> take_index(Client* client, const std::vector<uint8_t>& bytes);
     void acknowledge();
     void send(Client* client, const std::vector<uint8_t>& message);
     void stop(Client* client, stream::StopCode code, const std::string& text);
     Client* sender();
     bool is_token(const std::string& given) const;
-    int64_t slice_bytes(const pipeline::PrintInfo& info) const;
     void close_sink();
     int32_t window() const;
     void summarise() const;
@@ -80,8 +100,13 @@ class Receiver {
     OpenSink open_sink_;
     std::list<Client> clients_;
 
+    std::map<std::string, WrongTokens> wrong_tokens_;  ///< by host
+
     // The print.
     std::unique_ptr<pipeline::SliceSink> sink_;
+    std::unique_ptr<KeptSlices> kept_;  ///< after the sink, which it uses
+    bool is_unfinished_ = false;        ///< the output holds a print that may be gone on with
+    double looked_at_ = 0;              ///< when the output was seen to be there
     std::vector<uint8_t> header_;
     pipeline::PrintInfo info_;
     uint64_t sender_ = 0;       ///< who sends it
