@@ -19,11 +19,16 @@ namespace openfab::ofr {
 
 namespace {
 
-/// Opens a file, which must be a regular one: a pipe would make the caller wait.
+/// Opens a regular file, or what this process has open already, as shells hand pipes on: opening a
+/// named pipe would wait for its writer.
 Result<std::FILE*> open_file(const std::string& path) {
     const auto cannot_open = [&](const std::string& why) {
         return fmt::format("cannot open `{}`: {}", path, why);
     };
+    if (path.starts_with("/dev/fd/")) {
+        if (std::FILE* const opened = std::fopen(path.c_str(), "rb")) return opened;
+        return user_error(cannot_open(std::strerror(errno)));
+    }
     const Result<InputFile> file = InputFile::open(path);
     if (!file) return Error{file.error().code, cannot_open(file.error().text())};
     const int own = ::dup(file->descriptor());
