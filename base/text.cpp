@@ -128,6 +128,27 @@ std::string valid_utf8(std::string_view text) {
     return out;
 }
 
+std::string utf8_or_latin1(std::string_view text) {
+    size_t valid = 0;
+    while (valid < text.size()) {
+        const size_t bytes = first_code_point(text.substr(valid)).bytes;
+        if (bytes == 0) break;
+        valid += bytes;
+    }
+    if (valid == text.size()) return std::string(text);
+    std::string out;
+    for (const char c : text) {
+        const auto byte = static_cast<uint8_t>(c);
+        if (byte < 0x80) {
+            out += c;
+        } else {
+            out += static_cast<char>(0xC0 | byte >> 6);
+            out += static_cast<char>(0x80 | (byte & 0x3F));
+        }
+    }
+    return out;
+}
+
 std::string lower_ascii(std::string text) {
     for (char& c : text)
         c = lower_ascii(c);

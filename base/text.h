@@ -32,4 +32,7 @@ std::string shell_word(const std::string& text);
 /// Replaces bytes that are not UTF-8 by U+FFFD, as JSON requires.
 std::string valid_utf8(std::string_view text);
 
+/// Returns text that is UTF-8 as it is; else each byte as the letter that it is in Latin-1.
+std::string utf8_or_latin1(std::string_view text);
+
 }  // namespace openfab

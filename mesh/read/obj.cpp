@@ -7,13 +7,17 @@
 #include <tbb/parallel_invoke.h>
 
 #include <algorithm>
-#include <map>
+#include <cmath>
 #include <optional>
 #include <unordered_set>
 
+#include "base/plain_text.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/polygon.h"
+#include "mesh/read/beside_files.h"
+#include "mesh/read/obj_attributes.h"
 #include "mesh/read/obj_lines.h"
+#include "mesh/read/obj_names.h"
 #include "mesh/read/obj_piece.h"
 
 namespace openfab::mesh {
@@ -28,7 +32,10 @@ constexpr size_t kPartsAtOnce = 16;
 class ObjReader {
   public:
     ObjReader(std::string_view text, const std::string& file, int64_t memory_bytes)
-        : text_(text), file_(file), memory_bytes_(memory_bytes) {}
+        : text_(text),
+          file_(file),
+          memory_bytes_(memory_bytes),
+          names_(file, memory_bytes / 4, &out_) {}
 
     Result<MeshSource> read() {
         const std::vector<ObjPart> parts = divide_obj(text_, kPartBytes);
@@ -51,6 +58,14 @@ class ObjReader {
         add_attributes();
         out_.mesh = std::move(mesh_);
         out_.origin = {file_, std::move(lines_)};
+        if (!out_.mesh.triangles.empty()) names_.finish();
+        if (!add_looks()) return *error_;
+        tell_left_out();
+        if (out_.mesh.triangles.empty() && found(ObjLeftOut::kSurfaces).count > 0) {
+            return error_at({file_, found(ObjLeftOut::kSurfaces).line, 1},
+                            "the file has free-form curves or surfaces, and no faces",
+                            "export it as a mesh of polygons");
+        }
         return std::move(out_);
     }
 
@@ -64,7 +79,7 @@ class ObjReader {
         out.triangles = static_cast<int64_t>(mesh_.triangles.size());
         out.values = static_cast<int64_t>(uv_.size() + normals_.size() + colors_.size());
         out.attributes = 3;
-        out.group_bytes = out_.group_bytes() + names_bytes_;
+        out.group_bytes = out_.group_bytes() + names_.bytes();
         return out;
     }
 
@@ -108,10 +123,15 @@ class ObjReader {
 
     void add(const ObjPiece& piece) {
         if (out_.unit_mm == 0) out_.unit_mm = piece.unit_mm;
+        if (!piece.colors.empty()) colors_.resize(mesh_.positions.size() * 3, NAN);
         side_by_side(
             piece.positions.size(), [&] { append(piece.positions, &mesh_.positions); },
             [&] { append(piece.uv, &uv_); }, [&] { append(piece.normals, &normals_); },
             [&] { append(piece.colors, &colors_); });
+        for (size_t i = 0; i < left_out_.size(); ++i) {
+            if (left_out_[i].count == 0) left_out_[i].line = piece.left_out[i].line;
+            left_out_[i].count += piece.left_out[i].count;
+        }
         size_t triangles = 0, corners = 0;
         for (const ObjCut& cut : piece.cuts) {
             add_triangles(piece, triangles, cut.triangles);
@@ -145,7 +165,7 @@ class ObjReader {
             [&] { add(piece.uv_corners, &uv_corners_); },
             [&] { add(piece.normal_corners, &normal_corners_); },
             [&] { add(piece.lines, &lines_); });
-        out_.face_groups.insert(out_.face_groups.end(), end - begin, group());
+        out_.face_groups.insert(out_.face_groups.end(), end - begin, names_.group());
     }
 
     void fail(const ObjCut& cut, const std::string& what, const std::string& help = {}) {
@@ -162,18 +182,10 @@ class ObjReader {
 
     void set_names(const ObjCut& cut) {
         const ObjLines line = line_of(cut);
-        const std::vector<std::string_view>& tokens = line.tokens();
-        if (tokens[0] == "usemtl") {
-            material_.clear();
-            if (tokens.size() > 1) material_ = line.rest_of_line(tokens[1]);
-            material_number_ = number_of(material_, &material_numbers_);
-        } else {
-            if (tokens.size() > kMaxObjCorners)
-                return fail(cut, fmt::format("a face in more than {} groups", kMaxObjCorners));
-            groups_.assign(tokens.begin() + 1, tokens.end());
-            groups_number_ = number_of(groups_, &groups_numbers_);
-        }
-        group_.reset();
+        const std::string_view word = line.tokens()[0];
+        const std::string_view rest = line.rest_of_line(word).substr(word.size());
+        const Result<void> taken = names_.take(word, rest, line.tokens(), cut.line);
+        if (!taken) error_ = taken.error();
     }
 
     void add_polygon(const ObjCut& cut, const ObjCorner* corners) {
@@ -196,38 +208,12 @@ class ObjReader {
             uv_corners_.push_back({at(0).vt, at(1).vt, at(2).vt});
             normal_corners_.push_back({at(0).vn, at(1).vn, at(2).vn});
             lines_.push_back(cut.line);
-            out_.face_groups.push_back(group());
+            out_.face_groups.push_back(names_.group());
         }
     }
 
     static uint64_t edge_key(int32_t a, int32_t b) {
         return static_cast<uint64_t>(std::min(a, b)) << 32 | static_cast<uint64_t>(std::max(a, b));
-    }
-
-    /// Returns the index of the current names. A cache: statements that alternate between a few
-    /// groups do not process all of their names again.
-    int32_t group() {
-        if (group_) return *group_;
-        const auto [known, fresh] = group_of_.try_emplace({groups_number_, material_number_}, 0);
-        if (fresh) known->second = out_.group_index({groups_, material_});
-        return *(group_ = known->second);
-    }
-
-    template <typename Names>
-    int32_t number_of(const Names& names, std::map<Names, int32_t>* numbers) {
-        const auto [known, fresh] =
-            numbers->try_emplace(names, static_cast<int32_t>(numbers->size()) + 1);
-        if (fresh) names_bytes_ += kNodeBytes + bytes_of(names);
-        return known->second;
-    }
-    static int64_t bytes_of(const std::string& name) {
-        return static_cast<int64_t>(sizeof name + name.size());
-    }
-    static int64_t bytes_of(const std::vector<std::string>& names) {
-        int64_t bytes = sizeof names;
-        for (const std::string& name : names)
-            bytes += bytes_of(name);
-        return bytes;
     }
 
     void add_float(const char* name, int32_t components, std::vector<float> values,
@@ -243,8 +229,67 @@ class ObjReader {
     void add_attributes() {
         add_float("uv", 2, std::move(uv_), std::move(uv_corners_));
         add_float("n", 3, std::move(normals_), std::move(normal_corners_));
-        if (!colors_.empty() && colors_.size() == mesh_.positions.size() * 3) {
-            add_float("color", 3, std::move(colors_), mesh_.triangles);
+    }
+
+    /// What the looks and the attributes say of each other. The mesh is in out_.
+    bool add_looks() {
+        MeshCounts all = counts_of(out_);
+        all.group_bytes += names_.bytes();
+        // Colours beside those as they were read.
+        all.values += static_cast<int64_t>(2 * colors_.size());
+        all.attributes += colors_.empty() ? 0 : 1;
+        if (!fits(all)) return false;
+        add_obj_colors(std::move(colors_), file_, &out_);
+        constexpr int64_t kMoved = 4 * sizeof(float);  // the values may grow by doubling
+        const int64_t left = memory_bytes_ - growing_bytes(mesh_bytes(all));
+        if (!move_obj_pictures(names_.materials(), left / kMoved, &out_))
+            error_ = too_large_to_read(file_, all.triangles, memory_bytes_ + 1, memory_bytes_);
+        drop_plain_look();
+        return !error_;
+    }
+
+    /// Faces without material and colour have no look.
+    void drop_plain_look() {
+        for (size_t i = 0; i < out_.looks.size(); ++i) {
+            const Look& look = out_.looks[i];
+            if (look.is_material || look.vertex_colors) continue;
+            const auto at = static_cast<int32_t>(i);
+            out_.looks.erase(out_.looks.begin() + at);
+            for (FaceGroup& group : out_.groups)
+                group.look = group.look == at ? -1 : group.look - (group.look > at ? 1 : 0);
+            return;
+        }
+    }
+
+    const ObjFound& found(ObjLeftOut what) const { return left_out_[static_cast<size_t>(what)]; }
+
+    void tell_left_out() {
+        static constexpr struct {
+            ObjLeftOut found;
+            const char *what, *remedy;
+        } kTexts[] = {
+            {ObjLeftOut::kNormals, "normals of corners that the file does not have",
+             "the faces' own are used"},
+            {ObjLeftOut::kUv, "texture coordinates of corners that the file does not have",
+             "export the mesh with its texture coordinates"},
+            {ObjLeftOut::kPoints, "points (`p`)", "make them solid: small spheres"},
+            {ObjLeftOut::kLines, "lines (`l`)", "make them solid: thin tubes"},
+            {ObjLeftOut::kSurfaces, "free-form curves and surfaces", "export them as polygons"},
+            {ObjLeftOut::kParameters, "points of parameter space (`vp`), of free-form surfaces",
+             "export these as polygons"},
+            {ObjLeftOut::kWeights, "weights of vertices other than 1, of free-form surfaces",
+             "export these as polygons"},
+            {ObjLeftOut::kMaps, "texture maps by `usemap` or `maplib`",
+             "name the picture in the material, by `map_Kd`"},
+            {ObjLeftOut::kCalls, "files or commands that the file calls (`call`, `csh`)",
+             "put their contents into the file"},
+            {ObjLeftOut::kPolypaint, "lines of polypaint (`#MRGB`)",
+             "export the mesh as PLY with colours of vertices"}};
+        for (const auto& text : kTexts) {
+            const ObjFound& left = found(text.found);
+            if (left.count == 0) continue;
+            out_.left_out.push_back(
+                {text.what, SourceLocation{file_, left.line, 1}.str(), text.remedy, left.count});
         }
     }
 
@@ -261,21 +306,23 @@ class ObjReader {
     std::vector<int32_t> lines_;  ///< by triangle
     std::vector<ObjCorner> corners_;
     std::unordered_set<uint64_t> diagonals_;  ///< of quads, by their ends
-    std::vector<std::string> groups_;
-    std::string material_;
-    std::optional<int32_t> group_;  ///< index of the current names among the groups
-    static constexpr int64_t kNodeBytes = 64;
-    std::map<std::vector<std::string>, int32_t> groups_numbers_;  ///< of `g` statements; 0: none
-    std::map<std::string, int32_t> material_numbers_;
-    int32_t groups_number_ = 0, material_number_ = 0;  ///< of the current names
-    std::map<std::pair<int32_t, int32_t>, int32_t> group_of_;
-    int64_t names_bytes_ = 0;  ///< of both tables
+    ObjFindings left_out_;
+    ObjNames names_;
 };
 
 }  // namespace
 
 Result<MeshSource> parse_obj(std::string_view text, const std::string& file, int64_t memory_bytes) {
-    return ObjReader(text, file, memory_bytes).read();
+    if (const Complaint wide = not_utf8(text); !wide.empty()) return wide.at({file, 1, 1});
+    const PlainText plain(text);
+    return ObjReader(plain.text(), file, memory_bytes - plain.copied_bytes()).read();
+}
+
+Result<void> read_obj_pictures(const std::filesystem::path& file,
+                               std::span<const std::string> sources, int64_t memory_bytes,
+                               const TakePicture& take) {
+    read_beside(file, sources, memory_bytes, take);
+    return Ok{};
 }
 
 }  // namespace openfab::mesh

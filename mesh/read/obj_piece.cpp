@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <utility>
 
 #include "base/scan_number.h"
@@ -51,12 +52,24 @@ double unit_of(std::string_view line) {
     return 0;
 }
 
-/// Lines, points, names, smoothing and display hints: nothing that makes a solid.
-bool is_ignored(std::string_view word) {
-    static constexpr std::string_view kWords[] = {
-        "o",      "s",      "mtllib", "l",        "p",        "lod",        "mg",
-        "usemap", "maplib", "bevel",  "c_interp", "d_interp", "shadow_obj", "trace_obj"};
-    return std::find(std::begin(kWords), std::end(kWords), word) != std::end(kWords);
+/// What a statement that makes no triangles is told as; kCount: nothing, it is a hint for display
+/// (or a part of a free-form surface, which is told once). None: not a statement of OBJ.
+std::optional<ObjLeftOut> ignored(std::string_view word) {
+    using enum ObjLeftOut;
+    static constexpr std::pair<std::string_view, ObjLeftOut> kWords[] = {
+        {"s", kCount},          {"l", kLines},         {"p", kPoints},      {"lod", kCount},
+        {"mg", kCount},         {"usemap", kMaps},     {"maplib", kMaps},   {"bevel", kCount},
+        {"c_interp", kCount},   {"d_interp", kCount},  {"stech", kCount},   {"ctech", kCount},
+        {"shadow_obj", kCount}, {"trace_obj", kCount}, {"vp", kParameters}, {"curv", kSurfaces},
+        {"curv2", kSurfaces},   {"surf", kSurfaces},   {"cstype", kCount},  {"deg", kCount},
+        {"bmat", kCount},       {"step", kCount},      {"parm", kCount},    {"trim", kCount},
+        {"hole", kCount},       {"scrv", kCount},      {"sp", kCount},      {"end", kCount},
+        {"con", kCount},        {"bzp", kSurfaces},    {"bsp", kSurfaces},  {"cdc", kSurfaces},
+        {"cdp", kSurfaces},     {"res", kCount},       {"call", kCalls},    {"csh", kCalls}};
+    for (const auto& [known, what] : kWords) {
+        if (known == word) return what;
+    }
+    return {};
 }
 
 class PieceReader {
@@ -79,14 +92,24 @@ class PieceReader {
         while (!out_.error && lines_.next_or_comment()) {
             if (!tokens_.empty()) {
                 statement();
-            } else if (out_.unit_mm == 0) {
-                out_.unit_mm = unit_of(lines_.comment());
+            } else {
+                comment(lines_.comment());
             }
         }
         return std::move(out_);
     }
 
   private:
+    void comment(std::string_view text) {
+        if (out_.unit_mm == 0) out_.unit_mm = unit_of(text);
+        if (text.starts_with("MRGB ")) leave_out(ObjLeftOut::kPolypaint);
+    }
+
+    void leave_out(ObjLeftOut what) {
+        ObjFound& found = out_.left_out[static_cast<size_t>(what)];
+        if (found.count++ == 0) found.line = lines_.line();
+    }
+
     void statement() {
         const std::string_view word = tokens_[0];
         if (word == "v") {
@@ -97,11 +120,13 @@ class PieceReader {
             numbers(&out_.normals, 3, 3, 3);
         } else if (word == "f" || word == "fo") {
             face();
-        } else if (word == "g" || word == "usemtl") {
+        } else if (word == "g" || word == "o" || word == "usemtl" || word == "mtllib") {
             out_.cuts.push_back({out_.triangles.size(), 0, lines_.start(), lines_.line()});
-        } else if (!is_ignored(word)) {
+        } else if (const std::optional<ObjLeftOut> what = ignored(word)) {
+            if (*what != ObjLeftOut::kCount) leave_out(*what);
+        } else {
             fail(word, fmt::format("unknown statement `{}`", word.substr(0, 40)),
-                 "not an OBJ file, or one with free-form surfaces, which are not supported");
+                 "is it an OBJ file?");
         }
     }
 
@@ -142,7 +167,10 @@ class PieceReader {
         }
         if (vertices() >= kMaxObjElements) return fail(tokens_[0], "too many vertices");
         out_.positions.push_back({v[0], v[1], v[2]});
+        const bool weighted = count == 4 || count == 7;
+        if (weighted && v[3] != 1) leave_out(ObjLeftOut::kWeights);
         if (count >= 6) {
+            out_.colors.resize((out_.positions.size() - 1) * 3, NAN);
             for (size_t i = count - 3; i < count; ++i)
                 out_.colors.push_back(static_cast<float>(v[i]));
         }
@@ -150,8 +178,9 @@ class PieceReader {
 
     size_t vertices() const { return before_.vertices + out_.positions.size(); }
 
-    bool index(std::string_view token, std::string_view digits, size_t count, const char* of,
-               int32_t* out) {
+    /// Reads the index of an element; one of `lost` that is not there is left out.
+    bool index(std::string_view token, std::string_view digits, size_t count,
+               std::optional<ObjLeftOut> lost, int32_t* out) {
         int64_t value = 0;
         const auto [end, code] =
             std::from_chars(digits.data(), digits.data() + digits.size(), value);
@@ -163,8 +192,12 @@ class PieceReader {
         const auto n = static_cast<int64_t>(count);
         const int64_t index = value < 0 ? n + value : value - 1;
         if (value == 0 || index < 0 || index >= n) {
-            fail(token, fmt::format("`{}` refers to {} {}, but there are {} so far",
-                                    token.substr(0, 40), of, value, n));
+            if (lost) {
+                leave_out(*lost);
+                return true;
+            }
+            fail(token, fmt::format("`{}` refers to vertex {}, but there are {} so far",
+                                    token.substr(0, 40), value, n));
             return false;
         }
         *out = static_cast<int32_t>(index);
@@ -179,12 +212,12 @@ class PieceReader {
             part[i] = left.substr(0, slash);
             left = slash == std::string_view::npos ? std::string_view() : left.substr(slash + 1);
         }
-        if (!index(token, part[0], vertices(), "vertex", &out->v)) return false;
+        if (!index(token, part[0], vertices(), {}, &out->v)) return false;
         if (!part[1].empty() &&
-            !index(token, part[1], before_.uv + out_.uv.size() / 2, "texture coordinate", &out->vt))
+            !index(token, part[1], before_.uv + out_.uv.size() / 2, ObjLeftOut::kUv, &out->vt))
             return false;
-        return part[2].empty() ||
-               index(token, part[2], before_.normals + out_.normals.size() / 3, "normal", &out->vn);
+        return part[2].empty() || index(token, part[2], before_.normals + out_.normals.size() / 3,
+                                        ObjLeftOut::kNormals, &out->vn);
     }
 
     void face() {

@@ -11,10 +11,14 @@
 #include <cstring>
 
 #include "base/color.h"
+#include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "base/text.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/polygon.h"
+#include "mesh/read/beside_files.h"
 #include "mesh/read/ply_header.h"
+#include "mesh/read/ply_looks.h"
 
 namespace openfab::mesh {
 namespace {
@@ -188,24 +192,33 @@ class PlyReader {
     }
 
     Result<MeshSource> read() {
-        for (const char* needed : {"vertex", "face"}) {
-            const auto it = std::find_if(header_.elements.begin(), header_.elements.end(),
-                                         [&](const PlyElement& e) { return e.name == needed; });
-            if (it == header_.elements.end())
-                return user_error(fmt::format(
-                    "{}: the file has no element `{}`; a mesh needs `vertex` and `face` (triangle "
-                    "strips and points are not supported)",
-                    file_, needed));
-        }
+        const auto has = [&](const char* name) {
+            return std::any_of(header_.elements.begin(), header_.elements.end(),
+                               [&](const PlyElement& e) { return e.name == name; });
+        };
+        const bool has_faces = has("face") || has("tristrips");
+        if (!has("vertex") || !has_faces)
+            return user_error(fmt::format(
+                "{}: the file has no element `{}`; a mesh needs `vertex` and `face` (points are "
+                "not supported)",
+                file_, has_faces ? "vertex" : "face"));
         for (const PlyElement& element : header_.elements) {
             if (element.properties.empty()) continue;
+            const bool strips = element.name == "tristrips" && !has("face");
+            const bool is_used = element.name == "vertex" || element.name == "face" || strips;
             const Result<void> done = element.name == "vertex" ? vertices(element)
                                       : element.name == "face" ? faces(element)
+                                      : strips                 ? read_strips(element)
                                                                : skip(element);
             if (!done) return done.error();
+            if (is_used || element.count == 0) continue;
+            out_.left_out.push_back(
+                {fmt::format("elements `{}`", printable(element.name.substr(0, 40))), file_,
+                 "only vertices and faces are read", element.count});
         }
         if (Result<void> fine = check_corners(); !fine) return fine.error();
         if (Result<void> done = triangulate_faces(); !done) return done.error();
+        add_ply_looks(header_, &out_);
         return std::move(out_);
     }
 
@@ -453,6 +466,34 @@ class PlyReader {
         return Ok{};
     }
 
+    /// Strips of triangles, each of a vertex and the two before it, turned alternately; -1 begins
+    /// another strip.
+    Result<void> read_strips(const PlyElement& element) {
+        for (int64_t i = 0; i < element.count; ++i) {
+            for (const PlyProperty& property : element.properties) {
+                Complaint wrong = pass_over(property);
+                if (!wrong.empty()) return error(element, i, wrong);
+                if (!property.is_list || !property.name.starts_with("vertex_ind")) continue;
+                const std::vector<double> strip = std::move(list_);
+                size_t begin = 0;
+                for (size_t at = 0; at < strip.size(); ++at) {
+                    if (strip[at] < 0) {
+                        begin = at + 1;
+                    } else if (at >= begin + 2) {
+                        const size_t turned = (at - begin) % 2;
+                        for (const size_t corner : {at - 2 + turned, at - 1 - turned, at})
+                            face_corners_.push_back(static_cast<int64_t>(strip[corner]));
+                        face_ends_.push_back(face_corners_.size());
+                        face_lines_.push_back(values_.line());
+                    }
+                    if (Result<void> fits = check_memory(static_cast<int64_t>(at)); !fits)
+                        return fits;
+                }
+            }
+        }
+        return Ok{};
+    }
+
     /// Two numbers per corner, or none, stored as -1 in uv_corners_.
     void add_face_uvs(const std::vector<double>& uv) {
         const size_t begin = face_ends_.size() > 1 ? face_ends_[face_ends_.size() - 2] : 0;
@@ -541,7 +582,28 @@ class PlyReader {
                 by_face.push_back({f, f, f});
         }
         add_attributes(face_columns_, "face", by_face);
+        tell_transparency(vertex_columns_);
+        tell_transparency(face_columns_);
         return Ok{};
+    }
+
+    /// `alpha` behind colours is an attribute, but no look has it.
+    void tell_transparency(const std::vector<Column>& columns) {
+        const auto is = [](const Column& column, std::string_view name) {
+            return column.property->name == name;
+        };
+        for (size_t i = 1; i < columns.size(); ++i) {
+            const bool is_alpha = (is(columns[i], "alpha") && is(columns[i - 1], "blue")) ||
+                                  (is(columns[i], "a") && is(columns[i - 1], "b"));
+            if (!is_alpha) continue;
+            const double full = color_range({columns[i]});
+            const auto clear = std::count_if(columns[i].values.begin(), columns[i].values.end(),
+                                             [&](double value) { return value < full; });
+            if (clear == 0) continue;
+            out_.left_out.push_back({"transparent colours (`alpha`)", file_,
+                                     "print with a clear material, in a fablet of your own",
+                                     clear});
+        }
     }
 
     /// `corners` selects the row of each triangle corner.
@@ -592,17 +654,39 @@ class PlyReader {
         return a;
     }
 
+    /// Returns the value of full light: that of the type, or for floats and larger types of what is
+    /// written, 1, 255 or 65535.
+    static double color_range(const std::vector<Column>& parts) {
+        const PlyType type = parts[0].property->type;
+        if (type == PlyType::kUint8) return 255;
+        double largest = 0;
+        for (const Column& part : parts) {
+            for (const double value : part.values)
+                largest = std::max(largest, value);
+        }
+        if (!is_ply_integer(type) && largest <= 1) return 1;
+        return largest <= 255 ? 255 : 65535;
+    }
+
     static MeshAttribute float_attribute(const Vector& vector, const std::vector<Column>& parts,
                                          const std::vector<std::array<int32_t, 3>>& corners) {
         MeshAttribute a;
         a.name = vector.name;
         a.components = static_cast<int32_t>(parts.size());
         a.corners = corners;
-        const bool srgb = vector.name == "color" && parts[0].property->type == PlyType::kUint8;
+        a.values.reserve(parts[0].values.size() * parts.size());
+        const double range = vector.name == "color" ? color_range(parts) : 0;
+        double last = 0;
+        float last_linear = 0;  // neighbours are often alike
         for (size_t row = 0; row < parts[0].values.size(); ++row) {
             for (const Column& part : parts) {
                 const double value = part.values[row];
-                a.values.push_back(static_cast<float>(srgb ? srgb_to_linear(value / 255) : value));
+                if (range > 0 && value != last) {
+                    last = value;
+                    last_linear =
+                        static_cast<float>(srgb_to_linear(std::clamp(value / range, 0.0, 1.0)));
+                }
+                a.values.push_back(range > 0 ? last_linear : static_cast<float>(value));
             }
         }
         return a;
@@ -627,9 +711,17 @@ class PlyReader {
 
 Result<MeshSource> parse_ply(std::string_view bytes, const std::string& file,
                              int64_t memory_bytes) {
+    if (const Complaint wide = not_utf8(bytes); !wide.empty()) return wide.at({file, 1, 1});
     const Result<PlyHeader> header = parse_ply_header(bytes, file);
     if (!header) return header.error();
     return PlyReader(*header, bytes, file, memory_bytes).read();
+}
+
+Result<void> read_ply_pictures(const std::filesystem::path& file,
+                               std::span<const std::string> sources, int64_t memory_bytes,
+                               const TakePicture& take) {
+    read_beside(file, sources, memory_bytes, take);
+    return Ok{};
 }
 
 }  // namespace openfab::mesh

@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "base/text.h"
 
 namespace openfab::mesh {
 namespace {
@@ -34,14 +36,21 @@ std::optional<PlyType> type_named(std::string_view name) {
 
 class HeaderReader {
   public:
-    HeaderReader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
+    HeaderReader(std::string_view bytes, const std::string& file)
+        : bytes_(bytes),
+          file_(file),
+          at_(bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0) {}
 
     Result<PlyHeader> read() {
         if (!next_line() || words_.size() != 1 || words_[0] != "ply")
             return error("not a PLY file: it does not start with `ply`");
         bool has_format = false;
         while (next_line()) {
-            if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
+            if (words_.empty() || words_[0] == "obj_info") continue;
+            if (words_[0] == "comment") {
+                comment();
+                continue;
+            }
             if (words_[0] == "end_header") {
                 if (!has_format) return error("the header ends without a `format`");
                 out_.body = at_;
@@ -83,6 +92,18 @@ class HeaderReader {
             line.remove_prefix(length);
         }
         return true;
+    }
+
+    /// `comment TextureFile NAME`: the rest of the line, since names have blanks.
+    void comment() {
+        constexpr size_t kMostPictures = 1000;
+        if (words_.size() < 3 || lower_ascii(std::string(words_[1])) != "texturefile") return;
+        const char* start = words_[2].data();
+        std::string_view name(
+            start, static_cast<size_t>(words_.back().data() - start) + words_.back().size());
+        if (name.size() > 2 && name.front() == '"' && name.back() == '"')
+            name = name.substr(1, name.size() - 2);
+        if (out_.pictures.size() < kMostPictures) out_.pictures.emplace_back(name);
     }
 
     static std::string_view shown(std::string_view word) { return word.substr(0, 40); }
@@ -143,7 +164,7 @@ class HeaderReader {
 
     std::string_view bytes_;
     const std::string& file_;
-    size_t at_ = 0;
+    size_t at_;
     int32_t line_ = 0;
     std::vector<std::string_view> words_;
     PlyHeader out_;

@@ -42,8 +42,9 @@ struct PlyHeader {
     bool ascii = true;
     bool big_endian = false;
     std::vector<PlyElement> elements;
-    size_t body = 0;        ///< offset of the first byte after the header
-    int32_t body_line = 0;  ///< its line
+    std::vector<std::string> pictures;  ///< of comments `TextureFile NAME`, in order
+    size_t body = 0;                    ///< offset of the first byte after the header
+    int32_t body_line = 0;              ///< its line
 };
 
 /// Parses the header. Errors are `file:line:1: …`.

@@ -7,6 +7,8 @@
 #include <bit>
 #include <cstring>
 
+#include "base/color.h"
+#include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "base/text.h"
 #include "mesh/model/mesh_memory.h"
@@ -23,6 +25,96 @@ uint32_t facets_of(std::string_view bytes) {
     uint32_t count = 0;
     std::memcpy(&count, bytes.data() + kHeader - 4, 4);
     return count;
+}
+
+/// Returns where the colour of a header `COLOR=rgba` stands, as Magics writes it; null if nowhere.
+const uint8_t* color_of_header(std::string_view bytes) {
+    constexpr std::string_view kColor = "COLOR=";
+    const size_t at = bytes.substr(0, kHeader - 4).find(kColor);
+    if (at == std::string_view::npos || at + kColor.size() + 4 > kHeader - 4) return nullptr;
+    return reinterpret_cast<const uint8_t*>(bytes.data()) + at + kColor.size();
+}
+
+/// Colours of facets, each with its index; 5 bits a channel.
+class FacetColors {
+  public:
+    explicit FacetColors(std::string_view bytes) : header_(color_of_header(bytes)) {}
+
+    /// Returns the index of the colour that a facet's two bytes stand for; -1: none. Magics marks
+    /// facets of the header's colour by the highest bit, other programs those that have their own.
+    int32_t index(uint16_t value) {
+        const bool marked = (value & 0x8000) != 0;
+        if (header_ != nullptr ? marked : !marked) return header_ != nullptr ? of_header() : -1;
+        int32_t& known = known_[value & 0x7FFF];
+        if (known == 0) {
+            const int red = header_ != nullptr ? 0 : 10;
+            for (const int shift : {red, 5, 10 - red})
+                add(((value >> shift) & 31) / 31.0);
+            known = static_cast<int32_t>(values_.size() / 3);
+        }
+        return known - 1;
+    }
+
+    bool is_transparent() const { return header_ != nullptr && header_[3] < 255; }
+    const std::vector<float>& values() const { return values_; }
+
+  private:
+    int32_t of_header() {
+        if (of_header_ < 0) {
+            of_header_ = static_cast<int32_t>(values_.size() / 3);
+            for (int c = 0; c < 3; ++c)
+                add(header_[c] / 255.0);
+        }
+        return of_header_;
+    }
+    void add(double srgb) { values_.push_back(static_cast<float>(srgb_to_linear(srgb))); }
+
+    const uint8_t* header_;
+    int32_t of_header_ = -1;
+    std::vector<int32_t> known_ = std::vector<int32_t>(0x8000);  ///< index + 1
+    std::vector<float> values_;
+};
+
+/// Adds the colours of facets as those of their corners; one alone as the look of all.
+Result<void> add_colors(std::string_view bytes, int64_t memory_bytes,
+                        const std::vector<int32_t>& attributes, MeshSource* out) {
+    FacetColors colors(bytes);
+    const auto count = static_cast<int64_t>(attributes.size());
+    const int64_t needed = mesh_bytes({count * 3, count, 2 * count, 1, 0});
+    int64_t bare = 0;
+    for (const int32_t value : attributes)
+        bare += colors.index(static_cast<uint16_t>(value)) < 0;
+    if (bare == count) return Ok{};
+    if (needed > memory_bytes)
+        return too_large_to_read(out->origin.file, count, needed, memory_bytes);
+    Look look;
+    look.is_material = false;
+    look.color = {1, 1, 1};
+    if (bare == 0 && colors.values().size() == 3) {
+        for (size_t c = 0; c < 3; ++c)
+            (*look.color)[c] = static_cast<double>(colors.values()[c]);
+        out->face_groups.assign(attributes.size(), out->group_index({{}, "", 0, 0}));
+    } else {
+        look.vertex_colors = true;
+        MeshAttribute color;
+        color.name = "color";
+        color.components = 3;
+        const int32_t colored = out->group_index({{}, "", 0, 0});
+        const int32_t plain = bare > 0 ? out->group_index({{}, "", -1, 0}) : colored;
+        for (const int32_t value : attributes) {
+            const int32_t i = colors.index(static_cast<uint16_t>(value));
+            color.corners.push_back({i, i, i});
+            out->face_groups.push_back(i < 0 ? plain : colored);
+        }
+        color.values = colors.values();
+        out->mesh.attributes.push_back(std::move(color));
+    }
+    if (colors.is_transparent()) {
+        out->leave_out("the transparency of the header's colour", out->origin.file,
+                       "print the object with a clear material");
+    }
+    out->looks.push_back(std::move(look));
+    return Ok{};
 }
 
 Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
@@ -62,6 +154,10 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
         out.mesh.triangles.push_back({v, v + 1, v + 2});
         extra.faces.push_back(value);
         any_extra = any_extra || value != 0;
+    }
+    if (any_extra || color_of_header(bytes) != nullptr) {
+        if (Result<void> done = add_colors(bytes, memory_bytes, extra.faces, &out); !done)
+            return done.error();
     }
     if (any_extra) out.mesh.attributes.push_back(std::move(extra));
     return out;
@@ -132,24 +228,24 @@ class AsciiReader {
     }
 
     Result<MeshSource> read() {
-        int32_t group = -1;
+        bool in_solid = false;
         for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) {
             Result<void> done = Ok{};
             if (equal_ignoring_case(word, "solid")) {
-                const std::string name(words_.rest_of_line());
-                FaceGroup solid;
-                if (!name.empty()) solid.names.push_back(name);
-                group = out_.group_index(solid);
+                name_ = utf8_or_latin1(words_.rest_of_line());
+                group_ = -1;
+                in_solid = true;
             } else if (equal_ignoring_case(word, "endsolid")) {
                 words_.rest_of_line();
-            } else if (equal_ignoring_case(word, "facet") && group >= 0) {
-                done = facet(group);
+            } else if (equal_ignoring_case(word, "facet") && in_solid) {
+                done = facet();
             } else {
                 done = words_.error(
                     fmt::format("`{}` where `facet` or `endsolid` should be", word.substr(0, 40)));
             }
             if (!done) return done.error();
-            const MeshCounts counts = counts_of(out_);
+            MeshCounts counts = counts_of(out_);
+            counts.group_bytes += bodies_bytes_;
             const int64_t needed = growing_bytes(mesh_bytes(counts));
             if (needed > memory_bytes_)
                 return too_large_to_read(file_, counts.triangles, needed, memory_bytes_);
@@ -176,9 +272,20 @@ class AsciiReader {
         return v;
     }
 
-    Result<void> facet(int32_t group) {
+    /// Each solid is a body, whatever it is called; one without facets is none.
+    void begin_body() {
+        FaceGroup solid;
+        if (!name_.empty()) solid.names.push_back(name_);
+        solid.body = static_cast<int32_t>(out_.bodies.size());
+        out_.bodies.push_back({name_, BodyRole::kPart, 0});
+        bodies_bytes_ += static_cast<int64_t>(sizeof(Body) + name_.size());
+        group_ = out_.group_index(solid);
+    }
+
+    Result<void> facet() {
+        if (group_ < 0) begin_body();
         out_.origin.lines.push_back(words_.line());
-        out_.face_groups.push_back(group);
+        out_.face_groups.push_back(group_);
         const auto v = static_cast<int32_t>(out_.mesh.positions.size());
         out_.mesh.triangles.push_back({v, v + 1, v + 2});
         if (Result<void> word = expect("normal"); !word) return word;
@@ -205,7 +312,14 @@ class AsciiReader {
     const std::string& file_;
     int64_t memory_bytes_;
     MeshSource out_;
+    std::string name_;  ///< of the current solid
+    int32_t group_ = -1;
+    int64_t bodies_bytes_ = 0;
 };
+
+bool has_size_of_binary(std::string_view bytes) {
+    return bytes.size() >= kHeader && bytes.size() - kHeader == size_t{facets_of(bytes)} * kFacet;
+}
 
 /// Binary files may begin with "solid", too; their size identifies them.
 bool is_ascii(std::string_view bytes) {
@@ -213,16 +327,20 @@ bool is_ascii(std::string_view bytes) {
     const bool says_solid =
         start != std::string_view::npos && equal_ignoring_case(bytes.substr(start, 5), "solid");
     if (!says_solid) return false;
-    const bool size_of_binary =
-        bytes.size() >= kHeader && bytes.size() - kHeader == size_t{facets_of(bytes)} * kFacet;
-    return !size_of_binary && bytes.substr(0, 1024).find('\0') == std::string_view::npos;
+    return !has_size_of_binary(bytes) && bytes.substr(0, 1024).find('\0') == std::string_view::npos;
 }
 
 }  // namespace
 
 Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file,
                              int64_t memory_bytes) {
-    if (is_ascii(bytes)) return AsciiReader(bytes, file, memory_bytes).read();
+    const bool marked = bytes.starts_with(kByteOrderMark);
+    if (is_ascii(marked ? bytes.substr(kByteOrderMark.size()) : bytes)) {
+        const PlainText plain(bytes);
+        return AsciiReader(plain.text(), file, memory_bytes - plain.copied_bytes()).read();
+    }
+    if (const Complaint wide = not_utf8(bytes); !wide.empty() && !has_size_of_binary(bytes))
+        return wide.at({file, 1, 1});
     if (bytes.size() < kHeader) {
         return user_error(fmt::format(
             "{}: not an STL file: it neither starts with `solid` nor is as long as a binary "

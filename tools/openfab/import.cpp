@@ -308,9 +308,6 @@ class Importer {
             if (Result<void> bound = bind_pictures(); !bound) return bound;
         } else if (out_.fablet == "mapped") {
             if (Result<void> bound = bind_mapped(); !bound) return bound;
-        } else if (out_.fablet == "painted") {
-            // The colours of other formats are linearised when read.
-            if (fs::path(file_).extension() == ".obj") uniform("encoded", "true");
         } else if (out_.fablet == "graded") {
             uniform("low", number(low));
             uniform("high", number(high));
@@ -328,7 +325,7 @@ class Importer {
             material("material", "white", kWhite);
             uniform("filler", "\"VOID\"");
             uniform("barrier", "\"VOID\"");
-        } else {
+        } else if (out_.fablet != "painted") {
             return bind_relief();
         }
         if (!options_.profile.empty()) {

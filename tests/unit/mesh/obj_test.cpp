@@ -104,8 +104,6 @@ TEST(Obj, NamesTheLineOfWhatIsWrong) {
               "m.obj:3:1: `v` has 2 numbers; it takes 3 to 7");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 9/1/2")),
               "m.obj:23:3: `9/1/2` refers to vertex 9, but there are 8 so far");
-    EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 5/7/2")),
-              "m.obj:23:3: `5/7/2` refers to texture coordinate 7, but there are 4 so far");
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 0/1/2")),
               "m.obj:23:3: `0/1/2` refers to vertex 0, but there are 8 so far");
     EXPECT_EQ(error_of(replaced(kCube, "-2/4/-2", "-9/4/-2")),

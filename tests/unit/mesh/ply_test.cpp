@@ -161,8 +161,8 @@ TEST(Ply, NamesWhatIsWrong) {
     EXPECT_EQ(parse_error(replaced(text, "4 0 3 2 1 8", "4 0 3 2 1.5 8"), "a.ply"),
               "a.ply:38:1: `1.5` is not a whole number from -2147483648 to 2147483647");
     EXPECT_EQ(parse_error(replaced(text, "element face", "element strip"), "a.ply"),
-              "a.ply: the file has no element `face`; a mesh needs `vertex` and `face` (triangle "
-              "strips and points are not supported)");
+              "a.ply: the file has no element `face`; a mesh needs `vertex` and `face` (points are "
+              "not supported)");
     const std::string binary = cube_ply(Kind::kLittle);
     EXPECT_EQ(parse_error(binary.substr(0, binary.size() - 3), "a.ply"),
               "a.ply: face 5: the file ends here; it was cut short");

@@ -1,0 +1,81 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/read/beside_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <system_error>
+
+#include "base/input_file.h"
+#include "base/text.h"
+
+namespace openfab::mesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Returns a file in the folder of `path` whose name is the same in lower case; else an empty path.
+fs::path in_other_letters(const fs::path& path) {
+    const std::string wanted = lower_ascii(path.filename().string());
+    std::string found;
+    std::error_code failed;
+    for (fs::directory_iterator it(path.parent_path(), failed), end; !failed && it != end;
+         it.increment(failed)) {
+        std::string name = it->path().filename().string();
+        // Of several the first by name, since folders have no order.
+        if (lower_ascii(name) == wanted && (found.empty() || name < found)) found = std::move(name);
+    }
+    return found.empty() ? fs::path() : path.parent_path() / found;
+}
+
+}  // namespace
+
+fs::path folder_of(const fs::path& mesh) {
+    const fs::path folder = mesh.parent_path();
+    return folder.empty() ? "." : folder;
+}
+
+fs::path with_slashes(std::string_view name) {
+    std::string text(name);
+    std::replace(text.begin(), text.end(), '\\', '/');
+    return text;
+}
+
+Result<fs::path> find_beside(const fs::path& mesh, const fs::path& folder, std::string_view name) {
+    constexpr size_t kLongest = 4096;
+    if (name.empty() || name.size() > kLongest || name.find('\0') != std::string_view::npos)
+        return user_error("not the name of a file");
+    const fs::path root = without_links(folder_of(mesh));
+    const fs::path named = with_slashes(name);
+    std::error_code ignored;
+    bool elsewhere = false;
+    for (const fs::path& path : {folder / named, folder / named.filename()}) {
+        if (!path.has_filename()) continue;
+        const fs::path other = fs::exists(path, ignored) ? path : in_other_letters(path);
+        if (other.empty()) continue;
+        if (is_below(without_links(other), root)) return other;
+        elsewhere = true;
+    }
+    if (elsewhere || !is_below(without_links(folder / named), root))
+        return user_error("it is not below the mesh's folder", "put a copy beside the mesh");
+    return user_error("there is no such file", "put it beside the mesh");
+}
+
+void read_beside(const fs::path& mesh, std::span<const std::string> sources, int64_t memory_bytes,
+                 const TakePicture& take) {
+    const fs::path root = without_links(folder_of(mesh));
+    for (size_t i = 0; i < sources.size(); ++i) {
+        const Result<fs::path> path = find_beside(mesh, folder_of(mesh), sources[i]);
+        if (!path) {
+            take(i, path.error());
+            continue;
+        }
+        const Result<InputFile> file = InputFile::open(*path, {root});
+        Result<std::string> bytes = file ? file->read_all(memory_bytes) : file.error();
+        if (bytes) memory_bytes -= static_cast<int64_t>(bytes->size());
+        take(i, std::move(bytes));
+    }
+}
+
+}  // namespace openfab::mesh
