@@ -185,7 +185,7 @@ bool find_self(fs::path* out) {
 }  // namespace
 
 Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path& image,
-                                                    const ImageOptions& options, int32_t wrap,
+                                                    const ImageOptions& options, WrapModes wrap,
                                                     int32_t filter, const ReadLimits& limits,
                                                     const std::vector<std::string>& more) {
     const Result<fs::path> cache = cache_folder();
@@ -246,8 +246,9 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
         hasher.add_bytes(buffer.data(), *got);
         at += static_cast<int64_t>(*got);
     }
-    // Counts changes of what pictures are decoded to; 1: by the profiles that they carry.
-    constexpr int kDecoding = 1;
+    // Counts changes of what pictures are decoded to; 1: by the profiles that they carry; 2: with alpha on
+    // white.
+    constexpr int kDecoding = 2;
     const std::string suffix = fmt::format("|{}|{}|{}|{}", options.space, options.luminance ? 1 : 0,
                                            kFileVersion, kDecoding);
     hasher.add_bytes(suffix.data(), suffix.size());
@@ -282,7 +283,7 @@ fs::path find_helper() {
 }
 
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const fs::path& image,
-                                                   const ImageOptions& options, int32_t wrap,
+                                                   const ImageOptions& options, WrapModes wrap,
                                                    int32_t filter, const ReadLimits& limits) {
     const Result<uint64_t> key = content_key(image, options);
     if (!key) return key.error();

@@ -59,7 +59,7 @@ std::filesystem::path find_helper();
 /// regenerated. Errors: image missing or not readable as an image (with OpenImageIO's reason), too
 /// large for the limits, no helper, disk full.
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const std::filesystem::path& image,
-                                                   const ImageOptions& options, int32_t wrap,
+                                                   const ImageOptions& options, WrapModes wrap,
                                                    int32_t filter, const ReadLimits& limits = {});
 
 }  // namespace openfab::texture

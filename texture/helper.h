@@ -19,7 +19,7 @@ namespace openfab::texture {
 /// …` with `more` arguments. Errors: the helper's own message, or why it could not run.
 Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key,
                                                     const std::filesystem::path& image,
-                                                    const ImageOptions& options, int32_t wrap,
+                                                    const ImageOptions& options, WrapModes wrap,
                                                     int32_t filter, const ReadLimits& limits,
                                                     const std::vector<std::string>& more = {});
 

@@ -15,7 +15,7 @@
 namespace openfab::texture {
 
 Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path& file,
-                                                     int32_t wrap, int32_t filter) {
+                                                     WrapModes wrap, int32_t filter) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) {
         return with_context(opened.error(), fmt::format("cannot read {}: ", file.string()));
@@ -43,7 +43,7 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
 }
 
 std::shared_ptr<const Pyramid> Pyramid::from_texels(int32_t width, int32_t height, int32_t channels,
-                                                    std::span<const float> level0, int32_t wrap,
+                                                    std::span<const float> level0, WrapModes wrap,
                                                     int32_t filter) {
     const Result<PyramidLayout> layout = pyramid_layout(width, height, channels);
     return layout ? fill(*layout, level0, wrap, filter) : nullptr;
@@ -51,14 +51,14 @@ std::shared_ptr<const Pyramid> Pyramid::from_texels(int32_t width, int32_t heigh
 
 std::shared_ptr<const Pyramid> Pyramid::from_volume(const Vec3i& size, int32_t channels,
                                                     const VolumeDomain& domain,
-                                                    std::span<const float> level0, int32_t wrap,
+                                                    std::span<const float> level0, WrapModes wrap,
                                                     int32_t filter) {
     const Result<PyramidLayout> layout = volume_layout(size, channels, domain);
     return layout ? fill(*layout, level0, wrap, filter) : nullptr;
 }
 
 std::shared_ptr<const Pyramid> Pyramid::fill(const PyramidLayout& layout,
-                                             std::span<const float> level0, int32_t wrap,
+                                             std::span<const float> level0, WrapModes wrap,
                                              int32_t filter) {
     const auto texel_floats = static_cast<size_t>(layout.texel_floats);
     const size_t finest =

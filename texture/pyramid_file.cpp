@@ -29,6 +29,7 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr char kMagic[8] = {'O', 'F', 'T', 'X', '\r', '\n', '\x1a', '\n'};
 constexpr int64_t kAlignment = 64;
+constexpr int32_t kDepthOfAlpha = -1;
 
 struct Header {
     char magic[8];
@@ -77,7 +78,7 @@ Header header_for(const PyramidLayout& layout, uint64_t content_key) {
     h.width = layout.levels[0].width;
     h.height = layout.levels[0].height;
     h.levels = static_cast<int32_t>(layout.levels.size());
-    h.depth = layout.volume ? layout.levels[0].depth : 0;
+    h.depth = layout.volume ? layout.levels[0].depth : layout.alpha ? kDepthOfAlpha : 0;
     h.content_key = content_key;
     h.texels = aligned(static_cast<int64_t>(sizeof(Header) + 4 * table_for(layout).size()));
     h.minmax = h.texels + aligned(layout.texel_floats * 4);
@@ -216,6 +217,12 @@ namespace {
 /// Computes the layout from the header; `table` is what follows it.
 Result<PyramidLayout> layout_of(const Header& h, const std::byte* table, size_t bytes) {
     if (h.depth == 0) return pyramid_layout(h.width, h.height, h.channels);
+    if (h.depth == kDepthOfAlpha) {
+        if (h.channels < 2) return user_error("it has alpha alone");
+        Result<PyramidLayout> picture = pyramid_layout(h.width, h.height, h.channels);
+        if (picture) picture->alpha = true;
+        return picture;
+    }
     int32_t words[7];
     if (bytes < sizeof words) return user_error("it is too short");
     std::memcpy(words, table, sizeof words);

@@ -11,7 +11,8 @@
 //   16      4      width of level 0
 //   20      4      height of level 0
 //   24      4      levels
-//   28      4      depth of level 0 of a volume, 0 of a picture
+//   28      4      depth of level 0 of a volume, 0 of a picture, -1 of a picture whose last channel
+//                  is alpha
 //   32      8      content key: hash of the image file and of the options it was made with
 //   40      8      byte offset of the texels, a multiple of 64
 //   48      8      byte offset of the min-max values, a multiple of 64
@@ -36,7 +37,7 @@
 
 namespace openfab::texture {
 
-constexpr int32_t kFileVersion = 2;
+constexpr int32_t kFileVersion = 3;
 
 /// Returns the file size of a pyramid.
 int64_t pyramid_file_bytes(const PyramidLayout& layout);

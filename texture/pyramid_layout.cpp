@@ -229,17 +229,19 @@ void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax, con
     }
 }
 
-std::vector<int32_t> pyramid_info(const PyramidLayout& layout, int32_t wrap, int32_t filter) {
+std::vector<int32_t> pyramid_info(const PyramidLayout& layout, WrapModes wrap, int32_t filter) {
     std::vector<int32_t> info(static_cast<size_t>(kInfoHeader));
     info[0] = layout.channels;
     info[1] = static_cast<int32_t>(layout.levels.size());
-    info[2] = wrap;
+    info[2] = wrap.u;
     info[3] = filter;
+    info[kInfoWrapV] = wrap.v;
+    info[kInfoAlpha] = layout.alpha ? 1 : 0;
     if (layout.volume) {
         const VolumeDomain& domain = *layout.volume;
         info[4] = 1;
         if (domain.table) {
-            info[2] = kWrapOfTables;
+            info[2] = info[kInfoWrapV] = kWrapOfTables;
             if (filter != kFilterNearest) info[3] = kFilterFinest;
         }
         for (const auto& three : {domain.origin, domain.extent}) {

@@ -25,6 +25,14 @@ struct VolumeDomain {
     bool table = false;
 };
 
+/// What lies beyond a picture along u and along v: values of world::Wrap. A volume has one for all
+/// axes.
+struct WrapModes {
+    int32_t u = 0, v = 0;
+    constexpr WrapModes(int32_t both) : u(both), v(both) {}  // NOLINT(*-explicit-*): the usual case
+    constexpr WrapModes(int32_t along_u, int32_t along_v) : u(along_u), v(along_v) {}
+};
+
 struct PyramidLayout {
     struct Level {
         int64_t texels = 0;  ///< offset of the level in floats
@@ -34,6 +42,7 @@ struct PyramidLayout {
         int32_t depth = 1;
     };
     int32_t channels = 0;
+    bool alpha = false;  ///< the last channel of a picture is alpha, its colours are as on white
     std::vector<Level> levels;
     int64_t texel_floats = 0;
     int64_t minmax_floats = 0;
@@ -57,6 +66,6 @@ void fill_pyramid(const PyramidLayout& layout, float* texels, float* minmax,
                   const std::function<void(int64_t bytes)>& wrote = {});
 
 /// Returns the int32 block that kernels read (pyramid.h).
-std::vector<int32_t> pyramid_info(const PyramidLayout& layout, int32_t wrap, int32_t filter);
+std::vector<int32_t> pyramid_info(const PyramidLayout& layout, WrapModes wrap, int32_t filter);
 
 }  // namespace openfab::texture

@@ -13,7 +13,8 @@
 //            of u along the three axes of a voxel, 7 to 9 that of v
 //   texels, info   of a Pyramid
 //   fields   number of fields of a request: 4 or 10
-//   channels 8 bits for each result, the first lowest: its channel
+//   channels 8 bits for each result, the first lowest: its channel, or kOwnColor + one of the first
+//            three
 //   out      float, shape of `requests` with results for fields: 0 in inactive lanes
 //
 // The innermost extent is a multiple of 8 and dense. In a query of bounds (buffers without memory)
@@ -26,6 +27,8 @@ namespace openfab::texture {
 constexpr int32_t kSampleFields = 4;
 constexpr int32_t kSampleFieldsWithFootprint = 10;
 constexpr int32_t kMaxSampleResults = 4;  ///< at most
+/// Added to a channel of colour: the colour of what is there, instead of how it looks on white.
+constexpr int32_t kOwnColor = 128;
 
 }  // namespace openfab::texture
 

@@ -49,7 +49,9 @@ OPENFAB_INLINE Floats over(Floats x, const Side& side) {
 struct Picture {
     const float* texels;
     const int32_t* levels;  ///< kInfoPerLevel values each
-    int32_t channels, last_level, wrap, filter;
+    int32_t channels, last_level, filter;
+    WrapModes wrap{0};
+    bool alpha;
     Side width, height;
 };
 
@@ -99,10 +101,10 @@ OPENFAB_INLINE Level level_of(const Picture& picture, Ints level, Mask active) {
 }
 
 /// Moves a coordinate into the range that its wrap mode reads.
-OPENFAB_INLINE Floats wrap_coordinate(const Picture& picture, Floats u) {
-    if (picture.wrap == kWrapRepeat) {
+OPENFAB_INLINE Floats wrap_coordinate(int32_t wrap, Floats u) {
+    if (wrap == kWrapRepeat) {
         u -= floor(u);
-    } else if (picture.wrap == kWrapMirror) {
+    } else if (wrap == kWrapMirror) {
         const Floats half = u * 0.5f;
         u = (half - floor(half)) * 2.0f;
     }
@@ -110,16 +112,16 @@ OPENFAB_INLINE Floats wrap_coordinate(const Picture& picture, Floats u) {
 }
 
 /// Same for coordinates between 0 and 1, or moved there by `repeat`.
-OPENFAB_INLINE Floats wrap_inside(const Picture& picture, Floats u) {
-    return picture.wrap == kWrapRepeat ? u - floor(u) : u;
+OPENFAB_INLINE Floats wrap_inside(int32_t wrap, Floats u) {
+    return wrap == kWrapRepeat ? u - floor(u) : u;
 }
 
 /// Returns whether all taps along one axis read texels x0 and x0 + 1 of both levels with 0 <= x0
 /// and x0 + 1 < n: a margin of a texel of the coarser level, and a quarter for rounding.
-OPENFAB_INLINE Mask stays_inside(const Picture& picture, Floats u, Floats along, const Side& side,
+OPENFAB_INLINE Mask stays_inside(int32_t wrap, Floats u, Floats along, const Side& side,
                                  Ints coarse) {
     const Floats n = to_floats(coarse);
-    const Floats center = wrap_inside(picture, u) * n;
+    const Floats center = wrap_inside(wrap, u) * n;
     const Floats reach = absolute(along) * (n * side.inverse) + 1.25f;
     return (absolute(u) < 32.0f) & (center > reach) & (center + reach < n);
 }
@@ -165,8 +167,8 @@ OPENFAB_INLINE void find_footprint(const Picture& picture, const SampleRequest& 
     const Floats half = out.major * 0.5f;
     const Level& coarse = out.levels[1];
     const Mask inside =
-        stays_inside(picture, request.u, half * out.ax, picture.width, coarse.width) &
-        stays_inside(picture, request.v, half * out.ay, picture.height, coarse.height);
+        stays_inside(picture.wrap.u, request.u, half * out.ax, picture.width, coarse.width) &
+        stays_inside(picture.wrap.v, request.v, half * out.ay, picture.height, coarse.height);
     out.inside = !any(andnot(inside, request.active));
     const Mask kept = out.inside ? request.active : Mask::all();
     out.u = select(kept, request.u, 0.5f);
@@ -257,7 +259,7 @@ OPENFAB_INLINE Reading* list_readings(const Picture& picture, const Footprint& f
         const Tap tap = tap_of(picture, footprint, trip);
         if (!any(tap.taken)) break;
         to->taken = tap.taken;
-        const Floats u = wrap_inside(picture, tap.u), v = wrap_inside(picture, tap.v);
+        const Floats u = wrap_inside(picture.wrap.u, tap.u), v = wrap_inside(picture.wrap.v, tap.v);
         for (size_t l = 0; l < 2; ++l) {
             const Level& level = footprint.levels[l];
             const Along x = along_axis(u, level.width), y = along_axis(v, level.height);
@@ -289,30 +291,35 @@ OPENFAB_INLINE void add_reading(const Picture& picture, const Reading& reading, 
         sums[c] += masked(reading.taken, mix(of_level[0][c], of_level[1][c], fraction));
 }
 
-/// A texel's index along one axis after the wrap, and whether it was outside before.
+/// A texel's index along one axis after the wrap, and whether nothing is there: it was outside, in a
+/// mode in which that counts.
 struct Texel {
     Ints index;
     Mask outside;
 };
-OPENFAB_INLINE Texel wrap_texel(const Picture& picture, Ints x, Ints n) {
+OPENFAB_INLINE Texel wrap_texel(int32_t wrap, Ints x, Ints n) {
     const Ints last = n - 1;
     const Mask below = x<0, above = x> last;
     Ints moved = x;
-    if (picture.wrap == kWrapRepeat) {
+    if (wrap == kWrapRepeat) {
         moved = select(below, x + n, select(above, x - n, x));
-    } else if (picture.wrap == kWrapMirror) {
+    } else if (wrap == kWrapMirror) {
         moved = select(below, -1 - x, select(above, 2 * n - 1 - x, x));
     }
-    return {min(max(moved, 0), last), below | above};
+    return {min(max(moved, 0), last), wrap == kWrapBlack ? below | above : Mask::from_bits(0)};
 }
 
-/// One channel of a texel.
+/// One channel of a texel; of that behind the last, whether the picture is there.
 OPENFAB_INLINE Floats texel_at(const Picture& picture, const Level& level, const Texel& x,
                                const Texel& y, int32_t channel) {
+    const Mask outside = x.outside | y.outside;
+    if (channel == picture.channels) return andnot(outside, Floats(1.0f));
     alignas(sizeof(Ints)) int32_t at[kLanes];
     store(at, level.offset + (y.index * level.width + x.index) * picture.channels);
     const Floats value = simd::gather(picture.texels + channel, at);
-    return picture.wrap == kWrapBlack ? andnot(x.outside | y.outside, value) : value;
+    // Nothing looks white: colours of a picture with alpha are as on white.
+    const bool white = picture.alpha && channel < picture.channels - 1;
+    return white ? select(outside, 1.0f, value) : andnot(outside, value);
 }
 
 /// Sums the taps of lanes some of which read across the border.
@@ -321,7 +328,8 @@ OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footpri
     for (int32_t trip = 0; trip < kMaxTaps; ++trip) {
         const Tap tap = tap_of(picture, footprint, trip);
         if (!any(tap.taken)) break;
-        const Floats pu = wrap_coordinate(picture, tap.u), pv = wrap_coordinate(picture, tap.v);
+        const Floats pu = wrap_coordinate(picture.wrap.u, tap.u);
+        const Floats pv = wrap_coordinate(picture.wrap.v, tap.v);
         struct {
             Along x, y;
             Texel columns[2], rows[2];
@@ -331,8 +339,8 @@ OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footpri
             read[l].x = along_axis(pu, level.width);
             read[l].y = along_axis(pv, level.height);
             for (int32_t k = 0; k < 2; ++k) {
-                read[l].columns[k] = wrap_texel(picture, read[l].x.texel + k, level.width);
-                read[l].rows[k] = wrap_texel(picture, read[l].y.texel + k, level.height);
+                read[l].columns[k] = wrap_texel(picture.wrap.u, read[l].x.texel + k, level.width);
+                read[l].rows[k] = wrap_texel(picture.wrap.v, read[l].y.texel + k, level.height);
             }
         }
         for (uint32_t rest = wanted; rest != 0; rest &= rest - 1) {
@@ -359,20 +367,36 @@ OPENFAB_INLINE void sum_wrapped(const Picture& picture, const Footprint& footpri
 OPENFAB_INLINE void read_nearest(const Picture& picture, const SampleRequest& request,
                                  uint32_t wanted, Floats* values) {
     const Level level = level_of(picture, 0, request.active);
-    const auto at = [&](Floats u, Ints n) OPENFAB_INLINE_LAMBDA {
-        return wrap_texel(picture, to_ints(floor(wrap_coordinate(picture, u) * to_floats(n))), n);
+    const auto at = [](int32_t wrap, Floats u, Ints n) OPENFAB_INLINE_LAMBDA {
+        return wrap_texel(wrap, to_ints(floor(wrap_coordinate(wrap, u) * to_floats(n))), n);
     };
-    const Texel x = at(request.u, level.width), y = at(request.v, level.height);
+    const Texel x = at(picture.wrap.u, request.u, level.width);
+    const Texel y = at(picture.wrap.v, request.v, level.height);
     for (uint32_t rest = wanted; rest != 0; rest &= rest - 1) {
         const int32_t channel = __builtin_ctz(rest);
         values[channel] = texel_at(picture, level, x, y, channel);
     }
 }
 
-/// Returns the channel that is read for the requested one; -1 where there is none.
-int32_t channel_read(const Picture& picture, int32_t channel) {
-    if (channel < picture.channels) return channel;
-    return picture.channels == 1 && channel < 3 ? 0 : -1;
+/// The channels that are read for a requested one, -1 for none.
+struct ChannelRead {
+    int32_t channel = -1;
+    int32_t alpha = -1;  ///< by which the colour itself is found
+};
+
+ChannelRead channel_read(const Picture& picture, int32_t requested) {
+    const int32_t colors = picture.channels - (picture.alpha ? 1 : 0);
+    const bool own = requested >= kOwnColor && requested < kOwnColor + 3;
+    const int32_t channel = own ? requested - kOwnColor : requested;
+    int32_t alpha = -1;
+    if (picture.alpha) {
+        alpha = colors;
+    } else if (colors <= 3 && (picture.wrap.u == kWrapBlack || picture.wrap.v == kWrapBlack)) {
+        alpha = picture.channels;
+    }
+    if (channel < colors) return {channel, own ? alpha : -1};
+    if (colors == 1 && channel < 3) return {0, own ? alpha : -1};
+    return {channel == 3 ? alpha : -1, -1};
 }
 
 /// A vector of requests and the address of its results.
@@ -403,18 +427,21 @@ class Sampler {
                         levels,
                         header[0],
                         header[1] - 1,
-                        header[2],
                         header[3],
+                        {header[2], header[kInfoWrapV]},
+                        header[kInfoAlpha] != 0,
                         make_side(levels[1]),
                         make_side(levels[2])};
         }
         for (int32_t k = 0; k < results_; ++k) {
             const int32_t requested = channels >> 8 * k & 0xff;
-            const int32_t channel = empty ? -1 : channel_read(picture_, requested);
-            channels_[k] = channel;
+            reads_[k] = empty ? ChannelRead{} : channel_read(picture_, requested);
             missing_[k] = requested == 3 && !empty ? 1.0f : 0.0f;
-            if (channel >= 0) wanted_ |= 1u << channel;
+            for (const int32_t channel : {reads_[k].channel, reads_[k].alpha}) {
+                if (channel >= 0) wanted_ |= 1u << channel;
+            }
         }
+        stored_ = wanted_ & ((1u << picture_.channels) - 1);
     }
 
     void run(const Lanes* lanes, size_t count) const {
@@ -451,8 +478,8 @@ class Sampler {
     OPENFAB_INLINE void run_filtered(const Lanes* lanes, size_t count) const {
         if (picture_.channels == 1) {
             run_filtered(lanes, count, OnlyChannel{}, 0);
-        } else if ((wanted_ & (wanted_ - 1)) == 0) {
-            const OneChannel one{picture_.channels, __builtin_ctz(wanted_)};
+        } else if ((stored_ & (stored_ - 1)) == 0) {
+            const OneChannel one{picture_.channels, stored_ == 0 ? 0 : __builtin_ctz(stored_)};
             run_filtered(lanes, count, one, one.channel);
         } else {
             run_filtered(lanes, count, AllChannels{picture_.channels}, 0);
@@ -494,6 +521,8 @@ class Sampler {
                 if (!footprint.inside) sum_wrapped(picture_, footprint, wanted_, values);
                 for (; reading != ends[i]; ++reading)
                     add_reading(picture_, *reading, footprint.fraction, channels, values + first);
+                if (footprint.inside && wanted_ != stored_)
+                    values[picture_.channels] = footprint.taps;
                 for (uint32_t rest = wanted_; rest != 0; rest &= rest - 1)
                     values[__builtin_ctz(rest)] = values[__builtin_ctz(rest)] / footprint.taps;
             }
@@ -505,17 +534,29 @@ class Sampler {
         const bool some = any(active);
         for (int32_t k = 0; k < results_; ++k) {
             Floats value{};
-            if (some) value = channels_[k] < 0 ? Floats(missing_[k]) : values[channels_[k]];
+            if (some) value = result(reads_[k], missing_[k], values);
             store_unaligned(lanes.to + k * result_, masked(active, value));
         }
+    }
+
+    OPENFAB_INLINE Floats result(const ChannelRead& read, float missing,
+                                 const Floats* values) const {
+        if (read.channel < 0) return missing;
+        const Floats value = values[read.channel];
+        if (read.alpha < 0) return value;
+        const Floats alpha = values[read.alpha];
+        const Floats of_it = picture_.alpha ? value - (1.0f - alpha) : value;
+        return masked(alpha > 0.0f, of_it / alpha);
     }
 
     Picture picture_{};
     int32_t field_, result_;  ///< strides
     int32_t results_;
     bool has_footprint_;
-    uint32_t wanted_ = 0;  ///< channels of the picture, by bits
-    int32_t channels_[kMaxChannels] = {};
+    uint32_t wanted_ =
+        0;  ///< channels of the picture, by bits, and behind them whether it is there
+    uint32_t stored_ = 0;  ///< of these the picture's
+    ChannelRead reads_[kMaxChannels];
     float missing_[kMaxChannels] = {};
 };
 

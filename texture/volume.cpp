@@ -188,7 +188,7 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
 }
 
 Result<std::shared_ptr<const Pyramid>> get_volume(const fs::path& source,
-                                                  const VolumeOptions& options, int32_t wrap,
+                                                  const VolumeOptions& options, WrapModes wrap,
                                                   int32_t filter, const ReadLimits& limits) {
     const Result<uint64_t> key = volume_key(source, options, limits);
     if (!key) return key.error();

@@ -49,7 +49,7 @@ Result<uint64_t> volume_key(const std::filesystem::path& source, const VolumeOpt
 
 /// Same as get_pyramid, for a volume.
 Result<std::shared_ptr<const Pyramid>> get_volume(const std::filesystem::path& source,
-                                                  const VolumeOptions& options, int32_t wrap,
+                                                  const VolumeOptions& options, WrapModes wrap,
                                                   int32_t filter, const ReadLimits& limits = {});
 
 }  // namespace openfab::texture

@@ -206,7 +206,8 @@ class WorldReader {
                        ? otherwise
                        : json_.choice(p->value, fmt::format("`{}` of {}", key, what), choices);
         };
-        texture.wrap = static_cast<Wrap>(choice("wrap", {"clamp", "repeat", "mirror", "black"}, 1));
+        if (const JsonMember* p = m.value.find("wrap"))
+            wrap(p->value, "`wrap` of " + what, &texture);
         texture.filter =
             static_cast<Filter>(choice("filter", {"trilinear", "anisotropic", "nearest"}, 1));
         texture.space = static_cast<Space>(choice("space", {"auto", "srgb", "linear", "data"}, 0));
@@ -229,6 +230,25 @@ class WorldReader {
                                             kMostTextures));
         }
         world_.textures.push_back(std::move(texture));
+    }
+
+    /// One mode, or one along u and one along v.
+    void wrap(const JsonValue& value, const std::string& what, Texture* texture) {
+        static const std::vector<std::string> kModes = {"clamp", "repeat", "mirror", "black"};
+        if (!value.is(JsonValue::Kind::kArray)) {
+            texture->wrap = texture->wrap_v = static_cast<Wrap>(json_.choice(value, what, kModes));
+            return;
+        }
+        if (value.items.size() != 2) {
+            json_.fail(value,
+                       value.items.size() == 1
+                           ? what + " has one mode in its list"
+                           : fmt::format("{} has {} modes", what, value.items.size()),
+                       "write the mode alone, or two: along u and along v");
+            return;
+        }
+        texture->wrap = static_cast<Wrap>(json_.choice(value.items[0], what, kModes));
+        texture->wrap_v = static_cast<Wrap>(json_.choice(value.items[1], what, kModes));
     }
 
     double unit_mm(const JsonValue& value, const std::string& what) {

@@ -42,7 +42,8 @@ enum class Space { kAuto, kSrgb, kLinear, kData };
 struct Texture {
     std::string name;
     std::filesystem::path file;
-    Wrap wrap = Wrap::kRepeat;
+    Wrap wrap = Wrap::kRepeat;    ///< of a picture along u
+    Wrap wrap_v = Wrap::kRepeat;  ///< and along v; the same where the world names one
     Filter filter = Filter::kAnisotropic;
     Space space = Space::kAuto;
     bool luminance = false;  ///< one channel of three, Rec. 709 weights after linearising

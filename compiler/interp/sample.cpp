@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "compiler/interp/wrap.h"
+#include "compiler/ir/ir.h"
 
 namespace openfab::interp {
 
@@ -14,6 +15,8 @@ namespace {
 // Copied from texture/pyramid.h; the interpreter includes no runtime code.
 constexpr size_t kInfoHeader = 8;
 constexpr size_t kInfoPerLevel = 4;
+constexpr size_t kInfoWrapV = 5;
+constexpr size_t kInfoAlpha = 6;
 
 constexpr float kMaxSquare = 1152921504606846976.0f;  // 2^60
 constexpr float kMaxTaps = 8.0f;
@@ -58,15 +61,17 @@ class Sampler {
         : texture_(texture),
           channels_(texture.info[0]),
           levels_(texture.info[1]),
-          wrap_(texture.info[2]),
-          channel_(channel) {}
+          wrap_u_(texture.info[2]),
+          wrap_v_(texture.info[kInfoWrapV]),
+          channel_(channel),
+          outside_(texture.info[kInfoAlpha] != 0 && channel < channels_ - 1 ? 1.0f : 0.0f) {}
 
     int32_t width(int32_t level) const { return info(level, 1); }
     int32_t height(int32_t level) const { return info(level, 2); }
 
     float nearest(float u, float v) const {
-        const float x = std::floor(wrapped(u) * static_cast<float>(width(0)));
-        const float y = std::floor(wrapped(v) * static_cast<float>(height(0)));
+        const float x = std::floor(wrap_coordinate(wrap_u_, u) * static_cast<float>(width(0)));
+        const float y = std::floor(wrap_coordinate(wrap_v_, v) * static_cast<float>(height(0)));
         return texel(0, static_cast<int32_t>(x), static_cast<int32_t>(y));
     }
 
@@ -85,8 +90,8 @@ class Sampler {
     }
 
     float bilinear(int32_t level, float u, float v) const {
-        const float x = wrapped(u) * static_cast<float>(width(level)) - 0.5f;
-        const float y = wrapped(v) * static_cast<float>(height(level)) - 0.5f;
+        const float x = wrap_coordinate(wrap_u_, u) * static_cast<float>(width(level)) - 0.5f;
+        const float y = wrap_coordinate(wrap_v_, v) * static_cast<float>(height(level)) - 0.5f;
         const float fx = x - std::floor(x);
         const float fy = y - std::floor(y);
         const auto x0 = static_cast<int32_t>(std::floor(x));
@@ -98,42 +103,27 @@ class Sampler {
         return t0 + (t1 - t0) * fy;
     }
 
-    float wrapped(float u) const { return wrap_coordinate(wrap_, u); }
-
     float texel(int32_t level, int32_t x, int32_t y) const {
         const int32_t w = width(level);
         const int32_t h = height(level);
-        if (wrap_ == kWrapBlack && (x < 0 || x >= w || y < 0 || y >= h)) return 0.0f;
+        if (wrap_u_ == kWrapBlack && (x < 0 || x >= w)) return outside_;
+        if (wrap_v_ == kWrapBlack && (y < 0 || y >= h)) return outside_;
+        if (channel_ == channels_) return 1.0f;
         const int64_t row =
-            static_cast<int64_t>(wrap_texel(wrap_, y, h)) * w + wrap_texel(wrap_, x, w);
+            static_cast<int64_t>(wrap_texel(wrap_v_, y, h)) * w + wrap_texel(wrap_u_, x, w);
         return texture_.texels[static_cast<size_t>(info(level, 0) + row * channels_ + channel_)];
     }
 
     const TextureView& texture_;
     int32_t channels_;
     int32_t levels_;
-    int32_t wrap_;
-    int32_t channel_;
+    int32_t wrap_u_, wrap_v_;
+    int32_t channel_;  ///< channels_ for coverage
+    float outside_;    ///< the value of a texel that is not there
 };
 
-}  // namespace
-
-float log2_of(float x) {
-    if (!(x >= 1.0f)) return 0.0f;
-    const auto bits = std::bit_cast<uint32_t>(x);
-    const auto e = static_cast<float>(static_cast<int32_t>(bits >> 23) - 127);
-    const float f = std::bit_cast<float>((bits & 0x7fffffu) | 0x3f800000u) - 1.0f;
-    const float q = ((kLog2Q3 * f + kLog2Q2) * f + kLog2Q1) * f + kLog2Q0;
-    return e + (f + (f * (1.0f - f)) * q);
-}
-
-float sample(const TextureView& texture, int32_t channel, const SampleArgs& args) {
-    if (texture.info.empty() || texture.texels.empty()) return 0.0f;
-    const int32_t channels = texture.info[0];
-    if (channel >= channels) {
-        if (channels != 1 || channel >= 3) return channel == 3 ? 1.0f : 0.0f;
-        channel = 0;
-    }
+/// Looks up one of the pyramid's own channels, or coverage.
+float stored(const TextureView& texture, int32_t channel, const SampleArgs& args) {
     const Sampler sampler(texture, channel);
     const int32_t filter = texture.info[3];
     if (filter == kFilterNearest) return sampler.nearest(args.u, args.v);
@@ -157,6 +147,37 @@ float sample(const TextureView& texture, int32_t channel, const SampleArgs& args
         sum = sum + sampler.trilinear(u, v, level);
     }
     return sum / taps;
+}
+
+}  // namespace
+
+float log2_of(float x) {
+    if (!(x >= 1.0f)) return 0.0f;
+    const auto bits = std::bit_cast<uint32_t>(x);
+    const auto e = static_cast<float>(static_cast<int32_t>(bits >> 23) - 127);
+    const float f = std::bit_cast<float>((bits & 0x7fffffu) | 0x3f800000u) - 1.0f;
+    const float q = ((kLog2Q3 * f + kLog2Q2) * f + kLog2Q1) * f + kLog2Q0;
+    return e + (f + (f * (1.0f - f)) * q);
+}
+
+float sample(const TextureView& texture, int32_t channel, const SampleArgs& args) {
+    if (texture.info.empty() || texture.texels.empty()) return 0.0f;
+    const bool has_alpha = texture.info[kInfoAlpha] != 0;
+    const int32_t colors = texture.info[0] - (has_alpha ? 1 : 0);
+    const bool black = texture.info[2] == kWrapBlack || texture.info[kInfoWrapV] == kWrapBlack;
+    const bool covers = !has_alpha && colors <= 3 && black;
+    const bool own = channel >= ir::kOwnColor && channel < ir::kOwnColor + 3;
+    if (own) channel -= ir::kOwnColor;
+    if (channel >= colors) {
+        if (channel == 3) return has_alpha || covers ? stored(texture, colors, args) : 1.0f;
+        if (colors != 1 || channel > 3) return 0.0f;
+        channel = 0;
+    }
+    const float value = stored(texture, channel, args);
+    if (!own || !(has_alpha || covers)) return value;
+    const float alpha = stored(texture, colors, args);
+    if (!(alpha > 0.0f)) return 0.0f;
+    return (has_alpha ? value - (1.0f - alpha) : value) / alpha;
 }
 
 }  // namespace openfab::interp

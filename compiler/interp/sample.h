@@ -10,9 +10,15 @@
 // Throughout, bound(x, lo, hi) = x > lo ? (x < hi ? x : hi) : lo, so that a NaN becomes lo, and w0,
 // h0 are the float sides of level 0.
 //
-// 1. Channel. c < channels reads channel c. Else, if the texture has one channel and c < 3, it is
-//    channel 0. Else the result is the constant 1 for c == 3 (alpha of a texture without one) and 0
-//    for other c.
+// 1. Channel. Where info[6] is 1, the last channel is alpha and is no colour; colours are channels
+//    before it, as they look on white, else all are. c below the number of colours reads channel c.
+//    Else, if there is one colour and c < 3, it is channel 0. Else c == 3 is alpha, or the constant 1
+//    for a texture without one; other c are 0. A texture without alpha, of up to 3 channels, that is
+//    black outside along u or v has coverage for alpha: a channel behind its last, 1 at each texel.
+//      c = ir::kOwnColor + k, k < 3, is k's colour itself, with alpha a looked up like it:
+//      as on white    a > 0 ? (value - (1 - a)) / a : +0
+//      coverage       a > 0 ? value / a : +0
+//      no alpha       value
 //
 // 2. Footprint, in texels of level 0 (rule 19; du, dv are the changes of u, v per step along
 //    up to three axes):
@@ -50,14 +56,15 @@
 //      t0 = T(x0,y0) + (T(x1,y0) - T(x0,y0)) * fx
 //      t1 = T(x0,y1) + (T(x1,y1) - T(x0,y1)) * fx
 //      t0 + (t1 - t0) * fy
-//    wrap(u), by wrap mode (info[2]):
+//    wrap(u), by wrap mode (info[2], for v info[5]):
 //      clamp, black   p = u
 //      repeat         p = u - floor(u)
 //      mirror         h = u * 0.5, p = (h - floor(h)) * 2
 //      all            bound(p, -2, 3): NaN and infinities become a fixed coordinate
 //    T(x, y) of a texel index, each axis: repeat moves x < 0 by +w, x >= w by -w; mirror maps x < 0
 //    to -1 - x, x >= w to 2w - 1 - x; then x is clamped to [0, w-1] in every mode, so no index
-//    leaves the level. Under black, T is 0 where x or y was outside before the clamp.
+//    leaves the level. Where x or y is black and was outside before the clamp, T is 0, and 1 for a
+//    colour as on white.
 //
 // 6. nearest: T(int(floor(wrap(u) * w0)), int(floor(wrap(v) * h0))) of level 0.
 

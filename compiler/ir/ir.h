@@ -32,13 +32,17 @@ using ValueId = uint32_t;
 constexpr ValueId kNoValue = ~ValueId{0};
 /// Index of the first LoopVar's next value among a LoopEnd's arguments.
 constexpr size_t kLoopEndNext = 2;
+/// The channel of a Sample of a picture that is alpha, and what is added to those before it.
+constexpr int32_t kAlphaChannel = 3;
+constexpr int32_t kOwnColor = 128;
 
 /// One instruction; the id of its result is its index in Stage::instrs.
 ///   Const   `bits` is the 32-bit pattern (bool 0 or 1)
 ///   Input   `kind`, `a`, `b` name a kernel argument as in abi/fablet_table.h. AttrP
 ///           (OPENFAB_ARG_SURFACE_ATTR, OPENFAB_SURFACE_P) is part-local: the AST translation adds
 ///           the frame's CENTER. The voxel centre is OPENFAB_ARG_FRAME-based: see VoxelCoord below.
-///   Sample  `a` texture index, `b` channel; args: guard, u, v, width, then, once
+///   Sample  `a` texture index, `b` channel, or of a picture kOwnColor + channel: the colour itself
+///           where channels are as they look on white (compiler/interp/sample.h); args: guard, u, v, width, then, once
 ///           `attach_footprints` has run, du and dv along the three axes:
 ///           guard, u, v, width, du0, du1, du2, dv0, dv1, dv2
 ///           In a volume: guard, x, y, z, width, then the changes of x, of y and of z along the

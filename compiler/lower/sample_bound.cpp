@@ -4,7 +4,9 @@
 // The interval form of lookups in pictures and volumes: the range of all lookups in a box of
 // coordinates and footprints, from the min-max pyramid.
 
+#include "base/infinity.h"
 #include "compiler/lower/sample_parts.h"
+#include "texture/sample.h"
 
 namespace openfab::lower {
 
@@ -13,6 +15,8 @@ namespace {
 using ir::Type;
 
 // Coordinates beyond these get the range of the whole image.
+static_assert(texture::kOwnColor == ir::kOwnColor);
+
 constexpr float kFarthestCoordinate = 1024.0f;
 constexpr float kWidestFootprint = 65536.0f;
 // Rounding of interpolation, of sums over taps and of the coarser levels themselves, relative to
@@ -27,10 +31,10 @@ struct Extent {
 };
 
 /// `reach`: texels of level 0 added at both ends. Under repeat, whole periods are subtracted first.
-Extent make_extent(const Texture& texture, const Value& lo, const Value& hi, const Value& n,
+Extent make_extent(const Texture& texture, int32_t axis, const Value& lo, const Value& hi,
                    const Value& reach) {
-    const Value size = to_float(n);
-    const Value shift = select(texture.wrap_is(kWrapRepeat), floor(lo), constant(0.0f));
+    const Value size = to_float(texture.side(constant(0), axis));
+    const Value shift = select(texture.wrap_is(kWrapRepeat, axis), floor(lo), constant(0.0f));
     const Value first = (lo - shift) * size - reach;
     const Value end = (hi - shift) * size + reach;
     Extent out;
@@ -84,7 +88,7 @@ std::vector<BoxAxis> box_axes(const Texture& texture, const std::vector<Value>& 
 struct Region {
     Value level;
     std::vector<std::array<Value, 2>> ends;  ///< by axis
-    Value touches_outside;
+    Value touches_black;                     ///< what is outside, along an axis where that is black
 };
 
 Region make_region(const Texture& texture, const std::vector<Value>& args) {
@@ -107,18 +111,22 @@ Region make_region(const Texture& texture, const std::vector<Value>& args) {
     const Value reach = major * constant(0.5f) + constant(3.0f) * power_of_two(coarsest);
     std::vector<Extent> extents;
     Value known = widest < constant(kWidestFootprint);
-    Value inside = constant_bits(Type::kBool, 1);
+    Value black = constant_bits(Type::kBool, 0);
     Value longest = constant(1.0f);
     for (size_t a = 0; a < box.size(); ++a) {
-        const Value n = texture.side(constant(0), static_cast<int32_t>(a));
-        extents.push_back(make_extent(texture, box[a].lo, box[a].hi, n, reach));
+        const auto axis = static_cast<int32_t>(a);
+        extents.push_back(make_extent(texture, axis, box[a].lo, box[a].hi, reach));
+        const Extent& extent = extents.back();
         for (const Value& end : {box[a].lo, box[a].hi})
             known = both(known, absolute(end) < constant(kFarthestCoordinate));
-        inside = both(inside, extents[a].inside);
-        longest = most(longest, extents[a].size);
+        const Value moves = texture.wrap_is(kWrapRepeat, axis) | texture.wrap_is(kWrapMirror, axis);
+        known = both(known, invert(moves) | extent.inside);
+        longest = most(longest, extent.size);
     }
-    const Value clamps = invert(texture.wrap_is(kWrapRepeat) | texture.wrap_is(kWrapMirror));
-    known = both(known, clamps | inside);
+    for (size_t a = 0; a < box.size(); ++a) {
+        const Value beyond = invert(both(known, extents[a].inside));
+        black = black | both(texture.wrap_is(kWrapBlack, static_cast<int32_t>(a)), beyond);
+    }
 
     Region out;
     out.level = select(known, least(at_least_ceil_log2(longest), top), top);
@@ -127,12 +135,19 @@ Region make_region(const Texture& texture, const std::vector<Value>& args) {
         out.ends.push_back({select(known, operate(ir::Op::kShr, {extent.lo, shift}), constant(0)),
                             select(known, operate(ir::Op::kShr, {extent.hi, shift}), constant(0))});
     }
-    out.touches_outside = invert(both(known, inside));
+    out.touches_black = black;
     return out;
 }
 
-/// Minimum and maximum of the texels at the corners of the region.
-std::array<Value, 2> corner_range(const Texture& texture, const Region& region, int32_t channel) {
+/// The ends of a range of values.
+using Range = std::array<Value, 2>;
+
+Range chosen(const Value& condition, const Range& yes, const Range& no) {
+    return {select(condition, yes[0], no[0]), select(condition, yes[1], no[1])};
+}
+
+/// Minimum and maximum of the texels at the corners of the region, of a channel of the pyramid.
+Range corner_range(const Texture& texture, const Region& region, const Value& channel) {
     const Value offset = texture.minmax(region.level);
     Value lo;
     Value hi;
@@ -142,8 +157,7 @@ std::array<Value, 2> corner_range(const Texture& texture, const Region& region, 
             const Value side = texture.side(region.level, static_cast<int32_t>(a));
             texel = texel * side + region.ends[a][corner >> a & 1u];
         }
-        const Value index =
-            offset + (texel * texture.channels() + texture.channel(channel)) * constant(2);
+        const Value index = offset + (texel * texture.channels() + channel) * constant(2);
         const Value least_here = texture.at(index);
         const Value most_here = texture.at(index + constant(1));
         lo = corner == 0 ? least_here : least(lo, least_here);
@@ -152,24 +166,18 @@ std::array<Value, 2> corner_range(const Texture& texture, const Region& region, 
     return {lo, hi};
 }
 
-}  // namespace
-
-std::array<Value, 2> lower_sample_bound(LoweringContext* context, int32_t texture_index,
-                                        int32_t channel, const std::vector<Value>& args) {
-    constexpr size_t kVolumeArgs = 17;
-    const Texture texture(context, texture_index, OPENFAB_TEXTURE_MINMAX,
-                          args.size() == kVolumeArgs ? 3 : 2);
-    const Region region = make_region(texture, args);
+/// The range of lookups of a channel of the pyramid; `outside` is its value where the picture is not.
+Range stored_range(const Texture& texture, const Region& region, const Value& channel,
+                   const Value& outside) {
     auto [lo, hi] = corner_range(texture, region, channel);
-    const Value zero = constant(0.0f);
-    const Value one = constant(1.0f);
-    const Value black = both(texture.wrap_is(kWrapBlack), region.touches_outside);
-    lo = select(black, least(lo, zero), lo);
-    hi = select(black, most(hi, zero), hi);
+    lo = select(region.touches_black, least(lo, outside), lo);
+    hi = select(region.touches_black, most(hi, outside), hi);
 
     // A constant region gives exactly its value where eight copies of it add up without rounding.
     // Elsewhere results may pass the ends by rounding, but never 0 from above or below, nor 1 from
     // below.
+    const Value zero = constant(0.0f);
+    const Value one = constant(1.0f);
     const Value slack = most(absolute(lo), absolute(hi)) * constant(kRoundingSlack);
     const Value low_bits = float_bits(lo) & constant_bits(Type::kUint, 7);
     const Value flat = both(lo == hi, low_bits == constant_bits(Type::kUint, 0));
@@ -178,13 +186,62 @@ std::array<Value, 2> lower_sample_bound(LoweringContext* context, int32_t textur
     const Value lower = select(lo >= zero, most(below, zero), below);
     const Value upper =
         select(hi > zero, select(hi > one, above, least(above, one)), least(above, zero));
-    const Value absent = texture.channel_missing(channel);
-    const Value constant_channel = constant(channel == 3 ? 1.0f : 0.0f);
-    const auto finish = [&](const Value& exact, const Value& widened) {
-        const Value present = select(absent, constant_channel, select(flat, exact, widened));
-        return select(args[0], present, zero);
-    };
-    return {finish(lo, lower), finish(hi, upper)};
+    return chosen(flat, {lo, hi}, {lower, upper});
+}
+
+/// The range of alpha, or of coverage: 1 where a picture has neither.
+Range alpha_range(const Texture& texture, const Region& region) {
+    const Value zero = constant(0.0f);
+    const Value one = constant(1.0f);
+    const Value last = minus(texture.channels(), constant(1));
+    const Range coverage = {select(region.touches_black, zero, one), one};
+    return chosen(texture.has_alpha(), stored_range(texture, region, last, zero), coverage);
+}
+
+/// The range of the colour itself: (w - (1 - a)) / a of a picture with alpha, else w / a, and 0 where
+/// a is. Each step is monotone, rounding too.
+Range own_color_range(const Texture& texture, const Range& w, const Range& alpha) {
+    const Value zero = constant(0.0f);
+    const Value one = constant(1.0f);
+    const Value infinite = constant(kInfinity);
+    const Value lo = select(texture.has_alpha(), w[0] - (one - alpha[0]), w[0]);
+    const Value hi = select(texture.has_alpha(), w[1] - (one - alpha[1]), w[1]);
+    const Value covered = alpha[0] > zero;
+    const Value some = alpha[1] > zero;
+    const Value smallest = select(lo < zero, select(covered, lo / alpha[0], constant(-kInfinity)),
+                                  select(covered, lo / alpha[1], zero));
+    const Value greatest = select(hi > zero, select(covered, hi / alpha[0], infinite),
+                                  select(covered, hi / alpha[1], zero));
+    return {select(some, smallest, zero), select(some, greatest, zero)};
+}
+
+}  // namespace
+
+std::array<Value, 2> lower_sample_bound(LoweringContext* context, int32_t texture_index,
+                                        int32_t channel, const std::vector<Value>& args) {
+    constexpr size_t kVolumeArgs = 17;
+    const bool picture = args.size() != kVolumeArgs;
+    const Texture texture(context, texture_index, OPENFAB_TEXTURE_MINMAX, picture ? 2 : 3);
+    const bool own = channel >= texture::kOwnColor && channel < texture::kOwnColor + 3;
+    if (own) channel -= texture::kOwnColor;
+    const Region region = make_region(texture, args);
+    const Value zero = constant(0.0f);
+    Range missing = {constant(channel == 3 ? 1.0f : 0.0f), constant(channel == 3 ? 1.0f : 0.0f)};
+    Value outside = zero;
+    if (picture && channel < 3) {
+        outside = select(texture.has_alpha(), constant(1.0f), zero);
+    } else if (picture && channel == 3) {
+        missing[0] = select(region.touches_black, zero, missing[0]);
+    }
+    Range found = stored_range(texture, region, texture.channel(channel), outside);
+    if (own) {
+        // A picture of four colours has no alpha, of whatever kind.
+        const Value plain = both(invert(texture.has_alpha()), texture.colors() > constant(3));
+        const Range of_alpha = own_color_range(texture, found, alpha_range(texture, region));
+        found = chosen(plain, found, of_alpha);
+    }
+    const Range present = chosen(texture.channel_missing(channel), missing, found);
+    return chosen(args[0], present, {zero, zero});
 }
 
 }  // namespace openfab::lower

@@ -63,14 +63,26 @@ Value log2_of(const Value& x) {
     return select(x >= constant(1.0f), log, constant(0.0f));
 }
 
+Value Texture::has_alpha() const {
+    return header(texture::kInfoAlpha) == constant(1);
+}
+
+Value Texture::colors() const {
+    if (axes_ == 3) return channels();
+    return minus(channels(), header(texture::kInfoAlpha));
+}
+
 Value Texture::channel(int32_t channel) const {
-    return select(constant(channel) < channels(), constant(channel), constant(0));
+    const bool maybe_alpha = axes_ == 2 && channel == 3;
+    const Value otherwise = maybe_alpha ? select(has_alpha(), colors(), constant(0)) : constant(0);
+    return select(constant(channel) < colors(), constant(channel), otherwise);
 }
 
 Value Texture::channel_missing(int32_t channel) const {
-    const Value has = constant(channel) < channels();
+    const Value has = constant(channel) < colors();
+    if (axes_ == 2 && channel == 3) return invert(has | has_alpha());
     if (channel >= 3) return invert(has);
-    return both(invert(has), invert(channels() == constant(1)));
+    return both(invert(has), invert(colors() == constant(1)));
 }
 
 Value Texture::header_float(int32_t index) const {

@@ -51,7 +51,11 @@ class Texture {
     Value header(int32_t index) const { return {ir::Type::kInt, info_(index)}; }
     Value channels() const { return header(0); }
     Value levels() const { return header(1); }
-    Value wrap_is(int32_t wrap) const { return header(2) == constant(wrap); }
+    /// Of an axis of a picture; of a volume all axes have the mode of the first.
+    Value wrap_is(int32_t wrap, int32_t axis = 0) const {
+        const bool along_v = axes_ == 2 && axis == 1;
+        return header(along_v ? texture::kInfoWrapV : 2) == constant(wrap);
+    }
     Value filter_is(int32_t filter) const { return header(3) == constant(filter); }
     /// The lowest corner and the size of a volume in mm.
     Value origin(int32_t axis) const { return header_float(texture::kInfoHeader + axis); }
@@ -61,6 +65,10 @@ class Texture {
     Value minmax(const Value& level) const { return level_info(level, 1 + axes_); }
     Value at(const Value& index) const { return {ir::Type::kFloat, data_(clamped(index, data_))}; }
 
+    /// Whether the last channel of a picture is alpha.
+    Value has_alpha() const;
+    /// The number of channels but for alpha.
+    Value colors() const;
     /// The channel that is read for `channel`, and whether it is missing.
     Value channel(int32_t channel) const;
     Value channel_missing(int32_t channel) const;

@@ -54,6 +54,9 @@ Value StageTranslator::sample(const check::Expr& expr) {
         sink_->report(expr.args[1]->span, diag::kOutOfRange, "channel", first, 0, kMaxChannel);
         return zero(expr.type);
     }
+    // Who reads alpha, too, puts the colour itself where it says.
+    const bool picture = at.size() == 2;
+    const bool with_alpha = picture && first + expr.type.size > ir::kAlphaChannel;
     // If the texture varies, each candidate is sampled under the condition that it is selected.
     const std::vector<int32_t> textures = possible_indices(texture, fablet_.ir.texture_count);
     Value out = zero(expr.type);
@@ -77,7 +80,9 @@ Value StageTranslator::sample(const check::Expr& expr) {
         args.insert(args.end(), at.begin(), at.end());
         args.push_back(width);
         for (int32_t i = 0; i < expr.type.size; ++i) {
-            const ValueId value = emit_.sample(index, first + i, args);
+            const bool own = with_alpha && first + i < ir::kAlphaChannel;
+            const int32_t number = first + i + (own ? ir::kOwnColor : 0);
+            const ValueId value = emit_.sample(index, number, args);
             out[i] = emit_.select(here, value, out[i]);
         }
     }

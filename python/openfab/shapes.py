@@ -335,12 +335,13 @@ class Texture:
     """A picture or a volume for a fablet's texture.
 
     A picture is a file, or an array [row][column] or [row][column][channel], the top row first: of 8 or 16 bits, or
-    of floats, which are taken as they are. `Texture.volume` takes arrays of volumes. An array is copied.
+    of floats, which are taken as they are. `wrap` is one mode, or one along u and one along v. `Texture.volume` takes
+    arrays of volumes. An array is copied.
     """
 
     def __init__(
-        self, picture: str | os.PathLike[str] | ArrayLike, *, wrap: str = "repeat", filter: str = "anisotropic",
-        space: str = "auto", channels: str = "all",
+        self, picture: str | os.PathLike[str] | ArrayLike, *, wrap: str | Sequence[str] = "repeat",
+        filter: str = "anisotropic", space: str = "auto", channels: str = "all",
     ) -> None:
         keys = {"wrap": wrap, "filter": filter, "space": space, "channels": channels}
         self._keys: dict[str, Any] = plain(keys, "a texture")

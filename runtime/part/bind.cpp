@@ -215,7 +215,15 @@ class WorldBinder {
         static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
         const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
                                             texture.luminance};
-        const auto wrap = static_cast<int32_t>(texture.wrap);
+        const texture::WrapModes wrap(static_cast<int32_t>(texture.wrap),
+                                      static_cast<int32_t>(texture.wrap_v));
+        if (volume && wrap.u != wrap.v) {
+            Error error = user_error(
+                fmt::format("texture `{}` is a volume, and its `wrap` has two modes", texture.name),
+                "a volume has one for all directions");
+            error.location = texture.location;
+            return error;
+        }
         const auto filter = static_cast<int32_t>(texture.filter);
         const texture::ReadLimits limits{memory_bytes_, world_.roots};
         Result<std::shared_ptr<const texture::Pyramid>> pyramid =

@@ -605,7 +605,7 @@ TestTexture make_texture(int32_t width, int32_t height, int32_t channels, int32_
         level.texels.push_back(ramp * along + (1.0f - ramp) * noise);
     }
     level.lo = level.hi = level.texels;
-    out.info = {channels, 0, wrap, filter, 0, 0, 0, 0};
+    out.info = {channels, 0, wrap, filter, 0, wrap, 0, 0};
     while (true) {
         out.info[1]++;
         out.info.insert(out.info.end(), {static_cast<int32_t>(out.texels.size()), level.w, level.h,

@@ -14,6 +14,8 @@
 
 #include "compiler/passes/form_surface_bounds.h"
 #include "tests/exec/compiled_stage.h"
+#include "texture/pyramid.h"
+#include "texture/sample.h"
 
 namespace openfab::testing {
 
@@ -118,6 +120,46 @@ TEST(SampleBound, HoldsEverySample) {
             }
             // The whole image would contain everything, too.
             EXPECT_GT(narrow * 20, values.size()) << "wrap " << wrap << " filter " << filter;
+        }
+    }
+}
+
+// Of pictures with alpha, and of those whose coverage stands for it; colours as on white and their own.
+TEST(SampleBound, HoldsColorsWithAlpha) {
+    uint32_t seed = 100;
+    for (const int32_t channel : {0, 3, texture::kOwnColor}) {
+        ir::Stage stage = make_displacing_stage(kArgs);
+        for (ir::Instr& instr : stage.instrs) {
+            if (instr.op == ir::Op::kSample) instr.b = channel;
+        }
+        const ir::Stage bounds = passes::form_surface_bounds(stage);
+        const std::unique_ptr<CompiledStage> compiled = CompiledStage::make(bounds);
+        ASSERT_NE(compiled, nullptr);
+        for (const auto& [wrap, wrap_v] : {std::array{0, 3}, {3, 1}, {1, 1}, {2, 0}}) {
+            for (const bool alpha : {false, true}) {
+                SCOPED_TRACE(::testing::Message() << "channel " << channel << " wrap " << wrap
+                                                  << " " << wrap_v << " alpha " << alpha);
+                Boxes boxes = make_boxes(++seed);
+                StageInputs points = make_points(boxes, seed);
+                TestTexture picture = make_texture(149, 83, 2, wrap, 1, seed, 0.9f);
+                picture.info[texture::kInfoWrapV] = wrap_v;
+                picture.info[texture::kInfoAlpha] = alpha ? 1 : 0;
+                boxes.inputs.textures = points.textures = {picture};
+                const StageResults ends = compiled->run(compiled->isas()[0], boxes.inputs);
+                expect_equal(bounds, ends, *compiled, boxes.inputs);
+                const std::vector<uint32_t> values = interpret(stage, points)[0];
+                size_t known = 0;
+                for (size_t k = 0; k < values.size(); ++k) {
+                    const float lo = as_float(ends[0][k / kPoints]);
+                    const float hi = as_float(ends[1][k / kPoints]);
+                    if (std::isnan(lo)) continue;  // unknown: what is hardly there has any colour
+                    ++known;
+                    ASSERT_TRUE(lo <= as_float(values[k]) && as_float(values[k]) <= hi)
+                        << "box " << k / kPoints << ": " << as_float(values[k]) << " is outside "
+                        << lo << " .. " << hi;
+                }
+                EXPECT_GT(known * 20, values.size());
+            }
         }
     }
 }

@@ -14,6 +14,8 @@
 
 #include "tests/exec/compiled_stage.h"
 #include "tests/exec/random_schedules.h"
+#include "texture/pyramid.h"
+#include "texture/sample.h"
 
 namespace openfab::testing {
 
@@ -23,8 +25,11 @@ using ir::Op;
 using ir::Type;
 using ir::ValueId;
 
-constexpr int32_t kWraps = 4;
+/// Along u and v.
+constexpr std::array<std::array<int32_t, 2>, 8> kWraps = {
+    {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {1, 0}, {0, 3}, {3, 1}, {2, 1}}};
 constexpr int32_t kFilters = 3;
+constexpr int32_t kOwn = texture::kOwnColor;
 constexpr int32_t kInputs = 9;  // u, v, width, du and dv along three axes
 
 /// Arguments of a lookup at varying coordinates; a bool input is the guard.
@@ -159,15 +164,19 @@ void check(const ir::Stage& stage) {
     ASSERT_NE(compiled, nullptr);
     uint32_t seed = 1;
     for (const int32_t channels : {1, 2, 3, 4}) {
-        for (int32_t wrap = 0; wrap < kWraps; ++wrap) {
+        for (const auto& [wrap, wrap_v] : kWraps) {
             for (int32_t filter = 0; filter < kFilters; ++filter) {
-                SCOPED_TRACE(::testing::Message() << "channels " << channels << " wrap " << wrap
-                                                  << " filter " << filter << " seed " << seed);
+                const bool alpha = channels % 2 == 0 && filter + wrap_v != 2;
+                SCOPED_TRACE(::testing::Message()
+                             << "channels " << channels << " wrap " << wrap << " " << wrap_v
+                             << " filter " << filter << " alpha " << alpha << " seed " << seed);
                 StageInputs inputs = make_inputs(count, elements, seed);
                 // Quotients by a power of two are computed as products.
                 const bool power = (channels + filter + wrap) % 2 == 0;
                 inputs.textures = {
                     make_texture(power ? 64 : 37, power ? 32 : 20, channels, wrap, filter, seed)};
+                inputs.textures[0].info[texture::kInfoWrapV] = wrap_v;
+                inputs.textures[0].info[texture::kInfoAlpha] = alpha ? 1 : 0;
                 const StageResults expected = interpret(stage, inputs);
                 expect_equal(stage, expected, *compiled, inputs);
                 ++seed;
@@ -178,8 +187,13 @@ void check(const ir::Stage& stage) {
 
 // The requested channels decide how texels are read.
 TEST(Sampling, VolumeEqualsInterpreter) {
-    for (const std::vector<int32_t>& channels :
-         {std::vector<int32_t>{0, 1, 3}, {0}, {2}, {0, 1, 2, 3, 4, 300}})
+    for (const std::vector<int32_t>& channels : {std::vector<int32_t>{0, 1, 3},
+                                                 {0},
+                                                 {2},
+                                                 {3},
+                                                 {kOwn, kOwn + 1, kOwn + 2, 3},
+                                                 {kOwn + 1, 1},
+                                                 {0, 1, 2, 3, 4, 300}})
         check(make_stage(ir::StageKind::kVolume, channels));
     constexpr int32_t kWithoutFootprint = 3;
     check(make_stage(ir::StageKind::kVolume, {0, 1}, kWithoutFootprint));

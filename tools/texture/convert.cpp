@@ -58,6 +58,7 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
     Result<texture::PyramidLayout> layout =
         texture::pyramid_layout(placement.width, placement.height, decoder.channels_out());
     if (!layout) return bad(layout.error());
+    layout->alpha = decoder.alpha_out();
     if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
         !fits)
         return bad(fits.error());

@@ -18,15 +18,23 @@
 namespace openfab::tools {
 
 /// Converts each pixel between the file and the pyramid. Colours are decoded by the picture's own ICC
-/// profile where the space is `auto`, else as the space says.
+/// profile where the space is `auto`, else as the space says. Those with alpha become what they look like
+/// on white (texture/pyramid.h), unless they are data.
 class Decoder {
   public:
-    Decoder(const OIIO::ImageSpec& spec, const texture::ImageOptions& options)
+    /// What a picture's alpha is: of slices of a volume, a number like others.
+    enum class Alpha { kCoverage, kNumber };
+
+    Decoder(const OIIO::ImageSpec& spec, const texture::ImageOptions& options,
+            Alpha alpha = Alpha::kCoverage)
         : channels_in_(spec.nchannels) {
         const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
         srgb_ = options.space == "srgb" || (options.space == "auto" && eight_bit);
         // Grey with alpha and colour with alpha: alpha is the last of 2 or 4.
         colors_ = channels_in_ == 2 || channels_in_ == 4 ? channels_in_ - 1 : channels_in_;
+        has_alpha_ = alpha == Alpha::kCoverage && colors_ < channels_in_ && last_is_alpha(spec);
+        is_data_ = options.space == "data";
+        premultiplied_ = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
         to_luminance_ = options.luminance && colors_ == 3;
         channels_out_ = options.luminance ? 1 : channels_in_;
         if (const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
@@ -45,22 +53,56 @@ class Decoder {
     }
     int32_t channels_in() const { return channels_in_; }
     int32_t channels_out() const { return channels_out_; }
+    /// Whether the last channel of what comes out is alpha.
+    bool alpha_out() const { return has_alpha_ && !is_data_ && channels_out_ == channels_in_; }
 
     /// Converts one pixel; returns false where a value is not finite.
     bool pixel(const float* in, float* out) const {
-        std::array<float, 4> v{};
+        std::array<float, 4> encoded{}, v{};
         for (int32_t c = 0; c < channels_in_; ++c) {
-            const float value = in[c];
-            if (!std::isfinite(value)) return false;
-            v[c] = srgb_ && c < colors_ && !profile_ ? decode(value) : value;
+            if (!std::isfinite(in[c])) return false;
+            encoded[c] = in[c];
         }
-        if (profile_) profile_->decode(in, v.data());
+        const float alpha = has_alpha_ ? std::clamp(in[colors_], 0.0f, 1.0f) : 1.0f;
+        // Light is multiplied by alpha already, but encoded values are decoded first.
+        const bool multiplied = premultiplied_ && !is_encoded();
+        if (has_alpha_ && premultiplied_ && !multiplied && alpha > 0) {
+            for (int32_t c = 0; c < colors_; ++c)
+                encoded[c] = std::min(encoded[c] / alpha, 1.0f);
+        }
+        for (int32_t c = 0; c < channels_in_; ++c)
+            v[c] = srgb_ && c < colors_ && !profile_ ? decode(encoded[c]) : encoded[c];
+        if (profile_) profile_->decode(encoded.data(), v.data());
         if (to_luminance_) v[0] = luminance(v[0], v[1], v[2]);
+        if (has_alpha_) put_alpha(alpha, multiplied, v.data());
         std::copy_n(v.data(), channels_out_, out);
         return true;
     }
 
   private:
+    static bool last_is_alpha(const OIIO::ImageSpec& spec) {
+        return spec.alpha_channel == spec.nchannels - 1 ||
+               (!spec.channelnames.empty() && spec.channelnames.back() == "A");
+    }
+
+    bool is_encoded() const { return srgb_ || profile_ != nullptr; }
+
+    /// Lays colours on white. Data stay, but the one number that is made of them, a height, is 0 where
+    /// nothing is.
+    void put_alpha(float alpha, bool multiplied, float* v) const {
+        if (is_data_) {
+            if (channels_out_ == 1) v[0] *= multiplied ? 1.0f : alpha;
+            return;
+        }
+        const double a = static_cast<double>(alpha);
+        for (int32_t c = 0; c < colors_; ++c) {
+            const double value = static_cast<double>(v[c]);
+            const double light = alpha > 0 || multiplied ? value * (multiplied ? 1 : a) : 0;
+            v[c] = static_cast<float>(light + (1 - a));
+        }
+        v[colors_] = alpha;
+    }
+
     float decode(float value) const {
         // OpenImageIO gives 8-bit values as i / 255.
         if (use_table_)
@@ -72,6 +114,9 @@ class Decoder {
     int32_t channels_out_ = 0;
     int32_t colors_ = 0;
     bool srgb_ = false;
+    bool has_alpha_ = false;
+    bool is_data_ = false;
+    bool premultiplied_ = false;  ///< colours with alpha, in the file
     bool to_luminance_ = false;
     bool use_table_ = false;
     std::unique_ptr<EmbeddedProfile> profile_;

@@ -27,7 +27,7 @@ struct Picture {
 
     Picture(int32_t width, int32_t height, int32_t channels, std::vector<float> level0,
             int32_t wrap, int32_t filter)
-        : texels(std::move(level0)), info{channels, 0, wrap, filter, 0, 0, 0, 0} {
+        : texels(std::move(level0)), info{channels, 0, wrap, filter, 0, wrap, 0, 0} {
         int32_t offset = 0;
         while (true) {
             info.insert(info.end(), {offset, width, height, 0});

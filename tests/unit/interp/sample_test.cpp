@@ -17,6 +17,7 @@ using interp::sample;
 using interp::SampleArgs;
 
 constexpr int32_t kClamp = 0, kRepeat = 1, kMirror = 2, kBlack = 3;
+constexpr int32_t kOwn = ir::kOwnColor;
 constexpr int32_t kTrilinear = 0, kAnisotropic = 1, kNearest = 2;
 
 SampleArgs at(float u, float v, float width = 0) {
@@ -52,6 +53,65 @@ TEST(Sample, WrapModes) {
     EXPECT_EQ(sample(ramp(kMirror).view(), 0, at(1, 0.5f)), 3);
     EXPECT_EQ(sample(ramp(kBlack).view(), 0, at(1, 0.5f)), 1.5f);
     EXPECT_EQ(sample(ramp(kBlack).view(), 0, at(1.5f, 0.5f)), 0);
+}
+
+TEST(Sample, EachAxisHasItsOwnWrap) {
+    Picture p(2, 2, 1, {1, 2, 3, 4}, kRepeat, kTrilinear);
+    p.info[5] = kClamp;
+    EXPECT_EQ(sample(p.view(), 0, at(1.25f, -3)), 1);
+    EXPECT_EQ(sample(p.view(), 0, at(-0.25f, 7)), 4);
+    p.info[5] = kBlack;
+    EXPECT_EQ(sample(p.view(), 0, at(1.25f, 0)), 0.5f);
+    EXPECT_EQ(sample(p.view(), 0, at(1.25f, -3)), 0);
+}
+
+// Opaque red beside half of green, as they look on white: the colour itself is that of premultiplied
+// ones.
+TEST(Sample, AlphaWeighsColors) {
+    Picture p(2, 1, 4, {1, 0, 0, 1, 0.5f, 1, 0.5f, 0.5f}, kClamp, kTrilinear);
+    p.info[6] = 1;
+    const auto look = [&](int32_t channel, float u) {
+        return sample(p.view(), channel, at(u, 0.5f));
+    };
+    EXPECT_EQ(look(0, 0.75f), 0.5f);
+    EXPECT_EQ(look(kOwn, 0.75f), 0);
+    EXPECT_EQ(look(kOwn + 1, 0.75f), 1);
+    EXPECT_EQ(look(3, 0.5f), 0.75f);
+    EXPECT_EQ(look(0, 0.5f), 0.75f);
+    EXPECT_FLOAT_EQ(look(kOwn, 0.5f), 2.0f / 3);
+    EXPECT_FLOAT_EQ(look(kOwn + 1, 0.5f), 1.0f / 3);
+    EXPECT_EQ(look(kOwn + 2, 0.5f), 0);
+    // Beyond, nothing is there.
+    p.info[2] = p.info[5] = kBlack;
+    for (const int32_t channel : {kOwn, kOwn + 1, kOwn + 2, 3})
+        EXPECT_EQ(look(channel, 5), 0);
+    EXPECT_EQ(look(0, 5), 1) << "nothing looks white";
+    EXPECT_EQ(look(3, 0), 0.5f);
+    EXPECT_EQ(look(kOwn, 0), 1) << "no dark fringe";
+}
+
+TEST(Sample, GreyWithAlphaIsGrey) {
+    Picture p(1, 1, 2, {0.75f, 0.5f}, kClamp, kTrilinear);
+    p.info[6] = 1;
+    for (int32_t c : {0, 1, 2}) {
+        EXPECT_EQ(sample(p.view(), c, at(0, 0)), 0.75f);
+        EXPECT_EQ(sample(p.view(), kOwn + c, at(0, 0)), 0.5f);
+    }
+    EXPECT_EQ(sample(p.view(), 3, at(0, 0)), 0.5f);
+}
+
+TEST(Sample, BlackIsNothingToWhoReadsAlpha) {
+    const Picture p = {2, 1, 3, {0.5f, 0.25f, 1, 0.5f, 0.25f, 1}, kBlack, kTrilinear};
+    const auto look = [&](int32_t channel, float u) {
+        return sample(p.view(), channel, at(u, 0.5f));
+    };
+    EXPECT_EQ(look(3, 0.5f), 1);
+    EXPECT_EQ(look(kOwn + 1, 0.5f), 0.25f);
+    EXPECT_EQ(look(3, 1), 0.5f);
+    EXPECT_EQ(look(kOwn + 1, 1), 0.25f);
+    EXPECT_EQ(look(1, 1), 0.125f);
+    for (const int32_t channel : {kOwn, kOwn + 1, kOwn + 2, 0, 1, 2, 3})
+        EXPECT_EQ(look(channel, 1.5f), 0);
 }
 
 TEST(Sample, NearestFilterTakesTheTexelItIsIn) {

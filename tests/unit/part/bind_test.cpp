@@ -51,7 +51,7 @@ constexpr const char* kWorld = R"({
   "openfab": 1,
   "fablets": {"coat": {"source": "coat.fl", "fablet": "Coat"}},
   "materials": {"red": {"key": "#ff0000"}, "blue": {"key": "#0000ff"}},
-  "textures": {"photo": {"file": "photo.png", "wrap": "mirror"}},
+  "textures": {"photo": {"file": "photo.png", "wrap": ["mirror", "clamp"]}},
   "meshes": {"box": {"box": [10, 20, 30]}},
   "objects": {
     "thing": {"mesh": "box", "fablet": "coat", "priority": 2, "max_displacement_mm": 0.5,
@@ -129,6 +129,8 @@ TEST_F(BindTest, LaysEverythingOut) {
     EXPECT_EQ(part.slot_material, (std::vector<uint8_t>{2, 0, 1, 0}));
     ASSERT_EQ(part.textures.size(), 1u);
     EXPECT_EQ(part.textures[0]->info()[2], static_cast<int32_t>(world::Wrap::kMirror));
+    EXPECT_EQ(part.textures[0]->info()[texture::kInfoWrapV],
+              static_cast<int32_t>(world::Wrap::kClamp));
     EXPECT_EQ(part.textures[0]->texels()[3], 0.75f);
     EXPECT_EQ(part.mesh->center_part_mm, (Vec3d{0, 0, 15}));
     EXPECT_EQ(part.local_to_build.t, (Vec3d{0, 0, 15}));

@@ -238,6 +238,42 @@ TEST(Stdlib, PicturesOfABoxStandUprightOnEachSide) {
     }
 }
 
+// Inks are those of an opaque picture times alpha, and the rest is bare.
+TEST(Stdlib, SkinOfLeavesBareWhatAPictureDoesNotCover) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    const auto module = frontend::compile_to_ir(
+        sources,
+        sources.add("test.fl",
+                    "import color;\n"
+                    "fablet T { @uniform { float3 p; float t; Material c, m, y, k, w, b; }\n"
+                    "@Volume() { return skin_of(c, m, y, k, w, b, float4(p, t), 1.2); } }\n"),
+        sink);
+    ASSERT_TRUE(module) << diag::render_text(sink, sources);
+    const ir::Stage& stage = module->fablets[0].volume;
+    const auto amounts = [&](float alpha) {
+        PointEnvironment point;
+        point.values = {0.25F, 0.5F, 0.9F, alpha};
+        std::vector<float> out;
+        for (const uint32_t bits : interp::evaluate(stage, point))
+            out.push_back(std::bit_cast<float>(bits));
+        return out;
+    };
+    const std::vector<float> opaque = amounts(1);
+    ASSERT_EQ(opaque.size(), 6U);
+    const std::array density = {0.60206F / 1.2F, 0.30103F / 1.2F, 0.045757F / 1.2F};
+    for (size_t ink = 0; ink < 3; ++ink)
+        EXPECT_NEAR(opaque[ink] + opaque[3], density[ink], 1e-4F);
+    EXPECT_NEAR(opaque[3], 0.8F * density[2], 1e-4F);
+    EXPECT_EQ(opaque[5], 0);
+    for (const float alpha : {0.0F, 0.25F, 0.5F, 1.0F}) {
+        const std::vector<float> some = amounts(alpha);
+        for (size_t slot = 0; slot < 5; ++slot)
+            EXPECT_FLOAT_EQ(some[slot], opaque[slot] * alpha);
+        EXPECT_EQ(some[5], 1 - alpha);
+    }
+}
+
 /// The fraction of space where the gyroid lies below gyroid_level(fraction) is that fraction.
 TEST(Stdlib, GyroidLevels) {
     std::mt19937 random(11);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -96,11 +97,42 @@ TEST_F(ConvertTest, MakesLuminanceAfterLinearising) {
     EXPECT_EQ(p->channels(), 1);
     EXPECT_EQ(p->texels()[0], luminance(decoded(200), decoded(100), decoded(50)));
     EXPECT_EQ(converted(file)->channels(), 3);
-    // Alpha neither affects the luminance nor is decoded.
-    const auto rgba = image<uint8_t>("a.png", 1, 1, 4, {200, 100, 50, 128});
-    EXPECT_EQ(converted(rgba, {"auto", true})->texels()[0], p->texels()[0]);
-    EXPECT_FLOAT_EQ(converted(rgba)->texels()[3], 128.0f / 255);
-    EXPECT_EQ(converted(rgba)->texels()[0], decoded(200));
+}
+
+TEST_F(ConvertTest, PutsColorsWithAlphaOnWhite) {
+    const float a = 128.0f / 255;
+    const auto on_white = [&](float color) { return a * color + (1 - a); };
+    const auto rgba = image<uint8_t>("a.png", 2, 1, 4, {200, 100, 50, 128, 9, 99, 199, 0});
+    const auto p = converted(rgba);
+    EXPECT_EQ(p->info()[texture::kInfoAlpha], 1);
+    const std::vector<float> texels = level0(*p);
+    for (size_t c = 0; c < 3; ++c)
+        EXPECT_FLOAT_EQ(texels[c], on_white(decoded(std::array{200, 100, 50}[c])));
+    EXPECT_FLOAT_EQ(texels[3], a) << "alpha is not decoded";
+    EXPECT_EQ(std::vector<float>(texels.begin() + 4, texels.end()),
+              (std::vector<float>{1, 1, 1, 0}))
+        << "what is under full transparency is not there";
+    const float grey = luminance(decoded(200), decoded(100), decoded(50));
+    const auto one = converted(rgba, {"auto", true});
+    EXPECT_EQ(one->info()[texture::kInfoAlpha], 0);
+    EXPECT_FLOAT_EQ(one->texels()[0], on_white(grey));
+    EXPECT_EQ(one->texels()[1], 1);
+    // Data are numbers; a height is 0 where nothing is.
+    const auto data = converted(rgba, {"data", false});
+    EXPECT_EQ(data->info()[texture::kInfoAlpha], 0);
+    EXPECT_FLOAT_EQ(data->texels()[6], 199.0f / 255);
+    const auto height = converted(rgba, {"data", true});
+    EXPECT_FLOAT_EQ(height->texels()[0], luminance(200.0f / 255, 100.0f / 255, 50.0f / 255) * a);
+    EXPECT_EQ(height->texels()[1], 0);
+    const auto grey_alpha = converted(image<uint8_t>("ga.png", 1, 1, 2, {200, 128}));
+    EXPECT_EQ(grey_alpha->channels(), 2);
+    EXPECT_EQ(grey_alpha->info()[texture::kInfoAlpha], 1);
+    EXPECT_FLOAT_EQ(grey_alpha->texels()[0], on_white(decoded(200)));
+}
+
+TEST_F(ConvertTest, TakesPremultipliedColorsAsTheyAre) {
+    const auto exr = converted(image<float>("p.exr", 1, 1, 4, {0.25f, 0.125f, 0, 0.5f}));
+    EXPECT_EQ(level0(*exr), (std::vector<float>{0.75f, 0.625f, 0.5f, 0.5f}));
 }
 
 TEST_F(ConvertTest, ObeysExifOrientation) {

@@ -31,7 +31,7 @@ TEST(Pyramid, HalvesPowersOfTwoByPlainMeans) {
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(p->levels(), 3);
     const std::span<const int32_t> info = p->info();
-    const std::vector<int32_t> want = {1, 3, 1,      0, 0, 0,  0,       0, /**/ 0, 4,
+    const std::vector<int32_t> want = {1, 3, 1,      0, 0, 1,  0,       0, /**/ 0, 4,
                                        2, 0, /**/ 8, 2, 1, 16, /**/ 10, 1, 1,      20};
     EXPECT_EQ(std::vector<int32_t>(info.begin(), info.end()), want);
     const std::span<const float> t = p->texels();

@@ -104,6 +104,15 @@ TEST_F(WorldTest, SaysWhetherAndOfWhatSupportIs) {
     EXPECT_FALSE(world->objects[1].support);
 }
 
+TEST_F(WorldTest, APictureWrapsAlongEachAxis) {
+    std::string text = kWorld;
+    const std::string two = R"(["mirror", "black"])";
+    const Result<World> world = load(text.replace(text.find(R"("clamp")"), 7, two));
+    ASSERT_TRUE(world) << world.error().text();
+    EXPECT_EQ(world->textures.at(0).wrap, Wrap::kMirror);
+    EXPECT_EQ(world->textures.at(0).wrap_v, Wrap::kBlack);
+}
+
 TEST_F(WorldTest, IsReadWhole) {
     const Result<World> world = load(kWorld);
     ASSERT_TRUE(world) << world.error().text();
@@ -117,6 +126,7 @@ TEST_F(WorldTest, IsReadWhole) {
     EXPECT_EQ(world->materials[1].location.line, 7);
     const Texture& texture = world->textures.at(0);
     EXPECT_EQ(texture.wrap, Wrap::kClamp);
+    EXPECT_EQ(texture.wrap_v, Wrap::kClamp);
     EXPECT_EQ(texture.filter, Filter::kTrilinear);
     EXPECT_EQ(texture.space, Space::kData);
     EXPECT_TRUE(texture.luminance);
@@ -194,6 +204,12 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
              "/foto.png` does not exist; paths count from the world's folder"},
         {"\"clamp\"", "\"clmap\"",
          "9:55: `wrap` of texture `photo` is `clmap`; did you mean `clamp`?"},
+        {"\"clamp\"", "[\"clamp\", \"repaet\"]",
+         "9:65: `wrap` of texture `photo` is `repaet`; did you mean `repeat`?"},
+        {"\"clamp\"", "[\"clamp\"]",
+         "9:55: `wrap` of texture `photo` has one mode in its list; write the mode alone, or two: "
+         "along u "
+         "and along v"},
         {"\"sphere\": 8", "\"sphere\": 8, \"box\": [1, 1, 1]",
          "12:14: mesh `ball` has `box` and `sphere`; it is one of them"},
         {"{\"sphere\": 8}", "{}",
