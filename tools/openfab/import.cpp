@@ -476,10 +476,10 @@ class Importer {
         const std::string file = name + plain.extension().string();
         texture_names_.push_back(name);
         // The height of a relief is proportional to brightness.
-        textures_.push_back(
-            fmt::format("        {}: {{\"file\": {}, \"wrap\": \"{}\"{}}}", json_text(name),
-                        json_text(file), picture.clamp ? "clamp" : "repeat",
-                        out_.fablet == "relief" ? ", \"channels\": \"luminance\"" : ""));
+        textures_.push_back(fmt::format(
+            "        {}: {{\"file\": {}, \"wrap\": \"{}\"{}}}", json_text(name), json_text(file),
+            picture.clamp ? "clamp" : "repeat",
+            out_.fablet == "relief" ? ", \"space\": \"data\", \"channels\": \"luminance\"" : ""));
         out_.files.push_back({file, picture.bytes});
         return texture_index;
     }
