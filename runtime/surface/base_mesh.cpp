@@ -27,6 +27,7 @@ BaseMesh::BaseMesh(const part::Part& part) : mesh_(*part.mesh) {
 }
 
 void BaseMesh::set_factors(double micro_edge_mm) {
+    micro_edge_mm_ = micro_edge_mm;
     factor.resize(3 * mesh_.triangles.size());
     tbb::parallel_for(
         tbb::blocked_range<int32_t>(0, triangle_count(), 4096), [&](const auto& range) {

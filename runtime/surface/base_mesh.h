@@ -32,6 +32,8 @@ class BaseMesh {
 
     /// Computes the edge factors of all triangles, in parallel.
     void set_factors(double micro_edge_mm);
+    /// Returns what they were computed for.
+    double micro_edge_mm() const { return micro_edge_mm_; }
     /// Pairs sides and groups corners. `classes` must be final. Needed only if something is
     /// displaced.
     void connect();
@@ -82,6 +84,7 @@ class BaseMesh {
     void pair_sides();
 
     const part::PartMesh& mesh_;
+    double micro_edge_mm_ = 0;
 };
 
 }  // namespace openfab::surface

@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "runtime/surface/lattice.h"
+#include "runtime/surface/strip_fold.h"
 
 namespace openfab::surface {
 
@@ -203,6 +204,10 @@ void Dicer::dice_strip(const Seam& seam, MicroMesh* out) {
     const int32_t forward_at = swap ? points : 0, backward_at = swap ? 0 : points;
     append_vertices(forward_at, points, out);
     append_vertices(backward_at, points, out);
+    if (seam.folds && find_folds(seam, forward_at, backward_at)) {
+        dice_folded_strip(seam, forward_at, backward_at, out);
+        return;
+    }
     const int32_t ints_at = forward / 3 < backward / 3 ? forward_at : backward_at;
     for (int32_t i = 0; i + 1 < points; ++i) {
         const int32_t t = i, u = points + i;
@@ -210,6 +215,71 @@ void Dicer::dice_strip(const Seam& seam, MicroMesh* out) {
         add_triangle(t + 1, u, u + 1, ints_at + i, out);
     }
     if (out->triangles.empty()) out->positions.clear(), out->vertex_attributes.clear();
+}
+
+/// Sets edge_ and folded_; returns whether the strip is folded anywhere.
+bool Dicer::find_folds(const Seam& seam, int32_t forward_at, int32_t backward_at) {
+    const int32_t points = seam.i1 - seam.i0 + 1;
+    const Vec3d &lo = base_.position(base_.lower_corner(seam.side)),
+                &hi = base_.position(base_.upper_corner(seam.side));
+    const StripFold fold(base_, seam.side);
+    edge_.resize(static_cast<size_t>(points));
+    folded_.resize(static_cast<size_t>(points));
+    bool any = false;
+    for (int32_t i = 0; i < points; ++i) {
+        const Vec3f e = round_position(edge_position(lo, hi, seam.i0 + i, base_.factor[seam.side]));
+        const bool folded =
+            fold.at(e, batch_.position(forward_at + i), batch_.position(backward_at + i));
+        edge_[i] = e;
+        folded_[i] = folded ? 1 : 0;
+        any |= folded;
+    }
+    return any;
+}
+
+/// After the points of both sides in `out` stand those of the edge, with the attributes of the
+/// forward side and again with those of the other.
+void Dicer::dice_folded_strip(const Seam& seam, int32_t forward_at, int32_t backward_at,
+                              MicroMesh* out) {
+    const int32_t points = seam.i1 - seam.i0 + 1;
+    for (int32_t copy = 0; copy < 2; ++copy)
+        out->positions.insert(out->positions.end(), edge_.begin(), edge_.end());
+    const auto attributes = out->vertex_attributes.size();
+    out->vertex_attributes.resize(2 * attributes);
+    std::copy_n(out->vertex_attributes.begin(), attributes,
+                out->vertex_attributes.begin() + static_cast<ptrdiff_t>(attributes));
+    const int32_t ints_at = seam.side / 3 < base_.partner[seam.side] / 3 ? forward_at : backward_at;
+    const auto folded = [&](int32_t i) { return folded_[i] != 0; };
+    const auto t = [&](int32_t i) { return i; };
+    const auto u = [&](int32_t i) { return points + i; };
+    const auto et = [&](int32_t i) { return 2 * points + i; };
+    const auto eu = [&](int32_t i) { return 3 * points + i; };
+    const int32_t last = points - 1;
+    // The fans at the vertices go from T to U.
+    if (seam.i0 == 0 && folded(0)) add_triangle(t(0), u(0), et(0), ints_at, out);
+    for (int32_t i = 0; i < last; ++i) {
+        const int32_t n = i + 1, t_ints = forward_at + i, u_ints = backward_at + i;
+        if (folded(i)) {
+            add_triangle(t(n), t(i), et(i), t_ints, out);
+            if (folded(n)) {
+                add_triangle(t(n), et(i), et(n), t_ints, out);
+                add_triangle(eu(n), eu(i), u(i), u_ints, out);
+                add_triangle(eu(n), u(i), u(n), u_ints, out);
+            } else {
+                add_triangle(t(n), et(i), u(n), ints_at + i, out);
+                add_triangle(u(n), eu(i), u(i), u_ints, out);
+            }
+        } else if (folded(n)) {
+            add_triangle(t(n), t(i), et(n), t_ints, out);
+            add_triangle(et(n), t(i), u(i), ints_at + i, out);
+            add_triangle(eu(n), u(i), u(n), u_ints, out);
+        } else {
+            add_triangle(t(n), t(i), u(i), ints_at + i, out);
+            add_triangle(t(n), u(i), u(n), ints_at + i, out);
+        }
+    }
+    if (seam.i1 == base_.factor[seam.side] && folded(last))
+        add_triangle(u(last), t(last), et(last), ints_at + last, out);
 }
 
 /// The ends of the strips at a vertex form closed loops through the positions that its triangles

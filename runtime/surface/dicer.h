@@ -31,6 +31,9 @@ class Dicer {
     void dice_fan(const Patch& patch, MicroMesh* out) const;
     void dice_tile(const Patch& patch, MicroMesh* out);
     void dice_strip(const Seam& seam, MicroMesh* out);
+    bool find_folds(const Seam& seam, int32_t forward_at, int32_t backward_at);
+    void dice_folded_strip(const Seam& seam, int32_t forward_at, int32_t backward_at,
+                           MicroMesh* out);
     void dice_vertex(const Seam& seam, MicroMesh* out);
     void append_vertices(int32_t first, int32_t count, MicroMesh* out) const;
     void append_ints(int32_t vertex, MicroMesh* out) const;
@@ -40,6 +43,8 @@ class Dicer {
     const PatchTable& table_;
     const NearestLayout& nearest_;
     MicroBatch batch_;
+    std::vector<Vec3f> edge_;      ///< a strip's points before displacement
+    std::vector<uint8_t> folded_;  ///< [point] whether the strip is folded there
 };
 
 }  // namespace openfab::surface

@@ -101,6 +101,7 @@ void DisplacementBounds::strip(const Seam& seam, std::vector<GrownPolygon>* out)
         GrownPolygon piece;
         piece.add(edge_position(lo, hi, i, n));
         piece.add(edge_position(lo, hi, end, n));
+        if (seam.folds) piece.grow.add(Vec3d{0, 0, 0});
         for (const int32_t side : {seam.side, base_.partner[seam.side]}) {
             if (!displaced(side / 3)) {
                 piece.grow.add(Vec3d{0, 0, 0});
@@ -130,6 +131,10 @@ GrownPolygon DisplacementBounds::vertex(int32_t vertex) const {
 }
 
 }  // namespace
+
+Box3d tile_displacements(const BaseMesh& base, const PatchTable& table, int32_t patch) {
+    return DisplacementBounds(base, table).tile(table.patches[patch]).grow;
+}
 
 void add_displacement_bounds(const BaseMesh& base, const PatchTable& table, int32_t patch,
                              std::vector<GrownPolygon>* out) {

@@ -16,4 +16,7 @@ namespace openfab::surface {
 void add_displacement_bounds(const BaseMesh& base, const PatchTable& table, int32_t patch,
                              std::vector<GrownPolygon>* out);
 
+/// Returns a box of the displacements on a tile of a displaced triangle.
+Box3d tile_displacements(const BaseMesh& base, const PatchTable& table, int32_t patch);
+
 }  // namespace openfab::surface

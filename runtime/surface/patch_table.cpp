@@ -13,7 +13,9 @@
 #include <limits>
 
 #include "runtime/surface/bounds_batch.h"
+#include "runtime/surface/displacement_bounds.h"
 #include "runtime/surface/lattice.h"
+#include "runtime/surface/strip_fold.h"
 #include "runtime/surface/tile_span.h"
 
 namespace openfab::surface {
@@ -42,6 +44,7 @@ class TableBuilder {
     void add_to_seam(int32_t seam_patch, int32_t patch);
     void add_side_to_seam(int32_t seam_patch, int32_t side, int32_t i0, int32_t i1);
     void add_corner_to_seam(int32_t seam_patch, int32_t corner);
+    bool may_fold(const Seam& seam) const;
     bool displaced(int32_t triangle) const {
         return base_.classes[triangle] == TriangleClass::kDisplaced;
     }
@@ -309,15 +312,38 @@ void TableBuilder::add_corner_to_seam(int32_t seam_patch, int32_t corner) {
     add_to_seam(seam_patch, first + corner_tile(base_, corner));
 }
 
+/// Returns whether a strip may be folded, as far as the bounds of its sides' tiles tell.
+bool TableBuilder::may_fold(const Seam& seam) const {
+    const int32_t other = base_.partner[seam.side];
+    if (!displaced(seam.side / 3) || !displaced(other / 3)) return false;
+    const auto displacements = [&](int32_t side) {
+        Box3d box;
+        visit_side_tiles(base_, side, seam.i0, seam.i1, [&](int32_t tile) {
+            box.add(tile_displacements(base_, table_, table_.first_patch[side / 3] + tile));
+        });
+        return box;
+    };
+    const StripFold fold(base_, seam.side);
+    return fold.possible(displacements(seam.side), displacements(other));
+}
+
 void TableBuilder::bound_seams() {
     const int32_t count = static_cast<int32_t>(table_.seams.size());
     tbb::parallel_for(tbb::blocked_range<int32_t>(0, count, 256), [&](const auto& range) {
         for (int32_t i = range.begin(); i < range.end(); ++i) {
-            const Seam& seam = table_.seams[i];
+            Seam& seam = table_.seams[i];
             const int32_t patch = table_.first_seam + i;
             if (seam.side >= 0) {
                 add_side_to_seam(patch, seam.side, seam.i0, seam.i1);
                 add_side_to_seam(patch, base_.partner[seam.side], seam.i0, seam.i1);
+                seam.folds = may_fold(seam);
+                if (!seam.folds) continue;
+                const Vec3d &lo = base_.position(base_.lower_corner(seam.side)),
+                            &hi = base_.position(base_.upper_corner(seam.side));
+                for (const int32_t point : {seam.i0, seam.i1}) {
+                    table_.patches[patch].bounds.add(
+                        round_position(edge_position(lo, hi, point, base_.factor[seam.side])));
+                }
                 continue;
             }
             const size_t v = static_cast<size_t>(seam.vertex);

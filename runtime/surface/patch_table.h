@@ -20,6 +20,7 @@ struct Seam {
     int32_t side = -1;  ///< strip: the side from the edge's lower end to the upper; -1: a vertex
     int32_t i0 = 0, i1 = 0;  ///< strip: edge points, both included
     int32_t vertex = -1;     ///< welded vertex
+    bool folds = false;      ///< strip: it may be folded at some points (strip_fold.h)
 };
 
 /// All patches of a surface.

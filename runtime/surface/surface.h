@@ -36,6 +36,13 @@
 //    of triangles. Between points i and i + 1 of the up side T and the down side U a strip has
 //    (T[i+1], T[i], U[i]) and (T[i+1], U[i], U[i+1]). Ints of a strip come from the lower triangle
 //    of the pair (computed ones from its point i).
+//  - A strip is folded at the points that strip_fold.h names: it goes through E[i], the edge point
+//    before displacement. Where both i and i + 1 are folded it has (T[i+1], T[i], E[i]),
+//    (T[i+1], E[i], E[i+1]), (E[i+1], E[i], U[i]), (E[i+1], U[i], U[i+1]); where only i is,
+//    (T[i+1], T[i], E[i]), (T[i+1], E[i], U[i+1]), (U[i+1], E[i], U[i]); where only i + 1 is,
+//    (T[i+1], T[i], E[i+1]), (E[i+1], T[i], U[i]), (E[i+1], U[i], U[i+1]). Before them comes
+//    (T, U, E) if the edge's first point is folded, after them (U, T, E) if its last is. A triangle
+//    with points of one side has that side's attributes and ints (at i), others T's at E.
 //  - At a vertex, for each side that leaves it, in order of corners: (position in the first
 //    triangle of all at the vertex, position in the partner's triangle, position in the side's
 //    own). Ints come from the first.

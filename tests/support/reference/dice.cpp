@@ -8,6 +8,8 @@
 #include <map>
 #include <optional>
 
+#include "tests/support/reference/strip.h"
+
 namespace openfab::reference {
 
 namespace {
@@ -442,14 +444,35 @@ void PlainDicer::do_strip(const Corner& forward, const Corner& backward) {
     const auto at = [&](const Corner& side, int32_t i) {
         return vertex(side[0], side_point(side[0], side[1], i));
     };
-    const bool ints_forward = forward[0] < backward[0];
-    for (int32_t i = 0; i < n; ++i) {
-        if (i % 1024 == 0) begin_patch();
-        const Vertex t0 = at(forward, i), t1 = at(forward, i + 1), u0 = at(backward, i),
-                     u1 = at(backward, i + 1);
-        const std::vector<uint32_t>& ints = ints_forward ? t0.ints : u0.ints;
-        add(t1, t0, u0, ints, true, true);
-        add(t1, u0, u1, ints, true, true);
+    const auto corners = [&](int32_t t) {
+        return std::array<Vec3d, 3>{position(t, 0), position(t, 1), position(t, 2)};
+    };
+    const StripEdge edge{position(forward[0], forward[1]), position(forward[0], forward[1] + 1),
+                         corners(forward[0]), corners(backward[0]), s_};
+    std::map<StripPlace, std::vector<Vertex>> places;
+    std::vector<StripPoint> points;
+    for (int32_t i = 0; i <= n; ++i) {
+        const Vertex up = at(forward, i), down = at(backward, i);
+        const Vec3d p = undisplaced(forward[0], side_point(forward[0], forward[1], i));
+        points.push_back({vec_cast<float>(p) + Vec3f{}, up.position, down.position});
+        places[StripPlace::kUp].push_back(up), places[StripPlace::kDown].push_back(down);
+        for (const auto& [place, like] :
+             {std::pair{StripPlace::kEdgeUp, &up}, std::pair{StripPlace::kEdgeDown, &down}}) {
+            places[place].push_back(*like);
+            places[place].back().position = points.back().edge;
+        }
+    }
+    int32_t quad = -1;
+    for (const StripTriangle& t : strip_triangles(edge, points)) {
+        if (t.quad != quad && t.quad % 1024 == 0) begin_patch();
+        quad = t.quad;
+        const auto vertex = [&](const StripTriangle::Corner& c) -> const Vertex& {
+            return places[c.place][c.point];
+        };
+        const bool of_up = t.ints == StripTriangle::kOfLower ? forward[0] < backward[0]
+                                                             : t.ints == StripTriangle::kOfUp;
+        add(vertex(t.corners[0]), vertex(t.corners[1]), vertex(t.corners[2]),
+            vertex({of_up ? StripPlace::kUp : StripPlace::kDown, t.ints_from}).ints, true, true);
     }
 }
 

@@ -55,6 +55,13 @@ float thickness(const Hand& in) {
         }
         case HandMode::kStill:
             return 0;
+        case HandMode::kOffset:
+            return in.amplitude;
+        case HandMode::kSteps:
+            return in.amplitude * static_cast<float>(1 + in.face % 3) / 3;
+        case HandMode::kDents:
+            return in.amplitude * wave(0.12f * in.p.x + 0.45f) * wave(0.11f * in.p.y + 0.5f) *
+                   wave(0.13f * in.p.z + 0.5f);
         case HandMode::kBroken:
             if (in.u > 0.75f) return std::numeric_limits<float>::quiet_NaN();
             if (in.u < 0.25f) return std::numeric_limits<float>::infinity();
@@ -267,6 +274,8 @@ int bounds_kernel(void** args) {
         if (mode == HandMode::kBack && face == 1) hi = amplitude;
         if (mode == HandMode::kRelief && face == 1) relief_range(args, i, amplitude, &lo, &hi);
         if (mode == HandMode::kBumps || mode == HandMode::kStill) lo = -amplitude, hi = amplitude;
+        if (mode >= HandMode::kOffset)
+            lo = std::min(amplitude, 0.0f), hi = std::max(amplitude, 0.0f);
         if (mode == HandMode::kFootprint) footprint_range(args, i, amplitude, &lo, &hi);
         if (mode == HandMode::kBroken) hi = std::numeric_limits<float>::infinity();
         for (int32_t axis = 0; axis < 3; ++axis) {

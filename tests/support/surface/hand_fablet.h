@@ -31,6 +31,9 @@ enum class HandMode : int32_t {
     kRelief = 5,     ///< like kBack, with photographic detail: waves of 50 down to 0.5 mm on a
                      ///< 100 mm card
     kBroken = 4,     ///< NaN on a part of the surface, infinite on another
+    kOffset = 6,     ///< everything moves along n by the amplitude
+    kSteps = 7,      ///< face k moves along n by (1 + k % 3) / 3 of the amplitude
+    kDents = 8,      ///< everything moves along n by a wave of p from 0 to the amplitude
 };
 
 /// With `computed`, the fablet has outputs 2 and 3, and no triangle can be an identity.

@@ -138,6 +138,12 @@ inline std::vector<Scenario> scenarios() {
     all.push_back({"thin wall", card(7, 5, 0.06), HandMode::kBack, 0.4f, 0.2});
     all.push_back({"back through the front", card(7, 5, 0.4), HandMode::kBack, -1.0f, 0.2});
     all.push_back({"through the middle", sphere(1, 9, 6), HandMode::kBumps, 2.5f, 0.2});
+    // Folded strips: at all edges, at some points of an edge, and of more than one patch.
+    all.push_back({"cube cut back", cube(2), HandMode::kOffset, -0.3f, 0.15});
+    all.push_back({"cube with steps", cube(2), HandMode::kSteps, -0.5f, 0.15, true});
+    all.push_back({"cube with dents", cube(4), HandMode::kDents, -0.5f, 0.21, true});
+    all.push_back({"hollow box", joined(cube(3), inside_out(cube(2)), {0.5, 0.5, 0.5}),
+                   HandMode::kSteps, 0.3f, 0.2});
     for (uint32_t seed = 1; seed <= 6; ++seed) {
         const HandMode modes[] = {HandMode::kBack, HandMode::kBumps, HandMode::kFootprint};
         const std::string tag = " shaken, seed " + std::to_string(seed);
@@ -145,6 +151,8 @@ inline std::vector<Scenario> scenarios() {
                        0.15 + 0.05 * seed, seed % 2 == 0});
         all.push_back({"cube" + tag, shaken(cube(2), 100 + seed, 0.6), modes[seed % 3], 0.4f,
                        0.1 + 0.02 * seed});
+        all.push_back({"cube cut back" + tag, shaken(cube(2), 300 + seed, 0.5), HandMode::kSteps,
+                       seed % 2 == 0 ? 0.4f : -0.4f, 0.1 + 0.05 * seed});
         all.push_back({"torus" + tag, shaken(torus(2, 0.7, 7, 5), 200 + seed, 0.2),
                        modes[(seed + 1) % 3], 0.3f, 0.4});
     }

@@ -89,6 +89,29 @@ TEST(SurfaceTest, SeamsOfADisplacementThatIsZeroAtTheEdgeAreEmpty) {
     }
 }
 
+TEST(SurfaceTest, FoldedStripsOfSeveralPatchesCloseAtTheEdgesEndsAlone) {
+    const part::Part part =
+        hand_part(testing::card(130, 0.4, 0.3), testing::HandMode::kOffset, -0.1f);
+    const auto surface = create(part, 0.12);
+    std::vector<std::array<Vec3f, 3>> triangles;
+    int strips = 0;
+    for (size_t p = 0; p < surface->patches().size(); ++p) {
+        if (surface->patches()[p].kind != PatchKind::kSeam) continue;
+        const auto mesh = surface->micro(static_cast<int32_t>(p));
+        if (mesh->triangles.size() > 1) ++strips;
+        for (const auto& t : mesh->triangles) {
+            triangles.push_back(
+                {mesh->positions[t[0]], mesh->positions[t[1]], mesh->positions[t[2]]});
+        }
+    }
+    // Four triangles between two points, one at each end; the fans of the eight vertices.
+    const auto edge = [](int n) { return 4 * n + 2; };
+    EXPECT_EQ(triangles.size(), static_cast<size_t>(4 * (edge(1084) + edge(4) + edge(3)) + 8));
+    EXPECT_EQ(strips, 4 * (2 + 1 + 1));
+    // Only the sides' own places are open.
+    EXPECT_EQ(testing::open_edges(triangles), 2 * 4 * (1084 + 4 + 3));
+}
+
 TEST(SurfaceTest, FansAreSplit) {
     const part::Part part = hand_part(testing::card(100, 70, 2), testing::HandMode::kBack, 0.6f);
     const auto surface = create(part, 0.04);
