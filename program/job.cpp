@@ -156,6 +156,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
                                                          options.settings, options.memory_bytes);
     if (!world) return world.error();
     Job job;
+    job.notes = world->notes;
     Result<world::Printer> printer = printer_of(options, *world, &job.notes);
     if (!printer) return printer.error();
     job.printer = std::move(*printer);

@@ -280,7 +280,8 @@ class WorldReader {
         if (source->key == "file") {
             mesh_file(m, source->value, what);
         } else {
-            for (const char* key : {"unit", "up", "groups", "groups_attribute"}) {
+            for (const char* key :
+                 {"body", "unit", "up", "origin_mm", "groups", "groups_attribute"}) {
                 if (const JsonMember* p = m.value.find(key)) {
                     return json_.fail_at(
                         p->line, p->column, fmt::format("`{}` of {} goes with a `file`", key, what),
@@ -337,6 +338,16 @@ class WorldReader {
         mesh::MeshOptions options;
         options.name = m.key;
         options.repair = any_object_repairs(m.key);
+        if (const JsonMember* p = m.value.find("body")) {
+            options.body = json_.string(p->value, "`body` of " + what);
+            if (json_.ok() && options.body.empty())
+                json_.fail(p->value, fmt::format("`body` of {} is empty", what),
+                           "leave it out for the whole file");
+        }
+        if (const JsonMember* p = m.value.find("origin_mm")) {
+            if (const auto at = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e9)))
+                options.origin_mm = {(*at)[0], (*at)[1], (*at)[2]};
+        }
         if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
         if (const JsonMember* p = m.value.find("up")) {
             options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
@@ -373,40 +384,84 @@ class WorldReader {
         world_.meshes.emplace_back();
     }
 
+    /// The meshes of one file, which is read once: with one unit, and either all of bodies, or one of
+    /// the whole.
+    struct MeshLoad {
+        std::vector<size_t> meshes;  ///< indices in mesh_files_
+        uintmax_t file_bytes = 0;
+    };
+    std::vector<MeshLoad> mesh_loads() const {
+        std::vector<MeshLoad> loads;
+        std::map<std::pair<std::string, double>, size_t> known;
+        for (size_t i = 0; i < mesh_files_.size(); ++i) {
+            const MeshFile& mesh = mesh_files_[i];
+            const bool of_bodies = !mesh.options.body.empty();
+            const auto [it, fresh] = known.try_emplace(
+                {mesh.file.string(), mesh.options.unit_mm.value_or(0)}, loads.size());
+            if (fresh || !of_bodies) {
+                std::error_code unknown;
+                loads.push_back({{}, fs::file_size(mesh.file, unknown)});
+                loads.back().meshes.push_back(i);
+                // The whole of a file stands alone.
+                if (fresh && !of_bodies) known.erase(it);
+            } else {
+                loads[it->second].meshes.push_back(i);
+            }
+        }
+        return loads;
+    }
+
     /// Loads all files of `meshes` in parallel; warnings and errors keep the order of the file.
     void load_meshes() {
         if (!json_.ok()) return;
         std::vector<std::optional<Result<mesh::LoadedMesh>>> loaded(mesh_files_.size());
+        const std::vector<MeshLoad> loads = mesh_loads();
         // The largest first, for load balance.
         std::vector<std::pair<uintmax_t, size_t>> order;
-        for (size_t i = 0; i < loaded.size(); ++i) {
-            std::error_code unknown;
-            order.emplace_back(fs::file_size(mesh_files_[i].file, unknown), i);
-        }
+        for (size_t i = 0; i < loads.size(); ++i)
+            order.emplace_back(loads[i].file_bytes, i);
         std::sort(order.rbegin(), order.rend());
         std::atomic<size_t> next{0};
         std::atomic<int64_t> kept{0};
-        const auto load = [&](size_t i, int64_t memory_bytes) {
-            mesh_files_[i].options.memory_bytes = memory_bytes;
-            loaded[i].emplace(mesh::load_mesh(mesh_files_[i].file, mesh_files_[i].options));
-            if (*loaded[i]) kept += mesh::mesh_bytes(mesh::counts_of((*loaded[i])->mesh));
+        const auto load = [&](const MeshLoad& one, int64_t memory_bytes) {
+            std::vector<mesh::MeshOptions> options;
+            for (const size_t i : one.meshes) {
+                options.push_back(mesh_files_[i].options);
+                options.back().memory_bytes = memory_bytes;
+            }
+            std::vector<Result<mesh::LoadedMesh>> meshes =
+                mesh::load_meshes(mesh_files_[one.meshes[0]].file, options);
+            for (size_t k = 0; k < meshes.size(); ++k) {
+                if (meshes[k]) kept += mesh::mesh_bytes(mesh::counts_of(meshes[k]->mesh));
+                loaded[one.meshes[k]].emplace(std::move(meshes[k]));
+            }
         };
         // Each gets its share of half of the remaining memory. Files that do not fit are read
         // alone.
         constexpr int kMostAtOnce = 16;
-        const auto shares = static_cast<int64_t>(std::min<size_t>(loaded.size(), kMostAtOnce));
+        const auto shares = static_cast<int64_t>(std::min<size_t>(loads.size(), kMostAtOnce));
         const int64_t half = memory_left_ / 2;
         if (shares > 1) {
             tbb::task_arena arena(std::min(tbb::this_task_arena::max_concurrency(), kMostAtOnce));
             arena.execute([&] {
-                tbb::parallel_for(size_t{0}, loaded.size(), [&](size_t) {
+                tbb::parallel_for(size_t{0}, loads.size(), [&](size_t) {
                     const size_t i = order[next++].second;
-                    if (kept < half) load(i, half / shares);
+                    if (kept < half) load(loads[i], half / shares);
                 });
             });
         }
+        for (const MeshLoad& one : loads) {
+            const bool whole = std::all_of(one.meshes.begin(), one.meshes.end(), [&](size_t i) {
+                return loaded[i].has_value() && *loaded[i];
+            });
+            if (whole) continue;
+            for (const size_t i : one.meshes) {
+                if (loaded[i] && *loaded[i])
+                    kept -= mesh::mesh_bytes(mesh::counts_of((*loaded[i])->mesh));
+            }
+            load(one, memory_left_ - kept);
+        }
         for (size_t i = 0; i < loaded.size(); ++i) {
-            if (!loaded[i] || !*loaded[i]) load(i, memory_left_ - kept);
             Result<mesh::LoadedMesh>& mesh = *loaded[i];
             if (!mesh) return json_.fail_with(mesh.error());
             for (const fs::path& other : mesh->files)

@@ -121,6 +121,7 @@ struct World {
     SupportChoice support;
     std::string printer;  ///< name or file, empty where the world names none
     std::vector<std::string> warnings;
+    std::vector<std::string> notes;            ///< what was assumed
     std::vector<std::filesystem::path> files;  ///< all files read, the world itself first
     /// Folders below which files may name others (base/input_file.h); empty: their own.
     std::vector<std::filesystem::path> roots;

@@ -5,13 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <optional>
-#include <tuple>
 
 #include "mesh/check/disjoint_sets.h"
 #include "mesh/check/triangle_tree.h"
+#include "mesh/check/winding.h"
 
 namespace openfab::mesh {
 namespace {
@@ -37,44 +36,15 @@ std::vector<int32_t> find_shells(size_t triangles, const std::vector<Edge>& edge
     return shell_of;
 }
 
-/// Returns the side of p from the line a b in the y z plane, with p perturbed by (e, e^2): never 0
-/// unless a and b coincide there. Equal for both triangles at an edge, since it is computed from
-/// the lower end.
-int side_yz(const Vec3d& a, const Vec3d& b, const Vec3d& p) {
-    const bool swapped = std::tie(b.y, b.z) < std::tie(a.y, a.z);
-    const Vec3d& lo = swapped ? b : a;
-    const Vec3d& hi = swapped ? a : b;
-    const double dy = hi.y - lo.y;
-    const double dz = hi.z - lo.z;
-    double side = dy * (p.z - lo.z) - dz * (p.y - lo.y);
-    if (side == 0) side = 0 - dz;
-    if (side == 0) side = dy;
-    return side == 0 ? 0 : (side > 0) != swapped ? 1 : -1;
-}
-
 /// Returns the winding number at p of all triangles outside `shell`, by a ray along +x. Decreases
 /// `*effort` by the triangles whose boxes the ray meets; stops at 0.
 int winding_of_others(const Mesh& mesh, const TriangleTree& tree,
                       const std::vector<int32_t>& shells, int32_t shell, const Vec3d& p,
                       int64_t* effort) {
     int winding = 0;
-    Box3d ray;
-    ray.add(p);
-    ray.hi.x = std::numeric_limits<double>::max();
-    tree.for_each_in(ray, [&](int32_t t) {
-        if (--*effort < 0) return false;
-        if (shells[t] == shell) return true;
-        const auto& v = mesh.triangles[t];
-        const Vec3d& a = at(mesh, v[0]);
-        const Vec3d& b = at(mesh, v[1]);
-        const Vec3d& c = at(mesh, v[2]);
-        const int side = side_yz(a, b, p);
-        if (side == 0 || side_yz(b, c, p) != side || side_yz(c, a, p) != side) return true;
-        const Vec3d n = cross(b - a, c - a);
-        // The plane's x at p is a.x - (n.y dy + n.z dz) / n.x.
-        if (n.x != 0 && a.x - (n.y * (p.y - a.y) + n.z * (p.z - a.z)) / n.x > p.x) winding += side;
-        return true;
-    });
+    for_each_crossing(
+        mesh, tree, p, effort, [&](int32_t t) { return shells[t] == shell; },
+        [&](int32_t, int sign) { winding += sign; });
     return winding;
 }
 

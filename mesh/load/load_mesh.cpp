@@ -3,15 +3,19 @@
 #include "mesh/load/load_mesh.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <iterator>
-#include <set>
+#include <numeric>
+#include <optional>
 
 #include "base/json.h"
+#include "base/near_miss.h"
 #include "base/text.h"
-#include "mesh/check/mesh_check.h"
-#include "mesh/check/mesh_intersections.h"
+#include "mesh/check/nesting.h"
+#include "mesh/load/bodies.h"
+#include "mesh/load/face_numbers.h"
+#include "mesh/load/finish_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
@@ -25,8 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int64_t kMaxFileBytes = 2'000'000'000;
-/// Triangles up to which each load looks for crossing ones.
-constexpr size_t kMaxChecked = 200'000;
 
 using Reader = Result<MeshSource> (*)(std::string_view bytes, const std::string& file,
                                       int64_t memory_bytes);
@@ -48,270 +50,237 @@ const Format* find_format(const fs::path& file) {
     return nullptr;
 }
 
-/// Leaves out float attributes that some faces lack, and those that none has.
-void drop_partial_attributes(MeshSource* source) {
-    std::erase_if(source->mesh.attributes, [&](const MeshAttribute& a) {
-        if (a.is_int) return false;
-        size_t with = 0;
-        size_t lacking = a.corners.size();
-        for (size_t t = a.corners.size(); t-- > 0;) {
-            const auto& c = a.corners[t];
-            const bool has = c[0] >= 0 && c[1] >= 0 && c[2] >= 0;
-            with += has;
-            lacking = has ? lacking : t;
-        }
-        if (with > 0 && lacking < a.corners.size()) {
-            source->warnings.push_back(fmt::format(
-                "{}: some faces of mesh `{}` have no `{}`, this one first; the "
-                "attribute is dropped",
-                source->origin.str(static_cast<int32_t>(lacking)), source->mesh.name, a.name));
-        }
-        return with == 0 || lacking < a.corners.size();
-    });
-}
-
-/// Returns the numbers of a mesh's groups.
-class Groups {
-  public:
-    Groups(MeshSource* source, const MeshOptions& options, LoadedMesh* out)
-        : source_(*source), options_(options), out_(*out) {}
-
-    Result<void> number() {
-        if (options_.groups) return by_map();
-        by_order();
-        return Ok{};
-    }
-
-  private:
-    static std::vector<std::string> names_of(const FaceGroup& group) {
-        std::vector<std::string> names = group.names;
-        if (!group.material.empty()) names.push_back(group.material);
-        if (names.empty()) names.emplace_back("default");
-        return names;
-    }
-
-    /// Returns a triangle of each group.
-    std::vector<int32_t> first_triangles() const {
-        std::vector<int32_t> first(source_.groups.size(), -1);
-        for (size_t t = source_.face_groups.size(); t-- > 0;)
-            first[source_.face_groups[t]] = static_cast<int32_t>(t);
-        return first;
-    }
-
-    Result<void> by_map() {
-        // A file without groups has one group named "default".
-        if (source_.groups.empty()) {
-            source_.groups.push_back({});
-            source_.face_groups.assign(source_.mesh.triangles.size(), 0);
-        }
-        const std::vector<int32_t> first = first_triangles();
-        std::vector<int32_t> values(source_.groups.size());
-        for (size_t g = 0; g < values.size(); ++g) {
-            if (first[g] < 0) continue;
-            const Result<int32_t> value = mapped(source_.groups[g], first[g]);
-            if (!value) return value.error();
-            values[g] = *value;
-        }
-        for (const auto& [name, value] : *options_.groups)
-            out_.groups.emplace_back(name, value);
-        add_attribute(values);
-        return Ok{};
-    }
-
-    Result<int32_t> mapped(const FaceGroup& group, int32_t triangle) const {
-        const std::vector<std::string> names = names_of(group);
-        const std::string* found = nullptr;
-        int32_t value = 0;
-        for (const std::string& name : names) {
-            const auto it = options_.groups->find(name);
-            if (it == options_.groups->end()) continue;
-            if (found != nullptr && value != it->second) {
-                return error_at(
-                    source_.origin.location(triangle),
-                    fmt::format("the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"",
-                                *found, value, name, it->second),
-                    "a face has one value");
-            }
-            value = it->second;
-            found = &name;
-        }
-        if (found != nullptr) return value;
-        std::string list;
-        for (const std::string& name : names)
-            list += fmt::format("{}`{}`", list.empty() ? "" : ", ", name);
-        return error_at(
-            source_.origin.location(triangle),
-            fmt::format("the face is in group {}, which \"groups\" of mesh `{}` does not map", list,
-                        options_.name),
-            all_names());
-    }
-
-    std::string all_names() const {
-        std::set<std::string> names;
-        for (const FaceGroup& group : source_.groups) {
-            names.insert(group.names.begin(), group.names.end());
-            if (!group.material.empty()) names.insert(group.material);
-        }
-        if (names.empty()) return "the file names no groups";
-        constexpr size_t kMost = 12;
-        std::string text = "the file has ";
-        size_t shown = 0;
-        for (const std::string& name : names) {
-            if (shown == kMost) return text + fmt::format(" and {} more", names.size() - kMost);
-            text += fmt::format("{}`{}`", shown++ == 0 ? "" : ", ", name);
-        }
-        return text;
-    }
-
-    void by_order() {
-        const bool materials = std::any_of(source_.groups.begin(), source_.groups.end(),
-                                           [](const FaceGroup& g) { return !g.material.empty(); });
-        const auto name_of = [&](const FaceGroup& group) {
-            if (materials) return group.material;
-            std::string name;
-            for (const std::string& part : group.names)
-                name += (name.empty() ? "" : " ") + part;
-            return name;
-        };
-        std::map<std::string, int32_t> numbers;
-        std::vector<int32_t> values(source_.groups.size(), -1);
-        bool named = false;
-        for (int32_t g : source_.face_groups) {
-            int32_t& value = values[g];
-            if (value >= 0) continue;
-            const std::string name = name_of(source_.groups[g]);
-            const auto [it, fresh] = numbers.emplace(name, static_cast<int32_t>(numbers.size()));
-            value = it->second;
-            named = named || !name.empty();
-            if (fresh) out_.groups.emplace_back(name.empty() ? "default" : name, value);
-        }
-        if (named && source_.mesh.find(options_.groups_attribute) == nullptr) {
-            add_attribute(values);
-        } else {
-            out_.groups.clear();
-        }
-    }
-
-    void add_attribute(const std::vector<int32_t>& values) {
-        std::erase_if(source_.mesh.attributes,
-                      [&](const MeshAttribute& a) { return a.name == options_.groups_attribute; });
-        MeshAttribute a;
-        a.name = options_.groups_attribute;
-        a.is_int = true;
-        a.faces.reserve(source_.face_groups.size());
-        for (int32_t g : source_.face_groups)
-            a.faces.push_back(values[g]);
-        source_.mesh.attributes.push_back(std::move(a));
-    }
-
-    MeshSource& source_;
-    const MeshOptions& options_;
-    LoadedMesh& out_;
-};
-
-void to_millimetres(MeshSource* source, const MeshOptions& options, LoadedMesh* out) {
-    Mesh& mesh = source->mesh;
-    if (options.unit_mm) {
-        out->unit_mm = *options.unit_mm;
-        out->unit_note = "as asked";
-    } else if (source->unit_mm > 0) {
-        out->unit_mm = source->unit_mm;
-        out->unit_note = "as the file says";
-    } else {
-        Box3d box;
-        for (const auto& t : mesh.triangles) {
-            for (int32_t v : t)
-                box.add(mesh.positions[v]);
-        }
-        const Vec3d size = box.empty() ? Vec3d{} : box.size();
-        const double largest = std::max({size.x, size.y, size.z});
-        // Nobody prints a part below a millimetre, and many programs write metres.
-        const bool metres = largest > 0 && largest < 1;
-        out->unit_mm = metres ? 1000 : 1;
-        out->unit_note = metres ? "guessed from the size" : "assumed, as the file says none";
-        if (metres) {
-            source->warnings.push_back(fmt::format(
-                "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} in a unit that the file does not give; "
-                "taken as metres. Set `unit` if it is another",
-                source->origin.file, mesh.name, size.x, size.y, size.z));
-        }
-    }
-    source->unit_mm = out->unit_mm;
-    for (Vec3d& p : mesh.positions)
-        p = p * out->unit_mm;
-}
-
-/// y up, z to the viewer -> z up, y away; as glTF is read.
-void stand_up(Mesh* mesh) {
-    for (Vec3d& p : mesh->positions)
-        p = {p.x, 0 - p.z, p.y};
-    for (MeshAttribute& a : mesh->attributes) {
-        if (a.name != "n" || a.components != 3) continue;
-        for (size_t i = 0; i + 2 < a.values.size(); i += 3) {
-            const float y = a.values[i + 1];
-            a.values[i + 1] = 0 - a.values[i + 2];
-            a.values[i + 2] = y;
-        }
-    }
-}
-
-void look_for_intersections(MeshSource* source) {
-    const Intersections found = find_intersections(source->mesh);
-    source->checks.intersections = found.pairs;
-    source->checks.all_intersections = found.all;
-    if (found.pairs == 0) return;
-    source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` intersects itself: {}{} pair{} of triangles cross, one at {}; its "
-        "volume is printed once, but distances count inner surfaces, too. "
-        "Unite its pieces if that matters",
-        source->origin.str(found.first), source->mesh.name, found.all ? "" : "at least ",
-        found.pairs, found.pairs == 1 ? "" : "s", source->location(found.point)));
-}
-
-/// The steps common to all formats. A refusal is an error of prepare_mesh.
-Result<LoadedMesh> finish(MeshSource source, const MeshOptions& options, bool tolerant) {
-    LoadedMesh out;
-    source.mesh.name = options.name;
-    out.files = std::move(source.files);
-    drop_partial_attributes(&source);
-    const MeshCounts counts = counts_of(source);
-    out.peak_bytes = preparing_bytes(counts);
-    if (out.peak_bytes > options.memory_bytes) {
-        return too_large_to_read(source.origin.file, counts.triangles, out.peak_bytes,
-                                 options.memory_bytes);
-    }
-    if (Result<void> numbered = Groups(&source, options, &out).number(); !numbered)
-        return numbered.error();
-    to_millimetres(&source, options, &out);
-    if (options.y_up) stand_up(&source.mesh);
-    Result<void> fine = prepare_mesh(&source, options.repair);
-    if (!fine) {
-        if (!tolerant) return fine.error();
-        out.refusal = fine.error().text();
-    }
-    if (tolerant || source.mesh.triangles.size() <= kMaxChecked) look_for_intersections(&source);
-    std::move(source.warnings.begin(), source.warnings.end(), std::back_inserter(out.warnings));
-    out.checks = source.checks;
-    out.mesh = std::move(source.mesh);
-    return out;
-}
-
 Error no_format(const fs::path& file) {
     return user_error(fmt::format("{} does not have the extension of a mesh; supported: {}",
                                   file.string(), mesh_formats()));
 }
 
-Result<LoadedMesh> load(const fs::path& file, const MeshOptions& options, bool tolerant) {
+/// A file that was read, with its bodies.
+struct ReadFile {
+    MeshSource source;
+    FoundBodies found;
+    Unit unit;
+};
+
+Result<ReadFile> read_bytes(std::string_view bytes, const fs::path& file, int64_t memory_bytes,
+                            const MeshOptions& options) {
     const Format* format = find_format(file);
     if (format == nullptr) return no_format(file);
-    Result<std::string> bytes = read_text_file(
-        file, static_cast<size_t>(std::clamp<int64_t>(options.memory_bytes, 0, kMaxFileBytes)));
-    if (!bytes) return bytes.error();
-    Result<MeshSource> source = format->read(
-        *bytes, file.string(), options.memory_bytes - static_cast<int64_t>(bytes->capacity()));
+    Result<MeshSource> source = format->read(bytes, file.string(), memory_bytes);
     if (!source) return source.error();
+    ReadFile out{std::move(*source), {}, {}};
+    part_bare_faces(&out.source);
+    out.unit = unit_of(&out.source, options);
+    return out;
+}
+
+/// Finds the bodies, once the bytes of the file are freed.
+Result<void> find_bodies_of(ReadFile* file, int64_t memory_bytes) {
+    const MeshCounts counts = counts_of(file->source);
+    const int64_t needed = preparing_bytes(counts);
+    if (needed > memory_bytes) {
+        return too_large_to_read(file->source.origin.file, counts.triangles, needed, memory_bytes);
+    }
+    file->found = find_bodies(file->source);
+    return {};
+}
+
+Result<ReadFile> read_file(const fs::path& file, const MeshOptions& options, int64_t memory_bytes) {
+    if (find_format(file) == nullptr) return no_format(file);
+    Result<std::string> bytes = read_text_file(
+        file, static_cast<size_t>(std::clamp<int64_t>(memory_bytes, 0, kMaxFileBytes)));
+    if (!bytes) return bytes.error();
+    Result<ReadFile> out =
+        read_bytes(*bytes, file, memory_bytes - static_cast<int64_t>(bytes->capacity()), options);
+    if (!out) return out;
     bytes = std::string();  // the next steps take as much again
-    return finish(std::move(*source), options, tolerant);
+    if (Result<void> found = find_bodies_of(&*out, memory_bytes); !found) return found.error();
+    return out;
+}
+
+/// All parts of a file as one mesh.
+Result<LoadedMesh> finish_whole(ReadFile file, const MeshOptions& options, bool tolerant) {
+    MeshSource& source = file.source;
+    std::vector<LeftOut> left_out = std::move(source.left_out);
+    const std::vector<Look> looks = std::move(source.looks);
+    const bool one = file.found.bodies.size() == 1;
+    if (!one) keep_parts(file.found, &source);
+    if (one && file.found.bodies[0].joined) source.part_of_vertex.clear();
+    Result<LoadedMesh> mesh = finish_mesh(std::move(source), looks, file.unit, options, tolerant);
+    if (!mesh) return mesh;
+    mesh->left_out = std::move(left_out);
+    if (one) mesh->body = file.found.bodies[0].name;
+    return mesh;
+}
+
+/// Splitting has the file's mesh and its bodies at one time.
+Result<void> check_splitting(const ReadFile& file, int64_t memory_bytes) {
+    const MeshCounts counts = counts_of(file.source);
+    const int64_t needed = mesh_bytes(counts) + preparing_bytes(counts);
+    if (needed <= memory_bytes) return {};
+    return too_large_to_read(file.source.origin.file, counts.triangles, needed, memory_bytes);
+}
+
+Error no_body(const ReadFile& file, const MeshOptions& options) {
+    std::vector<std::string> names;
+    for (const FoundBody& body : file.found.bodies)
+        names.push_back(body.name);
+    return user_error(fmt::format("{} has no body `{}`, which mesh `{}` is to be",
+                                  file.source.origin.file, options.body, options.name),
+                      suggest(options.body, names));
+}
+
+/// The index of the body that is asked for; -1: there is none.
+int32_t index_of(const FoundBodies& found, const std::string& body) {
+    const auto it = std::find_if(found.bodies.begin(), found.bodies.end(),
+                                 [&](const FoundBody& b) { return b.name == body; });
+    return it == found.bodies.end() ? -1 : static_cast<int32_t>(it - found.bodies.begin());
+}
+
+/// Takes the bodies that are asked for, each for itself, out of a file of several.
+std::vector<Result<LoadedMesh>> finish_some(ReadFile file, std::span<const MeshOptions> options,
+                                            int64_t memory_bytes) {
+    std::vector<Result<LoadedMesh>> out(options.size(), Result<LoadedMesh>(LoadedMesh{}));
+    if (Result<void> fits = check_splitting(file, memory_bytes); !fits) {
+        out[0] = fits.error();
+        return out;
+    }
+    std::vector<int32_t> bodies;
+    for (const MeshOptions& o : options)
+        bodies.push_back(index_of(file.found, o.body));
+    std::vector<int32_t> wanted = bodies;
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    if (!wanted.empty() && wanted[0] < 0) wanted.erase(wanted.begin());
+    std::vector<MeshSource> sources = split_bodies(file.source, file.found, wanted);
+    // The last one that wants a body gets it, those before a copy.
+    std::vector<size_t> last(wanted.size());
+    const auto place = [&](size_t i) {
+        return static_cast<size_t>(std::lower_bound(wanted.begin(), wanted.end(), bodies[i]) -
+                                   wanted.begin());
+    };
+    for (size_t i = 0; i < bodies.size(); ++i) {
+        if (bodies[i] >= 0) last[place(i)] = i;
+    }
+    std::vector<std::optional<MeshSource>> own(options.size());
+    for (size_t i = 0; i < bodies.size(); ++i) {
+        if (bodies[i] < 0) {
+            out[i] = no_body(file, options[i]);
+        } else if (last[place(i)] == i) {
+            own[i] = std::move(sources[place(i)]);
+        } else {
+            own[i] = sources[place(i)];
+        }
+    }
+    const std::vector<Look> looks = std::move(file.source.looks);
+    if (own[0]) {
+        own[0]->files = std::move(file.source.files);
+        own[0]->warnings = std::move(file.source.warnings);
+    }
+    file.source = {};
+    tbb::parallel_for(size_t{0}, own.size(), [&](size_t i) {
+        if (!own[i]) return;
+        out[i] = finish_mesh(std::move(*own[i]), looks, file.unit, options[i], false);
+        if (out[i]) out[i]->body = options[i].body;
+    });
+    return out;
+}
+
+/// Finds which bodies lie in which others, and which share volume.
+void find_depths(const ReadFile& file, LoadedBodies* out) {
+    const auto count = static_cast<int32_t>(file.found.bodies.size());
+    std::vector<int32_t> pieces(file.source.mesh.triangles.size());
+    for (size_t t = 0; t < pieces.size(); ++t) {
+        const int32_t body = file.found.of_triangle(file.source, t);
+        pieces[t] = file.found.bodies[body].role == BodyRole::kPart ? body : -1;
+    }
+    const std::optional<Nesting> nesting = find_nesting(file.source.mesh, pieces, count);
+    if (!nesting) {
+        out->warnings.push_back(fmt::format(
+            "{}: it has so many bodies behind each other along x that it takes too long to find "
+            "which lie in others; set their priorities by hand",
+            file.source.origin.file));
+        return;
+    }
+    for (size_t b = 0; b < out->bodies.size(); ++b)
+        out->bodies[b].depth = static_cast<int32_t>(nesting->inside[b].size());
+    out->overlaps = nesting->overlaps;
+}
+
+/// Leaves out what is not printed; the overlaps keep to those that stay.
+void keep_printed(const ReadFile& file, LoadedBodies* out) {
+    const std::vector<FoundBody>& found = file.found.bodies;
+    std::vector<int32_t> place(found.size(), -1);
+    size_t kept = 0;
+    const bool any_solid = std::any_of(found.begin(), found.end(), [](const FoundBody& body) {
+        return body.role == BodyRole::kPart && !body.flat;
+    });
+    for (size_t b = 0; b < found.size(); ++b) {
+        if (found[b].role == BodyRole::kNotPrinted) {
+            out->left_out.push_back({fmt::format("`{}`, which is not printed", found[b].name),
+                                     {},
+                                     "make it a part in the program that wrote it",
+                                     1});
+        } else if (found[b].flat && any_solid) {
+            out->left_out.push_back({fmt::format("`{}`, which encloses no volume", found[b].name),
+                                     {},
+                                     "give it a thickness",
+                                     1});
+        } else {
+            place[b] = static_cast<int32_t>(kept);
+            if (kept != b) out->bodies[kept] = std::move(out->bodies[b]);
+            ++kept;
+        }
+    }
+    out->bodies.resize(kept);
+    std::erase_if(out->overlaps, [&](std::pair<int32_t, int32_t>& pair) {
+        pair = {place[pair.first], place[pair.second]};
+        return pair.first < 0 || pair.second < 0;
+    });
+}
+
+Result<LoadedBodies> all_bodies(ReadFile file, const MeshOptions& options, bool tolerant) {
+    LoadedBodies out;
+    out.left_out = std::move(file.source.left_out);
+    out.warnings = std::move(file.source.warnings);
+    out.files = std::move(file.source.files);
+    out.looks = std::move(file.source.looks);
+    out.unit_mm = file.unit.mm;
+    out.unit_note = file.unit.note;
+    const std::vector<FoundBody>& found = file.found.bodies;
+    out.bodies.resize(found.size());
+    std::vector<MeshSource> sources;
+    if (found.size() == 1) {
+        if (found[0].joined) file.source.part_of_vertex.clear();
+        sources.push_back(std::move(file.source));
+    } else {
+        if (Result<void> fits = check_splitting(file, options.memory_bytes); !fits)
+            return fits.error();
+        find_depths(file, &out);
+        std::vector<int32_t> all(found.size());
+        std::iota(all.begin(), all.end(), 0);
+        sources = split_bodies(file.source, file.found, all);
+        file.source.mesh = {};
+    }
+    std::vector<Result<LoadedMesh>> meshes(found.size(), Result<LoadedMesh>(LoadedMesh{}));
+    const bool alone = found.size() == 1;
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t b) {
+        if (!alone && (found[b].role == BodyRole::kNotPrinted || found[b].flat)) return;
+        MeshOptions own = options;
+        if (!alone) own.name = found[b].name;
+        meshes[b] = finish_mesh(std::move(sources[b]), out.looks, file.unit, own, tolerant);
+    });
+    for (size_t b = 0; b < found.size(); ++b) {
+        if (!meshes[b]) return meshes[b].error();
+        const int32_t depth = out.bodies[b].depth;
+        out.bodies[b] = std::move(*meshes[b]);
+        out.bodies[b].depth = depth;
+        out.bodies[b].body = found[b].name;
+        out.bodies[b].role = found[b].role;
+        out.bodies[b].assembly = found[b].assembly;
+    }
+    if (!alone) keep_printed(file, &out);
+    return out;
 }
 
 }  // namespace
@@ -332,21 +301,57 @@ std::string mesh_formats() {
     return text;
 }
 
+std::vector<Result<LoadedMesh>> load_meshes(const fs::path& file,
+                                            std::span<const MeshOptions> options) {
+    int64_t memory_bytes = options[0].memory_bytes;
+    for (const MeshOptions& o : options)
+        memory_bytes = std::min(memory_bytes, o.memory_bytes);
+    Result<ReadFile> read = read_file(file, options[0], memory_bytes);
+    std::vector<Result<LoadedMesh>> out(options.size(), Result<LoadedMesh>(LoadedMesh{}));
+    if (!read) {
+        out[0] = read.error();
+        return out;
+    }
+    if (read->found.bodies.size() > 1 && !options[0].body.empty())
+        return finish_some(std::move(*read), options, memory_bytes);
+    for (size_t i = 0; i < options.size(); ++i) {
+        const bool known = options[i].body.empty() || options[i].body == read->found.bodies[0].name;
+        out[i] = !known                   ? Result<LoadedMesh>(no_body(*read, options[i]))
+                 : i + 1 < options.size() ? finish_whole(*read, options[i], false)
+                                          : finish_whole(std::move(*read), options[i], false);
+    }
+    return out;
+}
+
 Result<LoadedMesh> load_mesh(const fs::path& file, const MeshOptions& options) {
-    return load(file, options, false);
+    return std::move(load_meshes(file, {&options, 1})[0]);
 }
 
 Result<LoadedMesh> parse_mesh(std::string_view bytes, const fs::path& file,
                               const MeshOptions& options) {
-    const Format* format = find_format(file);
-    if (format == nullptr) return no_format(file);
-    Result<MeshSource> source = format->read(bytes, file.string(), options.memory_bytes);
-    if (!source) return source.error();
-    return finish(std::move(*source), options, false);
+    Result<ReadFile> read = read_bytes(bytes, file, options.memory_bytes, options);
+    if (!read) return read.error();
+    if (Result<void> found = find_bodies_of(&*read, options.memory_bytes); !found)
+        return found.error();
+    return finish_whole(std::move(*read), options, false);
 }
 
 Result<LoadedMesh> read_mesh(const fs::path& file, const MeshOptions& options) {
-    return load(file, options, true);
+    Result<ReadFile> read = read_file(file, options, options.memory_bytes);
+    if (!read) return read.error();
+    return finish_whole(std::move(*read), options, true);
+}
+
+Result<LoadedBodies> load_bodies(const fs::path& file, const MeshOptions& options) {
+    Result<ReadFile> read = read_file(file, options, options.memory_bytes);
+    if (!read) return read.error();
+    return all_bodies(std::move(*read), options, false);
+}
+
+Result<LoadedBodies> read_bodies(const fs::path& file, const MeshOptions& options) {
+    Result<ReadFile> read = read_file(file, options, options.memory_bytes);
+    if (!read) return read.error();
+    return all_bodies(std::move(*read), options, true);
 }
 
 }  // namespace openfab::mesh

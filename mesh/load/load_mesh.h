@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -30,6 +31,9 @@ struct MeshOptions {
     /// groups.
     std::optional<std::map<std::string, int32_t>> groups;
     std::string groups_attribute = "face";
+    std::string body;  ///< the name of one of load_bodies; empty: all parts as one mesh
+    /// This place of the file, in millimetres, becomes the origin.
+    Vec3d origin_mm;
     bool y_up = false;    ///< y of the file is up; ignored for glTF, whose format says so
     bool repair = false;  ///< close open meshes (prepare_mesh)
     /// Memory limit of reading, the file's bytes included; more is an error.
@@ -39,15 +43,36 @@ struct MeshOptions {
 /// A mesh that was read, with what was found.
 struct LoadedMesh {
     Mesh mesh;
+    std::string body;  ///< its name among the file's bodies
+    BodyRole role = BodyRole::kPart;
+    int32_t assembly = 0;
+    int32_t depth = 0;  ///< how many bodies of the file it lies in; of load_bodies only
     std::vector<std::string> warnings;
     double unit_mm = 1;
     std::string unit_note;  ///< where the unit comes from: "given", "as the file says", "guessed …"
     std::vector<std::pair<std::string, int32_t>> groups;  ///< name and number, as in the attribute
-    std::vector<std::filesystem::path> files;             ///< read besides the mesh file
+    /// By number of the attribute: an index in `looks` of the file, -1 where it says nothing. One
+    /// entry where the attribute is missing.
+    std::vector<int32_t> look_of;
+    std::vector<std::filesystem::path> files;  ///< read besides the mesh file
     MeshChecks checks;
-    int64_t peak_bytes = 0;  ///< peak memory of reading
-    /// Why the mesh cannot be printed, else empty; set by read_mesh only.
+    int64_t peak_bytes = 0;         ///< peak memory of reading
+    std::vector<LeftOut> left_out;  ///< of the file; of load_mesh and read_mesh
+    /// Why the mesh cannot be printed, else empty; set by read_mesh and read_bodies only.
     std::string refusal;
+};
+
+/// The bodies of a file, with what the file says beside them.
+struct LoadedBodies {
+    std::vector<LoadedMesh> bodies;  ///< parts and negative ones, in the order of the file
+    std::vector<Look> looks;
+    /// Pairs of bodies that share volume, and neither lies in the other.
+    std::vector<std::pair<int32_t, int32_t>> overlaps;
+    double unit_mm = 1;
+    std::string unit_note;
+    std::vector<LeftOut> left_out;
+    std::vector<std::string> warnings;  ///< of the file; those of a body are with it
+    std::vector<std::filesystem::path> files;
 };
 
 /// Returns whether load_mesh reads files of this extension, in upper or lower case.
@@ -65,7 +90,19 @@ std::string mesh_formats();
 /// file, and the line in text formats.
 Result<LoadedMesh> load_mesh(const std::filesystem::path& file, const MeshOptions& options);
 
-/// Same, from bytes; `file` gives the format and the folder of referenced files.
+/// Reads several meshes of one file, which is read once; a result for each of `options`. Memory
+/// counts for all of them together: the least of their limits.
+std::vector<Result<LoadedMesh>> load_meshes(const std::filesystem::path& file,
+                                            std::span<const MeshOptions> options);
+
+/// Reads all bodies of a file, each prepared as by load_mesh. `options.body` and `groups` are not
+/// looked at; `name` is that of the file in messages.
+Result<LoadedBodies> load_bodies(const std::filesystem::path& file, const MeshOptions& options);
+
+/// Same for inspection, as read_mesh.
+Result<LoadedBodies> read_bodies(const std::filesystem::path& file, const MeshOptions& options);
+
+/// As load_mesh, from bytes; `file` gives the format and the folder of referenced files.
 Result<LoadedMesh> parse_mesh(std::string_view bytes, const std::filesystem::path& file,
                               const MeshOptions& options);
 

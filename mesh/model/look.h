@@ -67,6 +67,9 @@ struct LeftOut {
     int64_t count = 0;
 };
 
+/// "the morph targets of a mesh (3 times, first at node `a`): bake them", for messages.
+std::string describe(const LeftOut& left_out);
+
 /// Takes a picture's bytes, or why there are none; `index` is that of its source.
 using TakePicture = std::function<void(size_t index, Result<std::string> bytes)>;
 

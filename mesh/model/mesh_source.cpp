@@ -18,6 +18,17 @@ std::string MeshSource::location(const Vec3d& mm) const {
     return text + fmt::format(" (in the file ({:.6g}, {:.6g}, {:.6g}))", file.x, file.y, file.z);
 }
 
+std::string describe(const LeftOut& left_out) {
+    std::string where;
+    if (left_out.count > 1) where = fmt::format("{} times", left_out.count);
+    if (!left_out.place.empty()) {
+        where += fmt::format("{}{}", left_out.count > 1 ? ", first at " : "at ", left_out.place);
+    }
+    return fmt::format("{}{} left out{}", left_out.what,
+                       where.empty() ? "" : fmt::format(" ({})", where),
+                       left_out.remedy.empty() ? "" : "; " + left_out.remedy);
+}
+
 void MeshSource::leave_out(const std::string& what, const std::string& place,
                            const std::string& remedy) {
     for (LeftOut& known : left_out) {

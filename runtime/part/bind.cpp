@@ -374,6 +374,15 @@ Result<world::World> make_quick_world(const std::filesystem::path& mesh,
     world.files.insert(world.files.end(), loaded->files.begin(), loaded->files.end());
     for (std::string& warning : loaded->warnings)
         world.warnings.push_back(std::move(warning));
+    for (const mesh::LeftOut& left : loaded->left_out)
+        world.warnings.push_back(mesh.string() + ": " + mesh::describe(left));
+    Box3d box;
+    for (const Vec3d& p : loaded->mesh.positions)
+        box.add(p);
+    const Vec3d size = box.size();
+    world.notes.push_back(fmt::format(
+        "`{}` is {:.4g} x {:.4g} x {:.4g} mm; its unit is {:.4g} mm, {}", mesh.filename().string(),
+        size.x, size.y, size.z, loaded->unit_mm, loaded->unit_note));
     world.meshes.push_back(std::move(loaded->mesh));
 
     const SourceLocation location{mesh.string(), 0, 0};

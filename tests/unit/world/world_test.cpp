@@ -410,6 +410,26 @@ TEST_F(WorldTest, NamesADitherRule) {
     EXPECT_EQ(error_of(with(R"("dots")")).substr(0, 5), "5:13:");
 }
 
+TEST_F(WorldTest, ABodyOfAFileIsAMeshOfItsOwn) {
+    folder_.write("part.obj",
+                  "v 1000 0 0\nv 1009 0 0\nv 1000 9 0\nv 1000 0 9\n"
+                  "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+    const auto world_of = [&](const std::string& mesh) {
+        std::string text = kWorld;
+        text.replace(text.find("{\"box\": [10, 20, 30]}"), 21, mesh);
+        return load_world(folder_.write("w.fab.json", text));
+    };
+    const Result<World> world =
+        world_of(R"({"file": "part.obj", "body": "body", "origin_mm": [1000, -1, 2]})");
+    ASSERT_TRUE(world) << world.error().text();
+    EXPECT_EQ(world->meshes.at(0).positions[0], (Vec3d{0, 1, -2}));
+    const std::string unknown = world_of(R"({"file": "part.obj", "body": "bodi"})").error().text();
+    EXPECT_NE(unknown.find("has no body `bodi`"), std::string::npos) << unknown;
+    EXPECT_NE(unknown.find("`body`"), std::string::npos) << unknown;
+    EXPECT_FALSE(world_of(R"({"file": "part.obj", "body": ""})"));
+    EXPECT_FALSE(world_of(R"({"box": [1, 2, 3], "body": "body"})"));
+}
+
 TEST_F(WorldTest, FilesOfMeshesCanBeLeftUnread) {
     folder_.write("part.obj", "not a mesh");
     std::string text = kWorld;
