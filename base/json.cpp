@@ -14,6 +14,7 @@
 
 #include "base/check.h"
 #include "base/input_file.h"
+#include "base/plain_text.h"
 #include "base/scan_number.h"
 
 namespace openfab {
@@ -369,7 +370,7 @@ int64_t json_bytes(const JsonValue& value) {
 }
 
 Result<JsonValue> parse_json(std::string_view text, const std::string& name, int64_t memory_bytes) {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (const Complaint wide = not_utf8(text); !wide.empty()) return wide.at({name, 1, 1});
     if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
     if (const size_t nul = text.find('\0'); nul != std::string_view::npos) {
         int32_t line = 0;

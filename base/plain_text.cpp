@@ -48,11 +48,14 @@ Complaint not_utf8(std::string_view bytes) {
 
 PlainText::PlainText(std::string_view bytes) : bytes_(bytes) {
     if (bytes_.starts_with(kByteOrderMark)) bytes_.remove_prefix(kByteOrderMark.size());
-    size_t at = lone_return(bytes_, 0);
-    if (at == std::string_view::npos) return;
-    copied_ = bytes_;
-    for (; at != std::string::npos; at = lone_return(copied_, at))
-        copied_[at] = '\n';
+    if (lone_return(bytes_, 0) != std::string_view::npos)
+        copied_ = with_line_feeds(std::string(bytes_));
+}
+
+std::string PlainText::with_line_feeds(std::string text) {
+    for (size_t at = 0; (at = lone_return(text, at)) != std::string::npos;)
+        text[at] = '\n';
+    return text;
 }
 
 }  // namespace openfab

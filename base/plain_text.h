@@ -30,6 +30,9 @@ class PlainText {
     PlainText(const PlainText&) = delete;
     PlainText& operator=(const PlainText&) = delete;
 
+    /// Returns the text with carriage returns that end lines alone made line feeds.
+    static std::string with_line_feeds(std::string text);
+
     std::string_view text() const { return copied_.empty() ? bytes_ : copied_; }
     /// Returns the bytes of the copy.
     int64_t copied_bytes() const { return static_cast<int64_t>(copied_.size()); }

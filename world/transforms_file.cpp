@@ -8,6 +8,7 @@
 
 #include "base/check.h"
 #include "base/json.h"
+#include "base/plain_text.h"
 #include "base/polar.h"
 #include "base/scan_number.h"
 
@@ -43,8 +44,12 @@ Affine3d affine_of_rows(const std::vector<double>& n) {
     return {{n[0], n[1], n[2], n[4], n[5], n[6], n[8], n[9], n[10]}, {n[3], n[7], n[11]}};
 }
 
-Result<std::vector<Affine3d>> parse_transforms(std::string_view text,
+Result<std::vector<Affine3d>> parse_transforms(std::string_view bytes,
                                                const std::filesystem::path& file, size_t most) {
+    if (const Complaint wide = not_utf8(bytes); !wide.empty())
+        return wide.at({file.string(), 1, 1});
+    const PlainText plain(bytes);
+    std::string_view text = plain.text();
     std::vector<Affine3d> out;
     std::vector<double> n;
     for (int32_t line = 1; !text.empty(); ++line) {

@@ -21,7 +21,7 @@ constexpr double kFarthest_mm = 1e6;
 /// name the line: a malformed number, another count, a singular matrix, more than `most` lines,
 /// none.
 Result<std::vector<Affine3d>> read_transforms(const std::filesystem::path& file, size_t most);
-Result<std::vector<Affine3d>> parse_transforms(std::string_view text,
+Result<std::vector<Affine3d>> parse_transforms(std::string_view bytes,
                                                const std::filesystem::path& file, size_t most);
 
 /// Builds a transform from 12 numbers, row by row.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/input_file.h"
+#include "base/plain_text.h"
 
 namespace openfab::source {
 
@@ -50,7 +51,11 @@ std::optional<uint32_t> SourceManager::load(const std::filesystem::path& path, s
         *fault = name + ": cannot be read: " + text.error().text();
         return std::nullopt;
     }
-    return add(name, std::move(*text), folder);
+    if (const Complaint wide = not_utf8(*text); !wide.empty()) {
+        *fault = name + ": " + wide.what + "; " + wide.help;
+        return std::nullopt;
+    }
+    return add(name, PlainText::with_line_feeds(std::move(*text)), folder);
 }
 
 const SourceManager::File* SourceManager::file(uint32_t number) const {

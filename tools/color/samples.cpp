@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/color.h"
+#include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "tools/color/read_named.h"
 
@@ -275,7 +276,9 @@ class Parser {
 }  // namespace
 
 Result<SampleTable> parse_samples(std::string_view text) {
-    return Parser(text).run();
+    if (const Complaint wide = not_utf8(text); !wide.empty())
+        return user_error(wide.what, wide.help);
+    return Parser(PlainText(text).text()).run();
 }
 
 Result<SampleTable> read_samples(const std::filesystem::path& file) {

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "base/input_file.h"
+#include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/volume_reader.h"
@@ -247,7 +248,10 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
     std::array<double, 3> low{0, 0, 0}, high{1, 1, 1};
     auto reader = std::make_unique<CubeReader>();
     int64_t n = 0;
-    std::string_view text = *bytes;
+    if (const Complaint wide = not_utf8(*bytes); !wide.empty())
+        return user_error(wide.what, wide.help);
+    const PlainText plain(*bytes);
+    std::string_view text = plain.text();
     for (int number = 1; !text.empty(); ++number) {
         std::string_view line = text.substr(0, text.find('\n'));
         text.remove_prefix(std::min(line.size() + 1, text.size()));

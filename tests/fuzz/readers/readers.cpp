@@ -29,6 +29,7 @@
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/read/gltf.h"
+#include "mesh/read/obj.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
@@ -148,8 +149,11 @@ bool cgats(std::string_view bytes) {
 /// The materials of a mesh that names this library.
 bool mtl(std::string_view bytes) {
     written("a.mtl", bytes);
-    const auto read = tools::read_appearances(written("a.obj", "mtllib a.mtl\n"), kReaderBytes);
-    return answered(read) && !read->appearances.empty();
+    const auto read = mesh::parse_obj(
+        "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl white\nf 1/1 2/1 3/1\n"
+        "usemtl painted\nf 1/1 3/1 2/1\n",
+        (folder() / "a.obj").string(), kReaderBytes);
+    return answered(read) && read->looks[0].color;
 }
 
 bool open_pyramid(const std::filesystem::path& file) {

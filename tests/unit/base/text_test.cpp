@@ -9,6 +9,7 @@
 #include <set>
 
 #include "base/caret.h"
+#include "base/plain_text.h"
 #include "tests/support/process/process.h"
 
 namespace openfab {
@@ -22,6 +23,43 @@ TEST(Text, ReadableTextOfAnyScriptStays) {
         EXPECT_EQ(printable_lines(text), text);
         EXPECT_EQ(valid_utf8(text), text);
     }
+}
+
+TEST(PlainText, HasLineFeedsAndNoMark) {
+    const auto plain = [](std::string_view text) { return std::string(PlainText(text).text()); };
+    EXPECT_EQ(plain("\xEF\xBB\xBF"
+                    "a\r\nb\n"),
+              "a\r\nb\n");
+    EXPECT_EQ(plain("a\rb\r"), "a\nb\r");
+    EXPECT_EQ(plain("a\r\rb\r\r\nc"), "a\n\nb\r\r\nc");
+    EXPECT_EQ(plain("\xEF\xBB\xBF"), "");
+    EXPECT_EQ(PlainText("a\r\nb").copied_bytes(), 0);
+    EXPECT_EQ(PlainText("a\rb").copied_bytes(), 3);
+}
+
+TEST(PlainText, NamesWideEncodings) {
+    using namespace std::string_view_literals;
+    EXPECT_EQ(wide_encoding("\xFF\xFE"
+                            "a\0"sv),
+              "UTF-16");
+    EXPECT_EQ(wide_encoding("\xFE\xFF\0a"sv), "UTF-16");
+    EXPECT_EQ(wide_encoding("\xFF\xFE\0\0a\0\0\0"sv), "UTF-32");
+    EXPECT_EQ(wide_encoding("s\0o\0l\0i\0"sv), "UTF-16");
+    EXPECT_EQ(wide_encoding("\0s\0o\0l\0i"sv), "UTF-16");
+    for (const std::string_view text :
+         {""sv, "a"sv, "solid abc"sv, "größe"sv, "\0\0\0\0\0\0\0\0"sv})
+        EXPECT_EQ(wide_encoding(text), "");
+    EXPECT_EQ(not_utf8("\xFF\xFE"
+                       "a\0"sv)
+                  .what,
+              "the file is text in UTF-16");
+}
+
+TEST(Text, TakesOtherBytesAsLatin1) {
+    EXPECT_EQ(utf8_or_latin1("größe"), "größe");
+    EXPECT_EQ(utf8_or_latin1("gr\xF6\xDF"
+                             "e"),
+              "größe");
 }
 
 TEST(Text, WhatCommandsATerminalIsEscaped) {

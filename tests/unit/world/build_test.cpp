@@ -141,6 +141,25 @@ TEST_F(BuildTest, AFileOfTransformsPlacesCopies) {
     EXPECT_EQ(all[1].transform.apply({1, 0, 0}), (Vec3d{9, 10, 7}));
 }
 
+TEST_F(BuildTest, AFileOfTransformsIsTextOfAnyProgram) {
+    // A byte order mark, and carriage returns alone.
+    folder_.write("pins.txt",
+                  "\xEF\xBB\xBF"
+                  "1 2 3 # one\r4 5 6\r");
+    const std::string build = R"([{"object": "box", "transforms": "pins.txt"}])";
+    const std::vector<Placement> all = placements("", build);
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(all[1].transform.apply({0, 0, 0}), (Vec3d{4, 5, 6}));
+    folder_.write("pins.txt", std::string_view("\xFF\xFE"
+                                               "1\0 \0"
+                                               "2\0",
+                                               8));
+    EXPECT_NE(
+        error_of("", build).find("pins.txt:1:1: the file is text in UTF-16; save it as UTF-8"),
+        std::string::npos)
+        << error_of("", build);
+}
+
 TEST_F(BuildTest, OverridesOfAGroupNameTheObjectAndWin) {
     const std::vector<Placement> all = placements(
         R"({"g": [{"object": "box", "uniforms": {"n": 1, "m": 2}}, {"object": "ball"}]})",
