@@ -3,6 +3,8 @@
 #include "base/clean_exit.h"
 
 #include <fcntl.h>
+#include <poll.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +13,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <mutex>
 #include <system_error>
 #include <thread>
@@ -118,8 +121,27 @@ void on_signal(int signal) {
 
 }  // namespace
 
+void end_with_starter() {
+    static std::once_flag once;
+    std::call_once(once, [] {
+        const char* const text = std::getenv(kEndsWith);
+        const pid_t starter = text == nullptr ? 0 : static_cast<pid_t>(std::atol(text));
+        if (starter <= 1 || starter == ::getpid()) return;
+        // Not PR_SET_PDEATHSIG, which tells of the end of the thread that started this process.
+        const int process = static_cast<int>(::syscall(SYS_pidfd_open, starter, 0));
+        if (process < 0 && errno != ESRCH) return;  // before Linux 5.3
+        std::thread([process] {
+            pollfd polled{process, POLLIN, 0};
+            while (process >= 0 && ::poll(&polled, 1, -1) < 0 && errno == EINTR) {
+            }
+            ::kill(::getpid(), SIGTERM);
+        }).detach();
+    });
+}
+
 void clean_up_on_signals() {
-    for (const int signal : {SIGINT, SIGTERM}) {
+    end_with_starter();
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         struct sigaction before {};
         struct sigaction action {};
         if (::sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;

@@ -12,7 +12,14 @@
 
 namespace openfab {
 
-/// Installs handlers of SIGINT and SIGTERM that terminate child programs, remove what is listed,
+/// Name of the environment variable with the number of the process that this one ends with.
+constexpr const char* kEndsWith = "OPENFAB_ENDS_WITH";
+
+/// Sends SIGTERM to this process once the one that kEndsWith names is gone, also by SIGKILL; does
+/// nothing without that variable. clean_up_on_signals calls it.
+void end_with_starter();
+
+/// Installs handlers of SIGINT, SIGTERM and SIGHUP that terminate child programs, remove what is listed,
 /// and then end the process by the same signal. An ignored signal stays ignored; a second one ends
 /// the process immediately.
 void clean_up_on_signals();

@@ -13,6 +13,7 @@
 #include <csignal>
 #include <cstring>
 #include <future>
+#include <string_view>
 
 #include "base/clean_exit.h"
 #include "base/input_file.h"
@@ -44,8 +45,17 @@ Result<std::unique_ptr<Child>> Child::start(const std::vector<std::string>& argv
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, out.c_str(), kWrite, kMine);
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, err.c_str(), kWrite, kMine);
     posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
+    std::string ends_with = fmt::format("{}={}", kEndsWith, ::getpid());
+    std::vector<char*> environment;
+    for (char** one = environ; *one != nullptr; ++one) {
+        if (!std::string_view(*one).starts_with(fmt::format("{}=", kEndsWith)))
+            environment.push_back(*one);
+    }
+    environment.push_back(ends_with.data());
+    environment.push_back(nullptr);
     pid_t process = 0;
-    const int failed = posix_spawn(&process, words[0], &actions, nullptr, words.data(), environ);
+    const int failed =
+        posix_spawn(&process, words[0], &actions, nullptr, words.data(), environment.data());
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0)
         return outside_error(fmt::format("cannot start `{}`: {}", argv[0], std::strerror(failed)));

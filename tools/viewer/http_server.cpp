@@ -108,6 +108,9 @@ struct HttpServer::Implementation {
 
     /// What comes before a body is read.
     Handled admit(const httplib::Request& request, httplib::Response& response) const {
+        // A server may ignore ranges (RFC 9110, 14.2). The library would answer thousands of
+        // overlapping ones with as many copies. The request is its own, and not constant there.
+        const_cast<httplib::Request&>(request).ranges.clear();
         if (!is_own_host(request.get_header_value("Host"), options.address, port)) {
             refuse(response, 421, "this server does not answer to that name");
             return Handled::Handled;

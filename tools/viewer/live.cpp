@@ -33,8 +33,10 @@ std::string stamp_of(const std::string& text) {
     return fmt::format("{:016x}", xxh3(text));
 }
 
-Result<std::string> read_source(const fs::path& file) {
-    const Result<InputFile> opened = InputFile::open(file);
+/// Reads a file below one of `roots`, if there are any: what was a file of the world when that was
+/// loaded may have become a link to another since.
+Result<std::string> read_source(const fs::path& file, const std::vector<fs::path>& roots = {}) {
+    const Result<InputFile> opened = InputFile::open(file, roots);
     if (!opened)
         return with_context(opened.error(), fmt::format("cannot read `{}`: ", file.string()));
     Result<std::string> text = opened->read_all(kLargestSource);
@@ -198,6 +200,7 @@ Live::Read Live::read() const {
                 made.sources.end())
                 made.sources.push_back(ref.source);
         }
+        made.roots = made.world->roots;
         files = made.world->files;
     } else {
         made.message = world.error().text();
@@ -321,6 +324,7 @@ void Live::describe(JsonText* out) const {
     out->begin_object().member("watch", options_.watch);
     out->member("phase", kNames[static_cast<size_t>(phase_)]).member("message", message_);
     out->member("slices_done", slices_done_).member("slices_total", slices_total_);
+    out->member("writable", !overrides_.empty() && values_are_taken());
     out->member("draft", draft_).member("version", version_).end_object();
 }
 
@@ -378,7 +382,7 @@ std::string Live::details() const {
     }
     out.end_array().key("fablets").begin_array();
     for (const fs::path& source : read_.sources) {
-        const Result<std::string> text = read_source(source);
+        const Result<std::string> text = read_source(source, read_.roots);
         out.begin_object().member("file", source.filename().string());
         out.member("stamp", text ? stamp_of(*text) : std::string()).end_object();
     }
@@ -413,17 +417,17 @@ void Live::touch() {
     changed_.notify_all();
 }
 
-Result<fs::path> Live::source_path(int32_t fablet) const {
+Result<Live::Source> Live::source_of(int32_t fablet) const {
     const std::lock_guard lock(mutex_);
     if (fablet < 0 || static_cast<size_t>(fablet) >= read_.sources.size())
         return user_error(fmt::format("there is no fablet {}", fablet));
-    return read_.sources[static_cast<size_t>(fablet)];
+    return Source{read_.sources[static_cast<size_t>(fablet)], read_.roots};
 }
 
 Result<std::string> Live::source(int32_t fablet) const {
-    const Result<fs::path> path = source_path(fablet);
-    if (!path) return path.error();
-    const Result<std::string> text = read_source(*path);
+    const Result<Source> of = source_of(fablet);
+    if (!of) return of.error();
+    const Result<std::string> text = read_source(of->path, of->roots);
     if (!text) return text.error();
     JsonText out;
     out.begin_object().member("text", *text).member("stamp", stamp_of(*text)).end_object();
@@ -431,12 +435,12 @@ Result<std::string> Live::source(int32_t fablet) const {
 }
 
 Result<std::string> Live::check(int32_t fablet, const std::string& text) {
-    const Result<fs::path> path = source_path(fablet);
-    if (!path) return path.error();
+    const Result<Source> of = source_of(fablet);
+    if (!of) return of.error();
     Result<std::vector<Diagnostic>> found = std::vector<Diagnostic>();
     {
         const std::lock_guard lock(check_mutex_);
-        found = page_compiler_.check_text(*path, text);
+        found = page_compiler_.check_text(of->path, text);
     }
     if (!found) return found.error();
     const std::lock_guard lock(mutex_);
@@ -448,17 +452,18 @@ Result<std::string> Live::check(int32_t fablet, const std::string& text) {
 }
 
 Result<std::string> Live::save(int32_t fablet, const std::string& text, const std::string& stamp) {
-    const Result<fs::path> path = source_path(fablet);
-    if (!path) return path.error();
-    const Result<std::string> there = read_source(*path);
+    const Result<Source> of = source_of(fablet);
+    if (!of) return of.error();
+    const fs::path& path = of->path;
+    const Result<std::string> there = read_source(path, of->roots);
     if (!there) return there.error();
     if (stamp_of(*there) != stamp) {
         return user_error(
             fmt::format("`{}` was changed by another program meanwhile; nothing was saved",
-                        path->filename().string()),
+                        path.filename().string()),
             "copy your text, and load the page again");
     }
-    if (Result<void> written = replace_file(*path, text); !written) return written.error();
+    if (Result<void> written = replace_file(path, text); !written) return written.error();
     const std::lock_guard lock(mutex_);
     touch();
     JsonText out;
@@ -510,8 +515,18 @@ void Live::revert() {
     touch();
 }
 
+/// The caller holds the lock.
+bool Live::values_are_taken() const {
+    return !asked_ && (phase_ == Phase::kDone || (phase_ == Phase::kPrinting && slices_done_ > 0));
+}
+
 Result<void> Live::write() {
     const std::lock_guard lock(mutex_);
+    if (!values_are_taken()) {
+        return user_error(phase_ == Phase::kFailed
+                              ? "the print with these values failed, so they are not written"
+                              : "the print with these values has not begun yet");
+    }
     Result<std::string> text = read_source(options_.file);
     for (const Override& one : overrides_) {
         if (!text) break;

@@ -62,7 +62,7 @@ class Live {
     void set_draft(int32_t draft);
     /// Forgets the values that were set.
     void revert();
-    /// Writes the values that were set to the world.
+    /// Writes the values that were set to the world; not before a print has taken them.
     Result<void> write();
 
   private:
@@ -74,6 +74,7 @@ class Live {
     struct Read {
         std::shared_ptr<const world::World> world;
         std::vector<std::filesystem::path> sources;
+        std::vector<std::filesystem::path> roots;    ///< below which they must stay
         std::map<std::string, JsonValue> described;  ///< by the world's name of the fablet
         std::vector<Diagnostic> diagnostics;
         std::string message;
@@ -89,8 +90,14 @@ class Live {
     void follow_print();
     void set_phase(Phase phase, const std::string& message);
     void describe_object(const world::Object& object, JsonText* out) const;
-    Result<std::filesystem::path> source_path(int32_t fablet) const;
+    struct Source {
+        std::filesystem::path path;
+        std::vector<std::filesystem::path> roots;
+    };
+    Result<Source> source_of(int32_t fablet) const;
     void touch();
+    /// Whether the print with the values that were set has begun to make slices, or is done.
+    bool values_are_taken() const;
 
     ViewOptions options_;
     Session* session_;

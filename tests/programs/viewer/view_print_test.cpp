@@ -433,6 +433,22 @@ TEST_F(ViewPrint, OversizeAndMalformedRequestsAreRefused) {
     EXPECT_EQ(viewer.get("/api/state").status, 200);
 }
 
+TEST_F(ViewPrint, RangesAreIgnored) {
+    const Viewer viewer({write(print_, "a.ofr")});
+    std::string ranges = "Range: bytes=0-";
+    for (int i = 1; i < 1000; ++i)
+        ranges += fmt::format(",{}-", i);
+    for (const std::string& range : {std::string("Range: bytes=5-9"), ranges}) {
+        const HttpAnswer page = viewer.ask("GET", "/plane.js", {viewer.host_header(), range});
+        EXPECT_EQ(page.status, 200);
+        EXPECT_EQ(page.body, viewer.ask("GET", "/plane.js", {viewer.host_header()}).body);
+        const HttpAnswer state =
+            viewer.ask("GET", "/api/state", {viewer.host_header(), viewer.token_header(), range});
+        EXPECT_EQ(state.status, 200);
+        state.json();
+    }
+}
+
 TEST_F(ViewPrint, ConnectionsThatSayNothingDoNotHoldTheServerForLong) {
     const Viewer viewer({write(print_, "a.ofr")});
     std::vector<std::thread> silent;

@@ -5,8 +5,12 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <thread>
 
 #include "tests/programs/viewer/viewer_client.h"
 
@@ -254,8 +258,63 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     const JsonValue failed = viewer.wait_for(
         [](const JsonValue& s) { return member(member(s, "live"), "phase").text == "failed"; });
     EXPECT_THAT(member(member(failed, "live"), "message").text, HasSubstr("share"));
+    // What the print refused is not written: the world would not print any more.
+    EXPECT_FALSE(member(member(failed, "live"), "writable").boolean);
+    const HttpAnswer written = viewer.post("/api/write", "{}");
+    EXPECT_NE(written.status, 200);
+    EXPECT_THAT(written.body, HasSubstr("failed"));
+    EXPECT_EQ(read_file(world()), kWorld);
     ASSERT_EQ(viewer.post("/api/revert", "{}").status, 200);
     viewer.wait_for([&](const JsonValue& s) { return is_done(s, 2); });
+}
+
+TEST_F(ViewWorld, ASourceThatBecomesALinkIsNotFollowedOutOfTheWorldsFolder) {
+    const ScratchFolder elsewhere;
+    elsewhere.write("secret.fl", "// a secret\n");
+    const Viewer viewer({world(), "--watch"}, cache());
+    viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    ASSERT_EQ(viewer.get("/api/source?fablet=0").status, 200);
+    std::filesystem::remove(scratch_ / "halves.fl");
+    std::filesystem::create_symlink(elsewhere / "secret.fl", scratch_ / "halves.fl");
+    const HttpAnswer answer = viewer.get("/api/source?fablet=0");
+    EXPECT_NE(answer.status, 200);
+    EXPECT_EQ(answer.body.find("a secret"), std::string::npos);
+}
+
+/// The processes other than this one that have `text` in their command line.
+std::vector<std::string> processes_with(const std::string& text) {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+        const std::string name = entry.path().filename();
+        if (name.find_first_not_of("0123456789") != std::string::npos ||
+            name == std::to_string(::getpid()))
+            continue;
+        const std::string line = read_file(entry.path() / "cmdline");
+        if (line.find(text) != std::string::npos) found.push_back(line);
+    }
+    return found;
+}
+
+TEST_F(ViewWorld, PrintsEndWithAServerThatIsKilled) {
+    // A print of minutes.
+    std::string large = kWorld;
+    large.replace(large.find("[2, 2, 2]"), 9, "[200, 200, 200]");
+    large.replace(large.find("[3, 0, 0]"), 9, "[300, 0, 0]");
+    scratch_.write("cube.fab.json", large);
+    for (const int signal : {SIGHUP, SIGKILL}) {
+        RunOptions options;
+        options.signal = signal;
+        options.environment = {{"OPENFAB_CACHE", cache()}};
+        options.interrupt_when = [&](int, const Outcome&) {
+            return processes_with(world()).size() >= 2;  // the server and its print
+        };
+        const Outcome outcome =
+            run({OPENFAB_PROGRAM, "view", world(), "--watch", "--draft", "1"}, options);
+        EXPECT_EQ(outcome.exit_code, 128 + signal) << outcome.err;
+        // Until ctest's limit.
+        while (!processes_with(world()).empty())
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
 }
 
 TEST_F(ViewWorld, WithoutWatchNothingIsWritten) {

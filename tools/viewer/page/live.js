@@ -36,7 +36,10 @@ export class LivePanel {
     get edited() { return this.text !== this.stored; }
 
     async showState(live) {
-        if (!live?.watch || live.version === this.version) return;
+        if (!live?.watch) return;
+        byId("write").disabled = !live.writable;
+        byId("write").title = live.phase === "failed" ? "The print with these values failed" : "Write the changed uniforms to the world's file";
+        if (live.version === this.version) return;
         this.version = live.version;
         try {
             this.details = await getJson("api/live");
@@ -62,7 +65,7 @@ export class LivePanel {
 
     showUniforms() {
         const list = byId("uniforms");
-        byId("write").disabled = byId("revert").disabled = this.details.changed === 0;
+        byId("revert").disabled = this.details.changed === 0;
         // Not under a hand that holds a slider.
         if (list.contains(document.activeElement) && list.dataset.shape === this.shape()) return this.markChanged();
         list.dataset.shape = this.shape();
