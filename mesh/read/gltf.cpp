@@ -16,6 +16,7 @@
 #include "mesh/read/gltf_file.h"
 #include "mesh/read/gltf_looks.h"
 #include "mesh/read/gltf_scene.h"
+#include "mesh/read/gltf_skin.h"
 
 namespace openfab::mesh {
 namespace {
@@ -67,9 +68,9 @@ class GltfReader {
     GltfReader(GltfFile file, std::string name) : gltf_(std::move(file)), name_(std::move(name)) {}
 
     Result<MeshSource> read() {
-        const std::vector<GltfPlacement> placements = gltf_placements(&gltf_, &mesh_);
+        scene_ = gltf_scene(&gltf_, &mesh_);
         // Counts first: nodes may repeat a mesh, so the file's size is no bound.
-        for (const GltfPlacement& placement : placements)
+        for (const GltfPlacement& placement : scene_.placements)
             count(placement);
         if (!gltf_.ok()) return gltf_.error();
         counts_.attributes = static_cast<int64_t>(names_.size());
@@ -77,7 +78,7 @@ class GltfReader {
         if (needed > gltf_.memory_left())
             return too_large_to_read(name_, counts_.triangles, needed, gltf_.memory_left());
         mesh_.reserve(counts_);
-        for (const GltfPlacement& placement : placements)
+        for (const GltfPlacement& placement : scene_.placements)
             add(placement);
         if (!gltf_.ok()) return gltf_.error();
         tell_what_is_beside_the_scene(gltf_, &mesh_);
@@ -97,13 +98,29 @@ class GltfReader {
             gltf_member(&meshes->items[static_cast<size_t>(index->number)], "primitives");
         if (primitives == nullptr) return;
         constexpr int64_t kInstance = sizeof(Affine3d) + 10 * sizeof(double);
-        if (placement.instances <= kMaxPrimitives)
-            largest_ = std::max(largest_, placement.instances * kInstance);
+        constexpr int64_t kJoint = sizeof(Affine3d) + 16 * sizeof(double);
+        const int64_t instances = std::min(placement.instances, kMaxPrimitives + 1);
+        const int64_t joints = joints_of(*placement.node);
+        primitives_ += joints;
+        const int64_t beside = instances * kInstance + joints * kJoint;
+        largest_ = std::max(largest_, beside);
         for (const JsonValue& primitive : primitives->items)
-            count_primitive(primitive, std::min(placement.instances, kMaxPrimitives + 1));
+            count_primitive(primitive, instances, beside);
     }
 
-    void count_primitive(const JsonValue& primitive, int64_t instances) {
+    /// Returns the number of joints of a node's skin, as the file states them.
+    int64_t joints_of(const JsonValue& node) const {
+        const JsonValue* skins = gltf_member(&gltf_.root(), "skins");
+        const JsonValue* index = gltf_member(&node, "skin");
+        if (skins == nullptr || index == nullptr || !(index->number >= 0) ||
+            !(index->number < static_cast<double>(skins->items.size())))
+            return 0;
+        const JsonValue* joints =
+            gltf_member(&skins->items[static_cast<size_t>(index->number)], "joints");
+        return joints != nullptr ? static_cast<int64_t>(joints->items.size()) : 0;
+    }
+
+    void count_primitive(const JsonValue& primitive, int64_t instances, int64_t beside) {
         if (!gltf_.ok()) return;
         const JsonValue* attributes = gltf_member(&primitive, "attributes");
         primitives_ += instances;
@@ -117,9 +134,10 @@ class GltfReader {
         if (targets != nullptr)
             primitives_ += instances * static_cast<int64_t>(targets->items.size());
         const GltfSkin skin = looks_.of(primitive);
-        int64_t kept = 0;
+        int64_t kept = 0, sets = 0;
         for (const JsonMember& m : attributes->members) {
             primitives_ += instances;
+            sets += m.key.starts_with("JOINTS_") ? 1 : 0;
             for (const Target& target : targets_of(*attributes, m.key, skin.coordinates)) {
                 if (names_.size() < MeshAssembly::kMaxAttributes) names_.insert(target.name);
                 ++kept;
@@ -135,9 +153,11 @@ class GltfReader {
         if (counts_.vertices > kMaxVertices || counts_.triangles > kMaxTriangles)
             return gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
         counts_.values += instances * kept * vertices * 4;
-        // State while reading: numbers as doubles (those of a morph target, too), and the value of
-        // each vertex.
-        largest_ = std::max(largest_, vertices * (12 * 8 + 4 * kept) + corners * 16);
+        // State while reading: numbers as doubles (those of a morph target and of joints, too), and
+        // the value of each vertex.
+        const int64_t by_vertex =
+            12 * 8 + 4 * kept + 8 * 8 * std::min<int64_t>(sets, kMaxJointSets);
+        largest_ = std::max(largest_, beside + vertices * by_vertex + corners * 16);
     }
 
     void add(const GltfPlacement& placement) {
@@ -150,14 +170,19 @@ class GltfReader {
         std::string name = name_of(node);
         if (name.empty()) name = name_of(*mesh);
         tell_of_mesh(placement, *mesh);
+        const std::vector<Affine3d> joints = gltf_joints(&gltf_, scene_, placement);
+        if (joints.empty() && node.find("skin") != nullptr)
+            mesh_.leave_out("a skin whose skeleton is not in the scene",
+                            gltf_.place_of("node", node),
+                            "the mesh is as it was modelled; put the skeleton into the scene");
         for (const Affine3d& transform : gltf_instances(&gltf_, placement)) {
-            if (determinant(transform) == 0) {
+            if (joints.empty() && determinant(transform) == 0) {
                 mesh_.leave_out("an instance that is scaled to nothing",
                                 gltf_.place_of("node", node),
                                 "none is needed if it was to be hidden");
                 continue;
             }
-            add_body(primitives->value, name, placement, transform);
+            add_body(primitives->value, name, placement, joints, transform);
             if (!gltf_.ok()) return;
         }
     }
@@ -165,9 +190,6 @@ class GltfReader {
     /// What the mesh of a node has beside its primitives.
     void tell_of_mesh(const GltfPlacement& placement, const JsonValue& mesh) {
         const JsonValue& node = *placement.node;
-        if (node.find("skin") != nullptr)
-            mesh_.leave_out("the skin of a mesh", gltf_.place_of("node", node),
-                            "the mesh is as it was modelled; apply the pose, and export again");
         const JsonValue* primitives = gltf_member(&mesh, "primitives");
         if (!primitives->items.empty() && primitives->items[0].find("targets") != nullptr)
             mesh_.leave_out("the morph targets of a mesh", gltf_.place_of("node", node),
@@ -181,7 +203,8 @@ class GltfReader {
 
     /// A node's mesh, or an instance of it: its primitives may close one surface together.
     void add_body(const JsonValue& primitives, const std::string& name,
-                  const GltfPlacement& placement, const Affine3d& transform) {
+                  const GltfPlacement& placement, const std::vector<Affine3d>& joints,
+                  const Affine3d& transform) {
         mesh_.begin_part();
         if (mesh_.group_bytes() > gltf_.memory_left())
             return gltf_.fail(*placement.node,
@@ -196,7 +219,7 @@ class GltfReader {
             const GltfSkin skin = looks_.of(primitive);
             group.material = skin.material;
             group.look = skin.look;
-            if (gltf_.ok()) add_primitive(primitive, transform, group, skin);
+            if (gltf_.ok()) add_primitive(primitive, joints, transform, group, skin);
         }
         if (mesh_.triangles() == before) return;
         if (gltf_.take_memory(3 * (sizeof(Body) + name.size()), *placement.node))
@@ -228,8 +251,8 @@ class GltfReader {
         std::vector<int32_t> value_of_vertex;
     };
 
-    void add_primitive(const JsonValue& primitive, const Affine3d& transform,
-                       const FaceGroup& group, const GltfSkin& skin) {
+    void add_primitive(const JsonValue& primitive, const std::vector<Affine3d>& joints,
+                       const Affine3d& transform, const FaceGroup& group, const GltfSkin& skin) {
         const int64_t mode = gltf_.integer(primitive, "mode", 4, 6);
         const JsonValue* attributes = gltf_member(&primitive, "attributes");
         if (gltf_member(attributes, "POSITION") == nullptr)
@@ -242,10 +265,13 @@ class GltfReader {
         if (!positions) return;
         const std::vector<int64_t> corners = corners_of(primitive, *positions);
         if (!gltf_.ok()) return;
+        const Result<GltfSkinning> moves =
+            GltfSkinning::read(&gltf_, primitive, positions->count(), joints, transform);
+        if (!moves) return;
         const auto first = static_cast<int32_t>(mesh_.vertices());
         for (size_t v = 0; v < positions->count(); ++v) {
             const double* p = &positions->values[v * 3];
-            const Vec3d placed = transform.apply({p[0], p[1], p[2]});
+            const Vec3d placed = moves->at(v).apply({p[0], p[1], p[2]});
             if (!is_position(placed.x, placed.y, placed.z))
                 return gltf_.fail(primitive,
                                   fmt::format("vertex {} is not finite or too far away", v));
@@ -253,10 +279,10 @@ class GltfReader {
         }
         std::vector<Source> sources;
         for (const JsonMember& m : attributes->members)
-            add_attribute(primitive, m, transform, positions->count(), skin, &sources);
+            add_attribute(primitive, m, *moves, positions->count(), skin, &sources);
         if (gltf_.ok() && corners.size() >= 3)
-            add_triangles(corners, mode, determinant(transform) < 0, first,
-                          mesh_.group_index(group), sources);
+            add_triangles(corners, mode, moves->mirrors(), first, mesh_.group_index(group),
+                          sources);
     }
 
     /// Returns whether the accessors of a compressed primitive have no data of their own.
@@ -342,7 +368,7 @@ class GltfReader {
     };
 
     void add_attribute(const JsonValue& primitive, const JsonMember& member,
-                       const Affine3d& transform, size_t vertices, const GltfSkin& skin,
+                       const GltfSkinning& moves, size_t vertices, const GltfSkin& skin,
                        std::vector<Source>* sources) {
         if (!gltf_.ok()) return;
         const JsonValue& attributes = *gltf_member(&primitive, "attributes");
@@ -358,11 +384,11 @@ class GltfReader {
             return gltf_.fail(member.value, "COLOR_0 must have 3 or 4 components");
         if (kinds.colour && skin.is_transparent) tell_of_transparency(*array, skin);
         for (const Target& target : targets)
-            add_values(*array, member, target, transform, skin, sources);
+            add_values(*array, member, target, moves, skin, sources);
     }
 
     void add_values(const GltfArray& array, const JsonMember& member, const Target& target,
-                    const Affine3d& transform, const GltfSkin& skin, std::vector<Source>* sources) {
+                    const GltfSkinning& moves, const GltfSkin& skin, std::vector<Source>* sources) {
         const Kinds kinds(member.key);
         const size_t kept = kinds.colour ? 3 : array.components;
         const std::optional<size_t> attribute =
@@ -373,8 +399,7 @@ class GltfReader {
                 fmt::format("{}:{}:{}", name_, member.line, member.column),
                 fmt::format("it has others elsewhere, or is one of more than {}",
                             MeshAssembly::kMaxAttributes));
-        const Affine3d turn = cofactors(transform);
-        const double side = determinant(transform) < 0 ? -1 : 1;
+        const double side = moves.mirrors() ? -1 : 1;
         const GltfTextureTransform& m = skin.transform;
         Source source{*attribute, {}};
         source.value_of_vertex.reserve(array.count());
@@ -393,7 +418,8 @@ class GltfReader {
                     channel = channel > 1 ? 1 : channel < 0 ? 0 : channel;
             }
             if (kinds.normal) {
-                const Vec3d n = turn.apply_vector({value[0], value[1], value[2]}) * side;
+                const Vec3d n =
+                    cofactors(moves.at(v)).apply_vector({value[0], value[1], value[2]}) * side;
                 const double scale = length(n) > 0 ? 1 / length(n) : 0;
                 value = {n.x * scale, n.y * scale, n.z * scale, 0};
             }
@@ -404,6 +430,10 @@ class GltfReader {
 
     /// Tangents serve normal maps, joints and weights skins, which are told.
     void tell_of_attribute(const JsonMember& member) {
+        if (member.key == fmt::format("JOINTS_{}", kMaxJointSets))
+            mesh_.leave_out(fmt::format("joints of a vertex beyond {}", 4 * kMaxJointSets),
+                            fmt::format("{}:{}:{}", name_, member.line, member.column),
+                            "export the mesh with fewer joints to a vertex");
         for (const char* known : {"POSITION", "TANGENT", "JOINTS_", "WEIGHTS_"}) {
             if (member.key.starts_with(known)) return;
         }
@@ -444,6 +474,7 @@ class GltfReader {
     GltfFile gltf_;
     std::string name_;
     MeshAssembly mesh_;
+    GltfScene scene_;
     GltfLooks looks_{&gltf_, &mesh_};
     std::vector<double> weights_;  ///< of morph targets, of the current mesh
     MeshCounts counts_;            ///< of all nodes

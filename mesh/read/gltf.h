@@ -20,9 +20,9 @@ namespace openfab::mesh {
 /// index. NORMAL is "n", COLOR_0 "color" (3), and _NAME the attribute "name" in lower case; "uv" are
 /// the coordinates of the material's picture, with its transform (KHR_texture_transform), else
 /// TEXCOORD_0; TEXCOORD_N, as the file has it, is "uvN" beside it. v is turned so that 0 is at the
-/// bottom; all are floats. Morph targets count at the weights of the file. Points and lines, skins
-/// and what else a print has no use for are left out and told; compressed meshes are refused.
-/// Errors name the location in the JSON.
+/// bottom; all are floats. Morph targets count at the weights of the file, and skins follow their
+/// skeletons as they stand in it. Points, lines and what else a print has no use for are left out
+/// and told; compressed meshes are refused. Errors name the location in the JSON.
 Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
                               int64_t memory_bytes = kDefaultReadingBytes);
 

@@ -148,10 +148,11 @@ Result<GltfArray> GltfFile::array(int64_t accessor, Use use) {
     static constexpr std::string_view kShapes[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
     const std::string shape = text(*value, "type");
     const auto* found = std::find(std::begin(kShapes), std::end(kShapes), shape);
-    if (found == std::end(kShapes))
+    const bool matrices = use == Use::kMatrices;
+    if (matrices ? shape != "MAT4" : found == std::end(kShapes))
         fail(*value, fmt::format("the accessor's type is `{}`", shape.substr(0, 20)),
-             "SCALAR and VEC2 to VEC4 are supported");
-    out.components = static_cast<size_t>(found - std::begin(kShapes)) + 1;
+             matrices ? "it must be MAT4" : "SCALAR and VEC2 to VEC4 are supported");
+    out.components = matrices ? 16 : static_cast<size_t>(found - std::begin(kShapes)) + 1;
     const int64_t type = integer(*value, "componentType", 0);
     const int64_t count = integer(*value, "count", 0);
     if (ok() && find_type(type) == nullptr)
@@ -159,6 +160,8 @@ Result<GltfArray> GltfFile::array(int64_t accessor, Use use) {
     if (ok() && use == Use::kIndices &&
         (out.components != 1 || (type != 5121 && type != 5123 && type != 5125)))
         fail(*value, "indices must be SCALAR and of an unsigned integer type");
+    constexpr int64_t kFloat = 5126;
+    if (ok() && matrices && type != kFloat) fail(*value, "matrices must be of floats");
     const JsonMember* normalized = value->find("normalized");
     const bool is_normalized =
         use == Use::kShares || (normalized != nullptr && normalized->value.boolean);

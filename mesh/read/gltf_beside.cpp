@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "mesh/read/gltf_scene.h"
@@ -54,11 +55,13 @@ class Teller {
                 mesh_.leave_out("the coarser forms of a node (MSFT_lod)",
                                 gltf_.place_of("node", node), "the finest is printed");
         }
-        for (const char* list : {"scenes", "nodes", "meshes", "materials"}) {
+        for (const auto& [list, kind] :
+             {std::pair{"scenes", "scene"}, std::pair{"nodes", "node"}, std::pair{"meshes", "mesh"},
+              std::pair{"materials", "material"}}) {
             for (const JsonValue& item : items_of(root(list))) {
                 if (item.find("extras") != nullptr)
                     mesh_.leave_out("what a program keeps for itself (`extras`)",
-                                    gltf_.place_of(list, item), "glTF gives it no meaning");
+                                    gltf_.place_of(kind, item), "glTF gives it no meaning");
             }
         }
         for (const JsonValue& name : items_of(root("extensionsUsed"))) {

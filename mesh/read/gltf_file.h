@@ -20,7 +20,7 @@ namespace openfab::mesh {
 
 /// Numbers of an accessor; normalised ones are already between 0 (or -1) and 1.
 struct GltfArray {
-    size_t components = 1;  ///< 1 to 4; matrices are refused
+    size_t components = 1;  ///< 1 to 4; 16 for matrices
     std::vector<double> values;
     size_t count() const { return values.size() / components; }
 };
@@ -42,8 +42,9 @@ class GltfFile {
     const JsonValue& root() const { return root_; }
 
     /// Reads one of `accessors`. kIndices must be of an unsigned integer type; integers of kShares
-    /// are normalised, whether the accessor says so or not.
-    enum class Use { kNumbers, kIndices, kShares };
+    /// are normalised, whether the accessor says so or not; kMatrices are MAT4 of floats, by
+    /// columns, which others cannot be.
+    enum class Use { kNumbers, kIndices, kShares, kMatrices };
     Result<GltfArray> array(int64_t accessor, Use use);
 
     /// Reads the bytes of one of `images`: its file, its data, or its buffer view. At most

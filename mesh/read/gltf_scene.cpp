@@ -41,7 +41,7 @@ class Scene {
   public:
     Scene(GltfFile* gltf, MeshAssembly* mesh) : gltf_(*gltf), mesh_(*mesh) {}
 
-    std::vector<GltfPlacement> placements() {
+    GltfScene read() {
         const std::vector<int64_t> roots = root_nodes();
         for (size_t r = 0; r < roots.size() && gltf_.ok(); ++r)
             stack_.push_back({roots[r], kZUp, static_cast<int32_t>(r)});
@@ -70,6 +70,7 @@ class Scene {
             return mesh_.leave_out("a hidden node, with those below it",
                                    gltf_.place_of("node", *node), "show it, and export again");
         const Affine3d transform = product(visit.transform, transform_of(*node));
+        out_.transforms[static_cast<size_t>(visit.node)] = transform;
         if (node->find("mesh") != nullptr) place(*node, transform, visit.assembly);
         const std::vector<int64_t> children = indices_of(*node, "children");
         for (size_t i = children.size(); i-- > 0;)
@@ -77,7 +78,8 @@ class Scene {
     }
 
     void place(const JsonValue& node, const Affine3d& transform, int32_t assembly) {
-        if (determinant(transform) == 0)
+        // A skin places its mesh by its skeleton.
+        if (determinant(transform) == 0 && node.find("skin") == nullptr)
             return mesh_.leave_out("a mesh that is scaled to nothing", gltf_.place_of("node", node),
                                    "none is needed if it was to be hidden");
         GltfPlacement placement{&node, transform, assembly, 1};
@@ -91,7 +93,7 @@ class Scene {
             placement.instances = most.value_or(1);
             tell_of_instances(node, attributes);
         }
-        if (gltf_.take_memory(3 * sizeof placement, node)) out_.push_back(placement);
+        if (gltf_.take_memory(3 * sizeof placement, node)) out_.placements.push_back(placement);
     }
 
     void tell_of_instances(const JsonValue& node, const JsonValue* attributes) {
@@ -123,6 +125,9 @@ class Scene {
     std::vector<int64_t> root_nodes() {
         const JsonValue* nodes = gltf_member(&gltf_.root(), "nodes");
         visited_.resize(nodes != nullptr ? nodes->items.size() : 0);
+        constexpr size_t kNode = sizeof(std::optional<Affine3d>) + 1;
+        if (!gltf_.take_memory(visited_.size() * kNode, gltf_.root())) return {};
+        out_.transforms.resize(visited_.size());
         const JsonValue* scenes = gltf_member(&gltf_.root(), "scenes");
         if (scenes != nullptr && !scenes->items.empty()) {
             const JsonValue* scene =
@@ -154,10 +159,7 @@ class Scene {
 
     Affine3d transform_of(const JsonValue& node) {
         Affine3d out;
-        if (const auto m = gltf_.numbers(node, "matrix", 16)) {
-            const auto& v = *m;  // by columns
-            return {{v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]}, {v[12], v[13], v[14]}};
-        }
+        if (const auto m = gltf_.numbers(node, "matrix", 16)) return gltf_matrix(m->data());
         if (const auto q = gltf_.numbers(node, "rotation", 4))
             out = rotation_of((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
         if (const auto s = gltf_.numbers(node, "scale", 3))
@@ -171,7 +173,7 @@ class Scene {
     MeshAssembly& mesh_;
     std::vector<bool> visited_;
     std::vector<Visit> stack_;
-    std::vector<GltfPlacement> out_;
+    GltfScene out_;
 };
 
 /// Reads an attribute of instances; empty where they do not have it.
@@ -208,8 +210,13 @@ int64_t gltf_stated_count(const GltfFile& gltf, const JsonValue* object,
     return whole(gltf_member(&list->items[at], "count"));
 }
 
-std::vector<GltfPlacement> gltf_placements(GltfFile* gltf, MeshAssembly* mesh) {
-    return Scene(gltf, mesh).placements();
+GltfScene gltf_scene(GltfFile* gltf, MeshAssembly* mesh) {
+    return Scene(gltf, mesh).read();
+}
+
+Affine3d gltf_matrix(const double* columns) {
+    const double* v = columns;
+    return {{v[0], v[4], v[8], v[1], v[5], v[9], v[2], v[6], v[10]}, {v[12], v[13], v[14]}};
 }
 
 std::vector<Affine3d> gltf_instances(GltfFile* gltf, const GltfPlacement& placement) {

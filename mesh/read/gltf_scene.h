@@ -5,7 +5,9 @@
 // Where the meshes of a glTF file stand: the nodes of its default scene, and their instances.
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/vec.h"
@@ -22,12 +24,20 @@ struct GltfPlacement {
     int64_t instances = 1;  ///< as the file states them
 };
 
-/// Returns the placed meshes of the default scene (without scenes: of all nodes), parents before
-/// children. Tells `mesh` what of the scene is left out; the file keeps errors.
-std::vector<GltfPlacement> gltf_placements(GltfFile* gltf, MeshAssembly* mesh);
+struct GltfScene {
+    std::vector<GltfPlacement> placements;            ///< parents before children
+    std::vector<std::optional<Affine3d>> transforms;  ///< by node; none if it is not in the scene
+};
+
+/// Reads the default scene; without scenes, all nodes. Tells `mesh` what of it is left out; the
+/// file keeps errors.
+GltfScene gltf_scene(GltfFile* gltf, MeshAssembly* mesh);
 
 /// Returns the transforms of a placement's instances; the one of its node, if it has none.
 std::vector<Affine3d> gltf_instances(GltfFile* gltf, const GltfPlacement& placement);
+
+/// Returns a 4 x 4 matrix of a file, which has its columns one after another.
+Affine3d gltf_matrix(const double* columns);
 
 /// Tells what the file holds beside the meshes of its scene: other scenes, cameras, animations and
 /// the like.

@@ -34,6 +34,9 @@ enum : int {
     kShortCoordinates,
     kPale,
     kLoose,
+    kJoints,
+    kShares,
+    kInverses,
 };
 
 /// The sections of a file with a box of 1 x 1 x 1.
@@ -101,6 +104,17 @@ std::string File::glb() const {
     add(shorts, "VEC2", 5123, 2, R"(, "normalized": true)");
     add(std::vector<float>(24, 0.5f), "VEC3", 5126, 3);
     add(std::vector<uint8_t>(32, 51), "VEC4", 5121, 4);
+    std::vector<uint8_t> joints;
+    std::vector<float> shares, inverses;
+    for (int v = 0; v < 8; ++v) {
+        joints.insert(joints.end(), {0, 1, 0, 0});
+        shares.insert(shares.end(), {0.5f, 0.5f, 0, 0});
+    }
+    for (const float down : {0.0f, -1.0f})
+        inverses.insert(inverses.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, down, 0, 1});
+    add(joints, "VEC4", 5121, 4);
+    add(shares, "VEC4", 5126, 4);
+    add(inverses, "MAT4", 5126, 16);
     const std::string all =
         primitives.empty()
             ? fmt::format(R"({{"attributes": {{{}}}, "indices": 5, "material": 0{}}})", attributes,
@@ -239,6 +253,17 @@ Feature effect(const char* name, const std::string& extension, const char* told)
 }
 
 const std::string kTextured = R"("pbrMetallicRoughness": {"baseColorTexture": {"index": 0}})";
+
+/// A box that follows two nodes; its own, which then does not count, is far away.
+File skinned(const std::string& scene) {
+    File file =
+        with(&File::attributes, R"("POSITION": 0, "NORMAL": 1, "JOINTS_0": 15, "WEIGHTS_0": 16)");
+    file.nodes = R"({"mesh": 0, "name": "box", "skin": 0, "translation": [100, 0, 0]},
+        {"children": [2]}, {"translation": [0, 3, 0]})";
+    file.scenes = scene;
+    file.more = R"(, "skins": [{"joints": [1, 2], "inverseBindMatrices": 17}])";
+    return file;
+}
 
 std::vector<Feature> features() {
     using Alpha = PictureUse::Alpha;
@@ -557,9 +582,24 @@ std::vector<Feature> features() {
                   &File::scenes, R"({"nodes": [0, 1]})"),
          {"a hidden node, with those below it"},
          are_bodies({"box"})},
+        // One joint stays, the other goes up by two: half of each.
         {"skin",
-         with(&File::nodes, R"({"mesh": 0, "name": "box", "skin": 0})"),
-         {"the skin of a mesh"},
+         skinned(R"({"nodes": [0, 1]})"),
+         {},
+         [](const MeshSource& s) {
+             are_bodies({"box"})(s);
+             EXPECT_EQ(s.mesh.positions.at(0), (Vec3d{0, 0, 1}));
+             has_value("n", {0, 0, 1})(s);
+         }},
+        {"a skin without its skeleton",
+         skinned(R"({"nodes": [0]})"),
+         {"a skin whose skeleton is not in the scene"},
+         [](const MeshSource& s) {
+             EXPECT_EQ(s.mesh.positions.at(0), (Vec3d{100, 0, 0}));
+         }},
+        {"joints without a skin",
+         with(&File::attributes, R"("POSITION": 0, "JOINTS_0": 15, "WEIGHTS_0": 16)"),
+         {},
          are_bodies({"box"})},
         {"MSFT_lod",
          with(&File::nodes, R"({"mesh": 0, "name": "box", "extensions": {"MSFT_lod": {"ids": [1]}}},
@@ -628,7 +668,7 @@ TEST(GltfFeatures, CountWhatIsLeftOutAndSayWhere) {
     EXPECT_EQ(source->left_out[0].count, 2);
     EXPECT_EQ(source->left_out[0].place, "scene `b`");
     const auto nameless =
-        parse_gltf(with(&File::nodes, R"({"mesh": 0, "skin": 0})").glb(), "a.glb");
+        parse_gltf(with(&File::nodes, R"({"mesh": 0, "extras": 0})").glb(), "a.glb");
     ASSERT_TRUE(nameless) << nameless.error().text();
     EXPECT_TRUE(nameless->left_out.at(0).place.starts_with("a.glb:1:"))
         << nameless->left_out.at(0).place;

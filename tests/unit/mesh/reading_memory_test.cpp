@@ -309,6 +309,26 @@ TEST(ReadingMemory, CountsInstancesOfGltfBeforeItMakesThem) {
                 "the nodes have more than 1000000 primitives");
 }
 
+TEST(ReadingMemory, CountsWhatGltfPlacesByInstancing) {
+    // One node of a few hundred bytes, and as many bodies as it says.
+    const auto instances = [](int64_t count, size_t name) {
+        return fmt::format(
+            R"({{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0,"name":"{}","extensions":)"
+            R"({{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":1}}}}}}}}],)"
+            R"("meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],"accessors":[)"
+            R"({{"componentType":5126,"count":6000,"type":"VEC3"}},)"
+            R"({{"componentType":5126,"count":{},"type":"VEC3"}}]}})",
+            std::string(name, 'x'), count);
+    };
+    EXPECT_SAYS(refusal(instances(4'000'000'000, 1), "a.gltf"), "the nodes have more than 1000000");
+    EXPECT_SAYS(refusal(instances(30'000, 1), "a.gltf"), "too many triangles");
+    EXPECT_SAYS(refusal(instances(2'000, 1), "a.gltf"), "a mesh of 4000000 triangles takes");
+    std::string few = instances(60'000, 1000);
+    few.replace(few.find("6000,"), 5, "3,");
+    EXPECT_SAYS(refusal(few, "a.gltf", 150 * kMegabyte),
+                "the names of nodes and materials take more memory than is allowed");
+}
+
 TEST(ReadingMemory, FindsMembersOfGltfAmongManyAtOnce) {
     std::string json = R"({"asset":{"version":"2.0"})";
     for (int i = 0; i < 250'000; ++i)
