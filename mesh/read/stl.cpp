@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -38,13 +39,15 @@ const uint8_t* color_of_header(std::string_view bytes) {
 /// Colours of facets, each with its index; 5 bits a channel.
 class FacetColors {
   public:
-    explicit FacetColors(std::string_view bytes) : header_(color_of_header(bytes)) {}
+    /// `any`: whether a facet has bytes that are not 0; without, the header's colour is that of all.
+    FacetColors(std::string_view bytes, bool any) : header_(color_of_header(bytes)), any_(any) {}
 
     /// Returns the index of the colour that a facet's two bytes stand for; -1: none. Magics marks
     /// facets of the header's colour by the highest bit, other programs those that have their own.
     int32_t index(uint16_t value) {
         const bool marked = (value & 0x8000) != 0;
-        if (header_ != nullptr ? marked : !marked) return header_ != nullptr ? of_header() : -1;
+        if (header_ != nullptr && (marked || !any_)) return of_header();
+        if (header_ == nullptr && !marked) return -1;
         int32_t& known = known_[value & 0x7FFF];
         if (known == 0) {
             const int red = header_ != nullptr ? 0 : 10;
@@ -70,6 +73,7 @@ class FacetColors {
     void add(double srgb) { values_.push_back(static_cast<float>(srgb_to_linear(srgb))); }
 
     const uint8_t* header_;
+    bool any_;
     int32_t of_header_ = -1;
     std::vector<int32_t> known_ = std::vector<int32_t>(0x8000);  ///< index + 1
     std::vector<float> values_;
@@ -78,7 +82,8 @@ class FacetColors {
 /// Adds the colours of facets as those of their corners; one alone as the look of all.
 Result<void> add_colors(std::string_view bytes, int64_t memory_bytes,
                         const std::vector<int32_t>& attributes, MeshSource* out) {
-    FacetColors colors(bytes);
+    FacetColors colors(bytes, std::any_of(attributes.begin(), attributes.end(),
+                                          [](int32_t value) { return value != 0; }));
     const auto count = static_cast<int64_t>(attributes.size());
     const int64_t needed = mesh_bytes({count * 3, count, 2 * count, 1, 0});
     int64_t bare = 0;

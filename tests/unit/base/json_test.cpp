@@ -63,6 +63,8 @@ TEST(Json, RefusesWhatIsNotStrict) {
     EXPECT_EQ(error_of("[1, \"ab"), "f.json:1:5: not valid JSON; the string has no closing quote");
     EXPECT_EQ(error_of(std::string_view("{\n\0}", 4)),
               "f.json:2:1: a zero byte; the file is not text");
+    EXPECT_EQ(error_of(std::string_view("\xFF\xFE{\0}\0", 6)),
+              "f.json:1:1: the file is text in UTF-16; save it as UTF-8");
     EXPECT_EQ(error_of(""), "f.json:1:1: not valid JSON; the file ends where a value should be");
 }
 

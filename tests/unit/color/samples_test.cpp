@@ -33,6 +33,20 @@ TEST(Samples, ReadsCgatsAsInstrumentsWriteIt) {
     EXPECT_NEAR(table->samples[1].lab.l, 50, 1e-6);  // 18.4187 is the Y of L* 50
 }
 
+TEST(Samples, ReadsTextOfAnyProgram) {
+    const std::string table =
+        "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,RGB_R,RGB_G,RGB_B\r0,0,0,0,255,255,255\r";
+    const Result<SampleTable> marked = parse_samples("\xEF\xBB\xBF" + table);
+    ASSERT_TRUE(marked) << marked.error().text();
+    EXPECT_EQ(marked->samples.size(), 1);
+    EXPECT_EQ(parse_samples(std::string_view("\xFF\xFE"
+                                             "C\0,\0",
+                                             6))
+                  .error()
+                  .text(),
+              "the file is text in UTF-16; save it as UTF-8");
+}
+
 TEST(Samples, ReadsCsvAndCameras) {
     const Result<SampleTable> table = parse_samples(
         "# by eye\nCMYK_C,CMYK_M,CMYK_Y,CMYK_K,RGB_R,RGB_G,RGB_B\n0,0,0,0,255,255,255\n"

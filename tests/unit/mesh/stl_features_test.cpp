@@ -129,6 +129,14 @@ TEST(StlFeatures, AreCarriedOverOrTold) {
           [](const MeshSource& m) {
               return look_of(m, 0).color == std::array{1.0, 0.0, 0.0};
           }},
+         {"the header's colour without any of facets",
+          binary(magics, {0, 0}),
+          {},
+          "",
+          0,
+          [](const MeshSource& m) {
+              return look_of(m, 0).color == std::array{1.0, 0.0, 0.0};
+          }},
          {"transparency of the header",
           binary(clear, {0x8000, 0x8000}),
           {},

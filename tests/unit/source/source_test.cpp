@@ -63,6 +63,12 @@ TEST(SourceManager, LoadSaysWhyItFailed) {
     ASSERT_TRUE(file.has_value());
     EXPECT_EQ(s.text(*file), "fablet A\n");
     EXPECT_EQ(s.name(*file), path.string());
+    // An old line end: a comment must not take the rest of the file.
+    std::ofstream(path, std::ios::binary) << "// one\rfablet A\r";
+    EXPECT_EQ(s.text(s.load(path, &fault).value_or(0)), "// one\nfablet A\r");
+    std::ofstream(path, std::ios::binary) << std::string_view("\xFF\xFE/\0/\0", 6);
+    EXPECT_FALSE(s.load(path, &fault).has_value());
+    EXPECT_EQ(fault, path.string() + ": the file is text in UTF-16; save it as UTF-8");
     std::filesystem::resize_file(path, SourceManager::kMaxFileBytes + 1);
     EXPECT_FALSE(s.load(path, &fault).has_value());
     std::filesystem::remove(path);

@@ -7,6 +7,7 @@
 #include <libdeflate.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -258,6 +259,11 @@ TEST_F(VolumeTest, CubeTables) {
     EXPECT_EQ(domain(*p), (std::vector<float>{-0.5f, -1, -0.5f, 2, 4, 2}));
     EXPECT_EQ(p->info()[2], 0) << "a table is clamped, whatever the world says";
     EXPECT_EQ(p->info()[3], texture::kFilterFinest);
+    std::string old = "\xEF\xBB\xBF" + text;
+    std::replace(old.begin(), old.end(), '\n', '\r');
+    EXPECT_EQ(level0(*converted(folder_.write("old.cube", old))), values);
+    EXPECT_EQ(trouble(folder_.write("wide.cube", std::string_view("\xFF\xFEL\0U\0T\0", 8))),
+              "the file is text in UTF-16; save it as UTF-8");
     EXPECT_EQ(trouble(folder_.write("short.cube", "LUT_3D_SIZE 2\n0 0 0\n")),
               "it has 1 rows of colours; LUT_3D_SIZE 2 asks for 8");
     EXPECT_EQ(trouble(folder_.write("one.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n")),
