@@ -65,7 +65,7 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_flag(
         "--volume", job->is_volume,
         "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, .cube, .vti, "
-        ".vtr, .vts, .vtu, .xdmf");
+        ".vtr, .vts, .vtu, .vtk, .xdmf");
     app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);

@@ -14,6 +14,7 @@
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
+#include "tools/texture/vtk_file.h"
 #include "tools/texture/write_volume.h"
 #include "tools/texture/xdmf_reader.h"
 
@@ -115,18 +116,18 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (files.size() != 1) return open_stack(files, options.image, limits);
     const Result<InputFile> file = InputFile::open(files[0]);
     if (!file) return file.error();
-    std::array<char, 6> head{};
+    std::array<char, 16> head{};
     const Result<size_t> got = file->read(0, head.data(), head.size());
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
-    if (begin == "\x93NUMPY") return open_npy(files[0]);
+    if (begin.starts_with("\x93NUMPY")) return open_npy(files[0]);
     const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
-    if (kind == ".vti") return open_vtk_image(files[0], options, limits);
-    if (kind == ".vtr" || kind == ".vts")
-        return open_vtk_structured(files[0], kind == ".vtr", options, limits);
-    if (kind == ".vtu") return open_vtk_mesh(files[0], options, limits);
+    if (begin.starts_with(kLegacyVtk)) return open_vtk(files[0], options, limits);
+    for (const char* name : {".vti", ".vtr", ".vts", ".vtu", ".vtk"}) {
+        if (kind == name) return open_vtk(files[0], options, limits);
+    }
     if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");
     if (kind == ".npy") return user_error("it is not an NPY file");

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti, .vtr, .vts and
-// .vtu. Those of XDMF are in xdmf_reader.h.
+// Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti, .vtr, .vts, .vtu and
+// .vtk. Those of XDMF are in xdmf_reader.h.
 
 #include <array>
 #include <cstdint>
@@ -60,18 +60,10 @@ MadeReader open_npy(const std::filesystem::path& file);
 /// Opens a 3-D look-up table (LUT_3D_SIZE): red is x, DOMAIN_MIN and _MAX give the box; three
 /// channels.
 MadeReader open_cube(const std::filesystem::path& file, const texture::ReadLimits& limits);
-/// Opens VTK's image data (.vti): the field that the options name, of points or of cells, as it is;
-/// in place by its origin, spacing and direction, which may be turned (placed_grid.h).
-MadeReader open_vtk_image(const std::filesystem::path& file, const texture::VolumeOptions& options,
-                          const texture::ReadLimits& limits);
-/// Opens VTK's rectilinear grid (.vtr) or its curvilinear one (.vts), whose cells are hexahedra.
-MadeReader open_vtk_structured(const std::filesystem::path& file, bool is_rectilinear,
-                               const texture::VolumeOptions& options,
-                               const texture::ReadLimits& limits);
-/// Opens VTK's unstructured grid (.vtu) of tetrahedra, hexahedra and wedges (cell_field.h); lines and
-/// faces beside them are left out.
-MadeReader open_vtk_mesh(const std::filesystem::path& file, const texture::VolumeOptions& options,
-                         const texture::ReadLimits& limits);
+/// Opens a file of VTK, XML or older, by what it holds: image data, a rectilinear, a curvilinear or an
+/// unstructured grid, and of it the field that the options name.
+MadeReader open_vtk(const std::filesystem::path& file, const texture::VolumeOptions& options,
+                    const texture::ReadLimits& limits);
 
 /// Formats of numbers as they lie in files.
 struct NumberFormat {

@@ -66,11 +66,11 @@ constexpr std::array<std::string_view, 10> kTypes{
 /// Receives the elements of the head.
 class VtkFile::Reading final : public XmlHandler {
   public:
-    Reading(VtkFile* file, const std::string& kind) : file_(*file), kind_(kind) {}
+    explicit Reading(VtkFile* file) : file_(*file) {}
 
     Complaint start(std::string_view name, const XmlAttributes& a) override {
         if (depth_++ == 0) return root(name, a);
-        if (name == kind_ && kind_ != "UnstructuredGrid") return image(a);
+        if (name == file_.kind_ && name != "UnstructuredGrid") return image(a);
         if (name == "Piece") return piece(a);
         if (name == "PointData" || name == "CellData") {
             where_ = name == "PointData" ? Where::kPoints : Where::kCells;
@@ -108,12 +108,15 @@ class VtkFile::Reading final : public XmlHandler {
     Complaint root(std::string_view name, const XmlAttributes& a) {
         const char* type = a.find("type");
         if (name != "VTKFile" || type == nullptr) return {"it is not an XML file of VTK"};
-        if (type != kind_) {
+        constexpr std::array<std::string_view, 4> kKinds{"ImageData", "RectilinearGrid",
+                                                         "StructuredGrid", "UnstructuredGrid"};
+        if (std::find(kKinds.begin(), kKinds.end(), type) == kKinds.end()) {
             return {
-                fmt::format("it holds {}, where {} is read", type, kind_),
+                fmt::format("it holds {}, which is not read", type),
                 "write it as ImageData (.vti), RectilinearGrid (.vtr), StructuredGrid (.vts) or "
                 "UnstructuredGrid (.vtu)"};
         }
+        file_.kind_ = type;
         if (const char* order = a.find("byte_order"))
             file_.swapped_ = std::string_view(order) == "BigEndian";
         if (const char* header = a.find("header_type"))
@@ -176,34 +179,42 @@ class VtkFile::Reading final : public XmlHandler {
     }
 
     VtkFile& file_;
-    const std::string& kind_;
     int depth_ = 0, pieces_ = 0;
     Where where_ = Where::kPoints;
     bool inside_ = false;  ///< of one of the groups of arrays
     int open_ = 0;         ///< depth of an array; 0: in none
 };
 
-Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path, const std::string& kind,
+Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path,
                                                const texture::ReadLimits& limits) {
     Result<InputFile> opened = InputFile::open(path);
     if (!opened) return opened.error();
-    std::unique_ptr<VtkFile> out(new VtkFile(std::move(*opened)));
-    Result<Head> head = read_head(out->file_, limits);
+    std::unique_ptr<VtkFile> out(new VtkFile(std::move(*opened), limits.memory_bytes));
+    std::string begin(kLegacyVtk.size(), '\0');
+    const Result<size_t> got = out->file_.read(0, begin.data(), begin.size());
+    if (!got) return got.error();
+    const Result<void> read = begin == kLegacyVtk ? out->read_legacy() : out->read_xml(limits);
+    if (!read) return read.error();
+    return out;
+}
+
+Result<void> VtkFile::read_xml(const texture::ReadLimits& limits) {
+    Result<Head> head = read_head(file_, limits);
     if (!head) return head.error();
     if (head->appended_at >= 0) {
         // Its raw bytes are no XML: the tag is read as an empty one, the last.
         std::string tag(4096, '\0');
-        const Result<size_t> got = out->file_.read(head->appended_at, tag.data(), tag.size());
+        const Result<size_t> got = file_.read(head->appended_at, tag.data(), tag.size());
         if (!got) return got.error();
         tag.resize(*got);
         const size_t end = tag.find('>');
         const size_t mark = tag.find('_', std::min(end, tag.size()));
         if (end == std::string::npos || mark == std::string::npos)
             return user_error("its appended data does not begin");
-        out->appended_at_ = head->appended_at + static_cast<int64_t>(mark) + 1;
+        appended_at_ = head->appended_at + static_cast<int64_t>(mark) + 1;
         head->text += tag.substr(0, end) + "/></VTKFile>";
     }
-    Reading reading(out.get(), kind);
+    Reading reading(this);
     if (Result<void> parsed = parse_xml(head->text, {}, &reading); !parsed) {
         Error error = parsed.error();
         if (error.location.line > 0)
@@ -212,7 +223,7 @@ Result<std::unique_ptr<VtkFile>> VtkFile::open(const fs::path& path, const std::
         return error;
     }
     if (reading.pieces() == 0) return user_error("it has no piece");
-    return out;
+    return {};
 }
 
 Result<const VtkFile::Array*> VtkFile::field(const std::string& name) const {
@@ -254,6 +265,8 @@ Result<std::array<const VtkFile::Array*, 3>> VtkFile::axes() const {
 }
 
 Result<std::unique_ptr<ArrayNumbers>> VtkFile::numbers(const Array& array, int64_t count) const {
+    if (array.coding == Coding::kFileText || array.coding == Coding::kBytes)
+        return legacy_numbers(array, count);
     if (array.coding == Coding::kText) return open_array_text(array.text, count);
     if (!unknown_packer_.empty()) {
         return user_error(fmt::format("its data is packed by {}", unknown_packer_),

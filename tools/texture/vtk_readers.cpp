@@ -48,14 +48,16 @@ Result<Vec3i> image_size(const VtkFile& file, bool of_points, double unit, GridF
     for (int a = 0; a < 3; ++a) {
         const auto i = static_cast<size_t>(a);
         const double low = file.extent[2 * i], high = file.extent[2 * i + 1];
-        const double count = high - low + (of_points ? 1 : 0);
+        // A layer of cells may be as thin as its points.
+        const bool between = !of_points && high > low;
+        const double count = high - low + (between ? 0 : 1);
         if (!(count >= 1 && count <= 16384 && low == std::floor(low) && high == std::floor(high)))
             return user_error(fmt::format("its extent {:g} to {:g} is not possible", low, high));
         if (!(std::abs(file.spacing[i]) > 0)) return user_error("its spacing is 0");
         size[a] = static_cast<int32_t>(count);
         const Vec3d step = Vec3d{d[i], d[3 + i], d[6 + i]} * (file.spacing[i] * unit);
         frame->steps[i] = step;
-        first = first + step * (low + (of_points ? 0 : 0.5));
+        first = first + step * (low + (between ? 0.5 : 0));
     }
     frame->first = first;
     return size;
@@ -172,100 +174,100 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
     return kept;
 }
 
-}  // namespace
-
-MadeReader open_vtk_image(const fs::path& path, const texture::VolumeOptions& options,
-                          const texture::ReadLimits& limits) {
-    Result<std::unique_ptr<VtkFile>> file = VtkFile::open(path, "ImageData", limits);
-    if (!file) return file.error();
-    const Result<const VtkFile::Array*> field = (*file)->field(options.field);
-    if (!field) return field.error();
-    const Result<int32_t> channels = field_channels((*field)->name, (*field)->components);
-    if (!channels) return channels.error();
+/// Opens image data: the field that the options name, as it is; in place by its origin, spacing and
+/// direction, which may be turned (placed_grid.h).
+MadeReader open_image(std::unique_ptr<VtkFile> file, const VtkFile::Array& field, int32_t channels,
+                      const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
     GridFrame frame;
     const Result<Vec3i> size =
-        image_size(**file, (*field)->where == Where::kPoints, unit_mm(options), &frame);
+        image_size(*file, field.where == Where::kPoints, unit_mm(options), &frame);
     if (!size) return size.error();
-    const int64_t count = int64_t{size->x} * size->y * size->z * *channels;
-    Result<std::unique_ptr<ArrayNumbers>> numbers = (*file)->numbers(**field, count);
+    const int64_t count = int64_t{size->x} * size->y * size->z * channels;
+    Result<std::unique_ptr<ArrayNumbers>> numbers = file->numbers(field, count);
     if (!numbers) return numbers.error();
     auto reader = std::make_unique<ImageReader>();
     reader->size = *size;
-    reader->channels = *channels;
+    reader->channels = channels;
     reader->numbers = std::move(*numbers);
-    reader->file = std::move(*file);
+    reader->file = std::move(file);
     return place_reader(std::move(reader), frame, options, limits);
 }
 
-MadeReader open_vtk_structured(const fs::path& path, bool is_rectilinear,
-                               const texture::VolumeOptions& options,
-                               const texture::ReadLimits& limits) {
-    Result<std::unique_ptr<VtkFile>> file =
-        VtkFile::open(path, is_rectilinear ? "RectilinearGrid" : "StructuredGrid", limits);
-    if (!file) return file.error();
-    const Result<const VtkFile::Array*> field = (*file)->field(options.field);
-    if (!field) return field.error();
-    const Result<int32_t> channels = field_channels((*field)->name, (*field)->components);
-    if (!channels) return channels.error();
+/// Opens a rectilinear grid or a curvilinear one, whose cells are hexahedra.
+MadeReader open_structured(const VtkFile& file, const VtkFile::Array& field, int32_t channels,
+                           const texture::VolumeOptions& options,
+                           const texture::ReadLimits& limits) {
     std::array<int64_t, 3> along{};
     for (size_t a = 0; a < 3; ++a) {
-        const double low = (*file)->extent[2 * a], high = (*file)->extent[2 * a + 1];
+        const double low = file.extent[2 * a], high = file.extent[2 * a + 1];
         if (!(high >= low && high - low < INT32_MAX && low == std::floor(low) &&
               high == std::floor(high)))
             return user_error(fmt::format("its extent {:g} to {:g} is not possible", low, high));
         along[a] = static_cast<int64_t>(high - low) + 1;
     }
-    const bool of_points = (*field)->where == Where::kPoints;
+    const bool of_points = field.where == Where::kPoints;
     const double unit = unit_mm(options);
-    if (is_rectilinear) {
+    if (file.kind() == "RectilinearGrid") {
         CrossedField crossed;
-        crossed.channels = *channels;
+        crossed.channels = channels;
         crossed.of_points = of_points;
-        const Result<int64_t> items = crossed_items(along, *channels, of_points, limits);
+        const Result<int64_t> items = crossed_items(along, channels, of_points, limits);
         if (!items) return items.error();
-        if (Result<void> got = read_axes(**file, along, unit, &crossed); !got) return got.error();
-        Result<std::vector<float>> values = read_values(**file, **field, *items * *channels);
+        if (Result<void> got = read_axes(file, along, unit, &crossed); !got) return got.error();
+        Result<std::vector<float>> values = read_values(file, field, *items * channels);
         if (!values) return values.error();
         crossed.values = std::move(*values);
         return open_crossed_field(std::move(crossed), options);
     }
-    Result<CellMesh> mesh = structured_cells(along, *channels, of_points, limits);
+    Result<CellMesh> mesh = structured_cells(along, channels, of_points, limits);
     if (!mesh) return mesh.error();
     const int64_t points = along[0] * along[1] * along[2];
-    if (Result<void> got = read_places(**file, points, unit, &*mesh); !got) return got.error();
+    if (Result<void> got = read_places(file, points, unit, &*mesh); !got) return got.error();
     const int64_t items = of_points ? points : static_cast<int64_t>(mesh->types.size());
-    Result<std::vector<float>> values = read_values(**file, **field, items * *channels);
+    Result<std::vector<float>> values = read_values(file, field, items * channels);
     if (!values) return values.error();
     mesh->values = std::move(*values);
     return open_cell_field(std::move(*mesh), options, limits);
 }
 
-MadeReader open_vtk_mesh(const fs::path& path, const texture::VolumeOptions& options,
-                         const texture::ReadLimits& limits) {
-    Result<std::unique_ptr<VtkFile>> file = VtkFile::open(path, "UnstructuredGrid", limits);
+/// Opens an unstructured grid (cell_field.h); lines and faces beside its cells are left out.
+MadeReader open_mesh(const VtkFile& file, const VtkFile::Array& field, int32_t channels,
+                     const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
+    CellMesh mesh;
+    mesh.channels = channels;
+    mesh.of_points = field.where == Where::kPoints;
+    const int64_t items = mesh.of_points ? file.points : file.cells;
+    // Points, values, types, ends and eight corners, as far as they are known by now.
+    constexpr int64_t kBytesOfPoint = 24, kBytesOfCell = 46;
+    const int64_t needed =
+        file.points * kBytesOfPoint + file.cells * kBytesOfCell + items * channels * 4;
+    if (Result<void> fits = check_memory(needed, limits.memory_bytes); !fits) return fits.error();
+    if (Result<void> got = read_places(file, file.points, unit_mm(options), &mesh); !got)
+        return got.error();
+    const Result<std::vector<int32_t>> kept = read_cells(file, &mesh);
+    if (!kept) return kept.error();
+    Result<std::vector<float>> values = read_values(file, field, items * channels);
+    if (!values) return values.error();
+    mesh.values = std::move(*values);
+    if (!mesh.of_points) mesh.keep_values(*kept);
+    return open_cell_field(std::move(mesh), options, limits);
+}
+
+}  // namespace
+
+MadeReader open_vtk(const fs::path& path, const texture::VolumeOptions& options,
+                    const texture::ReadLimits& limits) {
+    Result<std::unique_ptr<VtkFile>> file = VtkFile::open(path, limits);
     if (!file) return file.error();
     const Result<const VtkFile::Array*> field = (*file)->field(options.field);
     if (!field) return field.error();
     const Result<int32_t> channels = field_channels((*field)->name, (*field)->components);
     if (!channels) return channels.error();
-    CellMesh mesh;
-    mesh.channels = *channels;
-    mesh.of_points = (*field)->where == Where::kPoints;
-    const int64_t items = mesh.of_points ? (*file)->points : (*file)->cells;
-    // Points, values, types, ends and eight corners, as far as they are known by now.
-    constexpr int64_t kBytesOfPoint = 24, kBytesOfCell = 46;
-    const int64_t needed =
-        (*file)->points * kBytesOfPoint + (*file)->cells * kBytesOfCell + items * *channels * 4;
-    if (Result<void> fits = check_memory(needed, limits.memory_bytes); !fits) return fits.error();
-    if (Result<void> got = read_places(**file, (*file)->points, unit_mm(options), &mesh); !got)
-        return got.error();
-    const Result<std::vector<int32_t>> kept = read_cells(**file, &mesh);
-    if (!kept) return kept.error();
-    Result<std::vector<float>> values = read_values(**file, **field, items * *channels);
-    if (!values) return values.error();
-    mesh.values = std::move(*values);
-    if (!mesh.of_points) mesh.keep_values(*kept);
-    return open_cell_field(std::move(mesh), options, limits);
+    const std::string& kind = (*file)->kind();
+    if (kind == "ImageData")
+        return open_image(std::move(*file), **field, *channels, options, limits);
+    if (kind == "UnstructuredGrid") return open_mesh(**file, **field, *channels, options, limits);
+    return open_structured(**file, **field, *channels, options, limits);
 }
 
 }  // namespace openfab::tools

@@ -338,7 +338,8 @@ constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "
                kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
                kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
-               kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kXdmf[] = "a.xdmf";
+               kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kVtk[] = "a.vtk",
+               kXdmf[] = "a.xdmf";
 
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
@@ -368,6 +369,7 @@ constexpr Reader kReaders[] = {
     {"vtr", true, volume<kVtr>},
     {"vts", true, volume<kVts>},
     {"vtu", true, volume<kVtu>},
+    {"vtk", true, volume<kVtk>},
     {"xdmf", true, volume<kXdmf>},
     {"sched", true, schedule},
     {"icc", false, icc},

@@ -544,7 +544,7 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
                                                 "</CellData>")))),
                 ::testing::HasSubstr("cell 0 is of VTK's type 24; tetrahedra (10)"));
     EXPECT_EQ(trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
-              "line 1: it holds PolyData, where UnstructuredGrid is read; write it as ImageData "
+              "line 1: it holds PolyData, which is not read; write it as ImageData "
               "(.vti), RectilinearGrid (.vtr), StructuredGrid (.vts) or UnstructuredGrid (.vtu)");
     // The name of a packer stands in files of text, too.
     for (const Form form : {Form::kPacked, Form::kText}) {
