@@ -10,9 +10,9 @@
 
 #include "base/affine.h"
 #include "base/scan_number.h"
-#include "base/text.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/read/gltf_attributes.h"
 #include "mesh/read/gltf_file.h"
 #include "mesh/read/gltf_looks.h"
 #include "mesh/read/gltf_scene.h"
@@ -28,47 +28,16 @@ constexpr int64_t kMaxVertices = 100'000'000;
 /// too.
 constexpr int64_t kMaxPrimitives = 1'000'000;
 
-/// An attribute of ours that is made of one of the file's.
-struct Target {
-    std::string name;
-    bool at_picture = false;  ///< coordinates of the primitive's picture
-};
-
-constexpr std::string_view kTexture = "TEXCOORD_";
-
-/// Returns what an attribute of a primitive becomes, whose picture is at TEXCOORD_`picture`; empty
-/// for those that are not kept.
-std::vector<Target> targets_of(const JsonValue& attributes, const std::string& key,
-                               int64_t picture) {
-    if (key == "NORMAL") return {{"n"}};
-    if (key == "COLOR_0") return {{"color"}};
-    if (key.starts_with(kTexture)) {
-        const std::string number = key.substr(kTexture.size());
-        const bool is_number = !number.empty() && number.size() <= 3 &&
-                               number.find_first_not_of("0123456789") == std::string::npos;
-        if (!is_number) return {};
-        if (number == std::to_string(picture) && picture == 0) return {{"uv", true}};
-        if (number == std::to_string(picture)) return {{"uv", true}, {"uv" + number}};
-        return {{"uv" + number}};
-    }
-    if (!key.starts_with('_') || key.size() == 1) return {};
-    const std::string name = lower_ascii(key.substr(1));
-    // Where the primitive has the format's own attribute of that name, it is that.
-    const std::string number = name.starts_with("uv") ? name.substr(2) : "";
-    const std::string own = name == "n"       ? "NORMAL"
-                            : name == "color" ? "COLOR_0"
-                            : name == "uv"    ? fmt::format("{}{}", kTexture, picture)
-                                              : fmt::format("{}{}", kTexture, number);
-    if (attributes.find(own) != nullptr) return {};
-    return {{name}};
-}
-
 class GltfReader {
   public:
     GltfReader(GltfFile file, std::string name) : gltf_(std::move(file)), name_(std::move(name)) {}
 
     Result<MeshSource> read() {
         scene_ = gltf_scene(&gltf_, &mesh_);
+        const JsonValue* meshes = gltf_member(&gltf_.root(), "meshes");
+        if (scene_.placements.empty() && meshes != nullptr && gltf_.ok())
+            gltf_.fail(*meshes, "no node of the default scene shows a mesh",
+                       "put the meshes into the scene, and export again");
         // Counts first: nodes may repeat a mesh, so the file's size is no bound.
         for (const GltfPlacement& placement : scene_.placements)
             count(placement);
@@ -138,7 +107,7 @@ class GltfReader {
         for (const JsonMember& m : attributes->members) {
             primitives_ += instances;
             sets += m.key.starts_with("JOINTS_") ? 1 : 0;
-            for (const Target& target : targets_of(*attributes, m.key, skin.coordinates)) {
+            for (const GltfTarget& target : gltf_targets(*attributes, m.key, skin.coordinates)) {
                 if (names_.size() < MeshAssembly::kMaxAttributes) names_.insert(target.name);
                 ++kept;
             }
@@ -187,12 +156,17 @@ class GltfReader {
         }
     }
 
+    std::string place_of(const JsonValue& node, const JsonValue& mesh) const {
+        const bool has_name = node.find("name") != nullptr;
+        return has_name ? gltf_.place_of("node", node) : gltf_.place_of("mesh", mesh);
+    }
+
     /// What the mesh of a node has beside its primitives.
     void tell_of_mesh(const GltfPlacement& placement, const JsonValue& mesh) {
         const JsonValue& node = *placement.node;
         const JsonValue* primitives = gltf_member(&mesh, "primitives");
         if (!primitives->items.empty() && primitives->items[0].find("targets") != nullptr)
-            mesh_.leave_out("the morph targets of a mesh", gltf_.place_of("node", node),
+            mesh_.leave_out("the morph targets of a mesh", place_of(node, mesh),
                             "the mesh is printed with the weights that the file gives");
         const JsonValue* weights = gltf_member(&node, "weights");
         if (weights == nullptr) weights = gltf_member(&mesh, "weights");
@@ -362,7 +336,7 @@ class GltfReader {
         bool normal, coordinates, colour;
         explicit Kinds(const std::string& key)
             : normal(key == "NORMAL"),
-              coordinates(key.starts_with(kTexture)),
+              coordinates(key.starts_with(kGltfTexture)),
               colour(key == "COLOR_0") {}
         size_t components() const { return normal ? 3 : coordinates ? 2 : 0; }
     };
@@ -372,7 +346,8 @@ class GltfReader {
                        std::vector<Source>* sources) {
         if (!gltf_.ok()) return;
         const JsonValue& attributes = *gltf_member(&primitive, "attributes");
-        const std::vector<Target> targets = targets_of(attributes, member.key, skin.coordinates);
+        const std::vector<GltfTarget> targets =
+            gltf_targets(attributes, member.key, skin.coordinates);
         if (targets.empty()) return tell_of_attribute(member);
         const Kinds kinds(member.key);
         const std::optional<GltfArray> array = array_of(primitive, member.key, kinds.components());
@@ -383,11 +358,11 @@ class GltfReader {
         if (kinds.colour && array->components < 3)
             return gltf_.fail(member.value, "COLOR_0 must have 3 or 4 components");
         if (kinds.colour && skin.is_transparent) tell_of_transparency(*array, skin);
-        for (const Target& target : targets)
+        for (const GltfTarget& target : targets)
             add_values(*array, member, target, moves, skin, sources);
     }
 
-    void add_values(const GltfArray& array, const JsonMember& member, const Target& target,
+    void add_values(const GltfArray& array, const JsonMember& member, const GltfTarget& target,
                     const GltfSkinning& moves, const GltfSkin& skin, std::vector<Source>* sources) {
         const Kinds kinds(member.key);
         const size_t kept = kinds.colour ? 3 : array.components;

@@ -91,7 +91,7 @@ class Teller {
                                 "choose it where the file is made, and export again");
         }
         // Meshes of other scenes are told with these.
-        if (scenes.size() != 1) return;
+        if (scenes.size() > 1) return;
         const std::vector<JsonValue>& meshes = items_of(root("meshes"));
         std::vector<bool> used(meshes.size());
         for (const JsonValue& node : items_of(root("nodes"))) {

@@ -140,8 +140,6 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
         while (json.ends_with('\0'))
             json.remove_suffix(1);
     }
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (json.starts_with(kByteOrderMark)) json.remove_prefix(kByteOrderMark.size());
     Result<JsonValue> root = parse_json(json, file, out.memory_left_);
     if (!root) return root.error();
     out.root_ = std::move(*root);

@@ -727,6 +727,8 @@ TEST(GltfFeatures, CompressedMeshesAndOldFilesAreRefused) {
     File draco = with(&File::attributes, R"("POSITION": 11)");
     draco.primitive = R"(, "extensions": {"KHR_draco_mesh_compression": {"bufferView": 0}})";
     EXPECT_THAT(refused(draco), ::testing::HasSubstr("the mesh is compressed with Draco"));
+    EXPECT_THAT(refused(with(&File::nodes, "{}")),
+                ::testing::HasSubstr("no node of the default scene shows a mesh"));
     std::string old = File().glb();
     old[4] = 1;
     EXPECT_THAT(parse_gltf(old, "a.glb").error().text(),
