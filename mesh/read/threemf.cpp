@@ -9,13 +9,14 @@
 #include <optional>
 
 #include "base/affine.h"
-#include "base/input_file.h"
 #include "base/scan_number.h"
-#include "base/xml.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/threemf_looks.h"
 #include "mesh/read/threemf_model.h"
+#include "mesh/read/threemf_package.h"
+#include "mesh/read/threemf_paint.h"
+#include "mesh/read/threemf_project.h"
 #include "mesh/read/zip_file.h"
 
 namespace openfab::mesh {
@@ -26,33 +27,19 @@ constexpr int64_t kMaxTriangles = 50'000'000;
 constexpr int64_t kMaxPlacements = 100'000;
 constexpr size_t kMaxDepth = 32;
 
-/// Finds the model in the package's relationships.
-class Relationships : public XmlHandler {
-  public:
-    std::string model;
-
-    Complaint start(std::string_view name, const XmlAttributes& a) override {
-        const char* type = a.find("Type");
-        const char* target = a.find("Target");
-        if (name == "Relationship" && type != nullptr && target != nullptr && model.empty() &&
-            std::string_view(type).ends_with("/3dmodel"))
-            model = target;
-        return {};
-    }
-    void end(std::string_view) override {}
-};
-
 class ThreemfReader {
   public:
     ThreemfReader(ZipFile zip, std::string file, int64_t memory_bytes)
         : zip_(std::move(zip)), file_(std::move(file)), memory_bytes_(memory_bytes) {}
 
     Result<MeshSource> read() {
-        const Result<std::string> relationships = load("_rels/.rels");
-        if (!relationships) return relationships.error();
-        const Result<std::string> model = threemf_model_part(*relationships, file_);
-        if (!model) return model.error();
-        ThreemfPart* root = part("", *model);
+        Result<ThreemfPackage> package = read_threemf_package(zip_, file_, memory_bytes_);
+        if (!package) return package.error();
+        package_ = std::move(*package);
+        Result<ThreemfProject> project = read_threemf_project(zip_, file_, &memory_bytes_, &told_);
+        if (!project) return project.error();
+        project_ = std::move(*project);
+        ThreemfPart* root = part("", package_.model);
         if (root == nullptr) return *error_;
         // Counts first: components may repeat objects, so the file's size is no bound.
         place_all(root, &ThreemfReader::count);
@@ -63,6 +50,12 @@ class ThreemfReader {
         if (error_) return *error_;
         if (root->model.build.empty())
             mesh_.warnings().push_back(fmt::format("{}: the build has no items", file_));
+        if (mesh_.triangles() == 0 && !told_.list().empty()) {
+            const LeftOut& first = told_.list().front();
+            return user_error(fmt::format("{}: nothing is left to print without {} ({})", file_,
+                                          first.what, first.place),
+                              first.remedy);
+        }
         MeshSource source = mesh_.finish(file_, root->model.unit_mm);
         source.left_out = std::move(told_.list());
         return source;
@@ -76,6 +69,16 @@ class ThreemfReader {
         size_t depth = 0;
         int32_t assembly = 0;
         BodyRole role = BodyRole::kPart;
+        const ThreemfProjectObject* project = nullptr;  ///< what a slicer says of the item
+        const ThreemfVolume* volume = nullptr;          ///< and of the component
+        int32_t extruder = 0;
+        int64_t* passed = nullptr;  ///< triangles of the item before
+    };
+
+    /// Triangles of one body.
+    struct Piece {
+        const ThreemfVolume* volume = nullptr;  ///< none: all of the object
+        std::vector<int32_t> triangles;
     };
 
     using Use = void (ThreemfReader::*)(ThreemfPart*, const ThreemfObject&, const Place&);
@@ -84,7 +87,9 @@ class ThreemfReader {
         if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what), help);
     }
 
-    Result<std::string> load(const std::string& name) { return zip_.read(name, memory_bytes_); }
+    Result<std::string> load(const std::string& name) {
+        return package_.read(zip_, name, file_, memory_bytes_);
+    }
 
     /// Returns the part that part `from` calls `name`.
     ThreemfPart* part(const std::string& from, const std::string& name) {
@@ -107,6 +112,14 @@ class ThreemfReader {
             if (!error_) error_ = model.error();
             return nullptr;
         }
+        for (auto& [id, object] : model->objects) {
+            is_painted_ = is_painted_ || !object.paints.empty();
+            const Result<void> painted = apply_threemf_paint(
+                &object, fmt::format("{}: {}", file_, name_of(object, id)), &memory_bytes_, &told_);
+            if (painted) continue;
+            error_ = painted.error();
+            return nullptr;
+        }
         return &parts_.emplace(key, ThreemfPart{path, std::move(*model), {}}).first->second;
     }
 
@@ -122,13 +135,26 @@ class ThreemfReader {
                           "switch them on in the slicer if they shall be printed");
                 continue;
             }
-            place(root, item, {.names = &names, .assembly = assemblies_++}, use);
+            int64_t passed = 0;
+            Place at{.names = &names, .assembly = assemblies_++, .passed = &passed};
+            const auto project = project_.objects.find(item.object);
+            if (project != project_.objects.end() && item.path.empty()) {
+                at.project = &project->second;
+                at.extruder = at.project->extruder;
+            }
+            place(root, item, at, use);
         }
     }
 
     /// Tells once, of two times that all is placed.
     void leave_out(const std::string& what, const std::string& place, const std::string& remedy) {
         if (is_counting_) told_.add(what, place, remedy);
+    }
+
+    void leave_out(const ThreemfVolume& volume, const std::string& object) {
+        leave_out(volume.extruder > 0 ? volume.kind + " that name an extruder" : volume.kind,
+                  volume.name.empty() ? object : fmt::format("volume `{}`", volume.name),
+                  "they only say something to the slicer; make parts of them to print them");
     }
 
     static std::string name_of(const ThreemfObject& object, int64_t id) {
@@ -152,18 +178,39 @@ class ThreemfReader {
                 fmt::format("an item or component refers to object {}, which does not exist",
                             placement.object));
         const ThreemfObject& object = it->second;
-        if (!is_printed(object, placement.object)) return;
-        const bool named = !object.name.empty() && std::find(at.names->begin(), at.names->end(),
-                                                             object.name) == at.names->end();
-        if (named) at.names->push_back(object.name);
+        // An item without components is its only volume.
+        if (at.project != nullptr && (at.depth > 0 || object.components.empty())) {
+            const ThreemfVolume* volume = at.project->component(placement.object);
+            if (volume != nullptr) at.volume = volume;
+        }
+        if (!is_printed(object, placement.object, at.volume)) return;
+        if (at.volume != nullptr && at.volume->role == BodyRole::kNegative)
+            at.role = BodyRole::kNegative;
+        if (at.volume != nullptr && at.volume->extruder > 0) at.extruder = at.volume->extruder;
+        if (object.extruder > 0) at.extruder = object.extruder;
+        const std::string& name = name_at(object, at);
+        const bool named =
+            !name.empty() && std::find(at.names->begin(), at.names->end(), name) == at.names->end();
+        if (named) at.names->push_back(name);
         at.transform = product(at.transform, placement.transform);
         if (!object.triangles.empty()) (this->*use)(in, object, at);
         place_components(in, object, placement.object, at, use);
         if (named) at.names->pop_back();
     }
 
-    bool is_printed(const ThreemfObject& object, int64_t id) {
+    /// The name of an object in the model, or what the slicer calls it.
+    static const std::string& name_at(const ThreemfObject& object, const Place& at) {
+        if (!object.name.empty()) return object.name;
+        if (at.volume != nullptr && at.volume->part >= 0) return at.volume->name;
+        return at.depth == 0 && at.project != nullptr ? at.project->name : object.name;
+    }
+
+    bool is_printed(const ThreemfObject& object, int64_t id, const ThreemfVolume* volume) {
         const std::string name = name_of(object, id);
+        if (volume != nullptr && volume->part >= 0) {
+            if (volume->role == BodyRole::kNotPrinted) leave_out(*volume, name);
+            return volume->role != BodyRole::kNotPrinted;
+        }
         if (!object.helper.empty()) {
             leave_out(object.helper, name, "they only say something to the slicer");
             return false;
@@ -205,9 +252,53 @@ class ThreemfReader {
         }
     }
 
-    void count(ThreemfPart*, const ThreemfObject& object, const Place&) {
-        counts_.vertices += static_cast<int64_t>(object.vertices.size());
-        counts_.triangles += static_cast<int64_t>(object.triangles.size());
+    /// Returns the bodies of an object, in the order of a slicer's volumes.
+    std::vector<Piece> pieces_of(const ThreemfObject& object, const Place& at) {
+        std::vector<Piece> pieces;
+        if (at.project == nullptr || !at.project->has_ranges()) {
+            pieces.emplace_back();
+            return pieces;
+        }
+        const std::vector<ThreemfVolume>& volumes = at.project->volumes;
+        pieces.resize(volumes.size() + 1);  // the last one is of no volume
+        std::vector<std::pair<int64_t, size_t>> starts;
+        for (size_t i = 0; i < volumes.size(); ++i) {
+            pieces[i].volume = &volumes[i];
+            starts.emplace_back(volumes[i].first, i);
+        }
+        std::sort(starts.begin(), starts.end());
+        int64_t count = 0;
+        for (size_t t = 0; t < object.triangles.size(); ++t) {
+            const int64_t source =
+                object.sources.empty() ? static_cast<int64_t>(t) : object.sources[t];
+            count = std::max(count, source + 1);
+            const int64_t number = *at.passed + source;
+            auto after =
+                std::upper_bound(starts.begin(), starts.end(), std::pair(number, volumes.size()));
+            size_t piece = volumes.size();
+            if (after != starts.begin() && number <= volumes[std::prev(after)->second].last)
+                piece = std::prev(after)->second;
+            pieces[piece].triangles.push_back(static_cast<int32_t>(t));
+        }
+        *at.passed += count;
+        std::erase_if(pieces, [&](const Piece& piece) {
+            const bool dropped =
+                piece.volume != nullptr && piece.volume->role == BodyRole::kNotPrinted;
+            if (dropped && !piece.triangles.empty()) leave_out(*piece.volume, at.project->name);
+            return dropped || piece.triangles.empty();
+        });
+        return pieces;
+    }
+
+    void count(ThreemfPart*, const ThreemfObject& object, const Place& at) {
+        const auto vertices = static_cast<int64_t>(object.vertices.size());
+        for (const Piece& piece : pieces_of(object, at)) {
+            const auto triangles = static_cast<int64_t>(
+                piece.triangles.empty() ? object.triangles.size() : piece.triangles.size());
+            counts_.triangles += triangles;
+            counts_.vertices +=
+                piece.triangles.empty() ? vertices : std::min(vertices, 3 * triangles);
+        }
         if (counts_.triangles > kMaxTriangles || counts_.vertices > kMaxTriangles)
             fail("the build has too many triangles");
     }
@@ -222,35 +313,67 @@ class ThreemfReader {
     }
 
     void add_mesh(ThreemfPart* in, const ThreemfObject& object, const Place& at) {
-        const int32_t body = add_body(object.name, at);
-        mesh_.begin_part();
-        const auto first = static_cast<int32_t>(mesh_.vertices());
-        for (const Vec3d& v : object.vertices) {
-            const Vec3d p = at.transform.apply(v);
-            if (!is_position(p.x, p.y, p.z))
-                return fail(fmt::format("a vertex of object `{}` is not finite or too far away",
-                                        object.name));
-            mesh_.add_vertex(p);
-        }
-        const bool mirrored = determinant(at.transform) < 0;
-        std::map<int32_t, int32_t> groups;  // by look
-        for (const ThreemfTriangle& t : object.triangles) {
-            const ThreemfFace face = face_of(in, object, t);
-            std::array<int32_t, 3> corners = t.vertices;
-            for (int32_t& v : corners)
-                v += first;
-            if (mirrored) std::swap(corners[1], corners[2]);
-            const auto [group, fresh] = groups.try_emplace(face.look, 0);
-            if (fresh) {
-                group->second = group_of(face.look, body, *at.names);
-                check_names();
-                if (error_) return;
+        std::vector<int32_t> numbers(object.vertices.size(), -1);  // of vertices in the mesh
+        for (const Piece& piece : pieces_of(object, at)) {
+            Place of = at;
+            std::string name = name_at(object, at);
+            if (piece.volume != nullptr) {
+                if (piece.volume->role == BodyRole::kNegative) of.role = BodyRole::kNegative;
+                if (piece.volume->extruder > 0) of.extruder = piece.volume->extruder;
+                if (!piece.volume->name.empty()) name = piece.volume->name;
             }
-            mesh_.add_triangle(corners, group->second);
-            set(looks_.color(), face.color, mirrored);
-            set(looks_.uv(), face.uv, mirrored);
+            const int32_t body = add_body(name, of);
+            mesh_.begin_part();
+            std::map<int32_t, int32_t> groups;  // by look
+            if (piece.triangles.empty()) {
+                for (size_t v = 0; v < numbers.size(); ++v)
+                    vertex(object, of, static_cast<int32_t>(v), &numbers);
+                for (size_t t = 0; t < object.triangles.size(); ++t)
+                    add_triangle(in, object, of, t, body, &numbers, &groups);
+            } else {
+                for (const int32_t t : piece.triangles)
+                    add_triangle(in, object, of, static_cast<size_t>(t), body, &numbers, &groups);
+                // Bodies share no vertices.
+                for (const int32_t t : piece.triangles) {
+                    for (const int32_t v : object.triangles[static_cast<size_t>(t)].vertices)
+                        numbers[static_cast<size_t>(v)] = -1;
+                }
+            }
+            check_names();
         }
-        check_names();
+    }
+
+    /// Returns the number of a vertex of an object in the mesh, adding it on first use.
+    int32_t vertex(const ThreemfObject& object, const Place& at, int32_t v,
+                   std::vector<int32_t>* numbers) {
+        int32_t& number = (*numbers)[static_cast<size_t>(v)];
+        if (number >= 0) return number;
+        const Vec3d p = at.transform.apply(object.vertices[static_cast<size_t>(v)]);
+        if (!is_position(p.x, p.y, p.z))
+            fail(fmt::format("a vertex of object `{}` is not finite or too far away", object.name));
+        return number = mesh_.add_vertex(p);
+    }
+
+    void add_triangle(ThreemfPart* in, const ThreemfObject& object, const Place& at, size_t t,
+                      int32_t body, std::vector<int32_t>* numbers,
+                      std::map<int32_t, int32_t>* groups) {
+        if (error_) return;
+        const ThreemfTriangle& triangle = object.triangles[t];
+        const int32_t filament = object.filaments.empty() ? 0 : object.filaments[t];
+        const ThreemfFace face = face_of(in, object, triangle, filament, at.extruder);
+        std::array<int32_t, 3> corners{};
+        for (size_t c = 0; c < 3; ++c)
+            corners[c] = vertex(object, at, triangle.vertices[c], numbers);
+        const bool mirrored = determinant(at.transform) < 0;
+        if (mirrored) std::swap(corners[1], corners[2]);
+        const auto [group, fresh] = groups->try_emplace(face.look, 0);
+        if (fresh) {
+            group->second = group_of(face.look, body, *at.names);
+            check_names();
+        }
+        mesh_.add_triangle(corners, group->second);
+        set(looks_.color(), face.color, mirrored);
+        set(looks_.uv(), face.uv, mirrored);
     }
 
     void check_names() {
@@ -284,13 +407,30 @@ class ThreemfReader {
         return mesh_.group_index(group);
     }
 
-    ThreemfFace face_of(ThreemfPart* in, const ThreemfObject& object, const ThreemfTriangle& t) {
+    /// A triangle's own properties count first, then its paint, those of the object, the extruder.
+    ThreemfFace face_of(ThreemfPart* in, const ThreemfObject& object, const ThreemfTriangle& t,
+                        int32_t filament, int32_t extruder) {
         const bool own = t.properties[0] >= 0;
         const int64_t group = own && t.group >= 0 ? t.group : object.group;
-        if (group < 0) return {};
+        if (group < 0 || (!own && filament > 0)) return {.look = filament_look(filament, extruder)};
         std::array<int64_t, 3> picks = t.properties;
         if (!own) picks.fill(object.property);
         return looks_.face(in, object, group, picks);
+    }
+
+    int32_t filament_look(int32_t filament, int32_t extruder) {
+        if (filament == 0) filament = extruder;
+        if (filament == 0) {
+            if (project_.filaments.empty() && !is_painted_) return -1;
+            filament = 1;
+        }
+        const auto [known, fresh] = filament_looks_.try_emplace(filament, -1);
+        if (!fresh) return known->second;
+        ThreemfFilament one;
+        if (static_cast<size_t>(filament) <= project_.filaments.size())
+            one = project_.filaments[static_cast<size_t>(filament) - 1];
+        if (one.name.empty()) one.name = fmt::format("extruder {}", filament);
+        return known->second = looks_.filament(one.name, one.color);
     }
 
     void set(const std::optional<size_t>& attribute,
@@ -307,6 +447,10 @@ class ThreemfReader {
     MeshAssembly mesh_;
     ThreemfTold told_;
     ThreemfLooks looks_{&mesh_, zip_, &told_};
+    ThreemfPackage package_;
+    ThreemfProject project_;
+    std::map<int32_t, int32_t> filament_looks_;
+    bool is_painted_ = false;
     int64_t body_bytes_ = 0;
     std::optional<Error> error_;
     int64_t placements_ = 0;
@@ -318,35 +462,11 @@ class ThreemfReader {
 
 }  // namespace
 
-Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file) {
-    Relationships found;
-    const Result<void> parsed =
-        parse_xml(relationships, fmt::format("{}: _rels/.rels", file), &found);
-    if (!parsed) return parsed.error();
-    if (found.model.empty()) return user_error(fmt::format("{}: the file has no model", file));
-    return found.model;
-}
-
 Result<MeshSource> parse_threemf(std::string_view bytes, const std::string& file,
                                  int64_t memory_bytes) {
     Result<ZipFile> zip = ZipFile::open(bytes, file);
     if (!zip) return zip.error();
     return ThreemfReader(std::move(*zip), file, memory_bytes).read();
-}
-
-Result<void> read_threemf_pictures(const std::filesystem::path& file,
-                                   std::span<const std::string> sources, int64_t memory_bytes,
-                                   const TakePicture& take) {
-    Result<InputFile> input = InputFile::open(file);
-    if (!input) return Error(input.error());
-    const Result<std::string> bytes = input->read_all(memory_bytes);
-    if (!bytes) return bytes.error();
-    const Result<ZipFile> zip = ZipFile::open(*bytes, file.string());
-    if (!zip) return zip.error();
-    const int64_t left = memory_bytes - static_cast<int64_t>(bytes->size());
-    for (size_t i = 0; i < sources.size(); ++i)
-        take(i, zip->read(sources[i], left));
-    return Ok{};
 }
 
 }  // namespace openfab::mesh

@@ -10,6 +10,7 @@
 #include "base/color.h"
 #include "base/scan_number.h"
 #include "base/xml.h"
+#include "mesh/read/threemf_extensions.h"
 
 namespace openfab::mesh {
 namespace {
@@ -18,51 +19,6 @@ constexpr int64_t kMaxId = INT32_MAX;
 constexpr size_t kMaxTransform = 12;
 /// Text of a metadata element that is of interest: a truth value or a number.
 constexpr size_t kLongestValue = 64;
-
-std::string_view trimmed(std::string_view text) {
-    constexpr std::string_view kBlanks = " \t\r\n";
-    const size_t start = text.find_first_not_of(kBlanks);
-    if (start == std::string_view::npos) return {};
-    return text.substr(start, text.find_last_not_of(kBlanks) - start + 1);
-}
-
-std::vector<std::string_view> words_of(std::string_view text) {
-    std::vector<std::string_view> words;
-    for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
-        const size_t end = std::min(text.find_first_of(" \t\r\n"), text.size());
-        words.push_back(text.substr(0, end));
-        text.remove_prefix(end);
-    }
-    return words;
-}
-
-/// Extensions that are read, at least as far as a file needs that requires them.
-constexpr std::string_view kExtensions[] = {"/material/", "/production/",    "/trianglesets/",
-                                            "/slice/",    "/securecontent/", "/booleanoperations/"};
-
-/// Elements without attributes of interest, whose children count.
-constexpr std::string_view kWithout[] = {"resources", "build",      "mesh",     "vertices",
-                                         "triangles", "components", "metadata", "metadatagroup",
-                                         "settings",  "setting"};
-
-/// Elements that say nothing of what is printed, or of which objects that use them tell.
-constexpr std::string_view kSilent[] = {"trianglesets", "slicestack", "displacement2d",
-                                        "disp2dgroup", "normvectorgroup"};
-
-struct Dropped {
-    std::string_view element;
-    const char* what;
-    const char* remedy;
-    bool holds_mesh = false;
-};
-
-constexpr Dropped kDropped[] = {
-    {"beamlattice", "lattices of beams", "export them as meshes"},
-    {"displacementmesh", "displacements of meshes", "apply them in the program that made them",
-     true},
-    {"volumedata", "volumetric data of meshes", "write them as a fablet"},
-    {"levelset", "objects that are level sets", "export them as meshes, or write them as a fablet"},
-};
 
 class ModelReader : public XmlHandler {
   public:
@@ -104,7 +60,7 @@ class ModelReader : public XmlHandler {
         if (name == "booleanshape") return boolean_shape(a);
         if (name == "item") return placement(a, &model.build);
         if (name == "metadata" || name == "setting") begin_value(a);
-        if (is_left_out(name)) unknown_ = 1;
+        if (is_left_out_of_threemf(name, place(), &told_)) unknown_ = 1;
         return {};
     }
 
@@ -168,7 +124,8 @@ class ModelReader : public XmlHandler {
         double value = 0;
         if (text == nullptr) {
             wrong_ = fmt::format("`{}` is missing", key);
-        } else if (const std::string wrong = scan_number(trimmed(text), &value); !wrong.empty()) {
+        } else if (const std::string wrong = scan_number(trim_threemf(text), &value);
+                   !wrong.empty()) {
             wrong_ = wrong;
         }
         return value;
@@ -178,7 +135,7 @@ class ModelReader : public XmlHandler {
         const char* text = a.find(key);
         if (text == nullptr) return otherwise;
         int64_t value = otherwise;
-        if (const std::string wrong = scan_integer(trimmed(text), 0, kMaxId, &value);
+        if (const std::string wrong = scan_integer(trim_threemf(text), 0, kMaxId, &value);
             !wrong.empty())
             wrong_ = fmt::format("`{}`: {}", key, wrong);
         return value;
@@ -207,26 +164,7 @@ class ModelReader : public XmlHandler {
             found = true;
         }
         if (!found) return fmt::format("unknown unit `{}`", unit.substr(0, 40));
-        // Extensions that change the surface must be known; they are listed by their prefixes.
-        const std::string required = attribute(a, "requiredextensions");
-        const std::vector<std::string_view> prefixes = words_of(required);
-        // Each is searched for among all attributes.
-        constexpr size_t kMostExtensions = 64;
-        if (prefixes.size() > kMostExtensions)
-            return fmt::format("the file requires {} extensions; at most {} are possible",
-                               prefixes.size(), kMostExtensions);
-        for (std::string_view prefix : prefixes) {
-            const char* address = a.find_exact(fmt::format("xmlns:{}", prefix));
-            const std::string_view known = address != nullptr ? address : "";
-            const bool fine = std::any_of(
-                std::begin(kExtensions), std::end(kExtensions),
-                [&](std::string_view one) { return known.find(one) != std::string_view::npos; });
-            if (!fine)
-                return {fmt::format("the file requires the extension `{}`, which is not supported",
-                                    known.empty() ? prefix : known.substr(0, 120)),
-                        "export it as plain meshes"};
-        }
-        return {};
+        return check_threemf_extensions(a);
     }
 
     Complaint begin_group(const XmlAttributes& a, ThreemfGroup::Kind kind) {
@@ -268,7 +206,7 @@ class ModelReader : public XmlHandler {
                     fmt::format("at most {} are possible", kMaxLayers)};
         if (!wrong.empty()) return wrong;
         const std::string methods = attribute(a, "blendmethods");
-        for (const std::string_view method : words_of(methods)) {
+        for (const std::string_view method : threemf_words(methods)) {
             if (group_->multiplied.size() == kMaxLayers) break;
             if (method != "mix" && method != "multiply")
                 return {fmt::format("unknown blend method `{}`", method.substr(0, 40)),
@@ -279,7 +217,7 @@ class ModelReader : public XmlHandler {
     }
 
     std::string integers(std::string_view list, std::vector<int64_t>* out) {
-        for (std::string_view word : words_of(list)) {
+        for (std::string_view word : threemf_words(list)) {
             int64_t value = 0;
             if (std::string wrong = scan_integer(word, 0, kMaxId, &value); !wrong.empty())
                 return wrong;
@@ -352,7 +290,7 @@ class ModelReader : public XmlHandler {
         std::vector<double>& shares = add(&group_->shares, {});
         const std::string values = attribute(a, "values");
         double sum = 0;
-        for (const std::string_view word : words_of(values)) {
+        for (const std::string_view word : threemf_words(values)) {
             if (shares.size() == group_->layers.size()) break;
             double value = 0;
             if (std::string wrong = scan_number(word, &value); !wrong.empty()) return wrong;
@@ -403,28 +341,6 @@ class ModelReader : public XmlHandler {
                                      : fmt::format("object `{}`", object_->name);
     }
 
-    /// Whether an element is of no interest, with all that is in it; tells of those that matter.
-    bool is_left_out(std::string_view name) {
-        const auto any = [&](const auto& list) {
-            return std::find(std::begin(list), std::end(list), name) != std::end(list);
-        };
-        if (any(kWithout)) return false;
-        if (any(kSilent)) return true;
-        for (const Dropped& one : kDropped) {
-            if (one.element != name) continue;
-            told_.add(one.what, place(), one.remedy);
-            return !one.holds_mesh;
-        }
-        if (name.ends_with("displayproperties")) {
-            told_.add("gloss, metal and translucency of materials", place(),
-                      "the specification asks printers to ignore them; choose materials by hand");
-        } else {
-            told_.add(fmt::format("elements `{}`", name.substr(0, 40)), place(),
-                      "they belong to an extension of 3MF that is not read");
-        }
-        return true;
-    }
-
     Complaint vertex(const XmlAttributes& a) {
         if (object_ == nullptr) return {};
         add(&object_->vertices, {number(a, "x"), number(a, "y"), number(a, "z")});
@@ -468,7 +384,7 @@ class ModelReader : public XmlHandler {
 
     int64_t index(std::string_view name, const char* text) {
         int64_t value = -1;
-        if (const std::string wrong = scan_integer(trimmed(text), 0, kMaxId, &value);
+        if (const std::string wrong = scan_integer(trim_threemf(text), 0, kMaxId, &value);
             !wrong.empty())
             wrong_ = fmt::format("`{}`: {}", name, wrong);
         return value;
@@ -526,7 +442,7 @@ class ModelReader : public XmlHandler {
             {"anti_overhang_mesh", "support blockers (Cura)"},
             {"infill_mesh", "meshes that change the infill (Cura)"},
             {"cutting_mesh", "meshes that change the settings of others (Cura)"}};
-        const std::string_view value = trimmed(value_);
+        const std::string_view value = trim_threemf(value_);
         for (const auto& [key, what] : kHelpers) {
             if (key == key_ && (value == "True" || value == "true" || value == "1"))
                 object_->helper = what;
@@ -546,7 +462,7 @@ class ModelReader : public XmlHandler {
         p.printable = printable != "0" && printable != "false";
         if (const char* written = a.find("transform")) {
             std::array<double, kMaxTransform> m{};
-            const std::vector<std::string_view> words = words_of(written);
+            const std::vector<std::string_view> words = threemf_words(written);
             if (words.size() != m.size()) return "`transform` must have 12 numbers";
             for (size_t i = 0; i < m.size(); ++i) {
                 if (std::string wrong = scan_number(words[i], &m[i]); !wrong.empty()) return wrong;
@@ -574,20 +490,8 @@ class ModelReader : public XmlHandler {
 
 }  // namespace
 
-void ThreemfTold::add(const std::string& what, const std::string& place,
-                      const std::string& remedy) {
-    for (LeftOut& known : list_) {
-        if (known.what != what) continue;
-        ++known.count;
-        return;
-    }
-    // Names from the file may make each one different.
-    constexpr size_t kMost = 100;
-    if (list_.size() < kMost) list_.push_back({what, place, remedy, 1});
-}
-
 std::optional<ThreemfColor> parse_threemf_color(std::string_view text) {
-    text = trimmed(text);
+    text = trim_threemf(text);
     if ((text.size() != 7 && text.size() != 9) || text[0] != '#') return {};
     std::array<int, 8> digits{};
     digits.fill(15);  // opaque

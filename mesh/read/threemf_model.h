@@ -16,18 +16,9 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "mesh/model/look.h"
+#include "mesh/read/threemf_extensions.h"
 
 namespace openfab::mesh {
-
-/// What is left out of a file, each kind of thing once.
-class ThreemfTold {
-  public:
-    void add(const std::string& what, const std::string& place, const std::string& remedy);
-    std::vector<LeftOut>& list() { return list_; }
-
-  private:
-    std::vector<LeftOut> list_;
-};
 
 /// A colour in linear light, and its alpha.
 using ThreemfColor = std::array<float, 4>;
@@ -82,6 +73,9 @@ struct ThreemfObject {
     std::string helper;     ///< what it is for in Cura, if it is not printed
     /// Triangles that a slicer's user painted, and how.
     std::vector<std::pair<int32_t, std::string>> paints;
+    /// By triangle: the filament of its paint, from 1, or 0; empty if none is painted.
+    std::vector<int16_t> filaments;
+    std::vector<int32_t> sources;  ///< by triangle: that of the file; empty: the same
 };
 
 struct ThreemfModel {

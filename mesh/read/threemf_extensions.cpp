@@ -1,0 +1,118 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/read/threemf_extensions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace openfab::mesh {
+namespace {
+
+/// Extensions that are read, at least as far as a file needs that requires them.
+constexpr std::string_view kExtensions[] = {"/material/", "/production/",    "/trianglesets/",
+                                            "/slice/",    "/securecontent/", "/booleanoperations/"};
+
+/// Elements without attributes of interest, whose children count.
+constexpr std::string_view kWithout[] = {"resources", "build",      "mesh",     "vertices",
+                                         "triangles", "components", "metadata", "metadatagroup",
+                                         "settings",  "setting"};
+
+/// Elements that say nothing of what is printed, or of which objects that use them tell.
+constexpr std::string_view kSilent[] = {"trianglesets", "slicestack", "displacement2d",
+                                        "disp2dgroup", "normvectorgroup"};
+
+struct Dropped {
+    std::string_view element;
+    const char* what;
+    const char* remedy;
+    bool holds_mesh = false;
+};
+
+constexpr Dropped kDropped[] = {
+    {"beamlattice", "lattices of beams", "export them as meshes"},
+    {"displacementmesh", "displacements of meshes", "apply them in the program that made them",
+     true},
+    {"volumedata", "volumetric data of meshes", "write them as a fablet"},
+    {"levelset", "objects that are level sets", "export them as meshes, or write them as a fablet"},
+};
+
+}  // namespace
+
+void ThreemfTold::add(const std::string& what, const std::string& place,
+                      const std::string& remedy) {
+    for (LeftOut& known : list_) {
+        if (known.what != what) continue;
+        ++known.count;
+        return;
+    }
+    // Names from the file may make each one different.
+    constexpr size_t kMost = 100;
+    if (list_.size() < kMost) list_.push_back({what, place, remedy, 1});
+}
+
+Complaint check_threemf_extensions(const XmlAttributes& model) {
+    // They are listed by their prefixes.
+    const char* required = model.find("requiredextensions");
+    const std::vector<std::string_view> prefixes =
+        threemf_words(required != nullptr ? required : "");
+    // Each is searched for among all attributes.
+    constexpr size_t kMostExtensions = 64;
+    if (prefixes.size() > kMostExtensions)
+        return fmt::format("the file requires {} extensions; at most {} are possible",
+                           prefixes.size(), kMostExtensions);
+    for (const std::string_view prefix : prefixes) {
+        const char* address = model.find_exact(fmt::format("xmlns:{}", prefix));
+        const std::string_view known = address != nullptr ? address : "";
+        const bool fine = std::any_of(
+            std::begin(kExtensions), std::end(kExtensions),
+            [&](std::string_view one) { return known.find(one) != std::string_view::npos; });
+        if (!fine)
+            return {fmt::format("the file requires the extension `{}`, which is not supported",
+                                known.empty() ? prefix : known.substr(0, 120)),
+                    "export it as plain meshes"};
+    }
+    return {};
+}
+
+bool is_left_out_of_threemf(std::string_view element, const std::string& place,
+                            ThreemfTold* told) {
+    const auto any = [&](const auto& list) {
+        return std::find(std::begin(list), std::end(list), element) != std::end(list);
+    };
+    if (any(kWithout)) return false;
+    if (any(kSilent)) return true;
+    for (const Dropped& one : kDropped) {
+        if (one.element != element) continue;
+        told->add(one.what, place, one.remedy);
+        return !one.holds_mesh;
+    }
+    if (element.ends_with("displayproperties")) {
+        told->add("gloss, metal and translucency of materials", place,
+                  "the specification asks printers to ignore them; choose materials by hand");
+    } else {
+        told->add(fmt::format("elements `{}`", element.substr(0, 40)), place,
+                  "they belong to an extension of 3MF that is not read");
+    }
+    return true;
+}
+
+std::string_view trim_threemf(std::string_view text) {
+    constexpr std::string_view kBlanks = " \t\r\n";
+    const size_t start = text.find_first_not_of(kBlanks);
+    if (start == std::string_view::npos) return {};
+    return text.substr(start, text.find_last_not_of(kBlanks) - start + 1);
+}
+
+std::vector<std::string_view> threemf_words(std::string_view text) {
+    std::vector<std::string_view> words;
+    for (text = trim_threemf(text); !text.empty(); text = trim_threemf(text)) {
+        const size_t end = std::min(text.find_first_of(" \t\r\n"), text.size());
+        words.push_back(text.substr(0, end));
+        text.remove_prefix(end);
+    }
+    return words;
+}
+
+}  // namespace openfab::mesh

@@ -1,0 +1,56 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What the slicers of filament printers write beside the model: which triangles or objects are
+// parts, holes or modifiers, with which extruder, and the colours of the filaments.
+// Sources: PrusaSlicer, Format/3mf.cpp; OrcaSlicer, Format/bbs_3mf.cpp.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "mesh/model/look.h"
+#include "mesh/read/threemf_model.h"
+#include "mesh/read/zip_file.h"
+
+namespace openfab::mesh {
+
+/// A volume of an object: PrusaSlicer's are ranges of its triangles, Bambu Studio's components.
+struct ThreemfVolume {
+    int64_t first = 0, last = -1;  ///< triangles of the object; none
+    int64_t part = -1;             ///< object of the component; -1: it is a range
+    std::string name;
+    BodyRole role = BodyRole::kPart;
+    std::string kind;      ///< what it is if it is not printed
+    int32_t extruder = 0;  ///< from 1; 0: the object's
+};
+
+struct ThreemfProjectObject {
+    std::string name;
+    int32_t extruder = 0;  ///< from 1; 0: not said
+    std::vector<ThreemfVolume> volumes;
+
+    bool has_ranges() const;
+    /// Returns the volume that is component `object`, or null.
+    const ThreemfVolume* component(int64_t object) const;
+};
+
+struct ThreemfFilament {
+    std::string name;
+    std::optional<ThreemfColor> color;
+};
+
+struct ThreemfProject {
+    std::map<int64_t, ThreemfProjectObject> objects;
+    std::vector<ThreemfFilament> filaments;
+};
+
+/// Reads the project of a slicer; an empty one if there is none. Decreases `*memory_bytes`.
+Result<ThreemfProject> read_threemf_project(const ZipFile& zip, const std::string& file,
+                                            int64_t* memory_bytes, ThreemfTold* told);
+
+}  // namespace openfab::mesh
