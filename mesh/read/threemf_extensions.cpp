@@ -76,8 +76,7 @@ Complaint check_threemf_extensions(const XmlAttributes& model) {
     return {};
 }
 
-bool is_left_out_of_threemf(std::string_view element, const std::string& place,
-                            ThreemfTold* told) {
+bool is_left_out_of_threemf(std::string_view element, const std::string& place, ThreemfTold* told) {
     const auto any = [&](const auto& list) {
         return std::find(std::begin(list), std::end(list), element) != std::end(list);
     };

@@ -56,8 +56,9 @@ Result<std::string> ThreemfPackage::read(const ZipFile& zip, const std::string& 
                                          const std::string& file, int64_t memory_bytes) const {
     if (encrypted.count(ZipFile::key(name)) != 0)
         return user_error(
-            fmt::format("{}: `{}` in the archive is encrypted (secure content), which is not supported",
-                        file, name),
+            fmt::format(
+                "{}: `{}` in the archive is encrypted (secure content), which is not supported",
+                file, name),
             "export it without encryption");
     return zip.read(name, memory_bytes);
 }

@@ -67,7 +67,8 @@ class Painter {
 
   private:
     Error error() const {
-        return user_error(fmt::format("{}: the paint of triangle {} {}", place_, triangle_, wrong_));
+        return user_error(
+            fmt::format("{}: the paint of triangle {} {}", place_, triangle_, wrong_));
     }
 
     static bool is_divided(const std::string& code) {
@@ -112,7 +113,8 @@ class Painter {
         const int code = next();
         const auto side = static_cast<size_t>(code >> 2);
         if (depth > kMaxDepth) wrong_ = "divides it too finely";
-        if ((code & 3) != 0 && side == 3 && wrong_.empty()) wrong_ = "names a side that is not there";
+        if ((code & 3) != 0 && side == 3 && wrong_.empty())
+            wrong_ = "names a side that is not there";
         if (!wrong_.empty()) return;
         if ((code & 3) == 0) {
             const int filament = leaf(code);
@@ -149,9 +151,9 @@ class Painter {
         if (fresh) {
             constexpr size_t kNode = 64;
             take(sizeof(Vec3d) + kNode);
-            object_.vertices.push_back(
-                (object_.vertices[static_cast<size_t>(a)] + object_.vertices[static_cast<size_t>(b)]) *
-                0.5);
+            object_.vertices.push_back((object_.vertices[static_cast<size_t>(a)] +
+                                        object_.vertices[static_cast<size_t>(b)]) *
+                                       0.5);
         }
         return it->second;
     }
@@ -201,7 +203,8 @@ class Painter {
              int16_t filament) {
         if (!wrong_.empty()) return;
         for (size_t side = 0; side < 3; ++side) {
-            const int32_t a = corners[side], b = corners[(side + 1) % 3], c = corners[(side + 2) % 3];
+            const int32_t a = corners[side], b = corners[(side + 1) % 3],
+                          c = corners[(side + 2) % 3];
             const auto it = middles_.find(key(a, b));
             if (it == middles_.end()) continue;
             add(whole, source, {a, it->second, c}, filament);

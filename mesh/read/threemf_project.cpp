@@ -268,23 +268,25 @@ class ProjectReader {
             if (!parsed) return parsed.error();
             project_.objects = std::move(reader.objects);
             if (reader.plates > 1)
-                told_.add(fmt::format("the division of objects into {} plates", reader.plates), name,
-                          "they are imported side by side; delete from the world what shall not be printed");
+                told_.add(fmt::format("the division of objects into {} plates", reader.plates),
+                          name,
+                          "they are imported side by side; delete from the world what shall not be "
+                          "printed");
             return Ok{};
         });
     }
 
     Result<void> read_settings() {
-        constexpr const char* kNames[] = {
-            "Metadata/project_settings.config", "Metadata/Slic3r_PE.config",
-            "Metadata/SuperSlicer.config", "Metadata/Slic3r.config"};
+        constexpr const char* kNames[] = {"Metadata/project_settings.config",
+                                          "Metadata/Slic3r_PE.config",
+                                          "Metadata/SuperSlicer.config", "Metadata/Slic3r.config"};
         return first_of(kNames, [&](std::string_view text, const char* name) -> Result<void> {
             told_.add("settings of a slicer", name,
                       "layers, infill and walls of filament printers have no meaning here");
             const bool is_json = trimmed(text).starts_with('{');
-            const Result<Settings> settings =
-                is_json ? parse_settings(text, path(name), memory_bytes_)
-                        : Result<Settings>(parse_lines(text));
+            const Result<Settings> settings = is_json
+                                                  ? parse_settings(text, path(name), memory_bytes_)
+                                                  : Result<Settings>(parse_lines(text));
             if (!settings) return settings.error();
             project_.filaments = settings->filaments();
             return Ok{};
@@ -308,7 +310,8 @@ class ProjectReader {
     void tell_of_resin() {
         const char* const holes = "Metadata/Slic3r_PE_sla_drain_holes.txt";
         if (zip_.has(holes))
-            told_.add("drain holes of a slicer", holes, "cut them in the program that made the mesh");
+            told_.add("drain holes of a slicer", holes,
+                      "cut them in the program that made the mesh");
         const char* const points = "Metadata/Slic3r_PE_sla_support_points.txt";
         if (zip_.has(points))
             told_.add("support points of a slicer", points, "choose supports in the world");
@@ -329,9 +332,9 @@ bool ThreemfProjectObject::has_ranges() const {
 }
 
 const ThreemfVolume* ThreemfProjectObject::component(int64_t object) const {
-    const auto it =
-        std::find_if(volumes.begin(), volumes.end(),
-                     [&](const ThreemfVolume& volume) { return volume.part == object; });
+    const auto it = std::find_if(volumes.begin(), volumes.end(), [&](const ThreemfVolume& volume) {
+        return volume.part == object;
+    });
     return it != volumes.end() ? &*it : nullptr;
 }
 

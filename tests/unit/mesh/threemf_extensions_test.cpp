@@ -11,7 +11,8 @@ namespace {
 constexpr const char* kItem = R"(<item objectid="9"/>)";
 
 std::string object(int id, const std::string& attributes = "", double low = 0, double high = 10) {
-    return fmt::format(R"(<object id="{}" {}>{}</object>)", id, attributes, threemf_cube(low, high));
+    return fmt::format(R"(<object id="{}" {}>{}</object>)", id, attributes,
+                       threemf_cube(low, high));
 }
 
 /// What is told of a model with a cube beside `resources`.
@@ -31,7 +32,8 @@ TEST(ThreemfExtensions, LeavesOutObjectsThatAreNoModels) {
             build += fmt::format(R"(<item objectid="{}"/>)", id++);
         }
         expected += fmt::format(
-            "objects of type `{0}` (2, object `{0}0`); objects of type `model` are printed; change the type "
+            "objects of type `{0}` (2, object `{0}0`); objects of type `model` are printed; change "
+            "the type "
             "if this is a part\n",
             type);
     }
@@ -43,11 +45,12 @@ TEST(ThreemfExtensions, RefusesMeshesThatStandInForSlices) {
         R"(<s:slicestack id="2" zbottom="0"><s:slice ztop="10"><s:vertices><s:vertex x="4" y="4"/></s:vertices><s:polygon startv="0"><s:segment v2="0"/></s:polygon></s:slice></s:slicestack>)";
     const auto package = [&](const char* resolution) {
         return threemf_package(threemf_model(
-            stack + object(9, fmt::format(R"(name="part" s:slicestackid="2" {})", resolution)), kItem,
-            R"(requiredextensions="s")"));
+            stack + object(9, fmt::format(R"(name="part" s:slicestackid="2" {})", resolution)),
+            kItem, R"(requiredextensions="s")"));
     };
     EXPECT_EQ(parse_error(package(R"(s:meshresolution="lowres")"), "a.3mf"),
-              "a.3mf: the mesh of object `part` is a stand-in (meshresolution `lowres`) for slices, which are "
+              "a.3mf: the mesh of object `part` is a stand-in (meshresolution `lowres`) for "
+              "slices, which are "
               "not read; export it with full resolution");
     EXPECT_EQ(told(read_source(package(R"(s:meshresolution="fullres")"))),
               "slices of objects (1, object `part`); their meshes are printed instead\n");
@@ -58,43 +61,61 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
     const auto told_in_mesh = [&](const std::string& more) {
         std::string inside = mesh;
         inside.insert(inside.find("</mesh>"), more);
-        return told(read_source(threemf_package(
-            threemf_model("<object id=\"9\">" + inside + "</object>", kItem))));
+        return told(read_source(
+            threemf_package(threemf_model("<object id=\"9\">" + inside + "</object>", kItem))));
     };
-    EXPECT_EQ(told_in_mesh(R"(<x:beamlattice minlength="1"><x:beams><x:beam v1="0" v2="1"/></x:beams></x:beamlattice>)"),
-              "lattices of beams (1, object 9); export them as meshes\n");
+    EXPECT_EQ(
+        told_in_mesh(
+            R"(<x:beamlattice minlength="1"><x:beams><x:beam v1="0" v2="1"/></x:beams></x:beamlattice>)"),
+        "lattices of beams (1, object 9); export them as meshes\n");
     EXPECT_EQ(told_in_mesh(R"(<x:volumedata><x:color transform="1"/></x:volumedata>)"),
               "volumetric data of meshes (1, object 9); write them as a fablet\n");
-    EXPECT_EQ(told_in_mesh(R"(<x:trianglesets><x:triangleset name="a"><x:ref index="1"/></x:triangleset></x:trianglesets>)"),
-              "");
-    EXPECT_EQ(told_of(R"(<x:implicitfunction id="2"><x:constant value="7"/><x:color/></x:implicitfunction>)"),
-              "elements `implicitfunction` (1, a.3mf: /3D/3dmodel.model); they belong to an extension of 3MF "
-              "that is not read\n");
+    EXPECT_EQ(
+        told_in_mesh(
+            R"(<x:trianglesets><x:triangleset name="a"><x:ref index="1"/></x:triangleset></x:trianglesets>)"),
+        "");
+    EXPECT_EQ(
+        told_of(
+            R"(<x:implicitfunction id="2"><x:constant value="7"/><x:color/></x:implicitfunction>)"),
+        "elements `implicitfunction` (1, a.3mf: /3D/3dmodel.model); they belong to an extension of "
+        "3MF "
+        "that is not read\n");
     std::string displaced = mesh;
     displaced.replace(0, 6, "<x:displacementmesh>");
     displaced.replace(displaced.size() - 7, 7, "</x:displacementmesh>");
-    const MeshSource source = read_source(threemf_package(
-        threemf_model("<object id=\"9\">" + displaced + "</object>", kItem)));
+    const MeshSource source = read_source(
+        threemf_package(threemf_model("<object id=\"9\">" + displaced + "</object>", kItem)));
     EXPECT_EQ(source.mesh.triangles.size(), 12u);
-    EXPECT_EQ(told(source), "displacements of meshes (1, object 9); apply them in the program that made them\n");
+    EXPECT_EQ(told(source),
+              "displacements of meshes (1, object 9); apply them in the program that made them\n");
 }
 
 TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
-    EXPECT_EQ(parse_error(threemf_package(threemf_model(
-                              R"(<object id="9" name="ball"><x:levelset functionid="2" meshid="1"/></object>)", kItem)),
-                          "a.3mf"),
-              "a.3mf: nothing is left to print without objects that are level sets (object `ball`); export "
-              "them as meshes, or write them as a fablet");
-    EXPECT_EQ(parse_error(threemf_package(threemf_model(object(9, R"(type="support")"), kItem)), "a.3mf"),
-              "a.3mf: nothing is left to print without objects of type `support` (object 9); objects of type "
-              "`model` are printed; change the type if this is a part");
+    EXPECT_EQ(
+        parse_error(
+            threemf_package(threemf_model(
+                R"(<object id="9" name="ball"><x:levelset functionid="2" meshid="1"/></object>)",
+                kItem)),
+            "a.3mf"),
+        "a.3mf: nothing is left to print without objects that are level sets (object `ball`); "
+        "export "
+        "them as meshes, or write them as a fablet");
+    EXPECT_EQ(
+        parse_error(threemf_package(threemf_model(object(9, R"(type="support")"), kItem)), "a.3mf"),
+        "a.3mf: nothing is left to print without objects of type `support` (object 9); objects of "
+        "type "
+        "`model` are printed; change the type if this is a part");
 }
 
 TEST(ThreemfExtensions, RefusesExtensionsThatMustBeKnown) {
-    EXPECT_EQ(parse_error(threemf_package(threemf_model(object(9), kItem, R"(requiredextensions="m x")")), "a.3mf"),
-              "a.3mf: /3D/3dmodel.model:2:1: the file requires the extension "
-              "`http://example.org/extension/2026`, which is not supported; export it as plain meshes");
-    EXPECT_EQ(parse_error(threemf_package(threemf_model(object(9), kItem, R"(requiredextensions="m p s bo")")), "a.3mf"),
+    EXPECT_EQ(
+        parse_error(threemf_package(threemf_model(object(9), kItem, R"(requiredextensions="m x")")),
+                    "a.3mf"),
+        "a.3mf: /3D/3dmodel.model:2:1: the file requires the extension "
+        "`http://example.org/extension/2026`, which is not supported; export it as plain meshes");
+    EXPECT_EQ(parse_error(threemf_package(
+                              threemf_model(object(9), kItem, R"(requiredextensions="m p s bo")")),
+                          "a.3mf"),
               "no error");
 }
 
@@ -102,8 +123,10 @@ TEST(ThreemfExtensions, CutsAndUnitesBooleanShapes) {
     const std::string meshes = object(1) + object(2, R"(name="hole")", 4, 6) + object(3, "", 8, 12);
     const auto shape = [&](const char* operation) {
         return threemf_package(threemf_model(
-            meshes + fmt::format(R"(<object id="9" name="shape"><bo:booleanshape objectid="1" {}><bo:boolean objectid="2"/><bo:boolean objectid="3" transform="1 0 0 0 1 0 0 0 1 1 0 0"/></bo:booleanshape></object>)",
-                                 operation),
+            meshes +
+                fmt::format(
+                    R"(<object id="9" name="shape"><bo:booleanshape objectid="1" {}><bo:boolean objectid="2"/><bo:boolean objectid="3" transform="1 0 0 0 1 0 0 0 1 1 0 0"/></bo:booleanshape></object>)",
+                    operation),
             std::string(kItem) + R"(<item objectid="1" transform="1 0 0 0 1 0 0 0 1 20 0 0"/>)"));
     };
     MeshSource source = read_source(shape(R"(operation="difference")"));
@@ -120,9 +143,10 @@ TEST(ThreemfExtensions, CutsAndUnitesBooleanShapes) {
     ASSERT_EQ(source.bodies.size(), 4u);
     for (const Body& body : source.bodies)
         EXPECT_EQ(body.role, BodyRole::kPart);
-    EXPECT_EQ(parse_error(shape(R"(operation="intersection")"), "a.3mf"),
-              "a.3mf: object `shape` is an intersection of others, which is not supported; intersect the "
-              "meshes in the program that made them");
+    EXPECT_EQ(
+        parse_error(shape(R"(operation="intersection")"), "a.3mf"),
+        "a.3mf: object `shape` is an intersection of others, which is not supported; intersect the "
+        "meshes in the program that made them");
 }
 
 TEST(ThreemfExtensions, RefusesEncryptedParts) {
@@ -132,13 +156,15 @@ TEST(ThreemfExtensions, RefusesEncryptedParts) {
     const std::string store =
         R"(<keystore xmlns="http://schemas.microsoft.com/3dmanufacturing/securecontent/2019/04"><consumer consumerid="x"/><resourcedatagroup><resourcedata path="/3D/Secret.model"/></resourcedatagroup></keystore>)";
     const std::string root = threemf_model(
-        R"(<object id="9"><components><component objectid="1" p:path="/3D/secret.model"/></components></object>)", kItem);
+        R"(<object id="9"><components><component objectid="1" p:path="/3D/secret.model"/></components></object>)",
+        kItem);
     EXPECT_EQ(parse_error(testing::zip_archive({{"_rels/.rels", relationships},
                                                 {"3D/3dmodel.model", root},
                                                 {"3D/secret.model", "\x01\x02\x03"},
                                                 {"Secure/keystore.xml", store}}),
                           "a.3mf"),
-              "a.3mf: `3D/secret.model` in the archive is encrypted (secure content), which is not supported; "
+              "a.3mf: `3D/secret.model` in the archive is encrypted (secure content), which is not "
+              "supported; "
               "export it without encryption");
 }
 
@@ -158,7 +184,8 @@ TEST(ThreemfExtensions, ReadsXmlInAnyEncoding) {
     std::string plain = model;
     const size_t at = plain.find(R"( encoding="UTF-8")");
     plain.erase(at, 17);
-    for (const std::string& text : {"\xef\xbb\xbf" + model, utf16(plain, false), utf16(plain, true)}) {
+    for (const std::string& text :
+         {"\xef\xbb\xbf" + model, utf16(plain, false), utf16(plain, true)}) {
         const MeshSource source = read_source(threemf_package(text));
         ASSERT_EQ(source.bodies.size(), 1u);
         EXPECT_EQ(source.bodies[0].name, "box");
@@ -173,9 +200,10 @@ TEST(ThreemfExtensions, FindsTheModelByAnyPath) {
             target);
     };
     const std::pair<const char*, const char*> paths[] = {
-        {"/3D/a.model", "3D/a.model"},     {"3D/a.model", "3D/a.model"},   {"./3D/a.model", "3D/a.model"},
-        {"/3d/A.MODEL", "3D/a.model"},     {"/x/../3D/a.model", "3D/a.model"},
-        {"/3D/a%20b.model", "3D/a b.model"}, {"/3D/a b.model", "3D/a%20b.model"}};
+        {"/3D/a.model", "3D/a.model"},      {"3D/a.model", "3D/a.model"},
+        {"./3D/a.model", "3D/a.model"},     {"/3d/A.MODEL", "3D/a.model"},
+        {"/x/../3D/a.model", "3D/a.model"}, {"/3D/a%20b.model", "3D/a b.model"},
+        {"/3D/a b.model", "3D/a%20b.model"}};
     for (const auto& [target, entry] : paths) {
         const std::string package =
             testing::zip_archive({{"_rels/.rels", relationships(target)}, {entry, model}});

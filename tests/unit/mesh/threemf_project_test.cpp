@@ -46,7 +46,8 @@ std::string bodies(const MeshSource& source) {
         }
         const char* const role = source.bodies[b].role == BodyRole::kNegative ? "negative" : "part";
         text += fmt::format("{}: {} of {:.0f} mm3, {}, in {}\n", source.bodies[b].name, role,
-                            volume_of(source, static_cast<int32_t>(b)), look, source.bodies[b].assembly);
+                            volume_of(source, static_cast<int32_t>(b)), look,
+                            source.bodies[b].assembly);
     }
     return text;
 }
@@ -59,14 +60,17 @@ std::string cubes(const std::vector<std::pair<double, double>>& ranges) {
         std::string text = threemf_cube(low, high);
         const size_t middle = text.find("</vertices>");
         vertices += text.substr(16, middle - 16);
-        for (size_t at = text.find("<triangle "); at != std::string::npos; at = text.find("<triangle ", at + 1)) {
+        for (size_t at = text.find("<triangle "); at != std::string::npos;
+             at = text.find("<triangle ", at + 1)) {
             int v[3];
             std::sscanf(text.c_str() + at, R"(<triangle v1="%d" v2="%d" v3="%d")", v, v + 1, v + 2);
-            triangles += fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"/>)", v[0] + first, v[1] + first, v[2] + first);
+            triangles += fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"/>)", v[0] + first,
+                                     v[1] + first, v[2] + first);
         }
         first += 8;
     }
-    return "<mesh><vertices>" + vertices + "</vertices><triangles>" + triangles + "</triangles></mesh>";
+    return "<mesh><vertices>" + vertices + "</vertices><triangles>" + triangles +
+           "</triangles></mesh>";
 }
 
 constexpr const char* kPrusaSettings =
@@ -87,10 +91,12 @@ TEST(ThreemfProject, ReadsVolumesOfPrusaSlicer) {
     const std::string model = threemf_model(
         R"(<object id="9" type="model">)" +
             cubes({{0, 10}, {4, 6}, {12, 15}, {0, 3}, {1, 2}, {2, 3}, {3, 5}}) + "</object>",
-        std::string(kItem) + R"(<item objectid="9" transform="1 0 0 0 1 0 0 0 1 50 0 0" printable="1"/>
+        std::string(kItem) +
+            R"(<item objectid="9" transform="1 0 0 0 1 0 0 0 1 50 0 0" printable="1"/>
 <item objectid="9" transform="1 0 0 0 1 0 0 0 1 90 0 0" printable="0"/>)");
-    const MeshSource source = read_source(threemf_package(
-        model, {{"Metadata/Slic3r_PE_model.config", config}, {"Metadata/Slic3r_PE.config", kPrusaSettings}}));
+    const MeshSource source =
+        read_source(threemf_package(model, {{"Metadata/Slic3r_PE_model.config", config},
+                                            {"Metadata/Slic3r_PE.config", kPrusaSettings}}));
     EXPECT_EQ(bodies(source),
               "shell: part of 1000 mm3, Prusament PLA, in 0\n"
               "hole: negative of 8 mm3, Prusament PLA, in 0\n"
@@ -102,30 +108,35 @@ TEST(ThreemfProject, ReadsVolumesOfPrusaSlicer) {
     EXPECT_EQ(look_of(source, 24).color, (Color{{0, 0, 1}}));
     EXPECT_TRUE(look_of(source, 0).is_material);
     EXPECT_EQ(source.groups[source.face_groups[0]].names, (std::vector<std::string>{"case"}));
-    const std::string why = "they only say something to the slicer; make parts of them to print them\n";
-    EXPECT_EQ(told(source),
-              "settings of a slicer (1, Metadata/Slic3r_PE.config); layers, infill and walls of filament "
-              "printers have no meaning here\n"
-              "modifier volumes of a slicer (2, volume `dense`); " + why +
-              "support enforcers of a slicer (2, case); " + why +
-              "support blockers of a slicer (2, case); " + why +
-              "modifier volumes of a slicer that name an extruder (2, volume `old`); " + why +
-              "items of the build that are switched off (1, object 9); switch them on in the slicer if they "
-              "shall be printed\n");
+    const std::string why =
+        "they only say something to the slicer; make parts of them to print them\n";
+    EXPECT_EQ(
+        told(source),
+        "settings of a slicer (1, Metadata/Slic3r_PE.config); layers, infill and walls of filament "
+        "printers have no meaning here\n"
+        "modifier volumes of a slicer (2, volume `dense`); " +
+            why + "support enforcers of a slicer (2, case); " + why +
+            "support blockers of a slicer (2, case); " + why +
+            "modifier volumes of a slicer that name an extruder (2, volume `old`); " + why +
+            "items of the build that are switched off (1, object 9); switch them on in the slicer "
+            "if they "
+            "shall be printed\n");
 }
 
 TEST(ThreemfProject, ReadsPartsOfBambuStudio) {
     const auto part = [](const char* resources) { return threemf_model(resources, ""); };
     std::string objects, components;
     int id = 1;
-    for (const auto& [low, high] : std::vector<std::pair<double, double>>{{0, 10}, {4, 6}, {12, 15}, {0, 3}, {1, 2}}) {
-        objects += fmt::format(R"(<object id="{}" type="{}">{}</object>)", id, id == 1 || id == 3 ? "model" : "other",
-                               threemf_cube(low, high));
-        components += fmt::format(R"(<component p:path="/3D/Objects/object_1.model" objectid="{}"/>)", id++);
+    for (const auto& [low, high] :
+         std::vector<std::pair<double, double>>{{0, 10}, {4, 6}, {12, 15}, {0, 3}, {1, 2}}) {
+        objects += fmt::format(R"(<object id="{}" type="{}">{}</object>)", id,
+                               id == 1 || id == 3 ? "model" : "other", threemf_cube(low, high));
+        components +=
+            fmt::format(R"(<component p:path="/3D/Objects/object_1.model" objectid="{}"/>)", id++);
     }
-    const std::string root =
-        threemf_model(R"(<object id="9" type="model"><components>)" + components + "</components></object>",
-                      R"(<item objectid="9" printable="1"/>)", R"(requiredextensions="p")");
+    const std::string root = threemf_model(
+        R"(<object id="9" type="model"><components>)" + components + "</components></object>",
+        R"(<item objectid="9" printable="1"/>)", R"(requiredextensions="p")");
     const std::string config = R"(<?xml version="1.0" encoding="UTF-8"?><config><object id="9">
 <metadata key="name" value="gear"/><metadata key="extruder" value="2"/>
 <part id="1" subtype="normal_part"><metadata key="name" value="wheel"/><metadata key="extruder" value="0"/></part>
@@ -136,30 +147,37 @@ TEST(ThreemfProject, ReadsPartsOfBambuStudio) {
 <plate><metadata key="plater_id" value="1"/><model_instance><metadata key="object_id" value="9"/></model_instance></plate>
 <plate><metadata key="plater_id" value="2"/></plate></config>)";
     const MeshSource source = read_source(threemf_package(
-        root, {{"3D/Objects/object_1.model", part(objects.c_str())},
-               {"Metadata/model_settings.config", config},
-               {"Metadata/project_settings.config",
-                R"({"filament_colour": ["#00FF00", "#FFFFFF00"], "filament_settings_id": ["Bambu PLA Basic", ""], "filament_type": ["PLA", "PETG"]})"},
-               {"Metadata/custom_gcode_per_layer.xml",
-                R"(<custom_gcodes_per_layer><plate><layer top_z="3" type="2" extruder="2"/><layer top_z="4" type="1"/></plate></custom_gcodes_per_layer>)"}}));
+        root,
+        {{"3D/Objects/object_1.model", part(objects.c_str())},
+         {"Metadata/model_settings.config", config},
+         {"Metadata/project_settings.config",
+          R"({"filament_colour": ["#00FF00", "#FFFFFF00"], "filament_settings_id": ["Bambu PLA Basic", ""], "filament_type": ["PLA", "PETG"]})"},
+         {"Metadata/custom_gcode_per_layer.xml",
+          R"(<custom_gcodes_per_layer><plate><layer top_z="3" type="2" extruder="2"/><layer top_z="4" type="1"/></plate></custom_gcodes_per_layer>)"}}));
     EXPECT_EQ(bodies(source),
               "wheel: part of 1000 mm3, PETG, in 0\n"
               "bore: negative of 8 mm3, PETG, in 0\n"
               "pin: part of 27 mm3, Bambu PLA Basic, in 0\n");
     EXPECT_EQ(look_of(source, 24).color, (Color{{0, 1, 0}}));
     EXPECT_EQ(look_of(source, 0).alpha, 0);
-    EXPECT_EQ(source.groups[source.face_groups[0]].names, (std::vector<std::string>{"gear", "wheel"}));
-    EXPECT_EQ(told(source),
-              "the division of objects into 2 plates (1, Metadata/model_settings.config); they are imported "
-              "side by side; delete from the world what shall not be printed\n"
-              "settings of a slicer (1, Metadata/project_settings.config); layers, infill and walls of "
-              "filament printers have no meaning here\n"
-              "changes of the filament at a height (1, Metadata/custom_gcode_per_layer.xml); choose materials "
-              "by height in a fablet\n"
-              "modifier volumes of a slicer (1, volume `soft`); they only say something to the slicer; make "
-              "parts of them to print them\n"
-              "support blockers of a slicer (1, object 5); they only say something to the slicer; make parts "
-              "of them to print them\n");
+    EXPECT_EQ(source.groups[source.face_groups[0]].names,
+              (std::vector<std::string>{"gear", "wheel"}));
+    EXPECT_EQ(
+        told(source),
+        "the division of objects into 2 plates (1, Metadata/model_settings.config); they are "
+        "imported "
+        "side by side; delete from the world what shall not be printed\n"
+        "settings of a slicer (1, Metadata/project_settings.config); layers, infill and walls of "
+        "filament printers have no meaning here\n"
+        "changes of the filament at a height (1, Metadata/custom_gcode_per_layer.xml); choose "
+        "materials "
+        "by height in a fablet\n"
+        "modifier volumes of a slicer (1, volume `soft`); they only say something to the slicer; "
+        "make "
+        "parts of them to print them\n"
+        "support blockers of a slicer (1, object 5); they only say something to the slicer; make "
+        "parts "
+        "of them to print them\n");
 }
 
 /// Paint of a triangle whose three sides are halved.
@@ -179,9 +197,8 @@ MeshSource painted(const std::vector<std::string>& codes, const char* attribute 
     for (const std::string& code : codes)
         faces.push_back(fmt::format(R"({}="{}")", attribute, code));
     faces.emplace_back();
-    const std::string package =
-        threemf_package(threemf_model(R"(<object id="9" name="cube">)" + threemf_cube(0, 10, faces) + "</object>",
-                                      kItem));
+    const std::string package = threemf_package(threemf_model(
+        R"(<object id="9" name="cube">)" + threemf_cube(0, 10, faces) + "</object>", kItem));
     // Whatever is divided, the surface stays closed.
     const Result<LoadedMesh> loaded = parse_bytes(package, "a.3mf");
     EXPECT_TRUE(loaded) << loaded.error().text();
@@ -211,7 +228,9 @@ TEST(ThreemfProject, GivesPaintedTrianglesTheirFilaments) {
         std::string name = attribute;
         const std::string model = threemf_model(
             R"(<object id="9">)" +
-                threemf_cube(0, 10, {name + "=\"8\"", name + "=\"0C\"", name + "=\"3FC\"", name + "=\"0\"", ""}) +
+                threemf_cube(
+                    0, 10,
+                    {name + "=\"8\"", name + "=\"0C\"", name + "=\"3FC\"", name + "=\"0\"", ""}) +
                 "</object>",
             kItem, R"(xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06")");
         const MeshSource source = read_source(threemf_package(model));
@@ -267,21 +286,23 @@ TEST(ThreemfProject, KeepsSurfacesClosedWhereVerticesAreNotShared) {
     const std::string shared = threemf_cube(0, 10);
     const std::string paint = fmt::format(R"( paint_color="{}")", finely(4));
     int count = 0;
-    for (size_t at = shared.find("<triangle "); at != std::string::npos; at = shared.find("<triangle ", at + 1)) {
+    for (size_t at = shared.find("<triangle "); at != std::string::npos;
+         at = shared.find("<triangle ", at + 1)) {
         int v[3];
         std::sscanf(shared.c_str() + at, R"(<triangle v1="%d" v2="%d" v3="%d")", v, v + 1, v + 2);
         for (const int one : v)
-            vertices += fmt::format(R"(<vertex x="{}" y="{}" z="{}"/>)", one & 1 ? 10 : 0, one & 2 ? 10 : 0,
-                                    one & 4 ? 10 : 0);
-        triangles += fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"{}/>)", count, count + 1, count + 2,
-                                 count == 6 ? paint : "");
+            vertices += fmt::format(R"(<vertex x="{}" y="{}" z="{}"/>)", one & 1 ? 10 : 0,
+                                    one & 2 ? 10 : 0, one & 4 ? 10 : 0);
+        triangles += fmt::format(R"(<triangle v1="{}" v2="{}" v3="{}"{}/>)", count, count + 1,
+                                 count + 2, count == 6 ? paint : "");
         count += 3;
     }
-    const Result<LoadedMesh> loaded = parse_bytes(
-        threemf_package(threemf_model("<object id=\"9\"><mesh><vertices>" + vertices + "</vertices><triangles>" +
-                                          triangles + "</triangles></mesh></object>",
-                                      kItem)),
-        "a.3mf");
+    const Result<LoadedMesh> loaded =
+        parse_bytes(threemf_package(threemf_model("<object id=\"9\"><mesh><vertices>" + vertices +
+                                                      "</vertices><triangles>" + triangles +
+                                                      "</triangles></mesh></object>",
+                                                  kItem)),
+                    "a.3mf");
     ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_GT(loaded->mesh.triangles.size(), 20u);
     EXPECT_NEAR(testing::signed_volume(loaded->mesh), 1000, 1e-9);
@@ -301,11 +322,13 @@ TEST(ThreemfProject, KeepsRangesOfVolumesWhereTrianglesAreDivided) {
 
 TEST(ThreemfProject, RefusesDamagedPaint) {
     const auto error = [](const std::string& code) {
-        return parse_error(threemf_package(threemf_model(
-                               R"(<object id="9" name="cube">)" +
-                                   threemf_cube(0, 10, {fmt::format(R"(paint_color="{}")", code), ""}) + "</object>",
-                               kItem)),
-                           "a.3mf");
+        return parse_error(
+            threemf_package(threemf_model(
+                R"(<object id="9" name="cube">)" +
+                    threemf_cube(0, 10, {fmt::format(R"(paint_color="{}")", code), ""}) +
+                    "</object>",
+                kItem)),
+            "a.3mf");
     };
     const std::string begin = "a.3mf: object `cube`: the paint of triangle 0 ";
     EXPECT_EQ(error("81"), begin + "ends too early");
@@ -317,51 +340,62 @@ TEST(ThreemfProject, RefusesDamagedPaint) {
 }
 
 TEST(ThreemfProject, LetsPropertiesOfTheFileWinOverPaint) {
-    const std::string resources = R"(<basematerials id="1"><base name="red" displaycolor="#FF0000"/></basematerials>
+    const std::string resources =
+        R"(<basematerials id="1"><base name="red" displaycolor="#FF0000"/></basematerials>
 <m:colorgroup id="2"><m:color color="#FF0000"/><m:color color="#00FF00"/></m:colorgroup>)";
     const MeshSource source = read_source(threemf_package(threemf_model(
         resources + R"(<object id="9" name="cube" pid="1" pindex="0">)" +
-            threemf_cube(0, 10, {R"(p1="0" paint_color="8")", R"(paint_color="8")",
-                                 R"(pid="2" p1="0" p2="1" p3="0")", R"(paint_color="481")", ""}) + "</object>",
+            threemf_cube(0, 10,
+                         {R"(p1="0" paint_color="8")", R"(paint_color="8")",
+                          R"(pid="2" p1="0" p2="1" p3="0")", R"(paint_color="481")", ""}) +
+            "</object>",
         kItem)));
     EXPECT_EQ(look_of(source, 0).name, "red");
     EXPECT_EQ(look_of(source, 1).name, "extruder 2");
     EXPECT_EQ(look_of(source, 4).name, "red");
     EXPECT_EQ(told(source),
-              "paint on parts of triangles that have colours of their corners, too (1, a.3mf: object `cube`); "
+              "paint on parts of triangles that have colours of their corners, too (1, a.3mf: "
+              "object `cube`); "
               "remove one of them\n");
 }
 
 TEST(ThreemfProject, TellsOfPaintForTheSlicer) {
     const MeshSource source = read_source(threemf_package(threemf_model(
         R"(<object id="9" name="cube">)" +
-            threemf_cube(0, 10, {R"(paint_supports="4")", R"(paint_seam="8")", R"(paint_fuzzy_skin="4")", ""}) +
+            threemf_cube(
+                0, 10,
+                {R"(paint_supports="4")", R"(paint_seam="8")", R"(paint_fuzzy_skin="4")", ""}) +
             "</object>",
         kItem)));
-    const std::string why = " (1, object `cube`); they say how a filament printer prints the part\n";
-    EXPECT_EQ(told(source), "painted supports of a slicer" + why + "painted seams of a slicer" + why +
-                                "painted fuzzy skin of a slicer" + why);
+    const std::string why =
+        " (1, object `cube`); they say how a filament printer prints the part\n";
+    EXPECT_EQ(told(source), "painted supports of a slicer" + why + "painted seams of a slicer" +
+                                why + "painted fuzzy skin of a slicer" + why);
 }
 
 TEST(ThreemfProject, ReadsWhatObjectsAreForInCura) {
     const auto object = [](int id, const std::string& metadata) {
-        return fmt::format(R"(<object id="{}" name="o{}" type="model"><metadatagroup>{}</metadatagroup>{}</object>)",
-                           id, id, metadata, threemf_cube(0, 10));
+        return fmt::format(
+            R"(<object id="{}" name="o{}" type="model"><metadatagroup>{}</metadatagroup>{}</object>)",
+            id, id, metadata, threemf_cube(0, 10));
     };
     const auto flag = [](const char* name, const char* value) {
-        return fmt::format(R"(<metadata name="cura:{}" preserve="true" type="xs:string">{}</metadata>)", name, value);
+        return fmt::format(
+            R"(<metadata name="cura:{}" preserve="true" type="xs:string">{}</metadata>)", name,
+            value);
     };
     const MeshSource source = read_source(threemf_package(threemf_model(
-        object(1, flag("extruder_nr", "1") + flag("cutting_mesh", "False")) + object(2, flag("cutting_mesh", "True")) +
-            object(3, flag("infill_mesh", "True")) + object(4, flag("anti_overhang_mesh", "True")) +
+        object(1, flag("extruder_nr", "1") + flag("cutting_mesh", "False")) +
+            object(2, flag("cutting_mesh", "True")) + object(3, flag("infill_mesh", "True")) +
+            object(4, flag("anti_overhang_mesh", "True")) +
             object(5, flag("support_mesh", "True")) +
             R"(<object id="6"><settings xmlns="cura"><setting key="support_mesh">True</setting></settings>)" +
             threemf_cube(0, 1) + "</object>",
         R"(<item objectid="1"/><item objectid="2"/><item objectid="3"/><item objectid="4"/><item objectid="5"/><item objectid="6"/>)")));
     EXPECT_EQ(bodies(source), "o1: part of 1000 mm3, extruder 2, in 0\n");
     const std::string why = "); they only say something to the slicer\n";
-    EXPECT_EQ(told(source), "meshes that change the settings of others (Cura) (1, object `o2`" + why +
-                                "meshes that change the infill (Cura) (1, object `o3`" + why +
+    EXPECT_EQ(told(source), "meshes that change the settings of others (Cura) (1, object `o2`" +
+                                why + "meshes that change the infill (Cura) (1, object `o3`" + why +
                                 "support blockers (Cura) (1, object `o4`" + why +
                                 "meshes for supports (Cura) (2, object `o5`" + why);
 }
