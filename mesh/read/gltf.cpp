@@ -374,6 +374,8 @@ class GltfReader {
                 fmt::format("{}:{}:{}", name_, member.line, member.column),
                 fmt::format("it has others elsewhere, or is one of more than {}",
                             MeshAssembly::kMaxAttributes));
+        const auto has_it = [&](const Source& s) { return s.attribute == *attribute; };
+        if (std::any_of(sources->begin(), sources->end(), has_it)) return tell_of_attribute(member);
         const double side = moves.mirrors() ? -1 : 1;
         const GltfTextureTransform& m = skin.transform;
         Source source{*attribute, {}};
@@ -414,7 +416,7 @@ class GltfReader {
         }
         mesh_.leave_out(fmt::format("the attribute `{}`", member.key.substr(0, 40)),
                         fmt::format("{}:{}:{}", name_, member.line, member.column),
-                        "attributes of one's own begin with `_`, and have no name of the format's");
+                        "attributes of one's own begin with `_` and have names that no other has");
     }
 
     void tell_of_transparency(const GltfArray& colours, const GltfSkin& skin) {
