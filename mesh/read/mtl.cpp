@@ -167,7 +167,9 @@ class LibraryReader {
         for (LeftOut& known : now_.left_out) {
             if (known.what == what) return;
         }
-        now_.left_out.push_back({what, place(), remedy, 1});
+        // Unknown words may all be different.
+        constexpr size_t kMost = 40;
+        if (now_.left_out.size() < kMost) now_.left_out.push_back({what, place(), remedy, 1});
     }
 
     /// Reads a colour in sRGB; none if it is given in another way.

@@ -160,9 +160,17 @@ void ObjNames::tell_unknown() {
     std::vector<int64_t> faces(out_.looks.size());
     for (const int32_t group : out_.face_groups)
         ++faces[out_.groups[group].look];
+    int named = 0;
     for (size_t look = 0; look < material_of_look_.size(); ++look) {
         const Material& material = materials_[material_of_look_number_[look]];
         if (material_of_look_[look] != nullptr || material.name.empty()) continue;
+        constexpr int kMostNamed = 100;
+        if (named++ >= kMostNamed) {
+            out_.leave_out("the look of faces of further materials, which no library has",
+                           SourceLocation{file_, material.line, 1}.str(),
+                           "add them to the library");
+            continue;
+        }
         out_.left_out.push_back(
             {fmt::format("the look of faces of material `{}`, which no library has",
                          printable(material.name)),

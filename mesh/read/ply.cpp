@@ -227,7 +227,8 @@ class PlyReader {
     int64_t read_bytes() const {
         constexpr size_t kFace = sizeof(size_t) + sizeof(int32_t);
         size_t bytes = out_.mesh.positions.size() * sizeof(Vec3d) + face_ends_.size() * kFace +
-                       face_corners_.size() * sizeof(int64_t) + list_.size() * sizeof(double) +
+                       face_corners_.size() * sizeof(int64_t) +
+                       (list_.size() + strip_.size()) * sizeof(double) +
                        uv_corners_.size() * sizeof(int32_t) + uvs_.size() * sizeof(float);
         for (const std::vector<Column>* columns : {&vertex_columns_, &face_columns_}) {
             for (const Column& column : *columns)
@@ -474,7 +475,8 @@ class PlyReader {
                 Complaint wrong = pass_over(property);
                 if (!wrong.empty()) return error(element, i, wrong);
                 if (!property.is_list || !property.name.starts_with("vertex_ind")) continue;
-                const std::vector<double> strip = std::move(list_);
+                std::swap(strip_, list_);
+                const std::vector<double>& strip = strip_;
                 size_t begin = 0;
                 for (size_t at = 0; at < strip.size(); ++at) {
                     if (strip[at] < 0) {
@@ -704,7 +706,7 @@ class PlyReader {
     std::vector<int32_t> uv_corners_;  ///< as face_corners_
     std::vector<float> uvs_;
     bool has_face_uvs_ = false;
-    std::vector<double> list_;
+    std::vector<double> list_, strip_;
 };
 
 }  // namespace

@@ -216,6 +216,22 @@ TEST(ObjFeatures, OfMaterialLibraries) {
           is_red}});
 }
 
+TEST(ObjFeatures, ThousandsOfThemTakeFewLines) {
+    const testing::TempFolder folder;
+    std::string library = "newmtl red\nKd 1 0 0\n", mesh = "mtllib a.mtl\n" + kPoints;
+    for (int i = 0; i < 20'000; ++i) {
+        library += fmt::format("x{} 1\n", i);
+        mesh += fmt::format("usemtl {}\nf 1 2 3\n", i);
+    }
+    folder.write("a.mtl", library);
+    const Result<MeshSource> read =
+        parse_obj(mesh + "usemtl red\nf 1 2 4\n", (folder.path() / "m.obj").string());
+    ASSERT_TRUE(read) << read.error().text();
+    EXPECT_LT(read->left_out.size(), 200u);
+    EXPECT_EQ(read->left_out.back().count, 20'000 - 100);
+    EXPECT_TRUE(look_of(*read, 20'000).color.has_value());
+}
+
 TEST(ObjFeatures, OfStatements) {
     const auto colored = [](const std::string& first, const std::string& others) {
         return fmt::format("v 0 0 0 {0}\nv 9 0 0 {1}\nv 0 9 0 {1}\nv 0 0 9 {1}\n", first, others);
