@@ -42,12 +42,12 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 #ifdef OPENFAB_SANITIZED
-constexpr auto kHang = 120s;
+constexpr auto kHang = 600s;
 constexpr auto kPatience = 5s;  ///< a print that is merely large is interrupted after this
 constexpr long kMostKilobytes = 3'000'000;
 constexpr uint64_t kMutations = 150;
 #else
-constexpr auto kHang = 30s;
+constexpr auto kHang = 300s;
 constexpr auto kPatience = 1s;
 constexpr long kMostKilobytes = 700'000;
 constexpr uint64_t kMutations = 1000;

@@ -29,11 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-#ifdef OPENFAB_SANITIZED
-constexpr double kSoon = 60;
-#else
-constexpr double kSoon = 10;
-#endif
 constexpr uint64_t kMutations = 300;
 /// In addition to the readers' memory: the file in the test, and messages.
 constexpr int64_t kSlack = 10'000'000;
@@ -65,7 +60,7 @@ bool use(const Reader& reader, const std::string& bytes, const std::string& what
     const testing::Meter meter;
     const bool whole = reader.read(bytes);
     EXPECT_LE(meter.peak_bytes(), kReaderBytes + kSlack) << what;
-    EXPECT_LT(meter.seconds(), kSoon) << what;
+    EXPECT_LT(meter.seconds(), testing::kHangSeconds) << what;
     return whole;
 }
 

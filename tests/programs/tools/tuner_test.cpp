@@ -97,9 +97,10 @@ TEST_F(TunerTest, ProfileAddsUp) {
         }
         EXPECT_THAT(names, IsSupersetOf({"coverage", "culling", "nearest", "slab", "dither", "pack",
                                          "encode", "commit", "waiting"}));
-        // The system's count of the process's seconds is another clock than the threads' own. Two
-        // threads also spin for a while before they sleep, which is no stage.
-        EXPECT_NEAR(stages / number(profile, "processor_seconds"), 1, threads == "1" ? 0.1 : 0.3);
+        // The system's count of the process's seconds is another clock than the threads' own. Threads
+        // also spin for a while before they sleep, which is no stage; how long the machine's load decides.
+        EXPECT_LE(stages / number(profile, "processor_seconds"), 1.1);
+        EXPECT_GE(stages / number(profile, "processor_seconds"), 0.3);
         EXPECT_NEAR(all / number(profile, "thread_seconds"), 1, 1e-9);
         EXPECT_NEAR(by_thread / stages, 1, 1e-9);
         EXPECT_GT(slab, 0);

@@ -18,7 +18,7 @@ namespace openfab::testing {
 
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(60);
+constexpr auto kPatience = std::chrono::seconds(300);  // which only a hang reaches
 
 HttpAnswer parse(const std::string& bytes) {
     HttpAnswer answer;

@@ -39,7 +39,7 @@ class CountingSink : public pipeline::SliceSink {
         std::unique_lock lock(mutex_);
         if (z == slow_z_) {
             // A slow sink: waits until the pipeline has run as far ahead as it may, and longer.
-            reached_ = changed_.wait_for(lock, 60s, [&] { return encoded_ >= expected_; });
+            reached_ = changed_.wait_for(lock, 300s, [&] { return encoded_ >= expected_; });
             lock.unlock();
             std::this_thread::sleep_for(200ms);
             lock.lock();
@@ -102,7 +102,7 @@ TEST(BackPressure, ASlowSinkIsWaitedForWithABoundAndNoSooner) {
 
 TEST(BackPressure, SlicesAreEncodedSideBySide) {
     CountingSink sink;
-    sink.alone_for_ = 20s;
+    sink.alone_for_ = 300s;
     ASSERT_TRUE(print_into(&sink, with_slabs(0)));
     EXPECT_GT(sink.most_encoding_, 1);
 }

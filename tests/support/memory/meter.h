@@ -10,6 +10,10 @@
 
 namespace openfab::testing {
 
+/// What takes so much of a processor hangs. Milliseconds are usual: a machine that does other things
+/// does not come near it.
+constexpr double kHangSeconds = 300;
+
 class Meter {
   public:
     Meter();

@@ -37,6 +37,7 @@ TEST(StageTimer, AddsTheWholeTimeToItsSum) {
 TEST(Trace, KeepsWhatWasTimedInsideApart) {
     const Trace trace;
     double outer = 0, inner = 0;
+    const double begin = thread_processor_seconds();
     {
         const StageTimer slab(Stage::kSlab, &outer);
         work(0.02);
@@ -46,11 +47,13 @@ TEST(Trace, KeepsWhatWasTimedInsideApart) {
         }
         work(0.02);
     }
+    const double whole = thread_processor_seconds() - begin;
     ASSERT_EQ(trace.threads().size(), 1u);
     const Trace::Thread& thread = trace.threads().front();
-    // A clock's step and a call of it are far below a millisecond.
-    EXPECT_NEAR(seconds(thread, Stage::kSlab), 0.04, 0.005);
-    EXPECT_NEAR(seconds(thread, Stage::kNearest), 0.05, 0.005);
+    EXPECT_GE(seconds(thread, Stage::kSlab), 0.04);
+    EXPECT_GE(seconds(thread, Stage::kNearest), 0.05);
+    // Nothing counts twice.
+    EXPECT_LE(seconds(thread, Stage::kSlab) + seconds(thread, Stage::kNearest), whole);
     EXPECT_GE(outer, inner + 0.04);
     ASSERT_EQ(thread.busy.size(), 1u);
     EXPECT_GE(thread.busy[0].second - thread.busy[0].first, 0.09);

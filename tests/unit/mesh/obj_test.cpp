@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -340,7 +339,7 @@ TEST(Polygon, FindsTheEarsThatALongSearchFinds) {
     }
 }
 
-#ifndef OPENFAB_SANITIZED  // is about time: smaller ones are read the same way
+#ifndef OPENFAB_SANITIZED  // is about effort: smaller ones are read the same way
 /// A polygon of a thousand teeth between two of its corners.
 std::string comb(int corners, bool nested) {
     std::string vertices, face = "f";
@@ -356,17 +355,14 @@ std::string comb(int corners, bool nested) {
            fmt::format(" {} {}\n", corners + 1, corners + 2);
 }
 
-TEST(Polygon, LargeOnesTakeLittleTime) {
+/// What takes more steps than kTriangulationEffort is refused, whatever the machine.
+TEST(Polygon, LargeOnesTakeLittleEffort) {
     for (const bool nested : {false, true}) {
         std::string text = comb(4094, nested);
         const std::string face = text.substr(text.rfind("f "));
         while (text.size() < 1'000'000)
             text += face;
-        const auto start = std::chrono::steady_clock::now();
         const std::string message = error_of(text);
-        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-        EXPECT_LT(took.count(), 10);
-        fmt::print("{:.2f} s: {}\n", took.count(), message.substr(0, 100));
         EXPECT_EQ(message.find("too many corners; split them into triangles where the mesh is "
                                "made") != std::string::npos,
                   nested)

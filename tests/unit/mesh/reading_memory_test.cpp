@@ -25,12 +25,6 @@ namespace {
 
 constexpr int64_t kMegabyte = 1'000'000;
 
-#ifdef OPENFAB_SANITIZED
-constexpr double kSoon = 60;
-#else
-constexpr double kSoon = 10;
-#endif
-
 /// Returns the error for a file; memory must stay below the limit.
 std::string refusal(const std::string& bytes, const std::string& file,
                     int64_t memory_bytes = 50 * kMegabyte) {
@@ -46,7 +40,7 @@ std::string refusal(const std::string& bytes, const std::string& file,
         message = loaded ? "no error" : loaded.error().text();
     }
     EXPECT_LE(meter.peak_bytes(), memory_bytes + 2 * kMegabyte) << file;
-    EXPECT_LT(meter.seconds(), kSoon) << file;
+    EXPECT_LT(meter.seconds(), testing::kHangSeconds) << file;
     return message;
 }
 
@@ -142,7 +136,7 @@ TEST(ReadingMemory, LimitsTagsOfXml) {
         parse_xml("<a>\n<b c=\"" + std::string(120'000'000, 'c') + "\"/></a>", "x", &nothing);
     ASSERT_FALSE(parsed);
     EXPECT_EQ(parsed.error().text(), "x:2:1: a tag or comment of more than 32 MB");
-    EXPECT_LT(meter.seconds(), kSoon);
+    EXPECT_LT(meter.seconds(), testing::kHangSeconds);
 }
 
 TEST(ReadingMemory, LimitsNamesOf3mf) {
@@ -564,7 +558,7 @@ std::string world_refusal(const std::string& text, int64_t memory_bytes = 50 * k
         message = world ? "no error" : world.error().text();
     }
     EXPECT_LE(meter.peak_bytes(), memory_bytes + 4 * kMegabyte);
-    EXPECT_LT(meter.seconds(), kSoon);
+    EXPECT_LT(meter.seconds(), testing::kHangSeconds);
     return message;
 }
 

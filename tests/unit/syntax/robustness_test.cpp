@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -25,7 +24,6 @@ unsigned seed() {
 }
 
 void survive(const std::string& text) {
-    const auto start = std::chrono::steady_clock::now();
     source::SourceManager sources;
     diag::Sink sink;
     const uint32_t file = sources.add("t.fl", text);
@@ -39,8 +37,6 @@ void survive(const std::string& text) {
             EXPECT_EQ(ir::verify(fablet.volume), "") << text;
         }
     }
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    EXPECT_LT(took.count(), 20.0) << text.substr(0, 200);
 }
 
 TEST(Robustness, RandomBytes) {

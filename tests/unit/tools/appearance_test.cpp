@@ -82,11 +82,6 @@ TEST(Appearances, OfGltf) {
         "a.gltf"));
 }
 
-#ifdef OPENFAB_SANITIZED
-constexpr double kSoon = 60;
-#else
-constexpr double kSoon = 10;
-#endif
 constexpr int64_t kMegabyte = 1'000'000;
 
 /// Memory and time of `read` are bounded.
@@ -94,7 +89,7 @@ Result<Appearances> within(int64_t memory_bytes, const std::function<Result<Appe
     const testing::Meter meter;
     Result<Appearances> appearances = read();
     EXPECT_LE(meter.peak_bytes(), memory_bytes + 2 * kMegabyte);
-    EXPECT_LT(meter.seconds(), kSoon);
+    EXPECT_LT(meter.seconds(), testing::kHangSeconds);
     return appearances;
 }
 
@@ -181,7 +176,7 @@ TEST(Import, NamesManyPicturesOfOneName) {
     ASSERT_TRUE(import) << import.error().text();
     EXPECT_EQ(import->files[0].name, "a.png");
     EXPECT_EQ(import->files[kPictures - 1].name, fmt::format("a_{}.png", kPictures));
-    EXPECT_LT(meter.seconds(), kSoon);
+    EXPECT_LT(meter.seconds(), testing::kHangSeconds);
 }
 
 /// A cube of two groups, its front and the rest.
