@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "mesh/read/threemf_text.h"
+
 namespace openfab::mesh {
 namespace {
 
@@ -95,23 +97,6 @@ bool is_left_out_of_threemf(std::string_view element, const std::string& place, 
                   "they belong to an extension of 3MF that is not read");
     }
     return true;
-}
-
-std::string_view trim_threemf(std::string_view text) {
-    constexpr std::string_view kBlanks = " \t\r\n";
-    const size_t start = text.find_first_not_of(kBlanks);
-    if (start == std::string_view::npos) return {};
-    return text.substr(start, text.find_last_not_of(kBlanks) - start + 1);
-}
-
-std::vector<std::string_view> threemf_words(std::string_view text) {
-    std::vector<std::string_view> words;
-    for (text = trim_threemf(text); !text.empty(); text = trim_threemf(text)) {
-        const size_t end = std::min(text.find_first_of(" \t\r\n"), text.size());
-        words.push_back(text.substr(0, end));
-        text.remove_prefix(end);
-    }
-    return words;
 }
 
 }  // namespace openfab::mesh

@@ -32,10 +32,4 @@ Complaint check_threemf_extensions(const XmlAttributes& model);
 /// matter.
 bool is_left_out_of_threemf(std::string_view element, const std::string& place, ThreemfTold* told);
 
-/// Returns the text without blanks around it.
-std::string_view trim_threemf(std::string_view text);
-
-/// Returns the words between blanks.
-std::vector<std::string_view> threemf_words(std::string_view text);
-
 }  // namespace openfab::mesh

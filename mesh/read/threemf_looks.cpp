@@ -206,7 +206,7 @@ int32_t ThreemfLooks::picture(ThreemfPart* part, int64_t id) {
     const ThreemfTexture& texture = it->second;
     PictureUse use;
     use.source = zip_.resolve(part->name, texture.path);
-    use.name = use.source.substr(use.source.rfind('/') + 1);
+    use.name = ZipFile::file_name(use.source);
     use.wrap = texture.wrap;
     use.alpha = PictureUse::Alpha::kOpaque;
     if (texture.nearest)

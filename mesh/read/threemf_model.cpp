@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/color.h"
 #include "base/scan_number.h"
 #include "base/xml.h"
 #include "mesh/read/threemf_extensions.h"
+#include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
 namespace {
@@ -489,24 +489,6 @@ class ModelReader : public XmlHandler {
 };
 
 }  // namespace
-
-std::optional<ThreemfColor> parse_threemf_color(std::string_view text) {
-    text = trim_threemf(text);
-    if ((text.size() != 7 && text.size() != 9) || text[0] != '#') return {};
-    std::array<int, 8> digits{};
-    digits.fill(15);  // opaque
-    for (size_t i = 1; i < text.size(); ++i) {
-        const size_t digit = std::string_view("0123456789abcdef0123456789ABCDEF").find(text[i]);
-        if (digit == std::string_view::npos) return {};
-        digits[i - 1] = static_cast<int>(digit % 16);
-    }
-    ThreemfColor out{};
-    for (size_t c = 0; c < out.size(); ++c) {
-        const double value = (digits[c * 2] * 16 + digits[c * 2 + 1]) / 255.0;
-        out[c] = static_cast<float>(c < 3 ? srgb_to_linear(value) : value);
-    }
-    return out;
-}
 
 Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
                                          int64_t* memory_bytes, ThreemfTold* told) {

@@ -7,7 +7,6 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,11 +16,9 @@
 #include "base/vec.h"
 #include "mesh/model/look.h"
 #include "mesh/read/threemf_extensions.h"
+#include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
-
-/// A colour in linear light, and its alpha.
-using ThreemfColor = std::array<float, 4>;
 
 /// A list of properties with an id, which triangles refer to.
 struct ThreemfGroup {
@@ -91,8 +88,5 @@ struct ThreemfModel {
 /// not enough. What is left out is added to `*told`.
 Result<ThreemfModel> parse_threemf_model(std::string_view text, const std::string& file,
                                          int64_t* memory_bytes, ThreemfTold* told);
-
-/// Parses `#rrggbb` or `#rrggbbaa`, sRGB; none if it is something else.
-std::optional<ThreemfColor> parse_threemf_color(std::string_view text);
 
 }  // namespace openfab::mesh

@@ -235,6 +235,7 @@ class ProjectReader {
         if (done) done = read_settings();
         if (done) done = read_heights();
         if (!done) return done.error();
+        tell_of_cura();
         tell_of_resin();
         return std::move(project_);
     }
@@ -305,6 +306,15 @@ class ProjectReader {
                           "choose materials by height in a fablet");
             return Ok{};
         });
+    }
+
+    /// Of what Cura writes, the models alone are read.
+    void tell_of_cura() {
+        const char* const preferences = "Cura/preferences.cfg";
+        if (zip_.has(preferences))
+            told_.add(
+                "settings of a slicer", preferences,
+                "colours of filaments are not read from there; choose materials in the world");
     }
 
     void tell_of_resin() {

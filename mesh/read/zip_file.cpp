@@ -112,6 +112,11 @@ std::string ZipFile::key(std::string_view name) {
     return out.substr(std::min(out.find_first_not_of('/'), out.size()));
 }
 
+std::string ZipFile::file_name(const std::string& path) {
+    const std::string name = decoded(path);
+    return name.substr(name.find_last_of("/\\") + 1);
+}
+
 std::string ZipFile::resolve(const std::string& from, const std::string& name) const {
     std::string path = normal(name);
     const size_t folder = from.rfind('/');

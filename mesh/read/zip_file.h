@@ -31,6 +31,9 @@ class ZipFile {
     /// Returns the key of an entry, the same for all spellings of its name.
     static std::string key(std::string_view name);
 
+    /// Returns the last name of a path, without percent-encoding, for people.
+    static std::string file_name(const std::string& path);
+
     /// Returns the name of what part `from` calls `name`: from the root of the archive if it begins
     /// with a slash or there is such an entry, else beside `from`; without `.` and `..`.
     std::string resolve(const std::string& from, const std::string& name) const;

@@ -292,6 +292,7 @@ TEST(ThreemfLooks, TellsOfFiltersAndDisplayProperties) {
 
 TEST(ThreemfLooks, FindsPicturesByAnySpelling) {
     const testing::TempFolder folder;
+    std::vector<std::string> names;
     const auto read = [&](const char* path, const char* entry) {
         const std::string package =
             cube_package(fmt::format(R"(<m:texture2d id="3" path="{}" contenttype="image/png"/>
@@ -301,6 +302,7 @@ TEST(ThreemfLooks, FindsPicturesByAnySpelling) {
         const std::filesystem::path file = folder.write("a.3mf", package);
         const Result<MeshSource> source = parse_threemf(package, "a.3mf");
         EXPECT_TRUE(source);
+        names.push_back(look_of(*source, 0).picture->name);
         const std::vector<std::string> sources = {look_of(*source, 0).picture->source,
                                                   "not/there.png"};
         std::vector<std::string> found;
@@ -322,6 +324,9 @@ TEST(ThreemfLooks, FindsPicturesByAnySpelling) {
     EXPECT_EQ(read("/3D/my t\xc3\xa9.png", "3D/my%20t%C3%A9.png"), "bytes of it");
     EXPECT_EQ(read("/3D/50%.png", "3D/50%.png"), "bytes of it");
     EXPECT_EQ(read("\\3D\\t.png", "3D/t.png"), "bytes of it");
+    EXPECT_EQ(names, (std::vector<std::string>{"t.png", "t.png", "t.png", "t.png",
+                                               "my t\xc3\xa9.png", "my t\xc3\xa9.png",
+                                               "my t\xc3\xa9.png", "50%.png", "t.png"}));
 }
 
 }  // namespace

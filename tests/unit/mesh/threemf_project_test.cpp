@@ -384,20 +384,25 @@ TEST(ThreemfProject, ReadsWhatObjectsAreForInCura) {
             R"(<metadata name="cura:{}" preserve="true" type="xs:string">{}</metadata>)", name,
             value);
     };
-    const MeshSource source = read_source(threemf_package(threemf_model(
-        object(1, flag("extruder_nr", "1") + flag("cutting_mesh", "False")) +
-            object(2, flag("cutting_mesh", "True")) + object(3, flag("infill_mesh", "True")) +
-            object(4, flag("anti_overhang_mesh", "True")) +
-            object(5, flag("support_mesh", "True")) +
-            R"(<object id="6"><settings xmlns="cura"><setting key="support_mesh">True</setting></settings>)" +
-            threemf_cube(0, 1) + "</object>",
-        R"(<item objectid="1"/><item objectid="2"/><item objectid="3"/><item objectid="4"/><item objectid="5"/><item objectid="6"/>)")));
+    const MeshSource source = read_source(threemf_package(
+        threemf_model(
+            object(1, flag("extruder_nr", "1") + flag("cutting_mesh", "False")) +
+                object(2, flag("cutting_mesh", "True")) + object(3, flag("infill_mesh", "True")) +
+                object(4, flag("anti_overhang_mesh", "True")) +
+                object(5, flag("support_mesh", "True")) +
+                R"(<object id="6"><settings xmlns="cura"><setting key="support_mesh">True</setting></settings>)" +
+                threemf_cube(0, 1) + "</object>",
+            R"(<item objectid="1"/><item objectid="2"/><item objectid="3"/><item objectid="4"/><item objectid="5"/><item objectid="6"/>)"),
+        {{"Cura/preferences.cfg", "[general]"}}));
     EXPECT_EQ(bodies(source), "o1: part of 1000 mm3, extruder 2, in 0\n");
     const std::string why = "); they only say something to the slicer\n";
-    EXPECT_EQ(told(source), "meshes that change the settings of others (Cura) (1, object `o2`" +
-                                why + "meshes that change the infill (Cura) (1, object `o3`" + why +
-                                "support blockers (Cura) (1, object `o4`" + why +
-                                "meshes for supports (Cura) (2, object `o5`" + why);
+    EXPECT_EQ(told(source),
+              "settings of a slicer (1, Cura/preferences.cfg); colours of filaments are not read "
+              "from there; choose materials in the world\nmeshes that change the settings of "
+              "others (Cura) (1, object `o2`" +
+                  why + "meshes that change the infill (Cura) (1, object `o3`" + why +
+                  "support blockers (Cura) (1, object `o4`" + why +
+                  "meshes for supports (Cura) (2, object `o5`" + why);
 }
 
 }  // namespace
