@@ -127,6 +127,7 @@ std::vector<std::string> converter() {
     return {helper.string(), "texture"};
 }
 
+/// Only checks the picture where `out` is empty.
 Result<void> make_with_helper(const fs::path& image, const ImageOptions& options,
                               const fs::path& out, const ReadLimits& limits,
                               const std::vector<std::string>& more) {
@@ -139,8 +140,13 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
                         image.string()));
     }
     const std::string helper = arguments.front();
-    arguments.insert(arguments.end(),
-                     {as_argument(image), "-o", out.string(), "--space", options.space});
+    arguments.push_back(as_argument(image));
+    if (out.empty()) {
+        arguments.emplace_back("--check");
+    } else {
+        arguments.insert(arguments.end(), {"-o", out.string()});
+    }
+    arguments.insert(arguments.end(), {"--space", options.space});
     if (options.luminance) arguments.emplace_back("--luminance");
     arguments.push_back(fmt::format("--memory={}B", limits.memory_bytes));
     for (const fs::path& root : limits.roots)
@@ -247,8 +253,8 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
         at += static_cast<int64_t>(*got);
     }
     // Counts changes of what pictures are decoded to; 1: by the profiles that they carry; 2: with alpha on
-    // white.
-    constexpr int kDecoding = 2;
+    // white; 3: by all that their files say of colours.
+    constexpr int kDecoding = 3;
     const std::string suffix = fmt::format("|{}|{}|{}|{}", options.space, options.luminance ? 1 : 0,
                                            kFileVersion, kDecoding);
     hasher.add_bytes(suffix.data(), suffix.size());
@@ -280,6 +286,11 @@ fs::path find_helper() {
         at = end + 1;
     }
     return {};
+}
+
+Result<void> check_picture(const fs::path& image, const ImageOptions& options,
+                           const ReadLimits& limits) {
+    return make_with_helper(image, options, {}, limits, {});
 }
 
 Result<std::shared_ptr<const Pyramid>> get_pyramid(const fs::path& image,

@@ -120,10 +120,12 @@ class OwnedFile:
             return self._path
 
 
-def png(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None, level: int = 6) -> bytes:
+def png(
+    pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None, level: int = 6, linear: bool = False
+) -> bytes:
     """Encodes [row][column] or [row][column][1…4] of 8 or 16 bits, top row first, as PNG.
 
-    With a palette of [code][4] the pixels are 8-bit codes.
+    With a palette of [code][4] the pixels are 8-bit codes. `linear` says that values are light, not sRGB.
     """
     pixels = pixels.reshape(*pixels.shape, 1) if pixels.ndim == 2 else pixels
     height, width, channels = pixels.shape
@@ -136,6 +138,8 @@ def png(pixels: NDArray[Any], palette: NDArray[np.uint8] | None = None, level: i
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     out = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, bits, color, 0, 0, 0))
+    if linear:
+        out += chunk(b"gAMA", struct.pack(">I", 100_000))
     if palette is not None:
         out += chunk(b"PLTE", palette[:, :3].tobytes()) + chunk(b"tRNS", palette[:, 3].tobytes())
     return out + chunk(b"IDAT", zlib.compress(lines.tobytes(), level)) + chunk(b"IEND", b"")

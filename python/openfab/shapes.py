@@ -334,8 +334,9 @@ def _write_ply(
 class Texture:
     """A picture or a volume for a fablet's texture.
 
-    A picture is a file, or an array [row][column] or [row][column][channel], the top row first: of 8 or 16 bits, or
-    of floats, which are taken as they are. `wrap` is one mode, or one along u and one along v. `Texture.volume` takes
+    A picture is a file, or an array [row][column] or [row][column][channel], the top row first: of 8 bits, which are
+    sRGB unless `space` says otherwise, or of 16 bits or floats, which are light as they are. Of two or four integers
+    the last is alpha. `wrap` is one mode, or one along u and one along v. `Texture.volume` takes
     arrays of volumes. An array is copied.
     """
 
@@ -427,4 +428,6 @@ def _write_texels(path: Path, texels: NDArray[Any]) -> None:
     if path.suffix == ".npy":
         np.save(path, texels)
     else:
-        path.write_bytes(_files.tiff(texels) if path.suffix == ".tif" else _files.png(texels, level=1))
+        linear = texels.dtype.itemsize == 2
+        data = _files.tiff(texels) if path.suffix == ".tif" else _files.png(texels, level=1, linear=linear)
+        path.write_bytes(data)

@@ -19,7 +19,7 @@ namespace {
 constexpr int64_t kMostPixels = 64'000'000;
 
 Result<void> decode(tools::StillImage* image, std::vector<Rgb>* pixels) {
-    const tools::Decoder decoder(image->spec(), {});
+    const tools::Decoder decoder(image->spec(), image->color(), {});
     const int width = image->spec().width;
     const bool grey = decoder.channels_in() < 3;
     return image->each_row([&](int y, const float* pixel) -> Result<void> {

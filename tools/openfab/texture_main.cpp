@@ -1,7 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab-texture IMAGE -o FILE`: makes a filtered pyramid of an image; `openfab texture` executes
+// `openfab-texture IMAGE -o FILE`: makes a filtered pyramid of an image, or with --check says whether it
+// can; `openfab texture` executes
 // this program. It is separate because it links OpenImageIO, which takes a third of a second and
 // 130 MB to start: prints should not wait for it. Volumes that need a library which not every machine
 // has go on to a converter of their own.
@@ -26,6 +27,7 @@ int texture_main(int argc, char** argv) {
         job.is_volume ? optional_converter(job.input, job.options.time) : nullptr;
     if (other != nullptr) return openfab::say_error(execute(*other, argv));
     return do_quietly([&] {
+        if (job.check) return check_picture_file(job.input, job.options.image, job.limits);
         return job.is_volume
                    ? make_volume_file(job.input, job.output, job.options, job.limits)
                    : make_pyramid_file(job.input, job.output, job.options.image, job.limits);

@@ -56,9 +56,13 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
         "Makes the filtered pyramid of an image; print binaries call it for images that are not in "
         "their cache.",
         "openfab texture");
-    app.add_option("IMAGE", job->input, "a picture: PNG, JPEG, TIFF, OpenEXR, Radiance HDR or PNM")
+    app.add_option("IMAGE", job->input,
+                   "a picture: PNG, JPEG, TIFF, OpenEXR, Radiance HDR, PNM, BMP, TGA, GIF or WebP")
         ->required();
-    app.add_option("-o,--output", job->output, "the .oftx file")->required();
+    CLI::Option* const output = app.add_option("-o,--output", job->output, "the .oftx file");
+    CLI::Option* const check =
+        app.add_flag("--check", job->check, "decode the picture, and write nothing");
+    check->excludes(output);
     app.add_option("--space", options.space, "auto, srgb, linear or data")
         ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
     app.add_flag("--luminance", options.luminance, "convert three channels to one");
@@ -104,6 +108,10 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     } else {
         done = bytes.error();
     }
+    if (done && job->output.empty() && !job->check)
+        done = usage_error("`--output` is missing; `--check` alone does without");
+    if (done && job->check && job->is_volume)
+        done = usage_error("`--check` is for pictures, not for volumes");
     std::error_code none;
     if (done && !pitch.empty()) {
         const Result<double> length = parse_length_mm(pitch);

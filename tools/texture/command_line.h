@@ -18,6 +18,7 @@ namespace openfab::tools {
 struct TextureJob {
     std::string input, output;
     bool is_volume = false;
+    bool check = false;  ///< nothing is written; `output` is empty
     texture::VolumeOptions options;
     texture::ReadLimits limits;
 };

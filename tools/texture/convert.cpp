@@ -5,15 +5,23 @@
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
+#include <array>
+
 #include "texture/pyramid_file.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/guarded.h"
+#include "tools/texture/picture_format.h"
 #include "tools/texture/still_image.h"
 
 namespace openfab::tools {
 namespace {
 
 using texture::ImageOptions;
+
+Error not_finite(int x, int y) {
+    return user_error(fmt::format("pixel ({}, {}) is not a finite number", x, y));
+}
 
 /// Maps pixel (x, y) of the file, y down, to level 0, whose rows go up.
 struct Placement {
@@ -41,18 +49,32 @@ Placement placement_for(int32_t width, int32_t height, int orientation) {
     return p;
 }
 
+/// Decodes all pixels.
+Result<void> try_rows(StillImage* in, const Decoder& decoder) {
+    const int32_t width = in->spec().width;
+    return in->each_row([&](int y, const float* pixel) -> Result<void> {
+        for (int x = 0; x < width; ++x, pixel += decoder.channels_in()) {
+            std::array<float, 4> texel{};
+            if (!decoder.pixel(pixel, texel.data())) return not_finite(x, y);
+        }
+        return {};
+    });
+}
+
+/// Writes nothing where `out` is empty.
 Result<void> convert(const std::filesystem::path& image, const std::filesystem::path& out,
-                     const ImageOptions& options, const texture::ReadLimits& limits) {
+                     const ImageOptions& options, const texture::ReadLimits& limits, bool guarded) {
     const auto bad = [&](const Error& error) {
         return with_context(error, fmt::format("cannot read {}: ", image.string()));
     };
-    const Result<std::unique_ptr<StillImage>> in = StillImage::open(image, limits.memory_bytes);
+    const Result<std::unique_ptr<StillImage>> in =
+        StillImage::open(image, limits.memory_bytes, guarded);
     if (!in) return bad(in.error());
     const OIIO::ImageSpec spec = (*in)->spec();
     if (spec.nchannels > 4)
         return bad(
             user_error(fmt::format("it has {} channels; 1 to 4 are possible", spec.nchannels)));
-    const Decoder decoder(spec, options);
+    const Decoder decoder(spec, (*in)->color(), options);
     const int orientation = spec.get_int_attribute("Orientation", 1);
     const Placement placement = placement_for(spec.width, spec.height, orientation);
     Result<texture::PyramidLayout> layout =
@@ -62,6 +84,10 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
     if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
         !fits)
         return bad(fits.error());
+    if (out.empty()) {
+        const Result<void> read = try_rows(in->get(), decoder);
+        return read ? read : bad(read.error());
+    }
     const Result<uint64_t> key = texture::content_key(image, options);
     if (!key) return key.error();
     Result<std::unique_ptr<texture::PyramidWriter>> writer =
@@ -76,7 +102,7 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
         int64_t texel = placement.start + y * placement.step_y;
         for (int x = 0; x < spec.width; ++x) {
             if (!decoder.pixel(pixel, level0 + texel * decoder.channels_out()))
-                return user_error(fmt::format("pixel ({}, {}) is not a finite number", x, y));
+                return not_finite(x, y);
             pixel += decoder.channels_in();
             texel += placement.step_x;
         }
@@ -87,10 +113,15 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
     return (*writer)->finish();
 }
 
-}  // namespace
+/// Whether it is read in a child process. What cannot be opened is reported by `convert`.
+bool is_fragile(const std::filesystem::path& image) {
+    const Result<InputFile> file = InputFile::open(image);
+    const Result<PictureFormat> format = file ? picture_format(*file) : file.error();
+    return format && format->fragile;
+}
 
-Result<void> make_pyramid_file(const std::filesystem::path& image, const std::filesystem::path& out,
-                               const ImageOptions& options, const texture::ReadLimits& limits) {
+Result<void> convert_safely(const std::filesystem::path& image, const std::filesystem::path& out,
+                            const ImageOptions& options, const texture::ReadLimits& limits) {
     if (options.space != "auto" && options.space != "srgb" && options.space != "linear" &&
         options.space != "data") {
         return usage_error(fmt::format(
@@ -100,11 +131,26 @@ Result<void> make_pyramid_file(const std::filesystem::path& image, const std::fi
     OIIO::attribute("threads", 1);
     // Refuses headers that ask for absurd memory before it is allocated: 16k x 16k x 4 floats.
     OIIO::attribute("limits:imagesize_MB", 5000);
-    try {
-        return convert(image, out, options, limits);
-    } catch (const std::exception& e) {
-        return user_error(fmt::format("cannot read {}: {}", image.string(), e.what()));
-    }
+    const auto read = [&]() -> Result<void> {
+        try {
+            return convert(image, out, options, limits, true);
+        } catch (const std::exception& e) {
+            return user_error(fmt::format("cannot read {}: {}", image.string(), e.what()));
+        }
+    };
+    return is_fragile(image) ? guarded(limits.memory_bytes, image, read) : read();
+}
+
+}  // namespace
+
+Result<void> make_pyramid_file(const std::filesystem::path& image, const std::filesystem::path& out,
+                               const ImageOptions& options, const texture::ReadLimits& limits) {
+    return convert_safely(image, out, options, limits);
+}
+
+Result<void> check_picture_file(const std::filesystem::path& image, const ImageOptions& options,
+                                const texture::ReadLimits& limits) {
+    return convert_safely(image, {}, options, limits);
 }
 
 }  // namespace openfab::tools

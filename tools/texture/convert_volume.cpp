@@ -49,7 +49,7 @@ class StackReader final : public VolumeReader {
         // Slices are mostly measurements; only colour images count as pictures.
         const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
         if (options_.space == "auto") options_.space = colour ? "srgb" : "linear";
-        decoder_.emplace(spec_, options_, Decoder::Alpha::kNumber);
+        decoder_.emplace(spec_, image_->color(), options_, Decoder::Alpha::kNumber);
         return Ok{};
     }
 

@@ -10,41 +10,42 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "base/color.h"
 #include "texture/cache.h"
 #include "tools/texture/embedded_profile.h"
+#include "tools/texture/file_color.h"
 
 namespace openfab::tools {
 
-/// Converts each pixel between the file and the pyramid. Colours are decoded by the picture's own ICC
-/// profile where the space is `auto`, else as the space says. Those with alpha become what they look like
-/// on white (texture/pyramid.h), unless they are data.
+/// Converts each pixel between the file and the pyramid. Colours are decoded by what the picture
+/// says of itself where the space is `auto` (file_color.h), else as the space says. Those
+/// with alpha become what they look like on white (texture/pyramid.h), unless they are data.
 class Decoder {
   public:
     /// What a picture's alpha is: of slices of a volume, a number like others.
     enum class Alpha { kCoverage, kNumber };
 
-    Decoder(const OIIO::ImageSpec& spec, const texture::ImageOptions& options,
-            Alpha alpha = Alpha::kCoverage)
+    /// `color` counts where the space is `auto`.
+    Decoder(const OIIO::ImageSpec& spec, const FileColor& color,
+            const texture::ImageOptions& options, Alpha alpha = Alpha::kCoverage)
         : channels_in_(spec.nchannels) {
-        const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
-        srgb_ = options.space == "srgb" || (options.space == "auto" && eight_bit);
         // Grey with alpha and colour with alpha: alpha is the last of 2 or 4.
         colors_ = channels_in_ == 2 || channels_in_ == 4 ? channels_in_ - 1 : channels_in_;
         has_alpha_ = alpha == Alpha::kCoverage && colors_ < channels_in_ && last_is_alpha(spec);
         is_data_ = options.space == "data";
-        premultiplied_ = spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0;
+        premultiplied_ =
+            spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0 && !color.straight_alpha;
         to_luminance_ = options.luminance && colors_ == 3;
-        channels_out_ = options.luminance ? 1 : channels_in_;
-        if (const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
-            icc != nullptr && options.space == "auto" && colors_ == 3) {
-            EmbeddedProfile::Found found = EmbeddedProfile::find(
-                {static_cast<const uint8_t*>(icc->data()), static_cast<size_t>(icc->datasize())});
-            srgb_ = srgb_ || found.is_srgb;
-            profile_ = std::move(found.other);
-        }
-        if (srgb_ && eight_bit) {
+        if (color.bare_alpha) has_alpha_ = false;
+        channels_out_ = options.luminance ? 1 : color.bare_alpha ? colors_ : channels_in_;
+        const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
+        if (options.space == "srgb") space_ = srgb();
+        if (options.space == "auto") take(color);
+        if (color.lab != Lab::kNone && colors_ == 3 && !is_data_)
+            lab_.emplace(color.lab, eight_bit ? 255 : 65535);
+        if (space_.curve() == Curve::kSrgb && eight_bit) {
             for (size_t i = 0; i < table_.size(); ++i) {
                 table_[i] = static_cast<float>(srgb_to_linear(static_cast<double>(i) / 255.0));
             }
@@ -70,9 +71,16 @@ class Decoder {
             for (int32_t c = 0; c < colors_; ++c)
                 encoded[c] = std::min(encoded[c] / alpha, 1.0f);
         }
-        for (int32_t c = 0; c < channels_in_; ++c)
-            v[c] = srgb_ && c < colors_ && !profile_ ? decode(encoded[c]) : encoded[c];
-        if (profile_) profile_->decode(encoded.data(), v.data());
+        v = encoded;
+        if (lab_) {
+            lab_->decode(encoded.data(), v.data());
+        } else if (profile_) {
+            profile_->decode(encoded.data(), v.data());
+        } else {
+            for (int32_t c = 0; c < colors_; ++c)
+                v[c] = decode(encoded[c]);
+            if (colors_ == 3) space_.convert(v.data());
+        }
         if (to_luminance_) v[0] = luminance(v[0], v[1], v[2]);
         if (has_alpha_) put_alpha(alpha, multiplied, v.data());
         std::copy_n(v.data(), channels_out_, out);
@@ -85,7 +93,22 @@ class Decoder {
                (!spec.channelnames.empty() && spec.channelnames.back() == "A");
     }
 
-    bool is_encoded() const { return srgb_ || profile_ != nullptr; }
+    static RgbSpace srgb() {
+        return RgbSpace::make(kSrgbChromaticities, Curve::kSrgb).value_or(RgbSpace());
+    }
+
+    void take(const FileColor& color) {
+        space_ = color.space;
+        if (!color.profile.empty() && (colors_ == 1 || colors_ == 3)) {
+            EmbeddedProfile::Found found = EmbeddedProfile::find(color.profile, colors_);
+            if (found.is_srgb) space_ = srgb();
+            profile_ = std::move(found.other);
+        }
+    }
+
+    bool is_encoded() const {
+        return lab_ || profile_ != nullptr || space_.curve() != Curve::kLinear;
+    }
 
     /// Lays colours on white. Data stay, but the one number that is made of them, a height, is 0 where
     /// nothing is.
@@ -107,13 +130,15 @@ class Decoder {
         // OpenImageIO gives 8-bit values as i / 255.
         if (use_table_)
             return table_[static_cast<size_t>(std::clamp(value * 255.0f + 0.5f, 0.0f, 255.0f))];
-        return static_cast<float>(srgb_to_linear(static_cast<double>(value)));
+        if (space_.curve() == Curve::kLinear) return value;
+        return static_cast<float>(space_.decode(static_cast<double>(value)));
     }
 
     int32_t channels_in_ = 0;
     int32_t channels_out_ = 0;
     int32_t colors_ = 0;
-    bool srgb_ = false;
+    RgbSpace space_;
+    std::optional<LabDecoder> lab_;
     bool has_alpha_ = false;
     bool is_data_ = false;
     bool premultiplied_ = false;  ///< colours with alpha, in the file

@@ -5,14 +5,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 #include <vector>
 
 #include "base/units.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/convert.h"
-#include "tools/texture/exr_header.h"
+#include "tools/texture/picture_format.h"
 
 namespace openfab::tools {
 namespace {
@@ -24,59 +23,6 @@ constexpr int kRows = 64;
 /// The most rows in one OpenEXR chunk.
 constexpr int kExrRows = 256;
 
-struct Signature {
-    std::string_view bytes;
-    const char* format;  ///< OpenImageIO's name of its reader
-};
-
-using namespace std::string_view_literals;
-
-constexpr std::array kSignatures = {Signature{"\x89PNG\r\n\x1a\n"sv, "png"},
-                                    Signature{"\xff\xd8\xff"sv, "jpeg"},
-                                    Signature{"II*\0"sv, "tiff"},
-                                    Signature{"MM\0*"sv, "tiff"},
-                                    Signature{"II+\0"sv, "tiff"},
-                                    Signature{"MM\0+"sv, "tiff"},
-                                    Signature{"\x76\x2f\x31\x01"sv, "openexr"},
-                                    Signature{"#?RADIANCE"sv, "hdr"},
-                                    Signature{"#?RGBE"sv, "hdr"}};
-
-std::string format_of(std::string_view head) {
-    for (const Signature& known : kSignatures) {
-        if (head.starts_with(known.bytes)) return known.format;
-    }
-    const bool pnm = head.size() > 2 && head[0] == 'P' &&
-                     std::string_view("123456Ff").find(head[1]) != std::string_view::npos &&
-                     std::string_view(" \t\r\n#").find(head[2]) != std::string_view::npos;
-    return pnm ? "pnm" : "";
-}
-
-/// Returns the memory that libjpeg takes for the coefficients of a progressive picture when the
-/// file is opened; 0 if no size is found, which the reader then reports.
-int64_t jpeg_bytes(const InputFile& file) {
-    constexpr int kMostSegments = 65536;
-    int64_t at = 2;
-    for (int k = 0; k < kMostSegments; ++k) {
-        std::array<uint8_t, 10> s{};
-        const Result<size_t> got = file.read(at, s.data(), s.size());
-        if (!got || *got < s.size() || s[0] != 0xff) return 0;
-        if (s[1] == 0xff) {  // a fill byte
-            ++at;
-            continue;
-        }
-        const bool frame =
-            s[1] >= 0xc0 && s[1] <= 0xcf && s[1] != 0xc4 && s[1] != 0xc8 && s[1] != 0xcc;
-        if (frame) {
-            const int64_t height = s[5] * 256 + s[6], width = s[7] * 256 + s[8], channels = s[9];
-            // Blocks at the borders count fully.
-            return (width + 32) * (height + 32) * channels * 2;
-        }
-        const bool alone = s[1] == 0x01 || (s[1] >= 0xd0 && s[1] <= 0xd8);
-        at += alone ? 2 : 2 + s[2] * 256 + s[3];
-    }
-    return 0;
-}
-
 bool is_interlaced(const InputFile& png) {
     constexpr int64_t kPlace = 28;  // of the interlace method in IHDR, which comes first
     uint8_t method = 0;
@@ -86,25 +32,29 @@ bool is_interlaced(const InputFile& png) {
 
 }  // namespace
 
-Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64_t memory_bytes) {
+Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64_t memory_bytes,
+                                                     bool guarded) {
     Result<InputFile> opened = InputFile::open(file);
     if (!opened) return opened.error();
-    std::array<char, 16> head{};
-    const Result<size_t> got = opened->read(0, head.data(), head.size());
-    if (!got) return got.error();
+    const Result<PictureFormat> format = picture_format(*opened);
+    if (!format) return format.error();
+    const bool too_fragile = format->fragile && !guarded;
+    if (format->reader.empty() || too_fragile)
+        return user_error(fmt::format("it is not a supported picture; supported: {}",
+                                      guarded ? kStillFormats : kHardenedFormats));
+    if (Result<void> fine = check_memory(2 * format->at_once, memory_bytes); !fine)
+        return fine.error();
     std::unique_ptr<StillImage> image(new StillImage(std::move(*opened), memory_bytes));
     image->shown_ = file.filename().string();
-    image->format_ = format_of(std::string_view(head.data(), *got));
-    if (image->format_.empty())
-        return user_error(
-            fmt::format("it is not a supported picture; supported: {}", kStillFormats));
-    // Memory that these readers allocate when they open a file.
-    Result<int64_t> at_once = image->format_ == "jpeg"      ? jpeg_bytes(image->file_)
-                              : image->format_ == "pnm"     ? image->file_.bytes()
-                              : image->format_ == "openexr" ? exr_table_bytes(image->file_)
-                                                            : Result<int64_t>(0);
-    if (!at_once) return at_once.error();
-    if (Result<void> fine = check_memory(2 * *at_once, memory_bytes); !fine) return fine.error();
+    image->format_ = format->reader;
+    image->bare_alpha_ = format->bare_alpha;
+    if (format->plain_bits) {
+        Result<std::vector<char>> bits = packed_bits(image->file_);
+        if (!bits) return bits.error();
+        image->bits_ = std::move(*bits);
+        image->bits_file_ = std::make_unique<OIIO::Filesystem::IOMemReader>(image->bits_.data(),
+                                                                            image->bits_.size());
+    }
     if (Result<void> opened = image->open_input(); !opened) return opened.error();
     return image;
 }
@@ -113,10 +63,19 @@ Result<void> StillImage::open_input() {
     input_ = OIIO::ImageInput::create(format_);
     if (input_ == nullptr) return trouble(OIIO::geterror());
     if (page_file_ != nullptr) input_->set_ioproxy(page_file_.get());
+    if (bits_file_ != nullptr) input_->set_ioproxy(bits_file_.get());
     OIIO::ImageSpec config, spec;
     // For a fablet alpha is just another channel; colours must not be premultiplied.
     config.attribute("oiio:UnassociatedAlpha", 1);
-    if (!input_->open(file_.name(), spec, config)) return trouble(input_->geterror());
+    bool opened = input_->open(file_.name(), spec, config);
+    if (format_ == "tiff" && (!opened || lab_of(spec) != Lab::kNone)) {
+        // The library would convert Lab to a screen's colours, by eight bits, or not read it.
+        const std::string reason = opened ? "" : input_->geterror();
+        config.attribute("oiio:RawColor", 1);
+        opened = input_->open(file_.name(), spec, config) && lab_of(spec) != Lab::kNone;
+        if (!opened) return trouble(reason);
+    }
+    if (!opened) return trouble(input_->geterror());
     subimage_ = 0;
     return fits();
 }
@@ -181,6 +140,8 @@ Result<void> StillImage::fits() const {
         whole = pixels * s.nchannels * 2;
     } else if (format_ == "pnm") {
         whole = static_cast<double>(file_.bytes());
+    } else if (format_ == "bmp" || format_ == "targa" || format_ == "gif" || format_ == "webp") {
+        whole = 4 * pixels;
     }
     const double needed = 2 * (whole + rows * row * 2 * stored + band_rows() * row * 4);
     constexpr double kMost = 1e18;

@@ -4,7 +4,7 @@
 
 // Reads pictures row by row, by OpenImageIO. The reader is chosen by the file's signature, not by
 // its name, and only among formats of still images: other readers of OpenImageIO open files that a
-// playlist names, or are not hardened against untrusted files.
+// playlist names. Those that are not hardened against untrusted files are read in a process of their own.
 
 #include <OpenImageIO/imageio.h>
 
@@ -17,6 +17,7 @@
 
 #include "base/input_file.h"
 #include "base/result.h"
+#include "tools/texture/file_color.h"
 #include "tools/texture/tiff_pages.h"
 
 namespace openfab::tools {
@@ -27,10 +28,19 @@ class StillImage {
 
     /// Reads the header of the first page; errors do not name the file. Fails for images that take
     /// more than half of the memory to decode; the other half is for libraries and for the result.
+    /// `guarded`: this process may crash (guarded.h), so that formats with fragile readers are read,
+    /// too.
     static Result<std::unique_ptr<StillImage>> open(const std::filesystem::path& file,
-                                                    int64_t memory_bytes);
+                                                    int64_t memory_bytes, bool guarded = false);
 
     const OIIO::ImageSpec& spec() const { return input_->spec(); }
+    /// Says what the numbers of the current page mean.
+    FileColor color() const {
+        FileColor color = color_of(file_, format_, spec());
+        color.bare_alpha = bare_alpha_;
+        color.straight_alpha = format_ == "bmp";
+        return color;
+    }
     /// Returns the number of pictures in the file; kMostPages + 1 where there are more.
     int pages();
     /// After an error there is no current page.
@@ -51,9 +61,12 @@ class StillImage {
     InputFile file_;
     int64_t memory_bytes_ = 0;
     std::string format_;
+    bool bare_alpha_ = false;
     std::string shown_;                    ///< the file's name for people
     std::vector<uint64_t> page_offsets_;   ///< of the pages of a TIFF, once they were counted
     std::unique_ptr<TiffPage> page_file_;  ///< of a page of a TIFF behind the first
+    std::vector<char> bits_;               ///< of a PBM in digits
+    std::unique_ptr<OIIO::Filesystem::IOMemReader> bits_file_;
     std::unique_ptr<OIIO::ImageInput> input_;
     int subimage_ = 0;  ///< of input_
 };

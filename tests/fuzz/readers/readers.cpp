@@ -122,6 +122,7 @@ std::string written(const char* name, std::string_view bytes) {
 bool icc(std::string_view bytes) {
     const std::vector<uint8_t> copy(bytes.begin(), bytes.end());
     const tools::EmbeddedProfile::Found found = tools::EmbeddedProfile::find(copy);
+    (void)tools::EmbeddedProfile::find(copy, 1);
     const Result<color::PrinterProfile> profile = color::PrinterProfile::parse(copy);
     if (!answered(profile)) return found.is_srgb || found.other != nullptr;
     (void)profile->description();
@@ -336,6 +337,7 @@ bool messages(std::string_view bytes) {
 
 constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "a.gltf",
                kGlb[] = "a.glb", kThreemf[] = "a.3mf", kPng[] = "a.png", kJpg[] = "a.jpg",
+               kBmp[] = "a.bmp", kTga[] = "a.tga", kGif[] = "a.gif", kWebp[] = "a.webp",
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
                kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
                kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kVtk[] = "a.vtk",
@@ -362,6 +364,10 @@ constexpr Reader kReaders[] = {
     {"exr", false, picture<kExr>},
     {"hdr", false, picture<kHdr>},
     {"ppm", true, picture<kPpm>},
+    {"bmp", false, picture<kBmp>},
+    {"tga", false, picture<kTga>},
+    {"gif", false, picture<kGif>},
+    {"webp", false, picture<kWebp>},
     {"npy", false, volume<kNpy>},
     {"nrrd", true, volume<kNrrd>},
     {"cube", true, volume<kCube>},

@@ -83,7 +83,7 @@ TEST_F(ConvertTest, DecodesEveryByteExactly) {
 }
 
 TEST_F(ConvertTest, ReadsSixteenBitsAndFloatAsLinear) {
-    const auto sixteen = converted(image<uint16_t>("s.png", 2, 1, 1, {0, 32768}));
+    const auto sixteen = converted(image<uint16_t>("s.tif", 2, 1, 1, {0, 32768}));
     EXPECT_FLOAT_EQ(sixteen->texels()[1], 32768.0f / 65535);
     const auto real = converted(image<float>("f.exr", 2, 1, 1, {-1.5f, 7.25f}));
     EXPECT_EQ(level0(*real), (std::vector<float>{-1.5f, 7.25f}));
@@ -220,6 +220,20 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
         texture::cache_name(*texture::content_key(file, {"auto", false}));
     std::filesystem::resize_file(entry, 80);
     EXPECT_TRUE(texture::get_pyramid(file, {"auto", false}, 1, 0));
+}
+
+TEST_F(ConvertTest, ChecksWithoutKeepingAnything) {
+    EXPECT_TRUE(texture::check_picture(image<uint8_t>("g.png", 2, 2, 1, {0, 64, 128, 255})));
+    const auto bad = folder_.write("bad.png", "no picture");
+    const Result<void> checked = texture::check_picture(bad);
+    ASSERT_FALSE(checked);
+    EXPECT_TRUE(checked.error().text().starts_with("cannot read " + bad.string() + ": "))
+        << checked.error().text();
+    // The header alone is right.
+    const auto whole = image<uint8_t>("w.png", 300, 300, 3, std::vector<uint8_t>(270'000, 77));
+    std::filesystem::resize_file(whole, std::filesystem::file_size(whole) / 2);
+    EXPECT_FALSE(texture::check_picture(whole));
+    EXPECT_FALSE(std::filesystem::exists(folder_.path() / "cache" / "deep"));
 }
 
 TEST_F(ConvertTest, PassesTheHelpersReasonOn) {

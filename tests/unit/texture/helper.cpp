@@ -11,11 +11,14 @@
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 
-// helper texture IMAGE -o FILE --space SPACE [--luminance] [--volume [--origin=X,Y,Z]
+// helper texture IMAGE -o FILE|--check --space SPACE [--luminance] [--volume [--origin=X,Y,Z]
 // [--spacing=X,Y,Z]] [--memory=BYTES] [--below=FOLDER]
 int main(int argc, char** argv) {
-    const std::vector<std::string> args(argv + 1, argv + argc);
-    if (args.size() < 6 || args[0] != "texture" || args[2] != "-o" || args[4] != "--space")
+    std::vector<std::string> args(argv + 1, argv + argc);
+    const bool check = args.size() > 2 && args[2] == "--check";
+    if (check) args.insert(args.begin() + 3, "");
+    if (args.size() < 6 || args[0] != "texture" || (args[2] != "-o" && !check) ||
+        args[4] != "--space")
         return 2;
     openfab::texture::VolumeOptions volume;
     volume.image.space = args[5];
@@ -35,8 +38,9 @@ int main(int argc, char** argv) {
         if (args[i].starts_with("--spacing=")) volume.spacing_mm = three(args[i].substr(10));
     }
     const openfab::Result<void> done =
-        is_volume ? openfab::tools::make_volume_file(args[1], args[3], volume, limits)
-                  : openfab::tools::make_pyramid_file(args[1], args[3], volume.image, limits);
+        check       ? openfab::tools::check_picture_file(args[1], volume.image, limits)
+        : is_volume ? openfab::tools::make_volume_file(args[1], args[3], volume, limits)
+                    : openfab::tools::make_pyramid_file(args[1], args[3], volume.image, limits);
     if (done) return 0;
     fmt::print(stderr, "error: {}\n", done.error().text());
     return openfab::exit_code(done.error().code);

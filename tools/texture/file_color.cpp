@@ -1,0 +1,104 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/texture/file_color.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "tools/texture/png_color.h"
+
+namespace openfab::tools {
+namespace {
+
+RgbSpace srgb_with(Curve curve) {
+    return RgbSpace::make(kSrgbChromaticities, curve).value_or(RgbSpace());
+}
+
+std::vector<uint8_t> profile_of(const OIIO::ImageSpec& spec) {
+    const OIIO::ParamValue* icc = spec.find_attribute("ICCProfile");
+    if (icc == nullptr) return {};
+    const auto* const bytes = static_cast<const uint8_t*>(icc->data());
+    return {bytes, bytes + icc->datasize()};
+}
+
+FileColor color_of_png(const InputFile& file, const OIIO::ImageSpec& spec) {
+    const PngColor says = read_png_color(file);
+    if (says.code_points) {
+        if (const std::optional<RgbSpace> space = space_of(*says.code_points))
+            return {Lab::kNone, *space, {}};
+    }
+    const RgbSpace usual = srgb_with(Curve::kSrgb);
+    if (says.has_profile) {
+        if (std::vector<uint8_t> profile = profile_of(spec); !profile.empty())
+            return {Lab::kNone, usual, std::move(profile)};
+    }
+    if (says.is_srgb || (!says.gamma && !says.corners)) return {Lab::kNone, usual, {}};
+    const Chromaticities corners = says.corners.value_or(kSrgbChromaticities);
+    const std::optional<RgbSpace> space =
+        says.gamma ? RgbSpace::make(corners, Curve::kPower, 1 / *says.gamma)
+                   : RgbSpace::make(corners, Curve::kSrgb);
+    return {Lab::kNone, space.value_or(usual), {}};
+}
+
+std::optional<RgbSpace> space_of_exr(const OIIO::ImageSpec& spec) {
+    const OIIO::ParamValue* found = spec.find_attribute("chromaticities");
+    Chromaticities c{};
+    if (found == nullptr || found->type() != OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8))
+        return std::nullopt;
+    const auto* const values = static_cast<const float*>(found->data());
+    std::copy_n(values, c.size(), c.begin());
+    return RgbSpace::make(c, Curve::kLinear);
+}
+
+/// X, Y and Z as shares of those of D50.
+constexpr Chromaticities kSharesOfD50 = {1, 0, 0, 1, 0, 0, 0.3457, 0.3585};
+
+double share_of(double f) {
+    constexpr double kBend = 6.0 / 29;
+    return f > kBend ? f * f * f : 3 * kBend * kBend * (f - 4.0 / 29);
+}
+
+}  // namespace
+
+Lab lab_of(const OIIO::ImageSpec& spec) {
+    const std::string_view name = spec.get_string_attribute("tiff:ColorSpace");
+    return name == "CIELAB" ? Lab::kSigned : name == "ICCLAB" ? Lab::kShifted : Lab::kNone;
+}
+
+LabDecoder::LabDecoder(Lab stored, float steps)
+    : stored_(stored),
+      steps_(static_cast<double>(steps)),
+      from_xyz_(RgbSpace::make(kSharesOfD50, Curve::kLinear).value_or(RgbSpace())) {}
+
+// Values of 16 bits are those of 8 with 8 bits behind the point (TIFF 6.0, section 23; ICC.1, annex A).
+void LabDecoder::decode(const float* in, float* rgb) const {
+    constexpr double kLightest = 100, kWhole = 256, kHalf = 128;
+    const double unit = steps_ > 255 ? kWhole : 1;
+    const bool shifted = stored_ == Lab::kShifted;
+    const double white = shifted && steps_ > 255 ? 255 * kWhole : steps_;
+    const auto number = [&](size_t c) { return std::round(static_cast<double>(in[c]) * steps_); };
+    const auto difference = [&](size_t c) {
+        const double n = number(c) / unit;
+        if (shifted) return n - kHalf;
+        return n >= kHalf ? n - kWhole : n;
+    };
+    const double y = (kLightest * number(0) / white + 16) / 116;
+    rgb[0] = static_cast<float>(share_of(y + difference(1) / 500));
+    rgb[1] = static_cast<float>(share_of(y));
+    rgb[2] = static_cast<float>(share_of(y - difference(2) / 200));
+    from_xyz_.convert(rgb);
+}
+
+FileColor color_of(const InputFile& file, std::string_view format, const OIIO::ImageSpec& spec) {
+    if (format == "png") return color_of_png(file, spec);
+    const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
+    FileColor out{lab_of(spec), srgb_with(eight_bit ? Curve::kSrgb : Curve::kLinear),
+                  profile_of(spec)};
+    if (format == "openexr") {
+        if (const std::optional<RgbSpace> space = space_of_exr(spec)) out.space = *space;
+    }
+    return out;
+}
+
+}  // namespace openfab::tools
