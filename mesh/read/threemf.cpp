@@ -39,6 +39,7 @@ class ThreemfReader {
         Result<ThreemfProject> project = read_threemf_project(zip_, file_, &memory_bytes_, &told_);
         if (!project) return project.error();
         project_ = std::move(*project);
+        const size_t beside = told_.list().size();
         ThreemfPart* root = part("", package_.model);
         if (root == nullptr) return *error_;
         // Counts first: components may repeat objects, so the file's size is no bound.
@@ -50,8 +51,8 @@ class ThreemfReader {
         if (error_) return *error_;
         if (root->model.build.empty())
             mesh_.warnings().push_back(fmt::format("{}: the build has no items", file_));
-        if (mesh_.triangles() == 0 && !told_.list().empty()) {
-            const LeftOut& first = told_.list().front();
+        if (mesh_.triangles() == 0 && told_.list().size() > beside) {
+            const LeftOut& first = told_.list()[beside];
             return user_error(fmt::format("{}: nothing is left to print without {} ({})", file_,
                                           first.what, first.place),
                               first.remedy);

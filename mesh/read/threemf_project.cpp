@@ -87,6 +87,11 @@ class ObjectsReader : public XmlHandler {
         Complaint wrong = number(a, first, last != nullptr ? &volume.first : &volume.part);
         if (wrong.empty() && last != nullptr) wrong = number(a, last, &volume.last);
         if (!wrong.empty()) return wrong;
+        // Each placement of the object goes through all of them.
+        constexpr size_t kMostVolumes = 4096;
+        if (object_->volumes.size() == kMostVolumes)
+            return {fmt::format("an object of more than {} volumes", kMostVolumes),
+                    "unite some of them in the slicer"};
         object_->volumes.push_back(std::move(volume));
         volume_ = &object_->volumes.back();
         if (const std::string kind = attribute(a, "subtype"); !kind.empty()) set_kind(kind);

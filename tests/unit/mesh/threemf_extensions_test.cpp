@@ -100,8 +100,11 @@ TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
         "a.3mf: nothing is left to print without objects that are level sets (object `ball`); "
         "export "
         "them as meshes, or write them as a fablet");
+    // Settings beside the model are no reason.
+    const PackageFiles settings = {{"Metadata/Slic3r_PE.config", "; layer_height = 0.2"}};
     EXPECT_EQ(
-        parse_error(threemf_package(threemf_model(object(9, R"(type="support")"), kItem)), "a.3mf"),
+        parse_error(threemf_package(threemf_model(object(9, R"(type="support")"), kItem), settings),
+                    "a.3mf"),
         "a.3mf: nothing is left to print without objects of type `support` (object 9); objects of "
         "type "
         "`model` are printed; change the type if this is a part");

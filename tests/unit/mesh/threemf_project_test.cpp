@@ -320,6 +320,25 @@ TEST(ThreemfProject, KeepsRangesOfVolumesWhereTrianglesAreDivided) {
               ": part of 1000 mm3, extruder 1, in 0\n: negative of 8 mm3, extruder 2, in 0\n");
 }
 
+TEST(ThreemfProject, RefusesDamagedProjects) {
+    const auto error = [](const std::string& config) {
+        return parse_error(
+            threemf_package(
+                threemf_model("<object id=\"9\">" + threemf_cube(0, 10) + "</object>", kItem),
+                {{"Metadata/Slic3r_PE_model.config", config}}),
+            "a.3mf");
+    };
+    const std::string begin = "a.3mf: Metadata/Slic3r_PE_model.config:1:";
+    EXPECT_EQ(error(R"(<config><object id="9"><volume firstid="x" lastid="1"/></object></config>)"),
+              begin + "24: `firstid`: `x` is not a whole number from 0 to 2147483647");
+    EXPECT_EQ(error("<config><object"), begin + "9: unclosed token");
+    std::string many = R"(<config><object id="9">)";
+    for (int i = 0; i < 5000; ++i)
+        many += R"(<volume firstid="0" lastid="1"/>)";
+    EXPECT_NE(error(many + "</object></config>").find("an object of more than 4096 volumes"),
+              std::string::npos);
+}
+
 TEST(ThreemfProject, RefusesDamagedPaint) {
     const auto error = [](const std::string& code) {
         return parse_error(
