@@ -200,9 +200,15 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    app.add_option("--fractions", o.fractions_file,
-                   "an .npy file for the materials' fractions in each voxel, before the dither")
+    app.add_option(
+           "--fractions", o.fractions_file,
+           "an .npy file for the materials' fractions at the centre of each voxel, before the "
+           "dither")
         ->type_name("FILE");
+    app.add_option("--fractions-supersample", o.fractions_supersample,
+                   "make these the means over the N x N x N parts of each voxel")
+        ->check(CLI::Range(1, kMostSupersampling))
+        ->type_name("N");
     app.add_option("--probe", raw.probe,
                    "print nothing but the materials' fractions in the voxel at this point, in mm, "
                    "before the dither, as JSON")
@@ -230,8 +236,9 @@ std::string help_text(CLI::App* app, const std::string& program, bool needs_outp
         app->footer(fmt::format(fmt::runtime(kExamples), program) + kUnits);
         return app->help();
     }
-    for (const char* option : {"--output", "--token-file", "--tls-ca", "--preview", "--fractions",
-                               "--probe", "--stats", "--estimate", "--dry-run", "--resume"})
+    for (const char* option :
+         {"--output", "--token-file", "--tls-ca", "--preview", "--fractions",
+          "--fractions-supersample", "--probe", "--stats", "--estimate", "--dry-run", "--resume"})
         app->get_option(option)->group("");
     app->footer(kUnits);
     return app->help();
@@ -354,6 +361,11 @@ Result<void> validate_options(const Raw& raw, Options* o) {
         if (!o->format.empty() && o->format != "ofr")
             return usage_error(
                 fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", o->format));
+    }
+    if (o->fractions_supersample > 1 && o->fractions_file.empty()) {
+        return usage_error(
+            "`--fractions-supersample` is about the array that `--fractions FILE.npy` writes; name "
+            "one");
     }
     if (o->resume && !o->fractions_file.empty()) {
         return usage_error(

@@ -30,6 +30,9 @@ struct NamedOutput {
     std::filesystem::path path;
 };
 
+/// The largest --fractions-supersample: 32768 times as many voxels are enough.
+constexpr int32_t kMostSupersampling = 32;
+
 struct Options {
     std::string input;       ///< a world (.fab.json) or a mesh
     std::string output;      ///< empty: none; `-` standard output; or an address (stream/address.h)
@@ -57,7 +60,8 @@ struct Options {
     std::vector<preview::PreviewSpec> previews;
     program::ProgressMode progress = program::ProgressMode::kAuto;
     std::string stats_file;
-    std::string fractions_file;       ///< takes mixtures before the dither; empty: none
+    std::string fractions_file;         ///< takes mixtures before the dither; empty: none
+    int32_t fractions_supersample = 1;  ///< parts of a voxel's side that they are the means of
     std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
     std::vector<NamedOutput> more_outputs;  ///< files that the host writes at its end
     bool png_indexed = false;               ///< with a palette instead of RGBA

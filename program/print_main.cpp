@@ -22,6 +22,7 @@
 #include "program/probe.h"
 #include "program/progress.h"
 #include "program/statistics.h"
+#include "program/supersample.h"
 #include "runtime/pipeline/print_job.h"
 
 namespace openfab::program {
@@ -120,7 +121,11 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     if (prints)
         hooks.print_line = [&progress](const std::string& line) { progress.print_line(line); };
     std::optional<raster::FractionFile> fractions;
-    if (!options.fractions_file.empty() && prints)
+    CoarsePrint coarse;
+    const bool supersamples = prints && options.fractions_supersample > 1;
+    if (supersamples)
+        hooks.fractions = &coarse;
+    else if (!options.fractions_file.empty() && prints)
         hooks.fractions = &fractions.emplace(options.fractions_file);
     Result<PreparedPrint> ready = prepare_print(options, fablets, hooks);
     if (!ready) return ready.error();
@@ -139,7 +144,11 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     }
     const std::string sizes = part_sizes(job.input.parts, job.input.pitch_mm);
     job.input = {};
-    return run(ready->print.get(), options, ready->format, job.printer, sizes, interrupt, progress);
+    const Result<void> done =
+        run(ready->print.get(), options, ready->format, job.printer, sizes, interrupt, progress);
+    if (!done || !supersamples) return done;
+    ready->print.reset();  // and its memory
+    return write_supersampled(coarse, options, fablets, interrupt, &progress);
 }
 
 int finish(const Result<void>& done) {

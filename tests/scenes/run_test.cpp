@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <array>
 #include <chrono>
+#include <cstring>
 #include <regex>
 #include <utility>
 
@@ -61,6 +63,54 @@ TEST_F(RunCommand, NoPassChangesTheBytes) {
         ASSERT_EQ(ran.exit_code, 0) << ran.err;
         EXPECT_TRUE(read_file(with) == read_file(without)) << left_out.front();
     }
+}
+
+/// Stripes of a quarter of 0.4 mm: the centres of coarse voxels all lie in the same part of one.
+TEST_F(RunCommand, CoarseFractionsAreThoseOfCentresUnlessTheyAreSupersampled) {
+    scratch().write("stripes.fl", R"(fablet Stripes {
+    @uniform { Material a, b; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(frac(attr.voxelCenter.x / 0.4) < 0.25 ? a : b, 1);
+        return mc;
+    }
+}
+)");
+    scratch().write("stripes.fab.json", R"({
+    "openfab": 1, "printer": "generic",
+    "fablets": {"s": {"source": "stripes.fl", "fablet": "Stripes"}},
+    "materials": {"a": {"key": "#ff0000"}, "b": {"key": "#00ff00"}},
+    "meshes": {"m": {"box": [8, 8, 8]}},
+    "objects": {"o": {"mesh": "m", "fablet": "s", "uniforms": {"a": "a", "b": "b"}}},
+    "build": [{"object": "o"}]
+})");
+    const std::filesystem::path array = scratch() / "mix.npy";
+    const auto share_of_a = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> argv{program("openflc").string(),
+                                      "run",
+                                      (scratch() / "stripes.fl").string(),
+                                      (scratch() / "stripes.fab.json").string(),
+                                      "--fractions",
+                                      array.string()};
+        argv.insert(argv.end(), more.begin(), more.end());
+        const Outcome ran = run(argv, environment());
+        EXPECT_EQ(ran.exit_code, 0) << ran.err;
+        const std::string file = read_file(array).substr(128);  // after the header
+        std::vector<std::array<float, 2>> voxels(file.size() / sizeof(std::array<float, 2>));
+        std::memcpy(voxels.data(), file.data(), file.size());
+        double sum = 0;
+        for (const auto& [a, b] : voxels) {
+            EXPECT_NEAR(a + b, 1, 1e-6);
+            sum += a;
+        }
+        return sum / static_cast<double>(voxels.size());
+    };
+    EXPECT_NEAR(share_of_a({"--voxel", "0.05mm"}), 0.25, 1e-6);
+    EXPECT_EQ(share_of_a({"--voxel", "1mm"}), 0);
+    // In parts of 0.1 mm a stripe is one of four; the centres of coarser ones may miss it again.
+    EXPECT_NEAR(share_of_a({"--voxel", "1mm", "--fractions-supersample", "10"}), 0.25, 1e-6);
+    EXPECT_NEAR(share_of_a({"--voxel", "0.8mm", "--fractions-supersample", "8"}), 0.25, 1e-6);
 }
 
 TEST_F(RunCommand, NeedsAFabletAndAWorld) {

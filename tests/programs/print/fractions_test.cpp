@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -138,6 +139,80 @@ TEST_F(Fractions, AProbeIsTheVoxelOfTheWholePrint) {
     EXPECT_THAT(wrong.err, HasSubstr("not three numbers"));
 }
 
+/// The fractions of a file: [z][y][x][material].
+struct Array {
+    std::array<int32_t, 3> shape{};  ///< z, y, x
+    std::array<double, 3> origin_mm{};
+    std::vector<std::array<float, 2>> values;
+
+    Array(const std::string& file, const std::string& json) {
+        const std::vector<double> sizes =
+            numbers_after(file.substr(0, kHeaderBytes), "'shape': (", 3);
+        const std::vector<double> origin = numbers_after(json, "\"origin_mm\"", 3);
+        for (size_t a = 0; a < 3; ++a)
+            shape[a] = static_cast<int32_t>(sizes[a]), origin_mm[a] = origin[a];
+        values.resize((file.size() - kHeaderBytes) / sizeof(values[0]));
+        std::memcpy(values.data(), file.data() + kHeaderBytes, file.size() - kHeaderBytes);
+    }
+    /// Void where there is no voxel.
+    std::array<float, 2> at(int32_t z, int32_t y, int32_t x) const {
+        const bool in = z >= 0 && z < shape[0] && y >= 0 && y < shape[1] && x >= 0 && x < shape[2];
+        return in ? values[static_cast<size_t>((z * shape[1] + y) * shape[2] + x)]
+                  : std::array<float, 2>{};
+    }
+};
+
+TEST_F(Fractions, SupersampledAreTheMeansOfThoseOfAFinerPrint) {
+    const std::string fine_file = fractions({});
+    const Array fine(fine_file, read_file(path("f.npy.json")));
+    for (const int32_t times : {2, 3, 8}) {
+        // The pitch is 0.2 mm times the draft.
+        const std::string n = std::to_string(times);
+        const std::vector<std::string> options{"--draft", n, "--fractions-supersample", n};
+        const std::string file = fractions(options);
+        const std::string json = read_file(path("f.npy.json"));
+        EXPECT_THAT(json, HasSubstr(fmt::format("\"supersampling\": \"{}\"", n)));
+        EXPECT_THAT(json, HasSubstr("\"complete\": true"));
+        const Array coarse(file, json);
+        std::array<int32_t, 3> shift{};  // fine voxels, x, y, z
+        for (size_t a = 0; a < 3; ++a) {
+            shift[a] =
+                static_cast<int32_t>(std::lround((coarse.origin_mm[a] - fine.origin_mm[a]) / 0.2));
+        }
+        int64_t partly = 0;
+        for (int32_t z = 0; z < coarse.shape[0]; ++z) {
+            for (int32_t y = 0; y < coarse.shape[1]; ++y) {
+                for (int32_t x = 0; x < coarse.shape[2]; ++x) {
+                    std::array<int64_t, 2> sums{};
+                    for (int32_t k = 0; k < times * times * times; ++k) {
+                        const auto of = fine.at(z * times + k / (times * times) + shift[2],
+                                                y * times + k / times % times + shift[1],
+                                                x * times + k % times + shift[0]);
+                        for (size_t m = 0; m < 2; ++m)
+                            sums[m] += std::lround(of[m] * 65535.0);
+                    }
+                    const double whole = 65535.0 * times * times * times;
+                    for (size_t m = 0; m < 2; ++m) {
+                        ASSERT_EQ(coarse.at(z, y, x)[m],
+                                  static_cast<float>(static_cast<double>(sums[m]) / whole))
+                            << times << " at " << x << ' ' << y << ' ' << z;
+                        partly += sums[m] > 0 && sums[m] < static_cast<int64_t>(whole) ? 1 : 0;
+                    }
+                }
+            }
+        }
+        EXPECT_GT(partly, 20);
+        // Whatever the threads; and a range of slices is that part of the whole.
+        std::vector<std::string> more = options;
+        more.insert(more.end(), {"--threads", "3", "--no-cull", "-o", path("codes.ofr")});
+        EXPECT_TRUE(fractions(more) == file);
+        more = options;
+        more.insert(more.end(), {"--slices", "1:3"});
+        const std::string some = fractions(more).substr(kHeaderBytes);
+        EXPECT_TRUE(file.substr(kHeaderBytes + some.size() / 2, some.size()) == some);
+    }
+}
+
 TEST_F(Fractions, TroubleIsTold) {
     RunOptions small;
     small.largest_file_bytes = 100'000;
@@ -146,6 +221,10 @@ TEST_F(Fractions, TroubleIsTold) {
     EXPECT_THAT(full.err, HasSubstr("f.npy"));
     EXPECT_EQ(print({"--fractions", path("f.npy"), "-o", path("f.npy")}).exit_code, 1);
     EXPECT_EQ(print({"--fractions", path("f.npy"), "-o", path("a.ofr"), "--resume"}).exit_code, 2);
+    const Outcome alone = print({"--fractions-supersample", "4", "-o", path("a.ofr")});
+    EXPECT_EQ(alone.exit_code, 2);
+    EXPECT_THAT(alone.err, HasSubstr("--fractions FILE.npy"));
+    EXPECT_EQ(print({"--fractions", path("f.npy"), "--fractions-supersample", "33"}).exit_code, 2);
 }
 
 }  // namespace
