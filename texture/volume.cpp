@@ -12,6 +12,8 @@
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "texture/helper.h"
+#include "texture/meta_header.h"
+#include "texture/nifti_header.h"
 #include "texture/nrrd_header.h"
 #include "texture/pyramid_file.h"
 #include "texture/xdmf_grid.h"
@@ -135,8 +137,8 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
 
 namespace {
 
-/// Names the data files of a detached NRRD header or an XDMF file; none of any other file, or of one that
-/// cannot be read.
+/// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file; none of any other file,
+/// or of one that cannot be read.
 std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
                                        const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
@@ -145,9 +147,25 @@ std::vector<std::string> data_files_of(const fs::path& file, std::optional<doubl
         const Result<XdmfGrid> grid = read_xdmf_grid(*opened, time, limits);
         return grid ? grid->data_files() : std::vector<std::string>();
     }
-    const Result<NrrdHeader> header = read_nrrd_header(*opened);
-    if (!header || header->data_file().empty()) return {};
-    return {header->data_file()};
+    std::string begin(NiftiHeader::kBytes, '\0');
+    const Result<size_t> got = opened->read(0, begin.data(), begin.size());
+    if (!got) return {};
+    begin.resize(*got);
+    if (is_nifti(begin)) {
+        const Result<NiftiHeader> header = read_nifti_header(begin);
+        if (!header || !header->detached) return {};
+        return {nifti_data_file(file.filename().string())};
+    }
+    std::string name;
+    if (begin.starts_with("NRRD")) {
+        const Result<NrrdHeader> header = read_nrrd_header(*opened);
+        if (header) name = header->data_file();
+    } else if (is_meta_image(file)) {
+        const Result<MetaHeader> header = read_meta_header(*opened);
+        if (header) name = header->data_file();
+    }
+    if (name.empty()) return {};
+    return {name};
 }
 
 }  // namespace

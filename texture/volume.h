@@ -37,8 +37,8 @@ struct VolumeOptions {
 /// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
-/// Lists the data files that `file` names if it is the header of a detached NRRD or an XDMF file; of
-/// steps, those of the one that is read.
+/// Lists the data files that `file` names if it is the header of a detached NRRD, NIfTI or MetaImage, or an
+/// XDMF file; of steps, those of the one that is read.
 std::vector<std::filesystem::path> detached_data(const std::filesystem::path& file,
                                                  std::optional<double> time);
 

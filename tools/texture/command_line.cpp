@@ -66,10 +66,10 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_option("--space", options.space, "auto, srgb, linear or data")
         ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
     app.add_flag("--luminance", options.luminance, "convert three channels to one");
-    app.add_flag(
-        "--volume", job->is_volume,
-        "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, .cube, .vti, "
-        ".vtr, .vts, .vtu, .vtk, .xdmf");
+    app.add_flag("--volume", job->is_volume,
+                 "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, "
+                 "NIfTI, MetaImage, .cube, .vti, "
+                 ".vtr, .vts, .vtu, .vtk, .xdmf");
     app.add_option("--origin", origin, "a volume's lowest corner in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);

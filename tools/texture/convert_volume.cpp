@@ -4,14 +4,17 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <string_view>
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "texture/meta_header.h"
 #include "texture/xdmf_grid.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/scans.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
 #include "tools/texture/vtk_file.h"
@@ -110,6 +113,37 @@ class StackReader final : public VolumeReader {
     std::optional<Decoder> decoder_;
 };
 
+/// Refuses by name what is a volume and is not read: a picture's error would say nothing of it.
+Result<void> refuse_others(const fs::path& file, const std::string& kind, std::string_view begin) {
+    if (kind == ".nii" || lower_ascii(file.filename().string()).ends_with(".nii.gz"))
+        return user_error("it is not a NIfTI file");
+    constexpr std::array<std::string_view, 2> kAnalyze{{{"\x5c\x01\0\0", 4}, {"\0\0\x01\x5c", 4}}};
+    if (kind == ".hdr" && (begin.starts_with(kAnalyze[0]) || begin.starts_with(kAnalyze[1])))
+        return user_error("it is of Analyze 7.5, which does not say where left and right are",
+                          "write it as NIfTI");
+    if (kind == ".img")
+        return user_error("it holds numbers alone",
+                          "name the header that says what they are: .hdr");
+    if (kind == ".raw" || kind == ".zraw" || kind == ".bin")
+        return user_error("it holds numbers alone",
+                          "name a header that says what they are: .nhdr, .mhd or .xdmf");
+    if (begin.starts_with("\x89HDF") || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" ||
+        kind == ".nc" || kind == ".mnc")
+        return user_error("it is of HDF5, which says of no array what it is",
+                          "write an .xdmf file that names its array, or NRRD");
+    for (const char* parallel : {".pvti", ".pvtr", ".pvts", ".pvtu", ".vtm", ".pvd"}) {
+        if (kind == parallel)
+            return user_error("it names the parts of a grid, which are files of VTK",
+                              "name one of them, or merge them to one");
+    }
+    for (const char* other : {".mgz", ".mgh", ".exo", ".e", ".msh", ".inp", ".mrc", ".vol"}) {
+        if (kind == other)
+            return user_error(fmt::format("volumes of `{}` are not read", kind),
+                              "write NRRD, NIfTI, MetaImage, or a file of VTK");
+    }
+    return {};
+}
+
 /// By signature; only colour tables are recognized by their names.
 MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
@@ -124,6 +158,8 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (begin.starts_with("\x93NUMPY")) return open_npy(files[0]);
     const std::string kind = lower_ascii(files[0].extension().string());
     if (kind == ".cube") return open_cube(files[0], limits);
+    if (is_nifti_file(files[0])) return open_nifti(files[0], options, limits);
+    if (texture::is_meta_image(files[0])) return open_meta(files[0], options, limits);
     if (begin.starts_with(kLegacyVtk)) return open_vtk(files[0], options, limits);
     for (const char* name : {".vti", ".vtr", ".vts", ".vtu", ".vtk"}) {
         if (kind == name) return open_vtk(files[0], options, limits);
@@ -131,6 +167,7 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");
     if (kind == ".npy") return user_error("it is not an NPY file");
+    if (Result<void> known = refuse_others(files[0], kind, begin); !known) return known.error();
     return open_stack(files, options.image, limits);
 }
 

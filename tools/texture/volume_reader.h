@@ -3,7 +3,7 @@
 #pragma once
 
 // Readers of volumes: stacks of pictures, NRRD, NPY, .cube tables, VTK's .vti, .vtr, .vts, .vtu and
-// .vtk. Those of XDMF are in xdmf_reader.h.
+// .vtk. Those of XDMF are in xdmf_reader.h, of NIfTI and MetaImage in scans.h.
 
 #include <array>
 #include <cstdint>

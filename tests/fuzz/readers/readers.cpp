@@ -341,7 +341,7 @@ constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "
                kTif[] = "a.tif", kExr[] = "a.exr", kHdr[] = "a.hdr", kPpm[] = "a.ppm",
                kNpy[] = "a.npy", kNrrd[] = "a.nrrd", kCube[] = "a.cube", kVti[] = "a.vti",
                kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kVtk[] = "a.vtk",
-               kXdmf[] = "a.xdmf";
+               kNii[] = "a.nii", kMha[] = "a.mha", kXdmf[] = "a.xdmf";
 
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
@@ -370,6 +370,8 @@ constexpr Reader kReaders[] = {
     {"webp", false, picture<kWebp>},
     {"npy", false, volume<kNpy>},
     {"nrrd", true, volume<kNrrd>},
+    {"nii", false, volume<kNii>},
+    {"mha", true, volume<kMha>},
     {"cube", true, volume<kCube>},
     {"vti", true, volume<kVti>},
     {"vtr", true, volume<kVtr>},

@@ -1,0 +1,164 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/input_file.h"
+#include "base/scan_number.h"
+#include "texture/meta_header.h"
+#include "texture/nrrd_header.h"
+#include "tools/texture/placed_grid.h"
+#include "tools/texture/scans.h"
+#include "tools/texture/stored_grid.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+using texture::MetaHeader;
+
+bool is_true(const std::string& value) {
+    return !value.empty() && (value[0] == 'T' || value[0] == 't' || value[0] == '1');
+}
+
+/// Parses as many numbers.
+bool take_numbers(std::string_view text, double* out, size_t count) {
+    for (size_t i = 0; i < count; ++i) {
+        if (!scan_number(take_word(&text), out++).empty()) return false;
+    }
+    return take_word(&text).empty();
+}
+
+Result<void> set_format(const MetaHeader& header, StoredGrid* grid) {
+    using Kind = NumberFormat::Kind;
+    struct Type {
+        std::string_view name;
+        Kind kind;
+        int bytes;
+    };
+    constexpr std::array<Type, 14> kTypes{{
+        {"MET_CHAR", Kind::kSigned, 1},
+        {"MET_UCHAR", Kind::kUnsigned, 1},
+        {"MET_SHORT", Kind::kSigned, 2},
+        {"MET_USHORT", Kind::kUnsigned, 2},
+        {"MET_INT", Kind::kSigned, 4},
+        {"MET_UINT", Kind::kUnsigned, 4},
+        {"MET_LONG", Kind::kSigned, 4},
+        {"MET_ULONG", Kind::kUnsigned, 4},
+        {"MET_LONG_LONG", Kind::kSigned, 8},
+        {"MET_ULONG_LONG", Kind::kUnsigned, 8},
+        {"MET_FLOAT", Kind::kFloat, 4},
+        {"MET_DOUBLE", Kind::kFloat, 8},
+        {"MET_INT64", Kind::kSigned, 8},
+        {"MET_UINT64", Kind::kUnsigned, 8},
+    }};
+    const std::string name = header.field("ElementType");
+    const auto* const found = std::find_if(kTypes.begin(), kTypes.end(),
+                                           [&](const Type& type) { return type.name == name; });
+    if (found == kTypes.end())
+        return user_error(fmt::format("its numbers are of type `{}`, which is not known", name));
+    const bool big = is_true(header.field("BinaryDataByteOrderMSB", "ElementByteOrderMSB"));
+    grid->format = {found->kind, found->bytes, big, true};
+    return {};
+}
+
+Result<void> set_size(const MetaHeader& header, StoredGrid* grid) {
+    int64_t dimensions = 0, channels = 1;
+    const std::string many = header.field("ElementNumberOfChannels");
+    if (!scan_integer(header.field("NDims"), 3, 3, &dimensions).empty())
+        return user_error(
+            fmt::format("it has {} dimensions; a volume has 3", header.field("NDims")));
+    if (!many.empty() && !scan_integer(many, 1, 4, &channels).empty())
+        return user_error(fmt::format("it has {} channels; 1 to 4 are possible", many));
+    std::array<int64_t, 3> sides{};
+    const std::string text = header.field("DimSize");
+    std::string_view left = text;
+    for (int64_t& side : sides) {
+        if (!scan_integer(take_word(&left), 1, INT32_MAX, &side).empty())
+            return user_error("its `DimSize` is not three sizes");
+    }
+    return set_sides(sides, channels, grid);
+}
+
+Result<GridFrame> frame_of(const MetaHeader& header, double unit) {
+    std::array<double, 9> ways{1, 0, 0, 0, 1, 0, 0, 0, 1};
+    std::array<double, 3> spacing{1, 1, 1}, first{};
+    const auto read = [](const std::string& text, double* out, size_t count) {
+        return text.empty() || take_numbers(text, out, count);
+    };
+    if (!read(header.field("TransformMatrix", "Rotation", "Orientation"), ways.data(), 9) ||
+        !read(header.field("ElementSpacing", "ElementSize"), spacing.data(), 3) ||
+        !read(header.field("Offset", "Position", "Origin"), first.data(), 3))
+        return user_error("its `TransformMatrix`, `ElementSpacing` or `Offset` is malformed");
+    GridFrame frame;
+    frame.first = Vec3d{first[0], first[1], first[2]} * unit;
+    for (size_t i = 0; i < 3; ++i) {
+        // Each row is the way along an index, with the rounding of six digits.
+        constexpr double kRounding = 1e-6;
+        Vec3d way{ways[3 * i], ways[3 * i + 1], ways[3 * i + 2]};
+        const double least = kRounding * length(way);
+        for (int k = 0; k < 3; ++k)
+            way[k] = std::abs(way[k]) <= least ? 0 : way[k];
+        frame.steps[i] = way * (spacing[i] * unit);
+    }
+    return frame;
+}
+
+/// Opens the numbers, behind the header or in a file of their own.
+Result<void> open_numbers(InputFile source, const fs::path& path, const MetaHeader& header,
+                          const texture::ReadLimits& limits, StoredGrid* grid) {
+    int64_t begin = header.begin;
+    if (const std::string name = header.data_file(); !name.empty()) {
+        if (name.starts_with("LIST") || name.find('%') != std::string::npos)
+            return user_error("its numbers lie in several files", "write them as one");
+        Result<InputFile> data = texture::open_data_file(path, name, limits);
+        if (!data) return data.error();
+        source = std::move(*data);
+        begin = 0;
+    }
+    const std::string binary = header.field("BinaryData");
+    grid->text = !binary.empty() && !is_true(binary);
+    grid->packed = is_true(header.field("CompressedData"));
+    int64_t skip = 0;
+    if (const std::string size = header.field("HeaderSize");
+        !size.empty() && !scan_integer(size, -1, INT64_MAX / 4, &skip).empty())
+        return user_error(fmt::format("its `HeaderSize` is `{}`", size));
+    if (skip < 0) skip = std::max<int64_t>(source.bytes() - begin - grid->bytes(), 0);
+    if (grid->packed && skip > 0)
+        return user_error("its numbers are packed behind bytes of a `HeaderSize`",
+                          "write them without these");
+    grid->skip = skip;
+    grid->stream = grid->packed ? open_packed_bytes(std::move(source), begin)
+                                : open_bytes(std::move(source), begin);
+    return {};
+}
+
+}  // namespace
+
+MadeReader open_meta(const fs::path& path, const texture::VolumeOptions& options,
+                     const texture::ReadLimits& limits) {
+    Result<InputFile> source = InputFile::open(path);
+    if (!source) return source.error();
+    const Result<MetaHeader> header = texture::read_meta_header(*source);
+    if (!header) return header.error();
+    StoredGrid grid;
+    if (Result<void> known = set_format(*header, &grid); !known) return known.error();
+    if (Result<void> sized = set_size(*header, &grid); !sized) return sized.error();
+    const Result<GridFrame> frame = frame_of(*header, unit_mm(options));
+    if (!frame) return frame.error();
+    if (Result<void> opened = open_numbers(std::move(*source), path, *header, limits, &grid);
+        !opened)
+        return opened.error();
+    MadeReader reader = open_stored_grid(std::move(grid), limits);
+    if (!reader) return reader;
+    return place_reader(std::move(*reader), *frame, options, limits);
+}
+
+}  // namespace openfab::tools
