@@ -198,6 +198,7 @@ MadeReader open_nifti(const fs::path& path, const texture::VolumeOptions& option
     grid.stream =
         grid.packed ? open_packed_bytes(std::move(*file), 0) : open_bytes(std::move(*file), 0);
     grid.skip = static_cast<int64_t>(h.offset) + *volume * grid.bytes();
+    grid.goes_on = *volume + 1 < n[4];
     std::optional<GridFrame> frame = frame_of(h);
     const bool is_placed = frame.has_value();
     if (!is_placed) {

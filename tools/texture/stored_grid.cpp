@@ -35,7 +35,7 @@ class GridNumbers {
     }
     /// Checks what follows the last number: only the end of compressed data shows that it is complete.
     Result<void> end() {
-        if (!grid_.packed) return {};
+        if (!grid_.packed || grid_.goes_on) return {};
         char more = 0;
         const Result<size_t> got = grid_.stream->next(&more, 1);
         if (!got) return got.error();

@@ -21,6 +21,7 @@ struct StoredGrid {
     NumberFormat format;
     bool text = false;                ///< numbers with blanks or commas between them
     bool packed = false;              ///< which `stream` decompresses
+    bool goes_on = false;             ///< others stand behind its numbers
     double slope = 1, intercept = 0;  ///< of what stands in the file
     int64_t skip = 0;                 ///< bytes of the stream before the first number
     std::unique_ptr<ByteStream> stream;

@@ -239,8 +239,13 @@ TEST_F(ScansTest, NiftiNumbersAreWhatTheFileMeans) {
     const std::string steps =
         Nifti(1).size({2, 1, 1, 3}).type(16, 32).with<float>({1, 2, 3, 4, 5, 6});
     VolumeOptions options;
-    options.field = "2";
-    EXPECT_EQ(values(steps, options), (std::vector<float>{5, 6}));
+    for (int step = 0; step < 3; ++step) {
+        options.field = std::to_string(step);
+        const std::vector<float> wanted{static_cast<float>(2 * step + 1),
+                                        static_cast<float>(2 * step + 2)};
+        EXPECT_EQ(values(steps, options), wanted);
+        EXPECT_EQ(values(gzipped(steps), options), wanted) << "packed";
+    }
     EXPECT_EQ(trouble(folder_.write("n.nii", steps)),
               "it has 3 volumes in time; choose one by `field`: 0 to 2");
     EXPECT_EQ(trouble(folder_.write("n.nii", Nifti(1).size(two).type(32, 64).bytes())),
