@@ -9,7 +9,7 @@ set(sanitized_tests
     # Bytes: texts and numbers, worlds, meshes, pictures and volumes, fablets, schedules, what an interrupted print left.
     fuzz/readers_test fuzz/picture_readers_test fuzz/mutations_test
     unit/base_text_test unit/input_file_test unit/json_test unit/hash_test unit/lru_cache_test
-    unit/obj_test unit/load_mesh_test unit/reading_memory_test unit/openfab_appearance_test unit/world_test unit/part_test
+    unit/obj_test unit/load_mesh_test unit/reading_memory_test unit/openfab_import_unit_test unit/world_test unit/part_test
     unit/texture_pyramid_test unit/texture_convert_test unit/texture_volume_test unit/texture_vtk_test unit/texture_xdmf_test unit/texture_strangers_files_test unit/texture_oiio_test
     unit/source_test unit/diag_test unit/syntax_test unit/check_language_test unit/translate_test
     unit/interp_test lang/lang_test server/server_test

@@ -209,7 +209,9 @@ Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
             origin.location(0),
             fmt::format("mesh `{}` is {:.4g} x {:.4g} x {:.4g} mm or lies as far from its origin",
                         mesh.name, size.x, size.y, size.z),
-            "at most 100 m are possible, check its `unit`");
+            "at most 100 m are possible: check its `unit`; `openfab import --recentre` moves what "
+            "lies "
+            "far out to the origin");
     }
     if (largest < 1 || largest > 1000) {
         warnings->push_back(

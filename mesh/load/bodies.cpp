@@ -3,6 +3,7 @@
 #include "mesh/load/bodies.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -26,6 +27,13 @@ struct Unit {
     double volume = 0;
     Box3d box;
 
+    void add(const Unit& other) {
+        triangles += other.triangles;
+        directed += other.directed;
+        parity ^= other.parity;
+        volume += other.volume;
+        box.add(other.box);
+    }
     bool closed() const { return directed == 0 || parity == 0; }
     bool flat() const {
         const double diagonal = length(box.size());
@@ -113,21 +121,37 @@ class BodyFinder {
 
     int32_t unit_of(size_t t) const { return unit_of_group_[source_.face_groups[t]]; }
 
+    /// In blocks that depend on the file alone, as sums of volumes do.
     void measure(const EdgeKeys& keys) {
-        const Mesh& mesh = source_.mesh;
-        for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-            Unit& unit = units_[unit_of(t)];
-            const auto& v = mesh.triangles[t];
-            ++unit.triangles;
-            for_each_key(keys, v, [&](const EdgeKeys::Key& key) {
-                unit.directed += key.forward ? key.edge : 0 - key.edge;
-                unit.parity ^= key.edge;
-            });
-            unit.volume +=
-                dot(mesh.positions[v[0]], cross(mesh.positions[v[1]], mesh.positions[v[2]])) / 6;
-            for (int32_t corner : v)
-                unit.box.add(mesh.positions[corner]);
+        const size_t count = source_.mesh.triangles.size();
+        constexpr size_t kBlock = 1 << 16;
+        constexpr size_t kFewUnits = 256;
+        const size_t blocks = units_.size() > kFewUnits ? 1 : count / kBlock + 1;
+        const size_t size = (count + blocks - 1) / blocks;
+        std::vector<std::vector<Unit>> sums(blocks, units_);
+        tbb::parallel_for(size_t{0}, blocks, [&](size_t i) {
+            for (size_t t = i * size; t < std::min(count, (i + 1) * size); ++t)
+                measure_triangle(keys, t, &sums[i]);
+        });
+        for (const std::vector<Unit>& block : sums) {
+            for (size_t u = 0; u < units_.size(); ++u)
+                units_[u].add(block[u]);
         }
+    }
+
+    void measure_triangle(const EdgeKeys& keys, size_t t, std::vector<Unit>* units) const {
+        const Mesh& mesh = source_.mesh;
+        Unit& unit = (*units)[unit_of(t)];
+        const auto& v = mesh.triangles[t];
+        ++unit.triangles;
+        for_each_key(keys, v, [&](const EdgeKeys::Key& key) {
+            unit.directed += key.forward ? key.edge : 0 - key.edge;
+            unit.parity ^= key.edge;
+        });
+        unit.volume +=
+            dot(mesh.positions[v[0]], cross(mesh.positions[v[1]], mesh.positions[v[2]])) / 6;
+        for (int32_t corner : v)
+            unit.box.add(mesh.positions[corner]);
     }
 
     /// Unites the looks of bodies unless those of each are closed; returns how many units have
@@ -155,11 +179,7 @@ class BodyFinder {
             number[u] = it->second;
             Unit& whole = kept[it->second];
             whole.look = -1;
-            whole.triangles += unit.triangles;
-            whole.directed += unit.directed;
-            whole.parity ^= unit.parity;
-            whole.volume += unit.volume;
-            whole.box.add(unit.box);
+            whole.add(unit);
         }
         for (int32_t& u : unit_of_group_)
             u = number[u];

@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -207,6 +208,22 @@ void find_depths(const ReadFile& file, LoadedBodies* out) {
     out->overlaps = nesting->overlaps;
 }
 
+/// The middle of a file's parts in x and y, and their lowest z, to whole millimetres.
+Vec3d middle_of(const ReadFile& file, bool y_up) {
+    Box3d box;
+    for (size_t t = 0; t < file.source.mesh.triangles.size(); ++t) {
+        const int32_t body = file.found.of_triangle(file.source, t);
+        if (file.found.bodies[body].role != BodyRole::kPart) continue;
+        for (const int32_t v : file.source.mesh.triangles[t]) {
+            const Vec3d p = file.source.mesh.positions[v] * file.unit.mm;
+            box.add(y_up ? Vec3d{p.x, 0 - p.z, p.y} : p);
+        }
+    }
+    if (box.empty()) return {};
+    const Vec3d middle = box.center();
+    return {std::round(middle.x), std::round(middle.y), std::floor(box.lo.z)};
+}
+
 /// Leaves out what is not printed; the overlaps keep to those that stay.
 void keep_printed(const ReadFile& file, LoadedBodies* out) {
     const std::vector<FoundBody>& found = file.found.bodies;
@@ -249,6 +266,7 @@ Result<LoadedBodies> all_bodies(ReadFile file, const MeshOptions& options, bool 
     out.unit_note = file.unit.note;
     const std::vector<FoundBody>& found = file.found.bodies;
     out.bodies.resize(found.size());
+    out.origin_mm = options.recentre ? middle_of(file, options.y_up) : options.origin_mm;
     std::vector<MeshSource> sources;
     if (found.size() == 1) {
         if (found[0].joined) file.source.part_of_vertex.clear();
@@ -268,6 +286,7 @@ Result<LoadedBodies> all_bodies(ReadFile file, const MeshOptions& options, bool 
         if (!alone && (found[b].role == BodyRole::kNotPrinted || found[b].flat)) return;
         MeshOptions own = options;
         if (!alone) own.name = found[b].name;
+        own.origin_mm = out.origin_mm;
         meshes[b] = finish_mesh(std::move(sources[b]), out.looks, file.unit, own, tolerant);
     });
     for (size_t b = 0; b < found.size(); ++b) {

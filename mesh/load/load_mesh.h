@@ -34,6 +34,9 @@ struct MeshOptions {
     std::string body;  ///< the name of one of load_bodies; empty: all parts as one mesh
     /// This place of the file, in millimetres, becomes the origin.
     Vec3d origin_mm;
+    /// Of load_bodies: the origin becomes the middle of the parts, and their lowest z, to whole
+    /// millimetres; LoadedBodies::origin_mm says where that was.
+    bool recentre = false;
     bool y_up = false;    ///< y of the file is up; ignored for glTF, whose format says so
     bool repair = false;  ///< close open meshes (prepare_mesh)
     /// Memory limit of reading, the file's bytes included; more is an error.
@@ -70,6 +73,7 @@ struct LoadedBodies {
     std::vector<std::pair<int32_t, int32_t>> overlaps;
     double unit_mm = 1;
     std::string unit_note;
+    Vec3d origin_mm;  ///< as in the options, or found
     std::vector<LeftOut> left_out;
     std::vector<std::string> warnings;  ///< of the file; those of a body are with it
     std::vector<std::filesystem::path> files;

@@ -62,6 +62,13 @@ std::string largest_part(const std::vector<part::Part>& parts,
     return text;
 }
 
+/// Whether a part is of no material: it only cuts others, and may reach beyond all of them.
+bool only_cuts(const part::Part& part) {
+    return !part.slot_material.empty() &&
+           std::all_of(part.slot_material.begin(), part.slot_material.end(),
+                       [](uint8_t code) { return code == 0; });
+}
+
 bool contains(const Box3d& outer, const Box3d& inner) {
     for (int a = 0; a < 3; ++a) {
         if (inner.lo[a] < outer.lo[a] || inner.hi[a] > outer.hi[a]) return false;
@@ -79,7 +86,9 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
     Box3d box = window_mm.value_or(crop_mm.value_or(Box3d{}));
     bool any = window_mm.has_value();
     std::map<const surface::Surface*, Box3f> bounds;
+    const bool all_cut = std::all_of(parts.begin(), parts.end(), only_cuts);
     for (size_t i = 0; i < parts.size() && !window_mm; ++i) {
+        if (only_cuts(parts[i]) && !all_cut) continue;
         const auto [known, fresh] = bounds.try_emplace(surfaces[i].get());
         if (fresh) {
             for (const surface::Patch& patch : surfaces[i]->patches()) {

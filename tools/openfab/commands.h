@@ -5,6 +5,7 @@
 // The commands of `openfab`. main.cpp defines their command lines and reports their errors.
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ namespace openfab::tools {
 
 struct ImportArguments {
     std::string file, folder, unit, up, size, picture_size, repair, memory;
+    bool recentre = false, list = false, json = false;
     ImportOptions import;
 };
 
@@ -46,11 +48,14 @@ struct ReceiveArguments {
 
 /// `new`: makes a folder, whose last part names the fablet.
 Result<void> make_folder(const std::string& path);
-/// `import`: makes a world of a mesh.
+/// `import`: makes a world of a mesh, or lists what it holds.
 Result<void> run_import(ImportArguments arguments);
-/// `info` of an .ofr file, a folder of slices, a world or a mesh; `memory`: see memory_of.
+/// Makes a world of a mesh; returns its file.
+Result<std::filesystem::path> import_mesh(ImportArguments arguments);
+/// `info` of an .ofr file, a folder of slices, a world or a mesh; `memory`: see memory_of. `json`: of a
+/// mesh.
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
-                  const std::string& memory);
+                  const std::string& memory, bool json);
 /// `verify`: checks every slice of an .ofr file.
 Result<void> verify(const std::string& file, const std::string& memory);
 /// `export`: writes an .ofr file as something else.

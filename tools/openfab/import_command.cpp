@@ -5,15 +5,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "mesh/load/pictures.h"
 #include "mesh/model/mesh_memory.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
+#include "tools/openfab/list_mesh.h"
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
 
@@ -53,7 +57,7 @@ Result<void> copy_into(const fs::path& from, const fs::path& to) {
 }
 
 /// Writes the mesh, its files, pictures and fablet, and the world last.
-Result<void> write_all(const fs::path& mesh, const mesh::LoadedMesh& loaded, const Import& import,
+Result<void> write_all(const fs::path& mesh, const mesh::LoadedBodies& loaded, const Import& import,
                        const fs::path& folder, const fs::path& world) {
     if (Result<void> done = copy_into(mesh, folder / mesh.filename()); !done) return done;
     for (const fs::path& other : loaded.files) {
@@ -70,69 +74,146 @@ Result<void> write_all(const fs::path& mesh, const mesh::LoadedMesh& loaded, con
     return write_file(world, import.world);
 }
 
-}  // namespace
+/// Reads the pictures that the file's looks have; those that do not fit are notes of the import.
+Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies& loaded,
+                                  int64_t memory_bytes) {
+    std::set<std::string> named;
+    for (const mesh::Look& look : loaded.looks) {
+        if (look.picture) named.insert(look.picture->source);
+    }
+    const std::vector<std::string> sources(named.begin(), named.end());
+    Pictures pictures;
+    const Result<void> read = mesh::read_pictures(
+        mesh, sources, std::max<int64_t>(memory_bytes, 0),
+        [&](size_t i, Result<std::string> bytes) {
+            if (bytes) {
+                pictures.emplace(sources[i],
+                                 std::make_shared<const std::string>(std::move(*bytes)));
+            } else {
+                pictures.emplace(sources[i], bytes.error());
+            }
+        });
+    if (!read) return read.error();
+    return pictures;
+}
 
-Result<void> run_import(ImportArguments arguments) {
-    const fs::path mesh = arguments.file;
+/// Checks the arguments that do not depend on the file, and fills in what they say.
+Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
+    const fs::path mesh = arguments->file;
     if (!mesh::is_mesh_file(mesh)) {
         return usage_error(fmt::format("`{}` does not have the extension of a mesh; supported: {}",
-                                       arguments.file, mesh::mesh_formats()));
+                                       arguments->file, mesh::mesh_formats()));
     }
-    if (!arguments.import.fablet.empty() && !is_stock_fablet(arguments.import.fablet)) {
+    ImportOptions& import = arguments->import;
+    if (!import.fablet.empty() && !is_stock_fablet(import.fablet)) {
         return usage_error(fmt::format("there is no stock fablet `{}`; choose from {}",
-                                       arguments.import.fablet, stock_fablet_names()));
+                                       import.fablet, stock_fablet_names()));
     }
-    if (Result<void> read = read_length("--size", arguments.size, &arguments.import.largest_mm);
-        !read)
-        return read;
+    if (import.one_material && !import.fablet.empty() && import.fablet != "solid")
+        return usage_error("`--one-material` is for the fablet `solid`");
+    if (Result<void> read = read_length("--size", arguments->size, &import.largest_mm); !read)
+        return read.error();
     if (Result<void> read =
-            read_length("--picture-size", arguments.picture_size, &arguments.import.picture_mm);
+            read_length("--picture-size", arguments->picture_size, &import.picture_mm);
         !read)
-        return read;
-    const Result<int64_t> memory = parse_memory_option(arguments.memory);
+        return read.error();
+    const Result<int64_t> memory = parse_memory_option(arguments->memory);
     if (!memory) return memory.error();
-    arguments.import.y_up = arguments.up == "y";
-    if (!arguments.up.empty() && mesh::format_says_up(mesh)) {
+    import.y_up = arguments->up == "y";
+    if (!arguments->up.empty() && mesh::format_says_up(mesh)) {
         return usage_error(
             "glTF is y-up by definition, and the mesh is already rotated; leave `--up` out");
     }
+    mesh::MeshOptions options;
+    options.name = mesh.stem().string();
+    options.unit_mm = unit_mm(arguments->unit);
+    options.y_up = import.y_up;
+    options.repair = import.repair = !arguments->repair.empty();
+    options.recentre = arguments->recentre;
+    options.memory_bytes = *memory;
+    return options;
+}
+
+void tell(const fs::path& mesh, const mesh::LoadedBodies& loaded) {
+    for (const std::string& warning : loaded.warnings)
+        warn(warning);
+    for (const mesh::LoadedMesh& body : loaded.bodies) {
+        for (const std::string& warning : body.warnings)
+            warn(warning);
+    }
+    for (const mesh::LeftOut& left : loaded.left_out)
+        note(fmt::format("{}: {}", mesh.filename().string(), mesh::describe(left)));
+}
+
+/// "of 3 bodies with the fablets `solid` and `textured`".
+std::string summary(const mesh::LoadedBodies& loaded, const Import& import) {
+    std::string fablets;
+    for (size_t i = 0; i < import.fablets.size(); ++i) {
+        const bool last = i > 0 && i + 1 == import.fablets.size();
+        fablets += fmt::format("{}`{}`", i == 0 ? "" : last ? " and " : ", ", import.fablets[i]);
+    }
+    const std::string bodies =
+        loaded.bodies.size() == 1 ? "" : fmt::format("of {} bodies ", loaded.bodies.size());
+    return fmt::format("{}with the fablet{} {}", bodies, import.fablets.size() == 1 ? "" : "s",
+                       fablets);
+}
+
+}  // namespace
+
+Result<fs::path> import_mesh(ImportArguments arguments) {
+    const Result<mesh::MeshOptions> options = read_arguments(&arguments);
+    if (!options) return options.error();
     if (Result<world::Printer> printer = world::load_printer(arguments.import.printer); !printer)
         return printer.error();
-    const fs::path folder = arguments.folder;
+    const fs::path mesh = arguments.file, folder = arguments.folder;
     const fs::path world = folder / (mesh.stem().string() + ".fab.json");
     std::error_code status;
     if (fs::exists(world, status))
         return user_error(
             fmt::format("`{}` exists already; choose another folder", world.string()));
 
-    mesh::MeshOptions options;
-    options.name = mesh.stem().string();
-    options.unit_mm = unit_mm(arguments.unit);
-    options.y_up = arguments.import.y_up;
-    options.repair = arguments.import.repair = !arguments.repair.empty();
-    options.memory_bytes = *memory;
-    Result<mesh::LoadedMesh> loaded = mesh::load_mesh(mesh, options);
+    Result<mesh::LoadedBodies> loaded = mesh::load_bodies(mesh, *options);
     if (!loaded) return loaded.error();
-    const int64_t left = *memory - mesh::mesh_bytes(mesh::counts_of(loaded->mesh));
+    int64_t left = options->memory_bytes;
+    for (const mesh::LoadedMesh& body : loaded->bodies)
+        left -= mesh::mesh_bytes(mesh::counts_of(body.mesh));
     arguments.import.memory_bytes = left;
-    Result<Appearances> appearances = read_appearances(mesh, left);
-    if (!appearances) return appearances.error();
     // Before steps that may fail because of something that was left out.
-    for (const std::string& warning : loaded->warnings)
-        warn(warning);
-    for (const std::string& text : appearances->notes)
+    tell(mesh, *loaded);
+    const Result<Pictures> pictures = read_pictures_of(mesh, *loaded, left);
+    if (!pictures) return pictures.error();
+    for (const std::string& text : leave_out_unreadable(*pictures, &loaded->looks))
         note(text);
     Result<Import> import =
-        make_import(*loaded, *appearances, mesh.filename().string(), arguments.import);
+        make_import(*loaded, *pictures, mesh.filename().string(), arguments.import);
     if (!import) return import.error();
     for (const std::string& text : import->notes)
         note(text);
-    if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done) return done;
-    for (const auto& [name, number] : loaded->groups)
-        say(fmt::format("group {} is {}\n", number, printable(name)));
-    say(fmt::format("made {} with the fablet `{}`\nprint it: openfab print {} -o {}\n",
-                    world.string(), import->fablet, shell_word(world.string()),
-                    shell_word(mesh.stem().string() + ".ofr")));
+    if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done)
+        return done.error();
+    if (loaded->bodies.size() == 1) {
+        for (const auto& [name, number] : loaded->bodies[0].groups)
+            say(fmt::format("group {} is {}\n", number, printable(name)));
+    }
+    say(fmt::format("made {} {}\n", world.string(), summary(*loaded, *import)));
+    return world;
+}
+
+Result<void> run_import(ImportArguments arguments) {
+    if (arguments.list) {
+        const Result<mesh::MeshOptions> options = read_arguments(&arguments);
+        if (!options) return options.error();
+        return list_mesh(arguments.file, {options->unit_mm, options->y_up, options->repair,
+                                          arguments.json, options->memory_bytes});
+    }
+    if (arguments.json) return usage_error("`--json` is for `--list`");
+    if (arguments.folder.empty())
+        return usage_error("name the folder to make: `-o FOLDER`; `--list` only shows the file");
+    const std::string stem = fs::path(arguments.file).stem().string();
+    const Result<fs::path> world = import_mesh(std::move(arguments));
+    if (!world) return world.error();
+    say(fmt::format("print it: openfab print {} -o {}\n", shell_word(world->string()),
+                    shell_word(stem + ".ofr")));
     return {};
 }
 

@@ -18,6 +18,7 @@
 #include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/list_mesh.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -235,56 +236,17 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     return {};
 }
 
-void print_checks(const mesh::MeshChecks& checks) {
-    const std::pair<const char*, int64_t> counts[] = {
-        {"open edges", checks.edges.open},
-        {"non-manifold edges", checks.edges.non_manifold},
-        {"edges of inconsistent triangles", checks.edges.inconsistent},
-        {"triangles with equal corners, left out", checks.equal_corners},
-        {"duplicate triangles, left out", checks.duplicates},
-        {"triangles without area", checks.without_area},
-        {"shells", checks.shells},
-        {"shells inside out, flipped", checks.turned},
-        {"cavities", checks.cavities},
-        {"shells inside others that cut nothing out", checks.nested},
-        {checks.all_intersections ? "pairs of triangles that cross"
-                                  : "or more pairs of triangles that cross",
-         checks.intersections}};
-    for (const auto& [what, count] : counts) {
-        if (count > 0) show(fmt::format("check      {} {}\n", count, what));
-    }
-}
-
-Result<void> info_of_mesh(const std::string& file, int64_t memory_bytes) {
-    mesh::MeshOptions options;
-    options.name = fs::path(file).stem().string();
-    options.memory_bytes = memory_bytes;
-    Result<mesh::LoadedMesh> loaded = mesh::read_mesh(file, options);
-    if (!loaded) return loaded.error();
-    show(fmt::format("mesh       {}\n", printable(loaded->mesh.name)));
-    show(fmt::format("unit       {:.6g} mm, {}\n", loaded->unit_mm, printable(loaded->unit_note)));
-    print_mesh(loaded->mesh, "");
-    for (const auto& [name, number] : loaded->groups)
-        show(fmt::format("group      {}: {} {}\n", printable(name), options.groups_attribute,
-                         number));
-    print_checks(loaded->checks);
-    show(fmt::format("printable  {}\n",
-                     loaded->refusal.empty() ? "yes" : "no: " + printable(loaded->refusal)));
-    for (const std::string& warning : loaded->warnings)
-        warn(warning);
-    return {};
-}
-
 }  // namespace
 
 Result<void> info(const std::string& file, const std::vector<std::string>& allow,
-                  const std::string& memory) {
+                  const std::string& memory, bool json) {
     const Result<int64_t> bytes = parse_memory_option(memory);
     if (!bytes) return bytes.error();
+    if (json && !mesh::is_mesh_file(file)) return usage_error("`--json` is for meshes");
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
     if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);
-    if (mesh::is_mesh_file(file)) return info_of_mesh(file, *bytes);
+    if (mesh::is_mesh_file(file)) return list_mesh(file, {.json = json, .memory_bytes = *bytes});
     return info_of_ofr(file, *bytes);
 }
 

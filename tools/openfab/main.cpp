@@ -64,11 +64,17 @@ void add_import(CLI::App& app, Action* action) {
         app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
     auto a = std::make_shared<ImportArguments>();
     command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats())->required();
-    command->add_option("-o,--output", a->folder, "the folder to make")->required();
+    command->add_option("-o,--output", a->folder, "the folder to make");
+    command->add_flag(
+        "--list", a->list,
+        "make nothing: show the file's bodies, unit, materials and pictures, and what "
+        "would be left out");
+    command->add_flag("--json", a->json, "with --list: as JSON");
     command->add_option(
         "--fablet", a->import.fablet,
-        "solid, textured, mapped, painted, graded, shell, lattice, infill or relief; else what "
-        "fits the mesh");
+        "solid, mixed, textured, mapped, painted, graded, shell, lattice, infill or relief, of all "
+        "bodies; else what fits each");
+    command->add_flag("--one-material", a->import.one_material, "all bodies of one material");
     command->add_option("--picture", a->import.picture,
                         "an image for textured, mapped or relief, instead of the mesh's own");
     command->add_option("--profile", a->import.profile,
@@ -94,6 +100,8 @@ void add_import(CLI::App& app, Action* action) {
         ->check(CLI::IsMember({"z", "y"}));
     command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
         ->check(CLI::IsMember({"winding"}));
+    command->add_flag("--recentre", a->recentre,
+                      "move what lies far out to the origin, where numbers are fine");
     command->add_option("--printer", a->import.printer, "generic unless told");
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_import(*a); }; });
@@ -111,9 +119,11 @@ void add_info(CLI::App& app, Action* action) {
                      "a folder that a world may read besides its own (repeatable)")
         ->allow_extra_args(false);
     auto memory = std::make_shared<std::string>();
+    auto json = std::make_shared<bool>(false);
+    command->add_flag("--json", *json, "of a mesh: as JSON");
     add_memory_option(command, memory.get());
-    command->callback([file, allow, memory, action] {
-        *action = [file, allow, memory] { return info(*file, *allow, *memory); };
+    command->callback([file, allow, memory, json, action] {
+        *action = [file, allow, memory, json] { return info(*file, *allow, *memory, *json); };
     });
 }
 
@@ -187,11 +197,13 @@ void add_property(CLI::App& app, Action* action) {
 
 void add_view(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "view", "show a print, also an unfinished one, or a world in a page for a browser");
+        "view", "show a print, also an unfinished one, a world or a mesh in a page for a browser");
     auto a = std::make_shared<ViewArguments>();
     viewer::ViewOptions& view = a->view;
     command
-        ->add_option("FILE", view.file, "an .ofr file, a folder of slices, or a world (.fab.json)")
+        ->add_option("FILE", view.file,
+                     "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which is "
+                     "imported for the time")
         ->required();
     command->add_option("OTHER", view.compare, "a second print, to see the difference");
     command

@@ -21,6 +21,38 @@ std::string_view stock_text(std::string_view name) {
     return found->text;
 }
 
+void set_stock_constant(const std::string& name, size_t value, std::string* source) {
+    const std::string one = fmt::format("const int {} = 1;", name);
+    const size_t at = source->find(one);
+    if (at == std::string::npos) return;
+    source->replace(at, one.size(), fmt::format("const int {} = {};", name, value));
+    const std::string list = fmt::format("[{}] = {{", name);
+    for (size_t begin = 0; (begin = source->find(list, begin)) != std::string::npos;) {
+        begin += list.size();
+        const size_t end = source->find('}', begin);
+        const std::string usual = source->substr(begin, end - begin);
+        std::string more;
+        for (size_t i = 1; i < value; ++i)
+            more += ", " + usual;
+        source->insert(end, more);
+    }
+}
+
+void mix_by_profile(std::string* source) {
+    const auto replace = [&](const std::string& from, const std::string& until,
+                             const std::string& by) {
+        const size_t begin = source->find(from);
+        OPENFAB_CHECK_NE(begin, std::string::npos);
+        const size_t end = source->find(until, begin);
+        OPENFAB_CHECK_NE(end, std::string::npos);
+        source->replace(begin, end + until.size() - begin, by);
+    };
+    replace("float density", ";",
+            "ImageTexture3D profile [[ string help = \"inks by colour, a table of `openfab color "
+            "bake`\" ]];");
+    replace("ink_limit(rgb_to_cmyk(rgb", ", 1)", "ink_amounts(profile, rgb)");
+}
+
 bool is_stock_fablet(std::string_view name) {
     return std::find(kStockFablets.begin(), kStockFablets.end(), name) != kStockFablets.end();
 }

@@ -17,8 +17,16 @@ namespace openfab::tools {
 std::string_view stock_text(std::string_view name);
 
 /// A stock fablet's file is stock_NAME.fl; its fablet has the capitalised name.
-constexpr std::array<const char*, 9> kStockFablets = {
-    "solid", "textured", "mapped", "painted", "graded", "shell", "lattice", "infill", "relief"};
+constexpr std::array<const char*, 10> kStockFablets = {"solid",   "mixed",  "textured", "mapped",
+                                                       "painted", "graded", "shell",    "lattice",
+                                                       "infill",  "relief"};
+
+/// Changes `const int NAME = 1;` in the source of a stock fablet, where it has that, and gives lists
+/// of NAME values as many of their defaults.
+void set_stock_constant(const std::string& name, size_t value, std::string* source);
+
+/// Replaces the formula by which a stock fablet mixes inks by the look-up of a table.
+void mix_by_profile(std::string* source);
 
 bool is_stock_fablet(std::string_view name);
 

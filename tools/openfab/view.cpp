@@ -3,7 +3,11 @@
 
 // `openfab view FILE`: the viewer (tools/viewer) with the options of the command line.
 
+#include <memory>
+
+#include "base/own_folder.h"
 #include "base/units.h"
+#include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
 
@@ -16,6 +20,20 @@ Result<void> run_view(ViewArguments arguments) {
     if (!programs) return programs.error();
     arguments.view.memory_bytes = *memory;
     arguments.view.programs = *programs;
+    // A mesh is shown as the world that an import makes of it.
+    std::unique_ptr<TemporaryFolder> made;
+    if (mesh::is_mesh_file(arguments.view.file)) {
+        Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create({});
+        if (!folder) return folder.error();
+        made = std::move(*folder);
+        ImportArguments import;
+        import.file = arguments.view.file;
+        import.folder = (made->path() / "world").string();
+        import.memory = arguments.memory;
+        const Result<std::filesystem::path> world = import_mesh(std::move(import));
+        if (!world) return world.error();
+        arguments.view.file = world->string();
+    }
     return viewer::view(arguments.view);
 }
 

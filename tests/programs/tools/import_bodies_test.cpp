@@ -1,0 +1,251 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab import` of files with several bodies and looks, up to the voxels.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "tests/support/meshes/zip_archive.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kFaces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                               {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+
+struct Box {
+    double x, y, z, side;
+    double corner(int i, int axis) const {
+        const double low = axis == 0 ? x : axis == 1 ? y : z;
+        return low + ((i >> axis & 1) != 0 ? side : 0);
+    }
+};
+
+/// A mesh of 3MF; the triangles of a hollow are turned.
+std::string mesh_of(const Box& box, const Box* hollow = nullptr, const std::string& more = "") {
+    std::string vertices, triangles;
+    int base = 0;
+    for (const Box* b : {&box, hollow}) {
+        if (b == nullptr) continue;
+        for (int i = 0; i < 8; ++i)
+            vertices += fmt::format("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", b->corner(i, 0),
+                                    b->corner(i, 1), b->corner(i, 2));
+        for (const auto& [p, q, r] : kFaces)
+            triangles +=
+                fmt::format("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"{}/>", base + p,
+                            base + (b == hollow ? r : q), base + (b == hollow ? q : r), more);
+        base += 8;
+    }
+    return "<mesh><vertices>" + vertices + "</vertices><triangles>" + triangles +
+           "</triangles></mesh>";
+}
+
+std::string package(const std::string& resources, const std::string& build,
+                    const std::vector<std::pair<std::string, std::string>>& more = {}) {
+    std::vector<std::pair<std::string, std::string>> parts = {
+        {"_rels/.rels",
+         R"(<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/m.model" Id="r0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>)"},
+        {"3D/m.model",
+         R"(<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>)" +
+             resources + "</resources><build>" + build + "</build></model>"}};
+    parts.insert(parts.end(), more.begin(), more.end());
+    return zip_archive(parts);
+}
+
+constexpr const char* kMaterials =
+    R"(<basematerials id="1"><base name="PLA" displaycolor="#FF0000"/><base name="PLA" displaycolor="#0000FF"/></basematerials>)";
+
+std::string object(int id, const std::string& name, int material, const std::string& mesh) {
+    return fmt::format(
+        "<object id=\"{}\" name=\"{}\" type=\"model\" pid=\"1\" pindex=\"{}\">{}"
+        "</object>",
+        id, name, material, mesh);
+}
+
+/// A box of OBJ, after `before` vertices.
+std::string obj_box(const Box& box, int before, const std::string& corner = "") {
+    std::string text;
+    for (int i = 0; i < 8; ++i)
+        text += fmt::format("v {} {} {}\n", box.corner(i, 0), box.corner(i, 1), box.corner(i, 2));
+    for (const auto& [p, q, r] : kFaces)
+        text += fmt::format("f {}{c} {}{c} {}{c}\n", before + p + 1, before + q + 1, before + r + 1,
+                            fmt::arg("c", corner));
+    return text;
+}
+
+class ImportBodies : public ::testing::Test {
+  protected:
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome openfab(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+    }
+    /// Imports a file into the folder NAME; returns what was told.
+    std::string import(const std::string& file, const std::string& name,
+                       std::vector<std::string> more = {}) const {
+        std::vector<std::string> arguments = {"import", path(file), "-o", path(name)};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = openfab(arguments);
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        return outcome.err;
+    }
+    std::string world(const std::string& name, const std::string& stem) const {
+        return read_file(path(name + "/" + stem + ".fab.json"));
+    }
+    /// Prints the world of an import with voxels of half a millimetre; returns its codes, z y x.
+    std::string voxels(const std::string& name, const std::string& stem) const {
+        const Outcome outcome =
+            openfab({"print", path(name + "/" + stem + ".fab.json"), "-o", path(name + ".npy"),
+                     "--voxel", "0.5mm", "--support", "off"});
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+        const std::string npy = read_file(path(name + ".npy"));
+        if (npy.size() < 10) return {};
+        const auto byte = [&](size_t i) { return static_cast<unsigned char>(npy[i]); };
+        return npy.substr(10 + byte(8) + 256 * byte(9));
+    }
+    static std::map<int, int> counts(const std::string& codes) {
+        std::map<int, int> out;
+        for (const char code : codes)
+            ++out[static_cast<unsigned char>(code)];
+        return out;
+    }
+
+    ScratchFolder scratch_;
+};
+using Counts = std::map<int, int>;
+
+TEST_F(ImportBodies, TouchingOnesKeepEachToItsOwnMaterial) {
+    const Box left{0, 0, 0, 10}, right{10, 0, 0, 10};
+    scratch_.write("two.3mf", package(kMaterials + object(2, "left", 0, mesh_of(left)) +
+                                          object(3, "right", 1, mesh_of(right)),
+                                      "<item objectid=\"2\"/><item objectid=\"3\"/>"));
+    EXPECT_THAT(import("two.3mf", "threemf"), HasSubstr("of 2 bodies with the fablet `solid`"));
+    EXPECT_THAT(world("threemf", "two"),
+                HasSubstr("\"left\": {\"file\": \"two.3mf\", \"body\": \"left\"}"));
+    EXPECT_THAT(world("threemf", "two"), HasSubstr("\"PLA_2\": {\"key\": \"#0000ff\""));
+    scratch_.write("two.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n");
+    scratch_.write("two.obj", "# Units: mm\nmtllib two.mtl\nusemtl red\n" + obj_box(left, 0) +
+                                  "usemtl blue\n" + obj_box(right, 8));
+    import("two.obj", "obj");
+    for (const std::string name : {"threemf", "obj"}) {
+        const std::string codes = voxels(name, "two");
+        EXPECT_EQ(counts(codes), (Counts{{1, 8000}, {2, 8000}})) << name;
+        int wrong = 0;
+        for (size_t i = 0; i < codes.size(); ++i)
+            wrong += codes[i] != (i % 40 < 20 ? 1 : 2);
+        EXPECT_EQ(wrong, 0) << name;
+    }
+}
+
+TEST_F(ImportBodies, OnesInsideOthersWinWhateverTheOrder) {
+    const Box block{0, 0, 0, 20}, core{7, 7, 7, 6};
+    const std::string outer = object(2, "block", 0, mesh_of(block)),
+                      inner = object(3, "core", 1, mesh_of(core)),
+                      hollow = object(2, "block", 0, mesh_of(block, &core));
+    const std::string both = "<item objectid=\"2\"/><item objectid=\"3\"/>",
+                      turned = "<item objectid=\"3\"/><item objectid=\"2\"/>";
+    scratch_.write("a.3mf", package(kMaterials + outer + inner, both));
+    scratch_.write("b.3mf", package(kMaterials + outer + inner, turned));
+    scratch_.write("c.3mf", package(kMaterials + hollow + inner, both));
+    for (const std::string name : {"a", "b", "c"}) {
+        import(name + ".3mf", name);
+        const std::string text = world(name, name);
+        EXPECT_EQ(text.find("\"priority\": 1") != std::string::npos, name != "c") << text;
+        const Counts found = counts(voxels(name, name));
+        const int core_code = name == "b" ? 1 : 2;
+        EXPECT_EQ(found.at(core_code), 1728) << name;
+        EXPECT_EQ(found.at(3 - core_code), 64000 - 1728) << name;
+    }
+    // Neither lies in the other: told, and the later one wins.
+    scratch_.write(
+        "d.3mf",
+        package(kMaterials + outer + object(3, "across", 1, mesh_of({15, 1, 1, 10})), both));
+    EXPECT_THAT(import("d.3mf", "d"), HasSubstr("`block` and `across` share volume"));
+    EXPECT_EQ(counts(voxels("d", "d")).at(2), 8000);
+}
+
+TEST_F(ImportBodies, NegativeVolumesCut) {
+    const Box part{0, 0, 0, 10};
+    std::string mesh = mesh_of(part);
+    // A column of 4 x 4 mm that sticks out, in the same object.
+    std::string column;
+    for (int i = 0; i < 8; ++i)
+        column += fmt::format("<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", (i & 1) != 0 ? 7 : 3,
+                              (i & 2) != 0 ? 7 : 3, (i & 4) != 0 ? 12 : -2);
+    mesh.insert(mesh.find("</vertices>"), column);
+    std::string faces;
+    for (const auto& [p, q, r] : kFaces)
+        faces += fmt::format("<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>", 8 + p, 8 + q, 8 + r);
+    mesh.insert(mesh.find("</triangles>"), faces);
+    const auto config = [](const char* type) {
+        return std::pair<std::string, std::string>(
+            "Metadata/Slic3r_PE_model.config",
+            fmt::format(
+                R"(<config><object id="2"><volume firstid="0" lastid="11"><metadata type="volume" key="name" value="box"/><metadata type="volume" key="volume_type" value="ModelPart"/></volume><volume firstid="12" lastid="23"><metadata type="volume" key="name" value="hole"/><metadata type="volume" key="volume_type" value="{}"/></volume></object></config>)",
+                type));
+    };
+    const std::string resources = "<object id=\"2\" type=\"model\">" + mesh + "</object>";
+    scratch_.write("n.3mf",
+                   package(resources, "<item objectid=\"2\"/>", {config("NegativeVolume")}));
+    EXPECT_THAT(import("n.3mf", "n"), HasSubstr("`hole` cut others"));
+    EXPECT_EQ(counts(voxels("n", "n")), (Counts{{0, 1280}, {1, 6720}})) << "840 mm3";
+    scratch_.write("m.3mf",
+                   package(resources, "<item objectid=\"2\"/>", {config("ParameterModifier")}));
+    EXPECT_THAT(import("m.3mf", "m"), HasSubstr("left out"));
+    EXPECT_EQ(counts(voxels("m", "m")), (Counts{{1, 8000}}));
+}
+
+TEST_F(ImportBodies, PicturesStayOnTheirFacesBesidePlainOnes) {
+    scratch_.write("cyan.ppm", "P3 1 1 255 0 255 255\n");
+    scratch_.write("a.mtl", "newmtl label\nmap_Kd cyan.ppm\nnewmtl plain\nKd 1 0 0\n");
+    scratch_.write("a.obj", "# Units: mm\nmtllib a.mtl\nvt 0.5 0.5\no label\nusemtl label\n" +
+                                obj_box({0, 0, 0, 10}, 0, "/1") + "o plain\nusemtl plain\n" +
+                                obj_box({15, 0, 0, 10}, 8));
+    const std::string told = import("a.obj", "a");
+    EXPECT_THAT(told, Not(HasSubstr("dropped")));
+    const std::string text = world("a", "a");
+    EXPECT_THAT(text, HasSubstr("\"fablet\": \"textured\""));
+    EXPECT_THAT(text, HasSubstr("\"uniforms\": {\"materials\": \"plain\"}"));
+    // A skin of cyan over white, the first and last of the inks; the plain box, right through.
+    Counts found = counts(voxels("a", "a"));
+    EXPECT_EQ(found[1], 20 * 20 * 20 - 18 * 18 * 18);
+    EXPECT_EQ(found[5], 18 * 18 * 18);
+    EXPECT_EQ(found[6], 8000);
+}
+
+TEST_F(ImportBodies, AHundredAreAHundredObjectsOfOneFile) {
+    std::string text = "# Units: mm\n";
+    for (int i = 0; i < 100; ++i)
+        text += fmt::format("o body {}\n", i) +
+                obj_box({12.0 * (i % 10), 12.0 * (i / 10), 0, 10}, 8 * i);
+    scratch_.write("many.obj", text);
+    EXPECT_THAT(import("many.obj", "many"), HasSubstr("share one"));
+    const Outcome info = openfab({"info", path("many/many.fab.json")});
+    EXPECT_EQ(info.exit_code, 0) << info.err;
+    EXPECT_THAT(info.out, HasSubstr("build      100 placed, 118 x 118 x 10 mm"));
+    const Outcome list = openfab({"import", path("many.obj"), "--list"});
+    EXPECT_THAT(list.out, HasSubstr("bodies     100\n"));
+    const Outcome json = openfab({"info", path("many.obj"), "--json"});
+    EXPECT_EQ(json.exit_code, 0) << json.err;
+    EXPECT_THAT(json.out, HasSubstr("\"unit_from\":\"as the file says\""));
+}
+
+TEST_F(ImportBodies, WhatLiesFarOutIsToldAndRecentred) {
+    scratch_.write("far.obj", "# Units: mm\n" + obj_box({50'000.25, -70'000, 12, 10}, 0));
+    EXPECT_THAT(import("far.obj", "far"), HasSubstr("`--recentre` moves it"));
+    import("far.obj", "near", {"--recentre"});
+    EXPECT_THAT(world("near", "far"), HasSubstr("\"origin_mm\": [50005, -69995, 12]"));
+    EXPECT_THAT(openfab({"info", path("near/far.fab.json")}).out, HasSubstr("from -4.75 -5 0"));
+}
+
+}  // namespace
+}  // namespace openfab::testing

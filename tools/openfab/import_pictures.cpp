@@ -1,0 +1,108 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/import_pictures.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+namespace openfab::tools {
+
+namespace {
+
+const char* wrap_name(mesh::PictureWrap wrap) {
+    switch (wrap) {
+        case mesh::PictureWrap::kClamp:
+            return "clamp";
+        case mesh::PictureWrap::kMirror:
+            return "mirror";
+        case mesh::PictureWrap::kNone:
+            return "black";
+        case mesh::PictureWrap::kRepeat:
+            break;
+    }
+    return "repeat";
+}
+
+/// Repeating is the default of worlds.
+std::string wrap_text(const std::array<mesh::PictureWrap, 2>& wrap) {
+    const std::string u = wrap_name(wrap[0]), v = wrap_name(wrap[1]);
+    if (u == v) return u == "repeat" ? "" : fmt::format(", \"wrap\": \"{}\"", u);
+    return fmt::format(", \"wrap\": [\"{}\", \"{}\"]", u, v);
+}
+
+}  // namespace
+
+std::vector<std::string> leave_out_unreadable(const Pictures& pictures,
+                                              std::vector<mesh::Look>* looks) {
+    std::vector<std::string> notes;
+    std::map<std::string, bool> told;
+    for (mesh::Look& look : *looks) {
+        if (!look.picture) continue;
+        const auto found = pictures.find(look.picture->source);
+        if (found != pictures.end() && found->second) continue;
+        if (told.emplace(look.picture->source, true).second) {
+            const std::string of =
+                look.name.empty() ? "" : fmt::format(" of material `{}`", look.name);
+            const std::string why =
+                found == pictures.end() ? "" : ": " + found->second.error().text();
+            notes.push_back(
+                fmt::format("the picture `{}`{} is left out{}", look.picture->name, of, why));
+        }
+        look.picture.reset();
+    }
+    return notes;
+}
+
+std::string ImportPictures::add(const mesh::PictureUse& use, bool luminance,
+                                std::vector<std::string>* notes) {
+    const auto found = pictures_.find(use.source);
+    if (found == pictures_.end() || !found->second) {
+        if (told_.emplace(use.source, true).second) {
+            notes->push_back(found == pictures_.end()
+                                 ? fmt::format("the picture `{}` is left out", use.name)
+                                 : found->second.error().text());
+        }
+        return {};
+    }
+    return add(use.name, *found->second, use.wrap, luminance);
+}
+
+std::string ImportPictures::add(const std::string& name, const SharedBytes& bytes,
+                                const std::array<mesh::PictureWrap, 2>& wrap, bool luminance) {
+    const auto [shared, first] = shared_.try_emplace({bytes.get(), wrap});
+    if (!first) return shared->second;
+    const std::filesystem::path plain = plain_name(name);
+    const auto [file, fresh_file] = by_content_.try_emplace(*bytes);
+    const auto texture_of = [&](const std::string& stem) {
+        const std::string texture = names_.unique(stem);
+        if (fresh_file) {
+            file->second = texture + plain.extension().string();
+            files_.push_back({file->second, bytes});
+        }
+        lines_.push_back(
+            fmt::format("{}: {{\"file\": {}{}{}}}", json_text(texture), json_text(file->second),
+                        wrap_text(wrap),
+                        luminance ? ", \"space\": \"data\", \"channels\": \"luminance\"" : ""));
+        return texture;
+    };
+    if (!fresh_file) {
+        const auto [known, fresh] = by_file_.try_emplace({file->second, wrap});
+        if (fresh) known->second = texture_of(plain.stem().string());
+        return shared->second = known->second;
+    }
+    const std::string texture = texture_of(plain.stem().string());
+    by_file_[{file->second, wrap}] = texture;
+    return shared->second = texture;
+}
+
+std::string ImportPictures::add_file(const std::string& name, const std::string& extension,
+                                     SharedBytes bytes) {
+    const std::string texture = names_.unique(name);
+    lines_.push_back(
+        fmt::format("{}: {{\"file\": {}}}", json_text(texture), json_text(texture + extension)));
+    files_.push_back({texture + extension, std::move(bytes)});
+    return texture;
+}
+
+}  // namespace openfab::tools

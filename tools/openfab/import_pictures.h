@@ -1,0 +1,66 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The pictures of the world that an import makes: each once, whatever uses it.
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "base/result.h"
+#include "mesh/model/look.h"
+#include "tools/openfab/import_text.h"
+
+namespace openfab::tools {
+
+/// Shared by all that uses them.
+using SharedBytes = std::shared_ptr<const std::string>;
+
+/// The bytes of a file's pictures, by PictureUse::source, or why there are none.
+using Pictures = std::map<std::string, Result<SharedBytes>>;
+
+/// A file to be written into the folder.
+struct ImportedFile {
+    std::string name;
+    SharedBytes bytes;
+};
+
+/// Takes the pictures that cannot be read out of the looks; returns a note for each.
+std::vector<std::string> leave_out_unreadable(const Pictures& pictures,
+                                              std::vector<mesh::Look>* looks);
+
+class ImportPictures {
+  public:
+    explicit ImportPictures(const Pictures& pictures) : pictures_(pictures) {}
+
+    /// Adds a picture of the file; returns the name of its texture. Empty, and a note once, where
+    /// it cannot be read. `luminance`: it is a map of heights.
+    std::string add(const mesh::PictureUse& use, bool luminance, std::vector<std::string>* notes);
+    /// Adds a picture of these bytes.
+    std::string add(const std::string& name, const SharedBytes& bytes,
+                    const std::array<mesh::PictureWrap, 2>& wrap, bool luminance);
+    /// Adds another texture; returns its name.
+    std::string add_file(const std::string& name, const std::string& extension, SharedBytes bytes);
+
+    const std::vector<std::string>& lines() const { return lines_; }
+    std::vector<ImportedFile>& files() { return files_; }
+
+  private:
+    using Wrap = std::array<mesh::PictureWrap, 2>;
+
+    const Pictures& pictures_;
+    std::vector<std::string> lines_;
+    std::vector<ImportedFile> files_;
+    Names names_;
+    std::map<std::pair<const std::string*, Wrap>, std::string> shared_;
+    /// File names by contents, and textures by those and the wrap.
+    std::unordered_map<std::string_view, std::string> by_content_;
+    std::map<std::pair<std::string, Wrap>, std::string> by_file_;
+    std::map<std::string, bool> told_;
+};
+
+}  // namespace openfab::tools
