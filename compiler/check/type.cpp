@@ -27,7 +27,7 @@ constexpr Named kOther[] = {
     {"SurfacePoint", Base::kSurfacePoint},
 };
 
-bool is_side(char c) {
+bool is_matrix_side(char c) {
     return c >= '2' && c <= '4';
 }
 
@@ -140,9 +140,9 @@ Type find_type(std::string_view name) {
         if (name.substr(0, n.name.size()) != n.name) continue;
         const std::string_view rest = name.substr(n.name.size());
         if (rest.empty()) return {n.base, 1};
-        if (rest.size() == 1 && is_side(rest[0])) return {n.base, rest[0] - '0'};
+        if (rest.size() == 1 && is_matrix_side(rest[0])) return {n.base, rest[0] - '0'};
         if (rest.size() != 3 || rest[1] != 'x') continue;
-        if (n.base == Base::kFloat && is_side(rest[0]) && is_side(rest[2])) {
+        if (n.base == Base::kFloat && is_matrix_side(rest[0]) && is_matrix_side(rest[2])) {
             return {n.base, rest[2] - '0', rest[0] - '0'};
         }
         return {};

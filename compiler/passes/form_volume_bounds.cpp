@@ -8,7 +8,7 @@ namespace openfab::passes {
 
 namespace {
 
-std::optional<std::array<int32_t, 2>> ends_of(int32_t kind) {
+std::optional<std::array<int32_t, 2>> ends_in_volume(int32_t kind) {
     switch (kind) {
         case ir::kVoxelCoord:
             return {{ir::kVoxelCoordLo, ir::kVoxelCoordHi}};
@@ -23,7 +23,7 @@ std::optional<std::array<int32_t, 2>> ends_of(int32_t kind) {
 
 /// The runtime has no bound of an attribute's change along the voxel's axes, so a lookup by one
 /// may filter over anything.
-bool is_unknown(int32_t kind) {
+bool is_unknown_in_volume(int32_t kind) {
     return kind == OPENFAB_ARG_NEAREST_GRAD;
 }
 
@@ -32,7 +32,7 @@ bool is_unknown(int32_t kind) {
 ir::Stage form_volume_bounds(const ir::Stage& volume) {
     ir::Stage out;
     out.kind = ir::StageKind::kVolumeBounds;
-    IntervalForm form(volume, &out, ends_of, is_unknown);
+    IntervalForm form(volume, &out, ends_in_volume, is_unknown_in_volume);
     const std::vector<Interval>& values = form.run();
     for (const ir::Output& output : volume.outputs) {
         const Interval& value = values[output.value];

@@ -13,7 +13,7 @@ std::string code(const std::string& text) {
     return "```openfl\n" + text + "\n```\n";
 }
 
-const char* kind_of(const check::Use& use) {
+const char* name_of_kind(const check::Use& use) {
     switch (use.symbol) {
         case check::SymbolKind::kUniform:
             return "uniform";
@@ -104,8 +104,8 @@ std::string describe(const Analysis& analysis, const check::Use& use) {
                marked(comment);
     if (use.symbol == check::SymbolKind::kType && use.type.record != nullptr)
         return code(record_text(*use.type.record)) + marked(comment);
-    return code(fmt::format("{} {}", check::type_name(use.type), use.name)) + kind_of(use) + "\n" +
-           uniform_text(analysis, use) + marked(comment);
+    return code(fmt::format("{} {}", check::type_name(use.type), use.name)) + name_of_kind(use) +
+           "\n" + uniform_text(analysis, use) + marked(comment);
 }
 
 void hover(const Query& query, JsonText* out) {

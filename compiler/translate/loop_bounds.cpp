@@ -19,7 +19,7 @@ using ir::Op;
 using ir::Type;
 using ir::ValueId;
 
-constexpr int kDepth = 24;  // of expressions that are analysed
+constexpr int kBoundDepth = 24;  // of expressions that are analysed
 constexpr double kIntEnd = 2147483648.0;
 constexpr double kUintEnd = 4294967296.0;
 // A float counter whose step is below this fraction of its magnitude may stall.
@@ -112,10 +112,10 @@ class Analysis {
     double trips_until(size_t k, ValueId x, Op op, ValueId bound) const {
         const ValueId var = loop_ + 1 + static_cast<ValueId>(k);
         if (at(x).type != at(var).type) return kForever;
-        const std::optional<Range> first = range(at(var).args[1], kDepth);
-        const std::optional<Range> end = range(bound, kDepth);
-        const std::optional<Range> ahead = offset(x, var, kDepth);
-        const std::optional<Range> step = offset(next_[k], var, kDepth);
+        const std::optional<Range> first = range(at(var).args[1], kBoundDepth);
+        const std::optional<Range> end = range(bound, kBoundDepth);
+        const std::optional<Range> ahead = offset(x, var, kBoundDepth);
+        const std::optional<Range> step = offset(next_[k], var, kBoundDepth);
         if (!first || !end || !ahead || !step) return kForever;
         const bool up = op == Op::kLt || op == Op::kLe;
         // Mirrors a loop that counts down.

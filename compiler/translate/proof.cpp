@@ -22,7 +22,7 @@ using ir::ValueId;
 namespace {
 
 constexpr size_t kMaxNodes = size_t{1} << 14;
-constexpr int kDepth = 8;  // of nested min and max
+constexpr int kProofDepth = 8;  // of nested min and max
 
 bool is_formula(const ir::Instr& instr) {
     switch (instr.op) {
@@ -151,7 +151,7 @@ class Diagram {
     }
 
     /// Returns when an integer is below a number.
-    Node below(ValueId value, int64_t number, int depth = kDepth) {
+    Node below(ValueId value, int64_t number, int depth = kProofDepth) {
         const ir::Instr& instr = stage_.instrs[value];
         const bool is_int = instr.type == ir::Type::kInt;
         if (number <= (is_int ? std::numeric_limits<int32_t>::min() : 0)) return kFalse;

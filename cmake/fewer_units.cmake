@@ -1,0 +1,66 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+#
+# What is run once a fablet, and not once a voxel, takes longer to compile than it will ever run. In the release
+# build its sources are compiled eight at a time, which share what they instantiate, and at -O1: a third of the processor time.
+# Two sources of a library then cannot have the same name for different things without a namespace; a compiler says so. Other
+# builds compile each source alone, which finds includes that are missing.
+option(OPENFAB_FEWER_UNITS "Compile several sources at once, and with less optimisation, where speed does not matter" OFF)
+set(openfab_unit_sources 8)
+
+# openfab_fewer_units(FOLDER): for all libraries and programs in it and below.
+function(openfab_fewer_units folder)
+    if(NOT OPENFAB_FEWER_UNITS)
+        return()
+    endif()
+    get_filename_component(folder ${folder} ABSOLUTE)
+    get_property(targets DIRECTORY ${folder} PROPERTY BUILDSYSTEM_TARGETS)
+    foreach(target IN LISTS targets)
+        get_target_property(type ${target} TYPE)
+        if(NOT type MATCHES "^(STATIC_LIBRARY|EXECUTABLE)$")
+            continue()
+        endif()
+        target_compile_options(${target} PRIVATE -O1 $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+        get_target_property(own ${target} SOURCE_DIR)
+        get_target_property(sources ${target} SOURCES)
+        set(others)
+        set(united)
+        set(text)
+        set(count 0)
+        set(number 0)
+        foreach(source IN LISTS sources)
+            get_filename_component(path ${source} ABSOLUTE BASE_DIR ${own})
+            get_source_file_property(options ${path} TARGET_DIRECTORY ${target} COMPILE_OPTIONS)
+            get_source_file_property(definitions ${path} TARGET_DIRECTORY ${target} COMPILE_DEFINITIONS)
+            # Paths from the root, so that what one clone has compiled serves another.
+            file(RELATIVE_PATH name ${CMAKE_SOURCE_DIR} ${path})
+            if(NOT source MATCHES "[.]cpp$" OR options OR definitions OR name MATCHES "^[.][.]/|^build/")
+                list(APPEND others ${source})
+                continue()
+            endif()
+            string(APPEND text "#include \"${name}\"\n")
+            math(EXPR count "${count} + 1")
+            if(count EQUAL openfab_unit_sources)
+                openfab_write_unit()
+            endif()
+        endforeach()
+        if(count GREATER 0)
+            openfab_write_unit()
+        endif()
+        set_property(TARGET ${target} PROPERTY SOURCES ${united} ${others})
+    endforeach()
+    get_property(below DIRECTORY ${folder} PROPERTY SUBDIRECTORIES)
+    foreach(one IN LISTS below)
+        openfab_fewer_units(${one})
+    endforeach()
+endfunction()
+
+# Of the loop above.
+macro(openfab_write_unit)
+    set(unit ${CMAKE_BINARY_DIR}/generated/units/${target}_${number}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "${text}" @ONLY)
+    list(APPEND united ${unit})
+    math(EXPR number "${number} + 1")
+    set(count 0)
+    set(text)
+endmacro()
