@@ -18,6 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+namespace fs = std::filesystem;
 
 constexpr int kFaces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                                {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
@@ -220,6 +221,33 @@ TEST_F(ImportBodies, PicturesStayOnTheirFacesBesidePlainOnes) {
     EXPECT_EQ(found[1], 20 * 20 * 20 - 18 * 18 * 18);
     EXPECT_EQ(found[5], 18 * 18 * 18);
     EXPECT_EQ(found[6], 8000);
+}
+
+TEST_F(ImportBodies, OurOwnExportComesBackVoxelForVoxel) {
+    scratch_.write("v.fl", R"(fablet V {
+    @uniform { Material a, b, c; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float x = attr.voxelCenter.x + attr.voxelCenter.z * 0.5;
+        mc.Set(x < 0 ? a : (x < 1 ? b : c), 1);
+        return mc;
+    }
+})");
+    fs::create_directory(scratch_ / "own");
+    scratch_.write("own/own.fab.json", R"({"openfab": 1, "printer": "generic",
+        "fablets": {"v": {"source": "v.fl", "fablet": "V"}},
+        "materials": {"a": {"key": "#00ffff"}, "b": {"key": "#ff00ff"}, "c": {"key": "#ffff00"}},
+        "meshes": {"m": {"sphere": 6}}, "build": [{"object": "o"}],
+        "objects": {"o": {"mesh": "m", "fablet": "v", "uniforms": {"a": "a", "b": "b", "c": "c"}}}})");
+    scratch_.write("own/v.fl", read_file(path("v.fl")));
+    const std::string before = voxels("own", "own");
+    const Outcome exported = openfab({"print", path("own/own.fab.json"), "-o", path("x.3mf"),
+                                      "--mesh-pitch", "0.5mm", "--support", "off"});
+    ASSERT_EQ(exported.exit_code, 0) << exported.err;
+    import("x.3mf", "back");
+    EXPECT_EQ(counts(before).size(), 4u);
+    EXPECT_TRUE(voxels("back", "x") == before);
 }
 
 TEST_F(ImportBodies, AHundredAreAHundredObjectsOfOneFile) {
