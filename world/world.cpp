@@ -328,7 +328,8 @@ class WorldReader {
     }
 
     void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
-        const fs::path file = files_.existing(value, "the file of " + what);
+        const bool of_whole = m.value.find("body") == nullptr;
+        const fs::path file = files_.existing(value, "the file of " + what, of_whole);
         if (json_.ok() && !mesh::is_mesh_file(file)) {
             json_.fail(value,
                        fmt::format("{} is `{}`, which does not have the extension of a mesh", what,

@@ -48,7 +48,7 @@ fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
     return path;
 }
 
-fs::path WorldFiles::existing(const JsonValue& value, const std::string& what) {
+fs::path WorldFiles::existing(const JsonValue& value, const std::string& what, bool again) {
     fs::path path = this->path(value, what);
     std::error_code ignored;
     if (json_.ok() && !fs::is_regular_file(path, ignored)) {
@@ -57,7 +57,7 @@ fs::path WorldFiles::existing(const JsonValue& value, const std::string& what) {
                                fs::exists(path, ignored) ? "is not a file" : "does not exist"),
                    "paths count from the world's folder");
     }
-    add(value, path);
+    if (again || known_.count(without_links(path)) == 0) add(value, path);
     return path;
 }
 

@@ -23,7 +23,9 @@ class WorldFiles {
     /// Reads a path, relative to the world's folder, that the world may read.
     std::filesystem::path path(const JsonValue& value, const std::string& what);
     /// Reads a path of a file that must exist.
-    std::filesystem::path existing(const JsonValue& value, const std::string& what);
+    /// `again`: a file that was read already is not read again for this.
+    std::filesystem::path existing(const JsonValue& value, const std::string& what,
+                                   bool again = true);
     /// Reads the path of one file, or of a volume's slices: a folder or a pattern with matches. Of a file
     /// of several steps, `time` says which one's data belong to the world.
     std::filesystem::path images(const JsonValue& value, const std::string& what,
