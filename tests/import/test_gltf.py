@@ -295,3 +295,49 @@ def test_faces_of_one_node_with_two_materials(tmp_path, imported):
     assert sum(made.counts().values()) == 512
     assert like(made.look(2, 2, 3.75), RED)
     assert like(made.look(2, 2, 0.25), BLUE)
+
+
+def test_second_coordinates(tmp_path, imported):
+    # TEXCOORD_0 is one point; the picture lies by TEXCOORD_1, which the transform names too.
+    file = File()
+    info = {"index": file.picture(quad_picture()), "texCoord": 1}
+    moved = {
+        "index": file.picture(quad_picture(), (CLAMP, CLAMP)),
+        "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.5], "scale": [0.5, 0.5], "texCoord": 1}},
+    }
+    file.gltf.extensionsUsed = ["KHR_texture_transform"]
+    for x, texture in ((0, info), (0.006, moved)):
+        mesh = file.gltf.meshes[file.box(file.material("a", texture=texture))]
+        attributes = mesh.primitives[0].attributes
+        attributes.TEXCOORD_1 = attributes.TEXCOORD_0
+        attributes.TEXCOORD_0 = file.accessor(np.full((8, 2), 0.25, dtype=np.float32), "VEC2")
+        file.node(len(file.gltf.meshes) - 1, translation=[x, 0, 0])
+    made = imported(file.write(tmp_path / "second.glb"))
+    seen = [made.look(x, y, 3.75) for y in (3.25, 0.75) for x in (0.75, 3.25)]
+    assert all(like(a, b) for a, b in zip(seen, (RED, GREEN, BLUE, YELLOW))), seen
+    seen = [made.look(x, y, 3.75) for x in (6.75, 9.25) for y in (0.75, 3.25)]
+    assert all(like(a, YELLOW) for a in seen), seen
+
+
+def test_strips_and_fans(tmp_path, imported):
+    # The sides of a box as a strip, its top and bottom as fans; all share the corners.
+    file = File()
+    mesh = file.gltf.meshes[file.box(file.material("a", factor(RED)))]
+    side = mesh.primitives[0]
+    parts = {
+        gltf.TRIANGLE_STRIP: [4, 0, 5, 1, 7, 3, 6, 2, 4, 0],
+        gltf.TRIANGLE_FAN: [4, 5, 7, 6],
+    }
+    mesh.primitives = [
+        gltf.Primitive(
+            attributes=side.attributes,
+            indices=file.accessor(np.array(corners, dtype=np.uint32), "SCALAR"),
+            mode=mode,
+            material=0,
+        )
+        for mode, corners in [*parts.items(), (gltf.TRIANGLE_FAN, [0, 2, 3, 1])]
+    ]
+    file.node(0)
+    made = imported(file.write(tmp_path / "strips.glb"))
+    assert sum(made.counts().values()) == 512
+    assert like(made.look(2, 2, 3.75), RED)

@@ -156,3 +156,32 @@ def test_colors_of_stl(tmp_path, imported, writer):
     five_bits = lambda color: [round(c * 31 / 255) * 255 / 31 for c in color]  # noqa: E731
     assert like(made.look(2, 2, 3.75), five_bits(BLUE))
     assert like(made.look(2, 2, 0.25), five_bits(RED))
+
+
+def test_options_of_a_material_file(tmp_path, imported):
+    # Half as large and moved by a quarter of the picture, clamped: columns are as the writers of OBJ mean it.
+    text, files = trimesh.exchange.obj.export_obj(textured(), return_texture=True)
+    library = next(name for name in files if name.endswith(".mtl"))
+    picture = next(name for name in files if not name.endswith(".mtl"))
+    lines = files[library].decode().replace(f"map_Kd {picture}", f"map_Kd -clamp on -s 2 2 1 {picture}")
+    assert "-clamp" in lines
+    made = imported(save({**files, library: lines.encode()}, text, tmp_path / "options.obj"), *MM)
+    # u, v go from 0 to 2: the picture is in the quarter at the left and below, and its edge beyond.
+    assert like(made.look(0.25, 0.25, 3.75), BLUE) and like(made.look(1.75, 0.25, 3.75), YELLOW)
+    assert like(made.look(3.25, 0.25, 3.75), YELLOW) and like(made.look(3.25, 3.25, 3.75), GREEN)
+
+
+def test_ply_with_coordinates_of_corners(tmp_path, imported):
+    # As MeshLab writes them: a list of six numbers a face.
+    corners, faces = box()
+    Image.fromarray(quad_picture()).save(tmp_path / "quad.png")
+    lines = ["ply", "format ascii 1.0", "comment TextureFile quad.png", "element vertex 8"]
+    lines += [f"property float {n}" for n in "xyz"]
+    lines += ["element face 12", "property list uchar int vertex_indices", "property list uchar float texcoord"]
+    lines += ["end_header", *(f"{x} {y} {z}" for x, y, z in corners)]
+    for face in faces:
+        uv = " ".join(f"{x / 4} {y / 4}" for x, y, _ in corners[face])
+        lines.append(f"3 {' '.join(map(str, face))} 6 {uv}")
+    path = tmp_path / "wedges.ply"
+    path.write_text("\n".join(lines) + "\n")
+    assert_quad(imported(path, *MM))
