@@ -28,6 +28,16 @@ using mesh::BodyRole;
 constexpr size_t kMostMaterials = 64;
 constexpr LinearColor kWhite{1, 1, 1};
 
+/// The alpha of a picture from which on it covers; -1: as much as its alpha. Of an opaque one that
+/// ends there is nothing beyond its edge, which only its alpha tells.
+double cutoff_of(const std::optional<mesh::PictureUse>& use) {
+    if (!use || use->alpha == mesh::PictureUse::Alpha::kBlend) return -1;
+    if (use->alpha == mesh::PictureUse::Alpha::kMask) return use->mask_from;
+    const bool ends =
+        use->wrap[0] == mesh::PictureWrap::kNone || use->wrap[1] == mesh::PictureWrap::kNone;
+    return ends ? -1 : 0;
+}
+
 class Importer {
   public:
     Importer(const mesh::LoadedBodies& loaded, const Pictures& pictures, const std::string& file,
@@ -236,10 +246,7 @@ class Importer {
             if (group.cover == 0) tints.back() = {1, 1, 1, 0};
             map_of.push_back(map);
             multiply.push_back(map >= 0 && group.multiply ? 1 : 0);
-            const auto& use = group.picture;
-            cutoff.push_back(!use || use->alpha == mesh::PictureUse::Alpha::kBlend ? -1
-                             : use->alpha == mesh::PictureUse::Alpha::kOpaque      ? 0
-                                                                              : use->mask_from);
+            cutoff.push_back(cutoff_of(group.picture));
         }
         bind_materials(f, bases);
         const auto unless = [&](const char* name, const auto& values, const auto& usual,

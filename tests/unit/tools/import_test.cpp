@@ -98,6 +98,14 @@ TEST(Import, LooksDecideByGroup) {
     EXPECT_THAT(import->world, Not(HasSubstr("cutoff")));
 }
 
+TEST(Import, OpaquePicturesEndWhereTheyDoNotRepeat) {
+    LoadedBodies loaded = label_and_rest();
+    loaded.looks[0].picture->alpha = mesh::PictureUse::Alpha::kOpaque;
+    EXPECT_THAT(world_of(loaded, one_picture()), Not(HasSubstr("cutoff")));
+    loaded.looks[0].picture->wrap = {};
+    EXPECT_THAT(world_of(loaded, one_picture()), HasSubstr("\"cutoff\": [0, -1]"));
+}
+
 TEST(Import, ABodyIsAnObjectOfItsOwnMaterial) {
     LoadedBodies loaded;
     loaded.unit_note = "as the file says";
