@@ -99,6 +99,17 @@ std::string trimmed(std::string text) {
     return text;
 }
 
+/// Says the notes that a helper's messages begin with, and returns the rest.
+std::string say_notes(std::string messages) {
+    constexpr std::string_view kPrefix = "note: ";
+    while (messages.starts_with(kPrefix)) {
+        const size_t end = std::min(messages.find('\n'), messages.size());
+        note(messages.substr(kPrefix.size(), end - kPrefix.size()));
+        messages.erase(0, end + 1);
+    }
+    return messages;
+}
+
 /// Parses the helper's error, `message; help`.
 Error helper_error(int exit_status, std::string message) {
     std::string help;
@@ -154,7 +165,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     arguments.insert(arguments.end(), more.begin(), more.end());
     Result<HelperResult> result = run_helper(arguments);
     if (!result) return result.error();
-    const std::string messages = trimmed(result->messages);
+    const std::string messages = trimmed(say_notes(std::move(result->messages)));
     if (WIFEXITED(result->status) && WEXITSTATUS(result->status) == 0) return Ok{};
     if (WIFEXITED(result->status) && !messages.empty()) {
         return helper_error(WEXITSTATUS(result->status), messages);

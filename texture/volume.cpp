@@ -181,7 +181,8 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
                             const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
-    std::string text = fmt::format("volume, first row lowest|{}", files->size());
+    // The number counts changes of what volumes are read as; 2: DICOM that is cut short is refused.
+    std::string text = fmt::format("volume 2, first row lowest|{}", files->size());
     for (const std::string& argument : arguments(options))
         text += "|" + argument;
     for (const fs::path& file : *files) {

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
+#include "tools/dicom/dicom_pixels.h"
 #include "tools/dicom/dicom_slice.h"
-#include "tools/texture/check_memory.h"
+#include "tools/dicom/series_list.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/write_volume.h"
@@ -24,50 +24,25 @@ namespace fs = std::filesystem;
 constexpr double kRounding_mm = 0.01;
 
 Error named(const DicomSlice& slice, const Error& error) {
-    return with_context(error, slice.file.filename().string() + ": ");
-}
-Error wrong(const DicomSlice& slice, const std::string& what) {
-    return named(slice, user_error(what));
-}
-std::string name_of(const DicomSlice& slice) {
-    return slice.file.filename().string();
+    return with_context(error, slice.name() + ": ");
 }
 
-/// The slices of one series; fails with the numbers of all where none is named.
-Result<std::vector<DicomSlice>> one_series(std::vector<DicomSlice> slices,
-                                           const std::string& number) {
-    if (!number.empty()) {
-        std::erase_if(slices, [&](const DicomSlice& slice) {
-            return std::to_string(slice.series_number) != number;
-        });
-        if (slices.empty()) return user_error(fmt::format("it has no series {}", number));
+/// What is wrong with a slice that lies `step_mm` above another one, where `usual_mm` is usual.
+Error gap(const DicomSlice& below, const DicomSlice& slice, double step_mm, double usual_mm,
+          double tolerance_mm) {
+    const double missing = std::round(step_mm / usual_mm) - 1;
+    if (missing >= 1 && std::abs(step_mm - (missing + 1) * usual_mm) <= tolerance_mm) {
+        const Vec3d &from = below.position, &to = slice.position;
+        return user_error(
+            fmt::format("{:.0f} slice{} missing between {}, at ({:g}, {:g}, {:g}) mm, and {}, at "
+                        "({:g}, {:g}, {:g}) mm: they are {:.3f} mm apart, others {:.3f} mm",
+                        missing, missing == 1 ? " is" : "s are", below.name(), from.x, from.y,
+                        from.z, slice.name(), to.x, to.y, to.z, step_mm, usual_mm),
+            "copy the whole series");
     }
-    std::set<std::string> series;
-    std::set<int64_t> numbers;
-    for (const DicomSlice& slice : slices) {
-        series.insert(slice.series);
-        numbers.insert(slice.series_number);
-    }
-    if (series.size() == 1) return slices;
-    if (numbers.size() == 1)
-        return user_error("its slices belong to several series; put each into a folder of its own");
-    return user_error(fmt::format("its slices belong to series {}", fmt::join(numbers, ", ")),
-                      "name one by `field`");
-}
-
-/// Fails where a slice's grid differs from the first one's.
-Result<void> check_alike(const DicomSlice& first, const DicomSlice& slice) {
-    if (slice.width != first.width || slice.height != first.height) {
-        return wrong(slice, fmt::format("it has {} x {} pixels, {} has {} x {}", slice.width,
-                                        slice.height, name_of(first), first.width, first.height));
-    }
-    // Far corners of both, in the same place of the plane.
-    const double far = length((slice.across - first.across) * static_cast<double>(first.width)) +
-                       length((slice.down - first.down) * static_cast<double>(first.height));
-    if (far > kRounding_mm)
-        return wrong(slice,
-                     fmt::format("it is turned or spaced otherwise than {}", name_of(first)));
-    return {};
+    return named(
+        slice, user_error(fmt::format("it lies {:.3f} mm from {}, where slices are {:.3f} mm apart",
+                                      step_mm, below.name(), usual_mm)));
 }
 
 /// Puts slices in order along their normal and finds the step between them.
@@ -84,57 +59,123 @@ Result<Vec3d> find_step(std::vector<DicomSlice>* slices) {
     for (size_t i = 1; i < slices->size(); ++i) {
         const DicomSlice &below = (*slices)[i - 1], &slice = (*slices)[i];
         steps.push_back(dot(slice.position - below.position, normal));
-        if (steps.back() < kRounding_mm)
-            return wrong(slice, fmt::format("it lies where {} does", name_of(below)));
+        if (!(steps.back() >= kRounding_mm)) {
+            return named(slice, user_error(fmt::format("it lies where {} does", below.name()),
+                                           "a volume has one slice a place: keep one of the times, "
+                                           "echoes or copies"));
+        }
     }
     std::vector<double> sorted = steps;
-    std::nth_element(sorted.begin(),
-                     sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    const double usual = sorted[sorted.size() / 2];
+    // Of two in the middle the lesser one, since what is missing only makes steps longer.
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double usual = *middle;
     for (size_t i = 0; i < steps.size(); ++i) {
         // Scanners round positions; what is above a hundredth of a step is no rounding.
-        if (std::abs(steps[i] - usual) <= std::max(kRounding_mm, usual / 100)) continue;
-        return wrong((*slices)[i + 1],
-                     fmt::format("it lies {:.3f} mm from {}, where slices are {:.3f} mm apart",
-                                 steps[i], name_of((*slices)[i]), usual));
+        const double tolerance = std::max(kRounding_mm, usual / 100);
+        if (std::abs(steps[i] - usual) <= tolerance) continue;
+        return gap((*slices)[i], (*slices)[i + 1], steps[i], usual, tolerance);
     }
     const Vec3d step =
         (slices->back().position - first.position) * (1 / static_cast<double>(slices->size() - 1));
     for (size_t i = 1; i < slices->size(); ++i) {
         const Vec3d off = (*slices)[i].position - first.position - step * static_cast<double>(i);
         if (length(off) > std::max(kRounding_mm, usual / 20))
-            return wrong((*slices)[i], "it lies beside the line of the others");
+            return named((*slices)[i], user_error("it lies beside the line of the others"));
     }
     return step;
 }
 
 class SeriesReader final : public VolumeReader {
   public:
-    std::vector<DicomSlice> slices;
+    SeriesReader(std::vector<DicomSlice> slices, int64_t memory_bytes)
+        : slices_(std::move(slices)), pixels_(memory_bytes) {
+        const DicomImage& image = *slices_.front().image;
+        size = {image.width, image.height, static_cast<int32_t>(slices_.size())};
+    }
 
     Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
-        const DicomSlice& slice = slices[static_cast<size_t>(z)];
-        now_reading(slice.file);
-        if (Result<void> read = read_dicom_pixels(slice, out); !read)
-            return named(slice, read.error());
+        const DicomSlice& slice = slices_[static_cast<size_t>(z)];
+        now_reading(slice.image->file);
+        if (Result<void> read = pixels_.read(slice, out); !read) return named(slice, read.error());
         wrote(4 * slice_floats());
         return {};
     }
+
+  private:
+    std::vector<DicomSlice> slices_;
+    DicomPixels pixels_;
 };
 
-/// Reads the slices' heads.
-Result<std::vector<DicomSlice>> read_slices(const std::vector<fs::path>& files,
-                                            const texture::ReadLimits& limits) {
-    std::vector<DicomSlice> slices;
+Result<std::vector<DicomHead>> read_heads(const std::vector<fs::path>& files,
+                                          const texture::ReadLimits& limits) {
+    std::vector<DicomHead> heads;
     for (const fs::path& file : files) {
-        if (file.filename() == "DICOMDIR") continue;
         now_reading(file);
-        Result<DicomSlice> slice = read_dicom_slice(file, limits.memory_bytes);
-        if (!slice) return with_context(slice.error(), file.filename().string() + ": ");
-        slices.push_back(std::move(*slice));
+        Result<DicomHead> head = read_dicom_head(file, limits.memory_bytes);
+        if (!head) return with_context(head.error(), file.filename().string() + ": ");
+        heads.push_back(std::move(*head));
     }
-    if (slices.empty()) return user_error("it has no slices");
-    return slices;
+    return heads;
+}
+
+Error trouble_of(const DicomHead& head) {
+    return with_context(*head.trouble, head.file.filename().string() + ": ");
+}
+
+/// Why no file of a folder has slices: of a file that might have some, or that is the only one, its own
+/// trouble.
+Error no_slices(const std::vector<DicomHead>& heads) {
+    const auto scan = std::find_if(heads.begin(), heads.end(),
+                                   [](const DicomHead& head) { return !head.is_foreign; });
+    if (scan != heads.end()) return trouble_of(*scan);
+    if (heads.size() == 1 && heads.front().file.filename() != "DICOMDIR")
+        return trouble_of(heads.front());
+    return user_error("it has no slices", "name the folder that holds those of a series");
+}
+
+/// Tells which files were passed over. Fails where one of them may belong to the series.
+Result<void> pass_over(const std::vector<DicomHead>& heads, const std::string& series) {
+    std::vector<std::string> foreign, others;
+    for (const DicomHead& head : heads) {
+        if (!head.slices.empty()) continue;
+        if (!head.is_foreign && (head.series.empty() || head.series == series))
+            return trouble_of(head);
+        const std::string name = head.file.filename().string();
+        head.is_foreign ? foreign.push_back(name)
+                        : others.push_back(fmt::format("{} ({})", name, head.trouble->message));
+    }
+    const std::string folder = heads.front().file.parent_path().filename().string();
+    if (!foreign.empty())
+        tell(fmt::format("{}: passed over what are no slices: {}", folder, list_some(foreign)));
+    if (!others.empty())
+        tell(fmt::format("{}: passed over what belongs to other series: {}", folder,
+                         list_some(others)));
+    return {};
+}
+
+/// Checks that the pixels of all files are there, before any is read, and tells what is special of them.
+Result<void> check_files(const std::vector<DicomSlice>& slices) {
+    const DicomImage* last = nullptr;
+    std::vector<std::string> unplaced, inverted;
+    for (const DicomSlice& slice : slices) {
+        const DicomImage& image = *slice.image;
+        if (&image == last) continue;
+        last = &image;
+        now_reading(image.file);
+        const std::string name = image.file.filename().string();
+        if (Result<void> whole = check_pixels(image); !whole)
+            return with_context(whole.error(), name + ": ");
+        if (!image.is_placed) unplaced.push_back(name);
+        if (image.is_inverted) inverted.push_back(name);
+    }
+    if (!unplaced.empty())
+        tell(fmt::format("{} does not say where it lies: its first pixel is put at 0, 0, 0",
+                         list_some(unplaced)));
+    if (!inverted.empty())
+        tell(fmt::format("values are as stored of {}, shown with the lowest white (MONOCHROME1)",
+                         list_some(inverted)));
+    return {};
 }
 
 }  // namespace
@@ -143,13 +184,17 @@ MadeReader open_dicom_series(const std::vector<fs::path>& files,
                              const texture::VolumeOptions& options,
                              const texture::ReadLimits& limits) {
     silence_dicom();
-    Result<std::vector<DicomSlice>> all = read_slices(files, limits);
-    if (!all) return all.error();
-    Result<std::vector<DicomSlice>> slices = one_series(std::move(*all), options.field);
+    const Result<std::vector<DicomHead>> heads = read_heads(files, limits);
+    if (!heads) return heads.error();
+    std::vector<DicomSlice> all;
+    for (const DicomHead& head : *heads)
+        all.insert(all.end(), head.slices.begin(), head.slices.end());
+    if (all.empty()) return no_slices(*heads);
+    Result<std::vector<DicomSlice>> slices = choose_series(std::move(all), options.field);
     if (!slices) return slices.error();
-    for (const DicomSlice& slice : *slices) {
-        if (Result<void> alike = check_alike(slices->front(), slice); !alike) return alike.error();
-    }
+    if (Result<void> passed = pass_over(*heads, slices->front().image->series); !passed)
+        return passed.error();
+    if (Result<void> whole = check_files(*slices); !whole) return whole.error();
     const Result<Vec3d> step = find_step(&*slices);
     if (!step) return step.error();
     const DicomSlice& first = slices->front();
@@ -158,10 +203,8 @@ MadeReader open_dicom_series(const std::vector<fs::path>& files,
         return user_error("its slices are not along x, y and z, so that it is resampled",
                           "say by `outside` which value lies around it: -1000 is air");
     }
-    auto reader = std::make_unique<SeriesReader>();
-    reader->size = {first.width, first.height, static_cast<int32_t>(slices->size())};
-    reader->slices = std::move(*slices);
-    return place_reader(std::move(reader), frame, options, limits);
+    return place_reader(std::make_unique<SeriesReader>(std::move(*slices), limits.memory_bytes),
+                        frame, options, limits);
 }
 
 Result<void> make_dicom_volume_file(const fs::path& source, const fs::path& out,

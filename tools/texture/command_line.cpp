@@ -136,10 +136,11 @@ int convert_guarded(int argc, char** argv, MakeVolume* make) {
     clean_up_on_signals();
     TextureJob job;
     if (const std::optional<int> code = parse_texture_job(argc, argv, &job)) return *code;
-    return do_quietly([&]() -> Result<void> {
-        return guarded(job.limits.memory_bytes, job.input,
-                       [&] { return make(job.input, job.output, job.options, job.limits); });
+    // Quiet in its child, while its notes are said.
+    const Result<void> done = guarded(job.limits.memory_bytes, job.input, [&] {
+        return make(job.input, job.output, job.options, job.limits);
     });
+    return done ? 0 : say_error(done.error());
 }
 
 int do_quietly(const std::function<Result<void>()>& make) {

@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -16,6 +17,7 @@
 #include <string>
 
 #include "base/clean_exit.h"
+#include "base/say.h"
 
 namespace openfab::tools {
 
@@ -25,32 +27,50 @@ namespace {
 char* shared_name = nullptr;
 constexpr size_t kSharedBytes = 4096;
 
+/// What the child writes to its parent: notes, each behind this mark and before a 0, then an error, if
+/// there is one, behind its code.
+constexpr char kNote = 'n';
+/// The child's end; none outside of it.
+int to_parent = -1;
+
 /// Libraries make room for what a file claims. Beyond the budget, the pyramid's mapping and the
 /// program itself they get none.
 void prepare_child([[maybe_unused]] int64_t memory_bytes) {
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
 #ifndef OPENFAB_SANITIZED  // sanitizers take addresses by the terabyte
+    // What a library has to say before it gives up.
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
     constexpr int64_t kProgram = 1'000'000'000;
     rlimit limit{};
     const auto most = static_cast<rlim_t>(2 * memory_bytes + kProgram);
     if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur < most) return;
     limit.rlim_cur = most;
     ::setrlimit(RLIMIT_AS, &limit);
-    // What a library has to say before it gives up.
-    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
 #endif
 }
 
-/// Writes an error's code, message and help.
-void pass_on(int to, const Error& error) {
-    std::string text(1, static_cast<char>(error.code));
-    text += error.message + '\0' + error.help;
+void pass_on(const std::string& text) {
     for (size_t at = 0; at < text.size();) {
-        const ssize_t wrote = ::write(to, text.data() + at, text.size() - at);
+        const ssize_t wrote = ::write(to_parent, text.data() + at, text.size() - at);
         if (wrote <= 0) return;
         at += static_cast<size_t>(wrote);
+    }
+}
+
+/// Writes an error's code, message and help.
+void pass_on(const Error& error) {
+    pass_on(static_cast<char>(error.code) + error.message + '\0' + error.help);
+}
+
+/// Takes the notes off what a child wrote, and says them.
+void say_notes(std::string* text) {
+    while (text->starts_with(kNote)) {
+        const size_t end = text->find('\0');
+        if (end == std::string::npos) return;
+        note(text->substr(1, end - 1));
+        text->erase(0, end + 1);
     }
 }
 
@@ -76,8 +96,9 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
         return outside_error(std::string("cannot start a process: ") + std::strerror(errno));
     if (child == 0) {
         prepare_child(memory_bytes);
+        to_parent = ends[1];
         const Result<void> done = make();
-        if (!done) pass_on(ends[1], done.error());
+        if (!done) pass_on(done.error());
         ::_exit(done ? 0 : 1);
     }
     ::close(ends[1]);
@@ -91,6 +112,7 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
         text.append(buffer.data(), static_cast<size_t>(got));
     }
     ::close(ends[0]);
+    say_notes(&text);
     const std::string within = shared_name[0] == 0 ? "" : std::string(shared_name) + ": ";
     ::munmap(shared, kSharedBytes);
     shared_name = nullptr;
@@ -117,6 +139,13 @@ void now_reading(const std::filesystem::path& file) {
     if (shared_name == nullptr) return;
     const std::string name = file.filename().string().substr(0, kSharedBytes - 1);
     std::memcpy(shared_name, name.c_str(), name.size() + 1);
+}
+
+void tell(const std::string& message) {
+    if (to_parent < 0) return note(message);
+    std::string text = kNote + message;
+    text.erase(std::remove(text.begin(), text.end(), '\0'), text.end());
+    pass_on(text + '\0');
 }
 
 }  // namespace openfab::tools

@@ -73,5 +73,18 @@ TEST(Guarded, PassesErrorsOnAndOutlivesACrash) {
     EXPECT_NE(text([]() -> Result<void> { ::_exit(7); }), "no error");
 }
 
+TEST(Guarded, PassesNotesOn) {
+    for (const bool fails : {false, true}) {
+        ::testing::internal::CaptureStderr();
+        const Result<void> done = guarded(100'000'000, "scan", [&]() -> Result<void> {
+            tell("one");
+            tell("two\nlines");
+            return fails ? Result<void>(user_error("wrong")) : Result<void>();
+        });
+        EXPECT_EQ(::testing::internal::GetCapturedStderr(), "note: one\nnote: two\\nlines\n");
+        EXPECT_EQ(done ? "no error" : done.error().text(), fails ? "wrong" : "no error");
+    }
+}
+
 }  // namespace
 }  // namespace openfab::tools

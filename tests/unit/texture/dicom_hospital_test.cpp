@@ -1,0 +1,312 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Folders as hospitals hand them out: several series, scouts, lists and notes among slices, slices that
+// were copied in part, files of many frames, old orders of bytes.
+#include <gtest/gtest.h>
+
+#include "tests/unit/texture/dicom_files.h"
+
+namespace openfab::tools {
+namespace {
+
+class DicomHospital : public DicomTest {
+  protected:
+    /// Reads a folder whose texels must be the field's.
+    void expect_field(const Vec3i& wanted, const Vec3d& from) {
+        const auto p = converted();
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), wanted);
+        EXPECT_EQ(origin(*p), from);
+        each(*p, [](const Vec3d& at, const float* value) {
+            EXPECT_EQ(*value, static_cast<float>(linear(at)));
+        });
+    }
+    /// Adds frames of which each says where it lies, in no order of places.
+    static void add_enhanced(Slice* slice, const Vec3d& step, bool big) {
+        const Vec3d first = slice->position;
+        slice->is_placed = false;
+        slice->frames = 5;
+        std::vector<std::string> items;
+        for (int k = 0; k < 5; ++k) {
+            const Vec3d at = first + step * static_cast<double>(k * 3 % 5);
+            add_frame(slice, at);
+            items.push_back(sequence(
+                0x20, 0x9113, {element(0x20, 0x32, "DS", decimals({at.x, at.y, at.z}), big)}, big));
+        }
+        const std::string turned =
+            decimals({slice->across.x, slice->across.y, slice->across.z, slice->down.x,
+                      slice->down.y, slice->down.z});
+        slice->groups =
+            sequence(0x5200, 0x9229,
+                     {sequence(0x20, 0x9116, {element(0x20, 0x37, "DS", turned, big)}, big) +
+                      sequence(0x28, 0x9145,
+                               {element(0x28, 0x1052, "DS", decimals({slice->intercept}), big) +
+                                element(0x28, 0x1053, "DS", decimals({slice->slope}), big)},
+                               big)},
+                     big) +
+            sequence(0x5200, 0x9230, items, big);
+        // What is said at the top does not count then.
+        slice->slope = 77;
+    }
+    static std::string spacing(double step_mm) {
+        return element(0x18, 0x88, "DS", decimals({step_mm}));
+    }
+};
+
+TEST_F(DicomHospital, PixelsThatAreCutShortAreCounted) {
+    Slice slice;
+    slice.width = slice.height = 64;
+    for (int k = 0; k < 3; ++k) {
+        slice.position.z = k;
+        slice.pixels.assign(64 * 64, 1000);
+        write(fmt::format("im{}", k), slice.bytes());
+    }
+    ASSERT_EQ(trouble(), "no error");
+    const std::string whole = slice.bytes(), help = "copy it anew from where it came from";
+    write("im2", whole.substr(0, whole.size() - 62));
+    EXPECT_EQ(trouble(),
+              "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
+    // Its length says so, too.
+    slice.pixels.resize(4065);
+    write("im2", slice.bytes());
+    EXPECT_EQ(trouble(),
+              "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
+    slice.pixels.assign(64 * 64, 1000);
+    const std::string packed = slice.bytes(kRunLengths);
+    write("im2", packed);
+    EXPECT_EQ(trouble(), "no error");
+    write("im2", packed.substr(0, packed.size() - 100));
+    // An empty table, the head of a frame, 64 bytes of its own head and two planes of 41 runs; 8 bytes end all.
+    const int needed = 8 + 8 + 64 + 2 * (64 * 64 + 41 + 1);
+    EXPECT_EQ(trouble(), fmt::format("im2: it is cut short: it has {} of {} bytes of pixels; {}",
+                                     needed - 92, needed, help));
+}
+
+TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
+    Slice slice;
+    slice.description = "Thorax 1.0 B30f";
+    write_series(slice, {0, 0, 1});
+    Slice scout = slice;
+    scout.series = "1.2.4";
+    scout.series_number = 7;
+    scout.description = "Scout";
+    scout.width = 2;
+    scout.down = {0, 0, -1};
+    fill(&scout);
+    write("scout", scout.bytes());
+    const std::string both =
+        "1 (4 x 3 pixels of 1 x 1 mm, axial, 8 slices, `Thorax 1.0 B30f`), "
+        "7 (2 x 3 pixels of 1 x 1 mm, coronal, 1 slice scout, `Scout`)";
+    EXPECT_EQ(trouble(), "its slices are not of one series: " + both +
+                             "; name one by `field`, by its number, description or identifier (UID)");
+    VolumeOptions options;
+    for (const char* name : {"7", "1.2.4", "Scout"}) {
+        options.field = name;
+        const auto p = converted(options);
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{2, 1, 3})) << name;
+    }
+    for (const char* name : {"1", "1.2.3", "Thorax 1.0 B30f"}) {
+        options.field = name;
+        const auto p = converted(options);
+        ASSERT_NE(p, nullptr);
+        EXPECT_EQ(size(*p), (Vec3i{4, 3, 8})) << name;
+    }
+    options.field = "2";
+    EXPECT_EQ(trouble(options), "it has no series 2; it has " + both);
+
+    // Numbers that do not tell them apart.
+    scout.series_number = 1;
+    write("scout", scout.bytes());
+    options.field = "1";
+    for (const VolumeOptions& any : {VolumeOptions(), options})
+        EXPECT_THAT(trouble(any), AllOf(HasSubstr(": 1.2.3 (4 x 3"), HasSubstr("), 1.2.4 (2 x 3")));
+    options.field = "1.2.4";
+    EXPECT_NE(converted(options), nullptr);
+
+    // A scout of the same series.
+    scout.series = "1.2.3";
+    write("scout", scout.bytes());
+    EXPECT_THAT(trouble(), AllOf(HasSubstr("its slices are not of one grid: 1/1 (4 x 3"),
+                                 HasSubstr("), 1/2 (2 x 3")));
+    options.field = "1/1";
+    const auto p = converted(options);
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(size(*p), (Vec3i{4, 3, 8}));
+}
+
+TEST_F(DicomHospital, AMissingSliceOfFourIsNotTheRule) {
+    Slice slice;
+    for (const int z : {0, 1, 3}) {
+        slice.position.z = 2.5 * z;
+        fill(&slice);
+        write(fmt::format("im{}", z), slice.bytes());
+    }
+    EXPECT_THAT(trouble(), HasSubstr("1 slice is missing between im1, at (0, 0, 2.5) mm, and im3, at "
+                                     "(0, 0, 7.5) mm: they are 5.000 mm apart, others 2.500 mm"));
+    fs::remove(series() / "im1");
+    slice.position.z = 2.5 * 4;
+    fill(&slice);
+    write("im4", slice.bytes());
+    EXPECT_THAT(trouble(), HasSubstr("2 slices are missing between im0, at "));
+    slice.position.z = 9.25;
+    write("im4", slice.bytes());
+    EXPECT_THAT(trouble(), HasSubstr("im3: it lies 7.500 mm from im0, where slices are 1.750 mm"));
+}
+
+TEST_F(DicomHospital, FramesLieWhereEachSays) {
+    for (const char* syntax : {kExplicit, kBigEndian, kRunLengths}) {
+        SCOPED_TRACE(syntax);
+        Slice slice;
+        slice.position = {-3, 4, 10};
+        slice.column_mm = 0.5;
+        add_enhanced(&slice, {0, 0, 2}, syntax == std::string(kBigEndian));
+        write("enhanced", slice.bytes(syntax));
+        expect_field({4, 3, 5}, {-3.25, 3.5, 9});
+    }
+}
+
+TEST_F(DicomHospital, FramesMayBeMissing) {
+    Slice slice;
+    slice.position = {0, 0, 1};
+    add_enhanced(&slice, {0, 0, 2}, false);
+    std::string whole = slice.bytes();
+    write("enhanced", whole.substr(0, whole.size() - 25));
+    EXPECT_THAT(trouble(), HasSubstr("enhanced: it is cut short: it has 95 of 120 bytes of pixels"));
+    // The fourth frame (in places 0 3 1 4 2) moves from 9 mm to where the fifth is.
+    const size_t at = whole.find("0\\0\\9");
+    ASSERT_NE(at, std::string::npos);
+    whole[at + 4] = '5';
+    write("enhanced", whole);
+    EXPECT_THAT(trouble(), HasSubstr("enhanced, frame 5: it lies where enhanced, frame 4 does; a "
+                                     "volume has one slice a place"));
+}
+
+TEST_F(DicomHospital, FramesOfOneDistance) {
+    Slice slice;
+    slice.position = {1, 2, 3};
+    slice.frames = 4;
+    slice.more = "";
+    for (int k = 0; k < 4; ++k)
+        add_frame(&slice, slice.position - Vec3d{0, 0, 1.5 * k});
+    std::string bytes = slice.bytes();
+    // Before the elements of group 0020.
+    bytes.insert(bytes.find(element(0x20, 0x0e, "UI", slice.series)), spacing(-1.5));
+    write("frames", bytes);
+    expect_field({4, 3, 4}, {0.5, 1.5, -2.25});
+}
+
+TEST_F(DicomHospital, FramesWithoutAPlaceAreInPlaceTowardsEachOther) {
+    Slice slice;
+    slice.is_placed = false;
+    slice.frames = 3;
+    for (int k = 0; k < 3; ++k)
+        add_frame(&slice, {0, 0, 2.0 * k});
+    std::string bytes = slice.bytes();
+    bytes.insert(bytes.find(element(0x20, 0x0e, "UI", slice.series)), spacing(2));
+    write("frames", bytes);
+    expect_field({4, 3, 3}, {-0.5, -0.5, -1});
+    EXPECT_EQ(told(),
+              "note: frames does not say where it lies: its first pixel is put at 0, 0, 0\n");
+}
+
+TEST_F(DicomHospital, DosesHaveOffsetsAndAScale) {
+    Slice slice;
+    slice.width = slice.height = 1;
+    slice.bits_allocated = slice.bits_stored = 32;
+    slice.intercept = 0;
+    slice.position = {0, 0, 5};
+    slice.frames = 3;
+    slice.pixels = {7, 4'000'000'000, 70'000};
+    slice.groups = element(0x3004, 0x0c, "DS", "0\\2\\4") + element(0x3004, 0x0e, "DS", "0.25");
+    write("dose", slice.bytes());
+    const auto p = converted();
+    ASSERT_NE(p, nullptr);
+    EXPECT_EQ(origin(*p), (Vec3d{-0.5, -0.5, 4}));
+    EXPECT_EQ(level0(*p), (std::vector<float>{1.75f, 1e9f, 17'500}));
+}
+
+TEST_F(DicomHospital, BigEndianPixelsHaveTheirValues) {
+    Slice slice;
+    slice.position = {-10, 5, 2};
+    write_series(slice, {0, 0, 1.5}, kBigEndian);
+    expect_field({4, 3, 8}, {-10.5, 4.5, 1.25});
+    fs::remove_all(series());
+    fs::create_directory(series());
+
+    Slice one;
+    one.width = 3;
+    one.height = 1;
+    one.has_sign = true;
+    one.bits_stored = 16;
+    one.slope = 2;
+    one.intercept = 1;
+    one.pixels = {0x8000, 0xffff, 0x0102};
+    write("a", one.bytes(kBigEndian));
+    EXPECT_EQ(level0(*converted()), (std::vector<float>{-65535, -1, 517}));
+
+    // Of 8 bits, two in a word; the second frame begins within one.
+    one.bits_allocated = one.bits_stored = 8;
+    one.frames = 2;
+    one.pixels = {1, 2, 0xff, 4, 5, 6};
+    std::string bytes = one.bytes(kBigEndian);
+    bytes.insert(bytes.find(element(0x20, 0x0e, "UI", one.series, true)),
+                 element(0x18, 0x88, "DS", "1", true));
+    write("a", bytes);
+    EXPECT_EQ(level0(*converted()), (std::vector<float>{3, 5, -1, 9, 11, 13}));
+}
+
+TEST_F(DicomHospital, ValuesAreAsStoredHoweverTheyAreShown) {
+    Slice slice;
+    slice.photometric = "MONOCHROME1";
+    write_series(slice, {0, 0, 1});
+    expect_field({4, 3, 8}, {-0.5, -0.5, -0.5});
+    EXPECT_EQ(told(),
+              "note: values are as stored of im0, im1, im2, im3, im4 and 3 more, shown with the "
+              "lowest white (MONOCHROME1)\n");
+    slice.photometric = "PALETTE COLOR ";
+    write_series(slice, {0, 0, 1});
+    EXPECT_EQ(trouble(), "im0: its pixels are colours (PALETTE COLOR)");
+}
+
+TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
+    Slice slice;
+    slice.position = {0, 0, 1};
+    write_series(slice, {0, 0, 1});
+    EXPECT_EQ(told(), "");
+    write("DICOMDIR", "a list");
+    write("README", "how to see it");
+    write("preview.jpg", "\xff\xd8");
+    write("empty", "");
+    expect_field({4, 3, 8}, {-0.5, -0.5, 0.5});
+    EXPECT_EQ(told(),
+              "note: series: passed over what are no slices: DICOMDIR, README, empty, preview.jpg\n");
+
+    // A picture of a report, and a report, of series of their own.
+    Slice report = slice;
+    report.series = "1.2.9";
+    report.photometric = "PALETTE COLOR";
+    report.pixels.assign(12, 0);
+    write("report", report.bytes());
+    const std::string text = report.bytes();
+    write("words", text.substr(0, text.find(element(0x28, 2, "US", number(1, 2)))));
+    expect_field({4, 3, 8}, {-0.5, -0.5, 0.5});
+    EXPECT_THAT(told(), HasSubstr("note: series: passed over what belongs to other series: report "
+                                  "(its pixels are colours (PALETTE COLOR)), words (it has no "
+                                  "pixels)\n"));
+    // One of the same series may be a slice.
+    report.series = slice.series;
+    write("report", report.bytes());
+    EXPECT_EQ(trouble(), "report: its pixels are colours (PALETTE COLOR)");
+}
+
+TEST_F(DicomHospital, AFolderWithoutSlicesSaysWhy) {
+    write("DICOMDIR", "a list");
+    EXPECT_EQ(trouble(), "it has no slices; name the folder that holds those of a series");
+    write("README", "a list");
+    EXPECT_EQ(trouble(), "it has no slices; name the folder that holds those of a series");
+}
+
+}  // namespace
+}  // namespace openfab::tools

@@ -1,0 +1,53 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Values of GDCM's data sets.
+
+#include <gdcmDataSet.h>
+#include <gdcmSequenceOfItems.h>
+#include <gdcmSmartPointer.h>
+#include <gdcmTag.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace openfab::tools {
+
+using DicomItems = gdcm::SmartPointer<gdcm::SequenceOfItems>;
+
+/// Returns an element's bytes, as long as the set lives; empty where there are none.
+std::string_view bytes_of(const gdcm::DataSet& set, const gdcm::Tag& tag);
+
+/// Returns text without its padding.
+std::string_view trimmed(std::string_view text);
+
+/// Parses `count` finite decimals that backslashes part, and no more.
+bool parse_decimals(std::string_view text, double* out, size_t count);
+
+/// Returns a number of 16 bits; `otherwise` where there is none.
+int32_t short_of(const gdcm::DataSet& set, const gdcm::Tag& tag, int32_t otherwise);
+
+/// Returns a sequence; null where there is none.
+DicomItems items_of(const gdcm::DataSet& set, const gdcm::Tag& tag);
+
+/// The functional groups of a file of frames (PS3.3, C.7.6.16): what is said of one frame, of all, or,
+/// in files that have no groups, at the top.
+class FrameGroups {
+  public:
+    explicit FrameGroups(const gdcm::DataSet& set);
+
+    /// Returns the bytes of `tag` in `group` of the frame, else in that of all frames, else at the top,
+    /// else of the first detector (nuclear medicine); empty where it is nowhere.
+    std::string find(int32_t frame, const gdcm::Tag& group, const gdcm::Tag& tag) const;
+    /// Same, but of the frame alone.
+    std::string find_own(int32_t frame, const gdcm::Tag& group, const gdcm::Tag& tag) const;
+
+  private:
+    const gdcm::DataSet& set_;
+    DicomItems shared_, frames_, detectors_;
+};
+
+}  // namespace openfab::tools
