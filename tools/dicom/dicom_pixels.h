@@ -31,7 +31,7 @@ class DicomPixels {
     Result<void> unpack(const std::shared_ptr<const DicomImage>& image);
 
     int64_t memory_bytes_;
-    std::vector<char> bytes_;                      ///< of a frame, or of all frames of `unpacked_`
+    std::vector<char> bytes_;  ///< of a frame, or of all frames of `unpacked_`
     std::shared_ptr<const DicomImage> unpacked_;
 };
 

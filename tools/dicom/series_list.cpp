@@ -78,8 +78,7 @@ std::string describe(const Part& part, const std::string& name) {
                     part.image().width, part.image().height, length(first.across),
                     length(first.down), orientation(first), count, count == 1 ? "" : "s");
     if (count == 1) out += " " + first.name();
-    if (!part.image().description.empty())
-        out += fmt::format(", `{}`", part.image().description);
+    if (!part.image().description.empty()) out += fmt::format(", `{}`", part.image().description);
     return out + ")";
 }
 
@@ -144,15 +143,15 @@ Result<std::vector<DicomSlice>> choose_series(std::vector<DicomSlice> slices,
     return user_error(
         fmt::format("its slices are not of one {}: {}", one_series ? "grid" : "series",
                     list(parts)),
-        one_series
-            ? "name one by `field`, by what stands before the brackets, or take others out"
-            : "name one by `field`, by its number, description or identifier (UID)");
+        one_series ? "name one by `field`, by what stands before the brackets, or take others out"
+                   : "name one by `field`, by its number, description or identifier (UID)");
 }
 
 std::string list_some(const std::vector<std::string>& names) {
     constexpr size_t kMost = 5;
     const size_t shown = std::min(names.size(), kMost);
-    std::string out = fmt::format("{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "));
+    std::string out = fmt::format(
+        "{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "));
     if (names.size() > shown) out += fmt::format(" and {} more", names.size() - shown);
     return out;
 }

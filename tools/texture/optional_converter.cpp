@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -57,9 +56,9 @@ const OptionalConverter* by_content(const fs::path& path) {
 const OptionalConverter* optional_converter(const fs::path& volume, std::optional<double> time) {
     const Result<std::vector<fs::path>> files = texture::volume_files(volume);
     if (!files) return nullptr;
-    constexpr size_t kFirst = 8;
-    for (size_t i = 0; i < std::min(files->size(), kFirst); ++i) {
-        if (const OptionalConverter* found = by_content((*files)[i])) return found;
+    // Any of them: a scan's folder may begin with dozens of notes and pictures.
+    for (const fs::path& file : *files) {
+        if (const OptionalConverter* found = by_content(file)) return found;
     }
     if (texture::is_xdmf(files->front()) && has_hdf(files->front(), time)) return &kHdf5;
     const std::string kind = lower_ascii(files->front().extension().string());

@@ -19,7 +19,7 @@ struct OptionalConverter {
 
 /// Returns the converter that a volume needs, by its first bytes, else by its name; nullptr where this
 /// program reads it. XDMF needs one where any of the numbers of its step at `time` are in an HDF5 file. A
-/// folder is DICOM where one of its first files is.
+/// folder is DICOM where one of its files is.
 const OptionalConverter* optional_converter(const std::filesystem::path& volume,
                                             std::optional<double> time);
 

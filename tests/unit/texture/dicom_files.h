@@ -15,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/vec.h"
@@ -94,7 +95,8 @@ struct Slice {
                            element(2, 3, "UI", "1.2.3.4") + element(2, 0x10, "UI", syntax);
         meta = element(2, 0, "UL", number(meta.size(), 4)) + meta;
         std::string out = std::string(128, '\0') + "DICM" + meta +
-                          add(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") + add(8, 0x60, "CS", "CT");
+                          add(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") +
+                          add(8, 0x60, "CS", "CT");
         if (!description.empty()) out += add(8, 0x103e, "LO", description);
         out += add(0x10, 0x10, "PN", kPerson) + add(0x20, 0x0e, "UI", series) +
                add(0x20, 0x11, "IS", std::to_string(series_number));

@@ -34,9 +34,8 @@ class DicomHospital : public DicomTest {
             items.push_back(sequence(
                 0x20, 0x9113, {element(0x20, 0x32, "DS", decimals({at.x, at.y, at.z}), big)}, big));
         }
-        const std::string turned =
-            decimals({slice->across.x, slice->across.y, slice->across.z, slice->down.x,
-                      slice->down.y, slice->down.z});
+        const std::string turned = decimals({slice->across.x, slice->across.y, slice->across.z,
+                                             slice->down.x, slice->down.y, slice->down.z});
         slice->groups =
             sequence(0x5200, 0x9229,
                      {sequence(0x20, 0x9116, {element(0x20, 0x37, "DS", turned, big)}, big) +
@@ -65,13 +64,11 @@ TEST_F(DicomHospital, PixelsThatAreCutShortAreCounted) {
     ASSERT_EQ(trouble(), "no error");
     const std::string whole = slice.bytes(), help = "copy it anew from where it came from";
     write("im2", whole.substr(0, whole.size() - 62));
-    EXPECT_EQ(trouble(),
-              "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
+    EXPECT_EQ(trouble(), "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
     // Its length says so, too.
     slice.pixels.resize(4065);
     write("im2", slice.bytes());
-    EXPECT_EQ(trouble(),
-              "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
+    EXPECT_EQ(trouble(), "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
     slice.pixels.assign(64 * 64, 1000);
     const std::string packed = slice.bytes(kRunLengths);
     write("im2", packed);
@@ -98,8 +95,9 @@ TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
     const std::string both =
         "1 (4 x 3 pixels of 1 x 1 mm, axial, 8 slices, `Thorax 1.0 B30f`), "
         "7 (2 x 3 pixels of 1 x 1 mm, coronal, 1 slice scout, `Scout`)";
-    EXPECT_EQ(trouble(), "its slices are not of one series: " + both +
-                             "; name one by `field`, by its number, description or identifier (UID)");
+    EXPECT_EQ(trouble(),
+              "its slices are not of one series: " + both +
+                  "; name one by `field`, by its number, description or identifier (UID)");
     VolumeOptions options;
     for (const char* name : {"7", "1.2.4", "Scout"}) {
         options.field = name;
@@ -143,8 +141,9 @@ TEST_F(DicomHospital, AMissingSliceOfFourIsNotTheRule) {
         fill(&slice);
         write(fmt::format("im{}", z), slice.bytes());
     }
-    EXPECT_THAT(trouble(), HasSubstr("1 slice is missing between im1, at (0, 0, 2.5) mm, and im3, at "
-                                     "(0, 0, 7.5) mm: they are 5.000 mm apart, others 2.500 mm"));
+    EXPECT_THAT(trouble(),
+                HasSubstr("1 slice is missing between im1, at (0, 0, 2.5) mm, and im3, at "
+                          "(0, 0, 7.5) mm: they are 5.000 mm apart, others 2.500 mm"));
     fs::remove(series() / "im1");
     slice.position.z = 2.5 * 4;
     fill(&slice);
@@ -173,7 +172,8 @@ TEST_F(DicomHospital, FramesMayBeMissing) {
     add_enhanced(&slice, {0, 0, 2}, false);
     std::string whole = slice.bytes();
     write("enhanced", whole.substr(0, whole.size() - 25));
-    EXPECT_THAT(trouble(), HasSubstr("enhanced: it is cut short: it has 95 of 120 bytes of pixels"));
+    EXPECT_THAT(trouble(),
+                HasSubstr("enhanced: it is cut short: it has 95 of 120 bytes of pixels"));
     // The fourth frame (in places 0 3 1 4 2) moves from 9 mm to where the fifth is.
     const size_t at = whole.find("0\\0\\9");
     ASSERT_NE(at, std::string::npos);
@@ -280,8 +280,9 @@ TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
     write("preview.jpg", "\xff\xd8");
     write("empty", "");
     expect_field({4, 3, 8}, {-0.5, -0.5, 0.5});
-    EXPECT_EQ(told(),
-              "note: series: passed over what are no slices: DICOMDIR, README, empty, preview.jpg\n");
+    EXPECT_EQ(
+        told(),
+        "note: series: passed over what are no slices: DICOMDIR, README, empty, preview.jpg\n");
 
     // A picture of a report, and a report, of series of their own.
     Slice report = slice;

@@ -38,7 +38,8 @@ TEST(OptionalConverter, IsKnownByContentThenByName) {
     EXPECT_EQ(program(folder.write("h.xmf", xdmf("Binary"))), "none");
     EXPECT_EQ(program(folder.write("i.xdmf", "<Xdmf>")), "none");
     fs::create_directory(folder.path() / "series");
-    folder.write("series/LIESMICH", "a scan");
+    for (int i = 0; i < 20; ++i)
+        folder.write("series/a" + std::to_string(i), "a note");
     folder.write("series/im1", slice);
     EXPECT_EQ(program(folder.path() / "series"), "openfab-texture-dicom");
 }

@@ -446,5 +446,25 @@ TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
     EXPECT_FALSE(texture::get_volume(file, options, 0, 0)) << "another place is another pyramid";
 }
 
+TEST_F(VolumeTest, NotesOfTheHelperArePassedOn) {
+    const auto file = folder_.write(
+        "v.npy", npy("<f4", "False", "(1, 1, 1)", bytes_of(std::vector<float>{0.5f})));
+    const auto helper =
+        folder_.write("helper", std::string("#!/bin/sh\necho 'note: a slice' >&2\n") +
+                                    "exec " OPENFAB_TEST_HELPER " \"$@\"\n");
+    std::filesystem::permissions(helper, std::filesystem::perms::owner_all);
+    ::setenv("OPENFAB_HELPER", helper.c_str(), 1);
+    for (const bool fails : {false, true}) {
+        if (fails) folder_.write("v.npy", "none");
+        ::testing::internal::CaptureStderr();
+        const auto made = texture::get_volume(file, {}, 0, 0);
+        EXPECT_EQ(::testing::internal::GetCapturedStderr(), "note: a slice\n");
+        ASSERT_EQ(made.has_value(), !fails);
+        if (fails) {
+            EXPECT_TRUE(made.error().text().starts_with("cannot read ")) << made.error().text();
+        }
+    }
+}
+
 }  // namespace
 }  // namespace openfab::tools
