@@ -191,7 +191,15 @@ MadeReader open_dicom_series(const std::vector<fs::path>& files,
         all.insert(all.end(), head.slices.begin(), head.slices.end());
     if (all.empty()) return no_slices(*heads);
     Result<std::vector<DicomSlice>> slices = choose_series(std::move(all), options.field);
-    if (!slices) return slices.error();
+    if (!slices) {
+        // Of a series that is there, but cannot be read.
+        const auto wanted = std::find_if(heads->begin(), heads->end(), [&](const DicomHead& head) {
+            return head.slices.empty() && !options.field.empty() &&
+                   std::find(head.names.begin(), head.names.end(), options.field) !=
+                       head.names.end();
+        });
+        return wanted == heads->end() ? slices.error() : trouble_of(*wanted);
+    }
     if (Result<void> passed = pass_over(*heads, slices->front().image->series); !passed)
         return passed.error();
     if (Result<void> whole = check_files(*slices); !whole) return whole.error();

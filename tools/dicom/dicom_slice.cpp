@@ -35,6 +35,9 @@ Result<void> read_format(const gdcm::DataSet& set, DicomImage* out) {
     out->is_inverted = photometric == "MONOCHROME1";
     if (!photometric.empty() && !out->is_inverted && photometric != "MONOCHROME2")
         return user_error(fmt::format("its pixels are colours ({})", photometric));
+    if (bytes_of(set, {0x0008, 0x0008}).find("MOSAIC") != std::string_view::npos)
+        return user_error("its picture is made of several slices (a mosaic)",
+                          "write it as one slice a file, or as frames");
     if (set.FindDataElement(gdcm::Tag(0x0028, 0x3000)))
         return user_error("its values go through a table (Modality LUT), which is not read");
     out->bits_allocated = short_of(set, {0x0028, 0x0100}, 0);
@@ -112,7 +115,8 @@ class Places {
         const std::string where = groups_.find(frame, kPosition, kPositionTag);
         const std::string turned = groups_.find(frame, {0x0020, 0x9116}, {0x0020, 0x0037});
         // Frames of one file are in place towards each other without it.
-        image_->is_placed = image_->frames == 1 || !where.empty() || !turned.empty();
+        if (frame == 0)
+            image_->is_placed = image_->frames == 1 || !where.empty() || !turned.empty();
         if (image_->is_placed && !parse_decimals(where, position.data(), 3))
             return user_error("it does not say where it lies (Image Position)");
         if (image_->is_placed && !parse_decimals(turned, axes.data(), 6))
@@ -246,6 +250,8 @@ Result<DicomHead> read_dicom_head(const fs::path& path, int64_t memory_bytes) {
         std::abs(number) < kMostDigits)
         image->series_number = std::llround(number);
     out.series = image->series;
+    out.names = {image->series, image->description};
+    if (image->series_number) out.names.push_back(std::to_string(*image->series_number));
     constexpr std::string_view kDirectory = "1.2.840.10008.1.3.10";
     out.is_foreign = trimmed(bytes_of(meta, {0x0002, 0x0002})) == kDirectory;
     out.trouble = user_error("it has no pixels");

@@ -53,7 +53,8 @@ struct DicomSlice {
 
 struct DicomHead {
     std::filesystem::path file;
-    std::string series;  ///< empty where it was not found
+    std::string series;              ///< empty where it was not found
+    std::vector<std::string> names;  ///< of the series, as a field may say
     /// Empty where the file is none of DICOM, has no pixels or some that are not read.
     std::vector<DicomSlice> slices;
     bool is_foreign = false;       ///< no DICOM, or a list of files

@@ -37,7 +37,10 @@ bool is_alike(const DicomSlice& a, const DicomSlice& b) {
     return far <= kRounding_mm;
 }
 
-std::vector<Part> parts_of(std::vector<DicomSlice> slices) {
+/// Each slice is compared with one of each part.
+constexpr size_t kMostParts = 1000;
+
+Result<std::vector<Part>> parts_of(std::vector<DicomSlice> slices) {
     std::vector<Part> parts;
     for (DicomSlice& slice : slices) {
         const auto found = std::find_if(parts.begin(), parts.end(), [&](const Part& part) {
@@ -46,6 +49,12 @@ std::vector<Part> parts_of(std::vector<DicomSlice> slices) {
         });
         Part& part = found == parts.end() ? parts.emplace_back() : *found;
         part.slices.push_back(std::move(slice));
+        if (parts.size() > kMostParts) {
+            return user_error(fmt::format("its slices are of more than {} series, sizes and "
+                                          "orientations",
+                                          kMostParts),
+                              "name the files of one by a pattern");
+        }
     }
     for (size_t i = 0; i < parts.size(); ++i) {
         const auto same = [&](const Part& other) {
@@ -129,7 +138,9 @@ std::vector<Part> named(const std::vector<Part>& parts, const std::string& field
 
 Result<std::vector<DicomSlice>> choose_series(std::vector<DicomSlice> slices,
                                               const std::string& field) {
-    std::vector<Part> parts = parts_of(std::move(slices));
+    Result<std::vector<Part>> all = parts_of(std::move(slices));
+    if (!all) return all.error();
+    std::vector<Part> parts = std::move(*all);
     if (!field.empty()) {
         std::vector<Part> found = named(parts, field);
         if (found.empty())

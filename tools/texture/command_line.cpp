@@ -80,7 +80,7 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_option("--spacing", spacing, "the size of a volume's texels in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
-    app.add_option("--field", volume.field, "the array or grid that is read of a file of several");
+    app.add_option("--field", volume.field, "the array, grid or series that is read of several");
     app.add_option("--unit", volume.unit, "of a volume's lengths (default: what it says, else mm)")
         ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
     app.add_option("--pitch", pitch, "of texels of a volume that is resampled, such as 0.5mm");

@@ -5,7 +5,12 @@
 // were copied in part, files of many frames, old orders of bytes.
 #include <gtest/gtest.h>
 
+#include <random>
+
+#include "tests/fuzz/mutations/mutate.h"
+#include "tests/support/long_run.h"
 #include "tests/unit/texture/dicom_files.h"
+#include "tools/texture/guarded.h"
 
 namespace openfab::tools {
 namespace {
@@ -187,7 +192,6 @@ TEST_F(DicomHospital, FramesOfOneDistance) {
     Slice slice;
     slice.position = {1, 2, 3};
     slice.frames = 4;
-    slice.more = "";
     for (int k = 0; k < 4; ++k)
         add_frame(&slice, slice.position - Vec3d{0, 0, 1.5 * k});
     std::string bytes = slice.bytes();
@@ -287,6 +291,7 @@ TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
     // A picture of a report, and a report, of series of their own.
     Slice report = slice;
     report.series = "1.2.9";
+    report.series_number = 9;
     report.photometric = "PALETTE COLOR";
     report.pixels.assign(12, 0);
     write("report", report.bytes());
@@ -296,10 +301,30 @@ TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
     EXPECT_THAT(told(), HasSubstr("note: series: passed over what belongs to other series: report "
                                   "(its pixels are colours (PALETTE COLOR)), words (it has no "
                                   "pixels)\n"));
+    VolumeOptions options;
+    options.field = "9";
+    EXPECT_EQ(trouble(options), "report: its pixels are colours (PALETTE COLOR)");
     // One of the same series may be a slice.
     report.series = slice.series;
     write("report", report.bytes());
     EXPECT_EQ(trouble(), "report: its pixels are colours (PALETTE COLOR)");
+}
+
+TEST_F(DicomHospital, TilesAndTablesAreNotTakenForValues) {
+    Slice slice;
+    slice.pixels.assign(12, 0);
+    slice.more = sequence(0x28, 0x3000, {});
+    write("a", slice.bytes());
+    EXPECT_EQ(trouble(), "a: its values go through a table (Modality LUT), which is not read");
+    slice.more.clear();
+    std::string bytes = slice.bytes();
+    const std::string after = element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2");
+    bytes.insert(bytes.find(after), element(8, 8, "CS", "ORIGINAL\\PRIMARY\\M\\MOSAIC"));
+    write("a", bytes);
+    EXPECT_EQ(
+        trouble(),
+        "a: its picture is made of several slices (a mosaic); write it as one slice a file, or "
+        "as frames");
 }
 
 TEST_F(DicomHospital, AFolderWithoutSlicesSaysWhy) {
@@ -307,6 +332,53 @@ TEST_F(DicomHospital, AFolderWithoutSlicesSaysWhy) {
     EXPECT_EQ(trouble(), "it has no slices; name the folder that holds those of a series");
     write("README", "a list");
     EXPECT_EQ(trouble(), "it has no slices; name the folder that holds those of a series");
+}
+
+TEST_F(DicomHospital, TooManyOrientationsAreRefused) {
+    Slice slice;
+    slice.width = slice.height = 1;
+    slice.is_placed = false;
+    slice.frames = 1001;
+    std::vector<std::string> items;
+    for (size_t k = 0; k < slice.frames; ++k) {
+        const double angle = 0.003 * static_cast<double>(k);
+        const std::string turned =
+            decimals({std::cos(angle), std::sin(angle), 0, -std::sin(angle), std::cos(angle), 0});
+        items.push_back(sequence(0x20, 0x9113, {element(0x20, 0x32, "DS", "0\\0\\0")}) +
+                        sequence(0x20, 0x9116, {element(0x20, 0x37, "DS", turned)}));
+        slice.pixels.push_back(0);
+    }
+    slice.row_mm = slice.column_mm = 100;
+    slice.groups = sequence(0x5200, 0x9230, items);
+    write("radial", slice.bytes());
+    EXPECT_EQ(trouble(),
+              "its slices are of more than 1000 series, sizes and orientations; name the files of "
+              "one by a pattern");
+}
+
+TEST_F(DicomHospital, DamagedFilesOfFramesAreErrors) {
+    const int many = testing::long_run() ? 1000 : 25;
+    int wrong = 0;
+    for (const char* syntax : {kExplicit, kBigEndian, kRunLengths}) {
+        Slice slice;
+        slice.position = {0, 0, 1};
+        add_enhanced(&slice, {0, 0, 2}, syntax == std::string(kBigEndian));
+        const std::string whole = slice.bytes(syntax);
+        for (int seed = 0; seed < many; ++seed) {
+            std::mt19937_64 random(static_cast<uint64_t>(seed));
+            write("enhanced", testing::mutate(whole, false, &random));
+            const Result<void> made = guarded(50'000'000, series(), [&] {
+                return make_dicom_volume_file(series(), folder_.path() / "out.oftx", {},
+                                              {50'000'000, {}});
+            });
+            if (made) continue;
+            ++wrong;
+            EXPECT_EQ(made.error().code, ErrorCode::kUserInput)
+                << "seed " << seed << ": " << made.error().text();
+            EXPECT_THAT(made.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+        }
+    }
+    EXPECT_GT(wrong, many / 2) << "most of the file is heads";
 }
 
 }  // namespace
