@@ -141,6 +141,8 @@ void end_with_starter() {
 
 void clean_up_on_signals() {
     end_with_starter();
+    // A file that may not grow is an error of the write, which has a message.
+    std::signal(SIGXFSZ, SIG_IGN);
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         struct sigaction before {};
         struct sigaction action {};

@@ -93,9 +93,11 @@ bool is_own(int descriptor) {
 /// and are not locked.
 void clear(const fs::path& folder, bool (*has_name)(const std::string& name), bool folders_alone) {
     std::error_code status;
+    // The next process goes on: whoever has to clear away thousands would not get to its own work.
+    constexpr size_t kMost = 64;
     std::vector<fs::path> found;
-    for (fs::directory_iterator entry(folder, status), end; !status && entry != end;
-         entry.increment(status)) {
+    for (fs::directory_iterator entry(folder, status), end;
+         !status && entry != end && found.size() < kMost; entry.increment(status)) {
         if (has_name(entry->path().filename().string())) found.push_back(entry->path());
     }
     for (const fs::path& path : found) {
@@ -163,7 +165,14 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
         }
         folder->path_ = name;
         folder->lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+        trouble = errno;
         if (is_ours(folder->lock_)) return folder;
+        // Another process has cleared it away before it was locked: the next one, then. Whatever else
+        // it is would be so the next time, too.
+        if (folder->lock_ < 0 && trouble != ENOENT) {
+            return outside_error(
+                fmt::format("cannot open a folder in `{}`: {}", parent.string(), reason(trouble)));
+        }
         if (folder->lock_ >= 0) ::close(folder->lock_);
         folder->lock_ = -1;
     }

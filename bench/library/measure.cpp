@@ -63,7 +63,7 @@ const Places& places() {
 template <typename T>
 T loaded(std::variant<T, lower::Fault> result, const std::string& call) {
     if (const auto* fault = std::get_if<lower::Fault>(&result)) {
-        fmt::print(stderr, "{}: {}\n", call, fault->internal);
+        fmt::print(stderr, "{}: {}\n", call, fault->trouble);
         std::exit(4);
     }
     return std::move(std::get<T>(result));

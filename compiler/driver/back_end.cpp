@@ -93,8 +93,8 @@ int report_fault(const lower::Fault& fault, const source::SourceManager& sources
         report_schedule(*fault.schedule, sources, common);
         return kExitUserInput;
     }
-    const std::string what = fault.schedule ? fault.schedule->message : fault.internal;
-    return fail(what, kExitBug);
+    const std::string what = fault.schedule ? fault.schedule->message : fault.trouble;
+    return fail(what, fault.is_outside ? kExitOutside : kExitBug);
 }
 
 }  // namespace openfab::driver

@@ -66,7 +66,7 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
     std::variant<std::string, lower::Fault> emitted;
     if (!result.fault.empty()) {
         lower::Fault fault;
-        fault.internal = result.fault;
+        fault.trouble = result.fault;
         emitted = fault;
     } else {
         emitted = lower::emit_text(request, text_form(form));

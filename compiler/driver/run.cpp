@@ -162,7 +162,7 @@ class Run {
     int finish(lower::LoadedProgram* program) const {
         const auto finished = program->later().finish();
         if (const auto* fault = std::get_if<lower::Fault>(&finished))
-            return fail(fault->internal, kExitBug);
+            return fail(fault->trouble, fault->is_outside ? kExitOutside : kExitBug);
         const auto& times = std::get<std::vector<lower::KernelTime>>(finished);
         if (options_.compilation.time && !times.empty()) say(kernel_report(times));
         return kExitDone;

@@ -46,12 +46,6 @@ Target target_of(const KernelRequest& request) {
     return target;
 }
 
-Fault internal_fault(std::string message) {
-    Fault fault;
-    fault.internal = std::move(message);
-    return fault;
-}
-
 /// Returns whether a kernel looks anything up in pictures, asks for nearest surface points, applies a
 /// dither rule, or goes on after segments.
 bool does_more_than_arithmetic(const KernelRequest& request) {
@@ -173,7 +167,7 @@ std::variant<Lowered, Fault> lower_kernel(const KernelRequest& request) {
     } catch (const Halide::Error& error) {
         if (checked && scheduled)
             return schedule_fault(fault_of_lowering(schedule, *scheduled, error.what()));
-        return internal_fault(fmt::format("{}: {}", request.function, error.what()));
+        return fault_of(fmt::format("{}: {}", request.function, error.what()));
     }
 }
 
@@ -191,7 +185,7 @@ std::variant<KernelMemory, Fault> write_kernel(const KernelRequest& request,
         }
         return {};
     });
-    if (!trouble.empty()) return internal_fault(fmt::format("{}: {}", request.function, trouble));
+    if (!trouble.empty()) return fault_of(fmt::format("{}: {}", request.function, trouble));
     return std::get<Lowered>(lowered).memory;
 }
 
@@ -288,11 +282,42 @@ std::string code_source(const KernelRequest& request) {
                        dump(request.inside.demand), dump(request.inside.dither));
 }
 
+Fault fault_of(std::string trouble) {
+    struct Shortage {
+        const char* says;
+        const char* remedy;
+    };
+    constexpr const char* kMemory =
+        "the system gave no memory; allow more (`ulimit -v`), or free some";
+    // Halide and LLVM hand the system's words on, or say which call failed.
+    const std::array<Shortage, 9> shortages{{
+        {"mprotect failed", kMemory},
+        {"mmap failed", kMemory},
+        {"out of memory", kMemory},
+        {"Cannot allocate memory", kMemory},
+        {"Too many open files", "the system opens no more files; allow more (`ulimit -n`)"},
+        {"No space left on device", "the disk is full; free some of it, or set TMPDIR"},
+        {"Disk quota exceeded", "the disk is full; free some of it, or set TMPDIR"},
+        {"File too large", "files may not be that large here (`ulimit -f`)"},
+        {"Resource temporarily unavailable",
+         "the system starts no more processes or threads (`ulimit -u`)"},
+    }};
+    Fault fault;
+    for (const auto& [says, remedy] : shortages) {
+        if (trouble.find(says) == std::string::npos) continue;
+        fault.is_outside = true;
+        fault.trouble = fmt::format("the kernels cannot be compiled: {}", remedy);
+        return fault;
+    }
+    fault.trouble = std::move(trouble);
+    return fault;
+}
+
 std::variant<CompiledKernel, Fault> compile_object(const KernelRequest& request) {
     // Halide writes to files only. This one is in memory, so that nothing is left of it.
     const int file = ::memfd_create("openfab kernel", MFD_CLOEXEC);
     const auto trouble = [&] {
-        return internal_fault(
+        return fault_of(
             fmt::format("{}: {}", request.function, std::generic_category().message(errno)));
     };
     if (file < 0) return trouble();
@@ -315,7 +340,7 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
         try {
             return list_funcs(request);
         } catch (const Halide::Error& error) {
-            return internal_fault(error.what());
+            return fault_of(error.what());
         }
     }
     if (form == TextForm::kSchedule) return show_schedule(request);
@@ -335,7 +360,7 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
                                             : Halide::OutputFileType::assembly;
     // Halide writes to files only, and requires this suffix.
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
-    if (!folder) return internal_fault(folder.error().message);
+    if (!folder) return fault_of(folder.error().message);
     const std::string name = ((*folder)->path() / "text").string();
     auto written = write_kernel(request, type, name);
     std::ifstream file(name, std::ios::binary);

@@ -27,7 +27,8 @@ const std::vector<std::string>& pipeline_names();
 /// Why a compilation ended: a fault of the user's schedule, or a bug of ours.
 struct Fault {
     std::optional<schedule::Fault> schedule;
-    std::string internal;
+    std::string trouble;      ///< without a schedule to blame
+    bool is_outside = false;  ///< the trouble is the machine's: memory, descriptors, space, no tool
 };
 
 struct KernelRequest {
@@ -38,6 +39,10 @@ struct KernelRequest {
     const schedule::Schedule* schedule = nullptr;  ///< null: the default one
     bool profiled = false;                         ///< see kernel_profile.h
 };
+
+/// Makes a fault of what a library or tool says: the machine's where the system gave no memory, no
+/// descriptors or no space, with what to do; else one of ours.
+Fault fault_of(std::string trouble);
 
 /// Returns the schedule of a kernel: the request's, else the built-in one.
 const schedule::Schedule& schedule_of(const KernelRequest& request);

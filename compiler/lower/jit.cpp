@@ -9,10 +9,8 @@ namespace openfab::lower {
 namespace {
 
 Fault load_fault(const KernelUnit& unit, const std::string& trouble) {
-    Fault fault;
-    fault.internal =
-        fmt::format("{}: the object cannot be loaded: {}", unit.request.function, trouble);
-    return fault;
+    return fault_of(
+        fmt::format("{}: the object cannot be loaded: {}", unit.request.function, trouble));
 }
 
 bool is_kept(const KernelUnit& unit, KernelCache* cache) {

@@ -96,8 +96,8 @@ std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
     auto loaded =
         lower::load_program(compilation.fablets(), compilation.program_options(&kernel_cache()));
     if (const auto* fault = std::get_if<lower::Fault>(&loaded)) {
-        said.code = driver::kExitBug;
-        said.fault = fault->schedule ? fault->schedule->message : fault->internal;
+        said.code = fault->is_outside ? driver::kExitOutside : driver::kExitBug;
+        said.fault = fault->schedule ? fault->schedule->message : fault->trouble;
         return said;
     }
     kernel_cache().trim();

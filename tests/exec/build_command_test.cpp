@@ -40,6 +40,34 @@ std::string errors_of(const std::string& name, const std::string& schedule, int 
     return text;
 }
 
+TEST(BuildCommand, WhatTheMachineRefusesIsNoBugAndHasARemedy) {
+    const ScratchFolder folder;
+    int caches = 0;
+    const auto build = [&](const std::string& before) {
+        RunOptions options;
+        // A new one each time: all kernels are compiled.
+        options.environment.emplace_back("OPENFAB_CACHE",
+                                         folder / ("cache" + std::to_string(++caches)));
+        return run({"/bin/sh", "-c", before + "exec \"$0\" \"$@\"", OPENFAB_OPENFLC, "build",
+                    kPostcard, "-o", folder / "print", "--target", "sse41"},
+                   options);
+    };
+    struct Case {
+        const char* before;
+        const char* remedy;
+    };
+    for (const Case& one : {Case{"PATH=; export PATH; ", "apt install gcc"},
+#ifndef OPENFAB_SANITIZED
+                            Case{"ulimit -v 1000000; ", "memory"},
+#endif
+                            Case{"ulimit -n 6; ", "open"}}) {
+        const Outcome out = build(one.before);
+        EXPECT_EQ(out.exit_code, 3) << out.err;
+        EXPECT_NE(out.err.find(one.remedy), std::string::npos) << out.err;
+        EXPECT_EQ(out.err.find("internal error"), std::string::npos) << out.err;
+    }
+}
+
 TEST(BuildCommand, MarksAMisspelledDirective) {
     EXPECT_EQ(errors_of("slab.sched", "# mine\nweights.vektorize(z)\n", 1),
               "slab.sched:2:9: error: no directive is called `vektorize` [schedule-illegal]\n"

@@ -256,7 +256,7 @@ std::unique_ptr<lower::LoadedProgram> load(const passes::KernelStages& stages,
     fablet.name = "Test";
     auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
     if (auto* fault = std::get_if<lower::Fault>(&loaded)) {
-        ADD_FAILURE() << fault->internal
+        ADD_FAILURE() << fault->trouble
                       << (fault->schedule ? fault->schedule->message + fault->schedule->help : "");
         return nullptr;
     }

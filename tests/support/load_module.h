@@ -23,7 +23,7 @@ inline std::variant<std::unique_ptr<lower::LoadedProgram>, lower::Fault> load_mo
         results.push_back(passes::run_pipeline(fablet));
         if (!results.back().fault.empty()) {
             lower::Fault fault;
-            fault.internal = results.back().fault;
+            fault.trouble = results.back().fault;
             return fault;
         }
         units.push_back({&fablet, &results.back().stages, "", 0});

@@ -44,7 +44,7 @@ std::vector<Contender> Stand::compile(const std::vector<std::string>& texts) con
                 std::get<schedule::Schedule>(std::move(schedule));
             auto loaded = workload_->compile(options);
             if (const auto* fault = std::get_if<lower::Fault>(&loaded)) {
-                out[k].refused = fault->schedule ? fault->schedule->message : fault->internal;
+                out[k].refused = fault->schedule ? fault->schedule->message : fault->trouble;
                 continue;
             }
             out[k].program = std::move(std::get<std::unique_ptr<lower::LoadedProgram>>(loaded));

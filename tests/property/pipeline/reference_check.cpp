@@ -44,7 +44,7 @@ Compiled compile(const std::filesystem::path& file) {
     compiled.module = std::move(*module);
     auto loaded = load_module(compiled.module, {.isas = {abi::best_isa()}});
     if (std::holds_alternative<lower::Fault>(loaded)) {
-        ADD_FAILURE() << std::get<lower::Fault>(loaded).internal;
+        ADD_FAILURE() << std::get<lower::Fault>(loaded).trouble;
         return compiled;
     }
     compiled.program = std::move(std::get<0>(loaded));

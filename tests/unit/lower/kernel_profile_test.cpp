@@ -57,7 +57,7 @@ std::vector<float> call(const KernelUnit& unit, const openfab_kernel& entry, dou
     const KernelObject object{unit.key, std::get<CompiledKernel>(compiled).code, 0};
     auto loaded = load_kernel(unit, object);
     if (const auto* fault = std::get_if<Fault>(&loaded)) {
-        ADD_FAILURE() << fault->internal;
+        ADD_FAILURE() << fault->trouble;
         return {};
     }
     std::deque<abi::KernelBuffer> buffers;

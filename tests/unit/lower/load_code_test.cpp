@@ -28,7 +28,7 @@ std::string object_of_triple() {
     stage.outputs.push_back({"derived", OPENFAB_ARG_DERIVED, 0, 0, triple});
     auto made = compile_object({&stage, {}, kFunction, OPENFAB_ISA_SSE41, nullptr});
     const auto* fault = std::get_if<Fault>(&made);
-    EXPECT_EQ(fault, nullptr) << fault->internal;
+    EXPECT_EQ(fault, nullptr) << fault->trouble;
     return fault == nullptr ? std::get<CompiledKernel>(made).code : "";
 }
 
