@@ -31,9 +31,5 @@ Result<MeshSource> parse_gltf(std::string_view bytes, const std::string& file,
 Result<void> read_gltf_pictures(const std::filesystem::path& file,
                                 std::span<const std::string> sources, int64_t memory_bytes,
                                 const TakePicture& take);
-/// Same, from bytes.
-Result<void> parse_gltf_pictures(std::string_view bytes, const std::string& file,
-                                 std::span<const std::string> sources, int64_t memory_bytes,
-                                 const TakePicture& take);
 
 }  // namespace openfab::mesh

@@ -13,10 +13,15 @@
 
 namespace openfab::mesh {
 
-Result<void> parse_gltf_pictures(std::string_view bytes, const std::string& file,
-                                 std::span<const std::string> sources, int64_t memory_bytes,
-                                 const TakePicture& take) {
-    Result<GltfFile> gltf = GltfFile::open(bytes, file, memory_bytes);
+Result<void> read_gltf_pictures(const std::filesystem::path& file,
+                                std::span<const std::string> sources, int64_t memory_bytes,
+                                const TakePicture& take) {
+    constexpr int64_t kLargestFile = 2'000'000'000;
+    const Result<std::string> bytes = read_text_file(
+        file, static_cast<size_t>(std::clamp<int64_t>(memory_bytes, 0, kLargestFile)));
+    if (!bytes) return bytes.error();
+    Result<GltfFile> gltf =
+        GltfFile::open(*bytes, file.string(), memory_bytes - static_cast<int64_t>(bytes->size()));
     if (!gltf) return gltf.error();
     for (size_t i = 0; i < sources.size(); ++i) {
         const std::string& source = sources[i];
@@ -28,17 +33,6 @@ Result<void> parse_gltf_pictures(std::string_view bytes, const std::string& file
         take(i, gltf->image_at(image));
     }
     return Ok{};
-}
-
-Result<void> read_gltf_pictures(const std::filesystem::path& file,
-                                std::span<const std::string> sources, int64_t memory_bytes,
-                                const TakePicture& take) {
-    constexpr int64_t kLargestFile = 2'000'000'000;
-    const Result<std::string> bytes = read_text_file(
-        file, static_cast<size_t>(std::clamp<int64_t>(memory_bytes, 0, kLargestFile)));
-    if (!bytes) return bytes.error();
-    return parse_gltf_pictures(*bytes, file.string(), sources,
-                               memory_bytes - static_cast<int64_t>(bytes->size()), take);
 }
 
 }  // namespace openfab::mesh

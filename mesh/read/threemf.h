@@ -27,7 +27,4 @@ Result<void> read_threemf_pictures(const std::filesystem::path& file,
                                    std::span<const std::string> sources, int64_t memory_bytes,
                                    const TakePicture& take);
 
-/// Returns the name of the part that holds the model, from the text of the package's `_rels/.rels`.
-Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file);
-
 }  // namespace openfab::mesh

@@ -82,12 +82,6 @@ Result<ThreemfPackage> read_threemf_package(const ZipFile& zip, const std::strin
     return out;
 }
 
-Result<std::string> threemf_model_part(std::string_view relationships, const std::string& file) {
-    Result<Relationships> found = parse_relationships(relationships, file);
-    if (!found) return found.error();
-    return std::move(found->model);
-}
-
 Result<void> read_threemf_pictures(const std::filesystem::path& file,
                                    std::span<const std::string> sources, int64_t memory_bytes,
                                    const TakePicture& take) {

@@ -28,14 +28,15 @@
 #include "compiler/schedule/schedule.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
+#include "mesh/load/pictures.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
+#include "mesh/read/threemf.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
 #include "tools/color/profile.h"
 #include "tools/color/samples.h"
-#include "tools/openfab/appearance.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 #include "tools/texture/embedded_profile.h"
@@ -79,33 +80,6 @@ bool mesh(std::string_view bytes) {
     return read_mesh(bytes, file);
 }
 
-/// And its materials, as `openfab import` reads them.
-template <const char* file, auto appearances>
-bool model(std::string_view bytes) {
-    (void)answered(appearances(bytes, file, kReaderBytes));
-    return read_mesh(bytes, file);
-}
-
-/// And its pictures, as `openfab import` fetches them.
-template <const char* file>
-bool gltf(std::string_view bytes) {
-    const Result<mesh::MeshSource> source = mesh::parse_gltf(bytes, file, kReaderBytes);
-    if (!answered(source)) return read_mesh(bytes, file);
-    std::vector<std::string> pictures;
-    for (const mesh::Look& look : source->looks) {
-        if (look.picture) pictures.push_back(look.picture->source);
-    }
-    for (const mesh::FaceGroup& group : source->groups) {
-        const bool has_look = group.look < static_cast<int32_t>(source->looks.size());
-        if (!has_look || group.body >= static_cast<int32_t>(source->bodies.size())) std::abort();
-    }
-    const mesh::TakePicture take = [](size_t, const Result<std::string>& picture) {
-        (void)answered(picture);
-    };
-    (void)answered(mesh::parse_gltf_pictures(bytes, file, pictures, kReaderBytes, take));
-    return read_mesh(bytes, file);
-}
-
 const std::filesystem::path& folder() {
     static const testing::TempFolder folder;
     return folder.path();
@@ -116,6 +90,27 @@ std::string written(const char* name, std::string_view bytes) {
     const std::filesystem::path file = folder() / name;
     std::ofstream(file, std::ios::binary) << bytes;
     return file.string();
+}
+
+/// What its looks name is there, and its pictures, as `openfab import` fetches them.
+template <auto parse, const char* name>
+bool model(std::string_view bytes) {
+    const Result<mesh::MeshSource> source = parse(bytes, name, kReaderBytes);
+    if (!answered(source)) return read_mesh(bytes, name);
+    for (const mesh::FaceGroup& group : source->groups) {
+        const bool has_look = group.look < static_cast<int32_t>(source->looks.size());
+        if (!has_look || group.body >= static_cast<int32_t>(source->bodies.size())) std::abort();
+    }
+    std::vector<std::string> pictures;
+    for (const mesh::Look& look : source->looks) {
+        if (look.picture) pictures.push_back(look.picture->source);
+    }
+    if (!pictures.empty()) {
+        (void)answered(mesh::read_pictures(
+            written(name, bytes), pictures, kReaderBytes,
+            [](size_t, const Result<std::string>& picture) { (void)answered(picture); }));
+    }
+    return read_mesh(bytes, name);
 }
 
 /// As a printer's profile, with what it says of some colours, and as one that a picture carries.
@@ -348,9 +343,9 @@ constexpr Reader kReaders[] = {
     {"mtl", true, mtl},
     {"stl", false, mesh<kStl>},
     {"ply", true, mesh<kPly>},
-    {"gltf", true, gltf<kGltf>},
-    {"glb", false, gltf<kGlb>},
-    {"3mf", false, model<kThreemf, tools::threemf_appearances>},
+    {"gltf", true, model<mesh::parse_gltf, kGltf>},
+    {"glb", false, model<mesh::parse_gltf, kGlb>},
+    {"3mf", false, model<mesh::parse_threemf, kThreemf>},
     {"json", true, json},
     {"world", true, world},
     {"printer", true, printer},
