@@ -161,6 +161,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     }
     arguments.insert(arguments.end(), {"--space", options.space});
     if (options.luminance) arguments.emplace_back("--luminance");
+    if (options.opaque) arguments.emplace_back("--opaque");
     arguments.push_back(fmt::format("--memory={}B", limits.memory_bytes));
     for (const fs::path& root : limits.roots)
         arguments.push_back("--below=" + root.string());
@@ -268,8 +269,9 @@ Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options)
     // Counts changes of what pictures are decoded to; 1: by the profiles that they carry; 2: with alpha on
     // white; 3: by all that their files say of colours.
     constexpr int kDecoding = 3;
-    const std::string suffix = fmt::format("|{}|{}|{}|{}", options.space, options.luminance ? 1 : 0,
-                                           kFileVersion, kDecoding);
+    const int channels = options.luminance ? 1 : options.opaque ? 2 : 0;
+    const std::string suffix =
+        fmt::format("|{}|{}|{}|{}", options.space, channels, kFileVersion, kDecoding);
     hasher.add_bytes(suffix.data(), suffix.size());
     return hasher.value();
 }

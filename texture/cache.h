@@ -3,7 +3,7 @@
 #pragma once
 
 // Pyramids of image files. The print binary links no image library (rule 8): the first use of an
-// image starts a helper, `openfab texture IMAGE -o FILE --space SPACE [--luminance]`, and later
+// image starts a helper, `openfab texture IMAGE -o FILE --space SPACE [--luminance] [--opaque]`, and later
 // uses map the file that it wrote to the cache.
 
 #include <filesystem>
@@ -21,6 +21,7 @@ namespace openfab::texture {
 struct ImageOptions {
     std::string space = "auto";  ///< "auto", "srgb", "linear" or "data"
     bool luminance = false;      ///< one channel of three
+    bool opaque = false;         ///< without its alpha
 };
 
 /// Limits for converting an image to a pyramid.

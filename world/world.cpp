@@ -211,7 +211,9 @@ class WorldReader {
         texture.filter =
             static_cast<Filter>(choice("filter", {"trilinear", "anisotropic", "nearest"}, 1));
         texture.space = static_cast<Space>(choice("space", {"auto", "srgb", "linear", "data"}, 0));
-        texture.luminance = choice("channels", {"all", "luminance"}, 0) == 1;
+        const auto channels = choice("channels", {"all", "luminance", "opaque"}, 0);
+        texture.luminance = channels == 1;
+        texture.opaque = channels == 2;
         if (const JsonMember* p = m.value.find("origin_mm"))
             texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
         if (const JsonMember* p = m.value.find("spacing_mm"))

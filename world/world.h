@@ -46,6 +46,7 @@ struct Texture {
     Wrap wrap_v = Wrap::kRepeat;  ///< and along v; the same where the world names one
     Filter filter = Filter::kAnisotropic;
     Space space = Space::kAuto;
+    bool opaque = false;     ///< without its alpha
     bool luminance = false;  ///< one channel of three, Rec. 709 weights after linearising
     /// Lowest corner and texel size of a volume; they override those of the file.
     std::optional<std::array<double, 3>> origin_mm, spacing_mm;

@@ -214,7 +214,7 @@ class WorldBinder {
         const world::Texture& texture = world_.textures[index];
         static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
         const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
-                                            texture.luminance};
+                                            texture.luminance, texture.opaque};
         const texture::WrapModes wrap(static_cast<int32_t>(texture.wrap),
                                       static_cast<int32_t>(texture.wrap_v));
         if (volume && wrap.u != wrap.v) {

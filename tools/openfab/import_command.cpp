@@ -10,13 +10,16 @@
 #include <optional>
 #include <set>
 
+#include "base/own_folder.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "mesh/load/pictures.h"
 #include "mesh/model/mesh_memory.h"
+#include "texture/cache.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
+#include "tools/openfab/import_text.h"
 #include "tools/openfab/list_mesh.h"
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
@@ -83,14 +86,22 @@ Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies
     }
     const std::vector<std::string> sources(named.begin(), named.end());
     Pictures pictures;
+    if (sources.empty()) return pictures;
+    const Result<std::unique_ptr<TemporaryFolder>> scratch = TemporaryFolder::create();
+    if (!scratch) return scratch.error();
     const Result<void> read = mesh::read_pictures(
         mesh, sources, std::max<int64_t>(memory_bytes, 0),
         [&](size_t i, Result<std::string> bytes) {
-            if (bytes) {
+            // What the print would refuse is told here. TGA files are known by their names alone.
+            const fs::path copy =
+                (*scratch)->path() / plain_name(fs::path(sources[i]).extension().string());
+            Result<void> readable = bytes ? write_file(copy, *bytes) : bytes.error();
+            if (readable) readable = texture::check_picture(copy);
+            if (readable) {
                 pictures.emplace(sources[i],
                                  std::make_shared<const std::string>(std::move(*bytes)));
             } else {
-                pictures.emplace(sources[i], bytes.error());
+                pictures.emplace(sources[i], readable.error());
             }
         });
     if (!read) return read.error();
@@ -165,6 +176,10 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
     if (!options) return options.error();
     if (Result<world::Printer> printer = world::load_printer(arguments.import.printer); !printer)
         return printer.error();
+    if (const std::string& picture = arguments.import.picture; !picture.empty()) {
+        if (Result<void> readable = texture::check_picture(picture); !readable)
+            return readable.error();
+    }
     const fs::path mesh = arguments.file, folder = arguments.folder;
     const fs::path world = folder / (mesh.stem().string() + ".fab.json");
     std::error_code status;

@@ -31,6 +31,15 @@ std::string wrap_text(const std::array<mesh::PictureWrap, 2>& wrap) {
     return fmt::format(", \"wrap\": [\"{}\", \"{}\"]", u, v);
 }
 
+/// Whether a picture may have alpha; those of the usual kinds that have none are known.
+bool may_have_alpha(std::string_view bytes) {
+    if (bytes.starts_with("\xff\xd8")) return false;  // JPEG
+    constexpr size_t kColorType = 25;
+    if (!bytes.starts_with("\x89PNG") || bytes.size() <= kColorType) return true;
+    constexpr char kAlpha = 4;  // a bit of it
+    return (bytes[kColorType] & kAlpha) != 0 || bytes.find("tRNS") != std::string_view::npos;
+}
+
 }  // namespace
 
 std::vector<std::string> leave_out_unreadable(const Pictures& pictures,
@@ -65,12 +74,19 @@ std::string ImportPictures::add(const mesh::PictureUse& use, bool luminance,
         }
         return {};
     }
-    return add(use.name, *found->second, use.wrap, luminance);
+    const bool opaque = !luminance && use.alpha == mesh::PictureUse::Alpha::kOpaque &&
+                        may_have_alpha(**found->second);
+    return add_as(use.name, *found->second, Way{use.wrap, opaque}, luminance);
 }
 
 std::string ImportPictures::add(const std::string& name, const SharedBytes& bytes,
                                 const std::array<mesh::PictureWrap, 2>& wrap, bool luminance) {
-    const auto [shared, first] = shared_.try_emplace({bytes.get(), wrap});
+    return add_as(name, bytes, Way{wrap, false}, luminance);
+}
+
+std::string ImportPictures::add_as(const std::string& name, const SharedBytes& bytes,
+                                   const Way& way, bool luminance) {
+    const auto [shared, first] = shared_.try_emplace({bytes.get(), way});
     if (!first) return shared->second;
     const std::filesystem::path plain = plain_name(name);
     const auto [file, fresh_file] = by_content_.try_emplace(*bytes);
@@ -80,19 +96,21 @@ std::string ImportPictures::add(const std::string& name, const SharedBytes& byte
             file->second = texture + plain.extension().string();
             files_.push_back({file->second, bytes});
         }
-        lines_.push_back(
-            fmt::format("{}: {{\"file\": {}{}{}}}", json_text(texture), json_text(file->second),
-                        wrap_text(wrap),
-                        luminance ? ", \"space\": \"data\", \"channels\": \"luminance\"" : ""));
+        lines_.push_back(fmt::format("{}: {{\"file\": {}{}{}}}", json_text(texture),
+                                     json_text(file->second), wrap_text(way.wrap),
+                                     luminance
+                                         ? ", \"space\": \"data\", \"channels\": \"luminance\""
+                                     : way.opaque ? ", \"channels\": \"opaque\""
+                                                  : ""));
         return texture;
     };
     if (!fresh_file) {
-        const auto [known, fresh] = by_file_.try_emplace({file->second, wrap});
+        const auto [known, fresh] = by_file_.try_emplace({file->second, way});
         if (fresh) known->second = texture_of(plain.stem().string());
         return shared->second = known->second;
     }
     const std::string texture = texture_of(plain.stem().string());
-    by_file_[{file->second, wrap}] = texture;
+    by_file_[{file->second, way}] = texture;
     return shared->second = texture;
 }
 

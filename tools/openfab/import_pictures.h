@@ -50,16 +50,24 @@ class ImportPictures {
     std::vector<ImportedFile>& files() { return files_; }
 
   private:
-    using Wrap = std::array<mesh::PictureWrap, 2>;
+    /// How a picture is read.
+    struct Way {
+        std::array<mesh::PictureWrap, 2> wrap{};
+        bool opaque = false;
+        auto operator<=>(const Way&) const = default;
+    };
+
+    std::string add_as(const std::string& name, const SharedBytes& bytes, const Way& way,
+                       bool luminance);
 
     const Pictures& pictures_;
     std::vector<std::string> lines_;
     std::vector<ImportedFile> files_;
     Names names_;
-    std::map<std::pair<const std::string*, Wrap>, std::string> shared_;
-    /// File names by contents, and textures by those and the wrap.
+    std::map<std::pair<const std::string*, Way>, std::string> shared_;
+    /// File names by contents, and textures by those and the way.
     std::unordered_map<std::string_view, std::string> by_content_;
-    std::map<std::pair<std::string, Wrap>, std::string> by_file_;
+    std::map<std::pair<std::string, Way>, std::string> by_file_;
     std::map<std::string, bool> told_;
 };
 

@@ -65,7 +65,9 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     check->excludes(output);
     app.add_option("--space", options.space, "auto, srgb, linear or data")
         ->check(CLI::IsMember({"auto", "srgb", "linear", "data"}));
-    app.add_flag("--luminance", options.luminance, "convert three channels to one");
+    CLI::Option* const luminance =
+        app.add_flag("--luminance", options.luminance, "convert three channels to one");
+    app.add_flag("--opaque", options.opaque, "leave the picture's alpha out")->excludes(luminance);
     app.add_flag("--volume", job->is_volume,
                  "the image is a volume: slices in one file, a folder or a pattern; NRRD, NPY, "
                  "NIfTI, MetaImage, .cube, .vti, "

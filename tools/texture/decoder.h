@@ -38,8 +38,9 @@ class Decoder {
         premultiplied_ =
             spec.get_int_attribute("oiio:UnassociatedAlpha", 0) == 0 && !color.straight_alpha;
         to_luminance_ = options.luminance && colors_ == 3;
-        if (color.bare_alpha) has_alpha_ = false;
-        channels_out_ = options.luminance ? 1 : color.bare_alpha ? colors_ : channels_in_;
+        const bool bare = color.bare_alpha || (options.opaque && alpha == Alpha::kCoverage);
+        if (bare) has_alpha_ = false;
+        channels_out_ = options.luminance ? 1 : bare ? colors_ : channels_in_;
         const bool eight_bit = spec.format.basetype == OIIO::TypeDesc::UINT8;
         if (options.space == "srgb") space_ = srgb();
         if (options.space == "auto") take(color);
