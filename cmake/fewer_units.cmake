@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # What is run once a fablet, and not once a voxel, takes longer to compile than it will ever run. In the release
-# build its sources are compiled eight at a time, which share what they instantiate, and at -O1: a third of the processor time.
+# build its sources are compiled eight at a time, which share what they instantiate, and at -O1.
 # Two sources of a library then cannot have the same name for different things without a namespace; a compiler says so. Other
 # builds compile each source alone, which finds includes that are missing.
 option(OPENFAB_FEWER_UNITS "Compile several sources at once, and with less optimisation, where speed does not matter" OFF)

@@ -363,16 +363,18 @@ def test_workers_that_cannot_print_are_errors(
 
 
 INTERRUPTED = """
-import sys, openfab, distributed
+import sys, time, openfab, distributed
 from openfab import distributed as over
+
+def progress(done, total):
+    print("slice", flush=True)
+    time.sleep(0.05)  # the print is not over before the signal is there
+
 if __name__ == "__main__":
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         with distributed.Client(cluster) as client:
             try:
-                over.print_world(
-                    openfab.load(sys.argv[1]), client, sys.argv[2],  # takes seconds
-                    progress=lambda done, total: print("slice", flush=True),
-                )
+                over.print_world(openfab.load(sys.argv[1]), client, sys.argv[2], progress=progress)
                 print("complete", flush=True)
             except KeyboardInterrupt:
                 print("interrupted", flush=True)

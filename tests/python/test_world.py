@@ -192,9 +192,12 @@ def test_objects_are_placed_many_times() -> None:
     pin = world.add(openfab.box(1, 1, 1), openfab.Fablet(text=BALL), {"core": RED, "shell": BLUE}, place=False)
     pin.place(translate=(0, 0, 0))
     pin.place(translate=(3, 0, 0), uniforms={"core": openfab.VOID, "shell": openfab.VOID})
+    pin.place(translate=(6, 0, 0))
+    # What prints nothing takes no place beyond the others.
+    pin.place(translate=(9, 0, 0), uniforms={"core": openfab.VOID, "shell": openfab.VOID})
     codes = openfab.print_world(world, voxel=0.25).array()
-    assert codes[:, :, :4].all() and not codes[:, :, 4:].any()
-    assert codes.shape == (4, 4, 16)
+    assert codes[:, :, :4].all() and not codes[:, :, 4:24].any() and codes[:, :, 24:].all()
+    assert codes.shape == (4, 4, 28)
 
 
 def test_mistakes_are_told_when_they_are_made() -> None:
