@@ -11,10 +11,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <string>
+#include <thread>
 
 #include "tests/support/process/process.h"
 
@@ -98,6 +100,9 @@ TEST_F(TemporaryFolders, OfKilledMakersGoWhenTheNextIsMade) {
     EXPECT_EQ(end_one(SIGKILL), SIGKILL);
     EXPECT_EQ(left(), 2u);
     ::kill(program_, SIGKILL);
+    // It holds what its maker had locked until it is gone.
+    while (!program_has_ended())
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     // Names that look similar but are not temporary.
     place_.write("openfab.tmp-abcdef", "a file");
     fs::create_directory(place_ / "other.tmp-abcdef");

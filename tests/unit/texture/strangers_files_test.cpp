@@ -110,9 +110,9 @@ class StrangersFiles : public ::testing::Test {
 };
 
 TEST_F(StrangersFiles, FormatsAreToldByContentAndOnlyThoseOfPictures) {
-    for (const char* format : {"png", "jpeg", "tiff", "openexr", "hdr", "pnm"})
+    for (const char* format : {"png", "jpeg", "tiff", "openexr", "hdr", "pnm", "bmp", "targa"})
         EXPECT_EQ(error_of(picture(std::string(format) + ".avi", format)), "no error") << format;
-    for (const char* format : {"bmp", "iff", "ico", "targa"}) {
+    for (const char* format : {"iff", "ico"}) {
         EXPECT_THAT(error_of(picture("p.png", format)),
                     HasSubstr("it is not a supported picture; supported: PNG, JPEG"))
             << format;
