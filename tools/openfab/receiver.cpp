@@ -268,12 +268,16 @@ Result<void> Receiver::read_back() {
         close_sink();
         return {};
     }
+    flush(client);
     if (client->out.empty()) {
         if (std::optional<std::vector<uint8_t>> frame = kept_->take()) {
             client->said = seconds_now();
             client->out = std::move(*frame);
+            flush(client);
         }
     }
+    // A slice may be more than what may wait of answers: READY comes once it is gone.
+    if (!client->out.empty()) return {};
     const std::optional<KeptSlices::End> end = kept_->end();
     if (!end) return {};
     kept_.reset();

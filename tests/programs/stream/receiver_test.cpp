@@ -191,6 +191,38 @@ TEST_F(Receiver, WhoReadsBackSlowlyDelaysNobody) {
     EXPECT_EQ(stream::read_ready(answer.bytes)->next, parts.info.slice_begin + 100);
 }
 
+TEST_F(Receiver, LargeSlicesThatAreSentBackDoNotEndTheLine) {
+    // Noise of more bytes than answers may wait with.
+    Parts parts(undisturbed());
+    parts.info.size = {700, 700, 3};
+    parts.info.slice_begin = 0;
+    parts.info.slice_end = 3;
+    parts.header = ofr::write_header(parts.info);
+    parts.slices.clear();
+    std::vector<uint8_t> rows(350 * 700);
+    for (uint8_t& codes : rows)
+        codes = static_cast<uint8_t>(random_() % 3 + 16 * (random_() % 3));
+    for (const int32_t z : {0, 1, 2})
+        parts.slices.push_back(ofr::encode_slice({z, rows.data(), 350, 700, 700}));
+    ASSERT_GT(parts.slices[0].size(), 80'000u);
+    Running receiver(receiving(unix_address(), "a.ofr"));
+    ASSERT_TRUE(receiver.says("listening"));
+    {
+        stream::Line line = connect(unix_address());
+        ASSERT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
+        send_slices(&line, parts, 0, 2);
+    }
+    ASSERT_TRUE(receiver.says("the line was cut"));
+    stream::Line line = connect(unix_address());
+    EXPECT_EQ(open_print(&line, parts, stream::Mode::kSendBack, 2).kind, stream::Kind::kBack);
+    stream::Message answer;
+    ASSERT_TRUE(*line.wait(&answer));
+    EXPECT_EQ(answer.kind, stream::Kind::kBack);
+    ASSERT_TRUE(*line.wait(&answer));
+    EXPECT_EQ(answer.kind, stream::Kind::kReady);
+    send_slices(&line, parts, 2, 3);
+}
+
 TEST_F(Receiver, AnOutputThatIsDeletedEndsThePrint) {
     const Parts parts(undisturbed());
     for (const char* output : {"a.ofr", "slices"}) {
