@@ -18,8 +18,7 @@ function(openfab_test_program name)
     cmake_parse_arguments(arg "" "" "SOURCES;LIBS" ${ARGN})
     add_executable(${name} ${arg_SOURCES})
     target_link_libraries(${name} PRIVATE
-        openfab_options ${arg_LIBS} fmt::fmt GTest::gmock GTest::gtest GTest::gtest_main)
-    target_compile_definitions(${name} PRIVATE OPENFAB_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+        openfab_options openfab_test_places ${arg_LIBS} fmt::fmt GTest::gmock GTest::gtest GTest::gtest_main)
     # A test's own code runs for less time than -O2 takes to make it, what it tests is in libraries. At -O1 GCC takes more for
     # uninitialised than is.
     target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>

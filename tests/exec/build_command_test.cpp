@@ -11,16 +11,17 @@
 #include <fstream>
 #include <iterator>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
 
 namespace {
 
-const std::string kPostcard = OPENFAB_SOURCE_DIR "/gallery/magic_postcard/magic_postcard.fl";
+const std::string kPostcard = source_dir() / "gallery/magic_postcard/magic_postcard.fl";
 
 Outcome openflc(std::vector<std::string> args) {
-    args.insert(args.begin(), OPENFAB_OPENFLC);
+    args.insert(args.begin(), program("openflc"));
     return run(args);
 }
 
@@ -48,7 +49,7 @@ TEST(BuildCommand, WhatTheMachineRefusesIsNoBugAndHasARemedy) {
         // A new one each time: all kernels are compiled.
         options.environment.emplace_back("OPENFAB_CACHE",
                                          folder / ("cache" + std::to_string(++caches)));
-        return run({"/bin/sh", "-c", before + "exec \"$0\" \"$@\"", OPENFAB_OPENFLC, "build",
+        return run({"/bin/sh", "-c", before + "exec \"$0\" \"$@\"", program("openflc"), "build",
                     kPostcard, "-o", folder / "print", "--target", "sse41"},
                    options);
     };
@@ -142,8 +143,8 @@ TEST(BuildCommand, WhatHalideCannotLowerIsToldInOurWords) {
                  "footprint_1.compute_at(weights, z_unroll)\n"
                  "values_early_0.compute_root()\n");
     const Outcome out =
-        openflc({"emit", OPENFAB_SOURCE_DIR "/gallery/ink_profile/ink_profile.fl", "--stage",
-                 "slab", "--as", "loops", "--schedule", folder / "slab.sched"});
+        openflc({"emit", source_dir() / "gallery/ink_profile/ink_profile.fl", "--stage", "slab",
+                 "--as", "loops", "--schedule", folder / "slab.sched"});
     EXPECT_EQ(out.exit_code, 1);
     EXPECT_NE(out.err.find("slab.sched:2:13: error: `footprint_1` would be stored here on a "
                            "condition that reads a func of several values, as it is one"),
@@ -198,8 +199,8 @@ TEST(BuildCommand, RefusesWhatUnrollsTooMuch) {
         folder.write("mine.sched", std::string("pipeline slab\ninclude \"slab.sched\"\n") +
                                        "weights.unroll(column, " + copies + ")\n");
         const Outcome out =
-            openflc({"emit", OPENFAB_SOURCE_DIR "/gallery/library/color_spaces.fl", "--stage",
-                     "slab", "--as", "loops", "--schedule", folder / "mine.sched"});
+            openflc({"emit", source_dir() / "gallery/library/color_spaces.fl", "--stage", "slab",
+                     "--as", "loops", "--schedule", folder / "mine.sched"});
         EXPECT_EQ(out.exit_code, 1);
         EXPECT_NE(out.err.find(" operations, most of them for `weights`; the limit is 400000"),
                   std::string::npos)
@@ -209,7 +210,7 @@ TEST(BuildCommand, RefusesWhatUnrollsTooMuch) {
 
 /// The first fenced block of schedules/README.md that is a schedule.
 std::string worked_example() {
-    std::ifstream file(OPENFAB_SOURCE_DIR "/schedules/README.md");
+    std::ifstream file(source_dir() / "schedules/README.md");
     const std::string text((std::istreambuf_iterator<char>(file)),
                            std::istreambuf_iterator<char>());
     const std::string fence = "```sched\n";
@@ -313,7 +314,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
             return false;
         };
         const Outcome out =
-            run({OPENFAB_OPENFLC, "build", kPostcard, "-o", folder / "print"}, options);
+            run({program("openflc"), "build", kPostcard, "-o", folder / "print"}, options);
         EXPECT_EQ(out.exit_code, 128 + signal) << out.err;
         EXPECT_EQ(count(temporary), signal == SIGKILL ? 1u : 0u);
         EXPECT_EQ(count(folder.path()), 1u);
@@ -321,7 +322,7 @@ TEST(BuildCommand, LeavesNothingBehindWhenItIsEnded) {
         // The next one that creates a temporary folder there.
         options.interrupt_when = nullptr;
         EXPECT_EQ(
-            run({OPENFAB_OPENFLC, "emit", kPostcard, "--stage", "volume_bounds", "--as", "asm"},
+            run({program("openflc"), "emit", kPostcard, "--stage", "volume_bounds", "--as", "asm"},
                 options)
                 .exit_code,
             0);
@@ -366,7 +367,7 @@ TEST(EmitCommand, PrintsEveryForm) {
 }
 
 TEST(EmitCommand, ShowsTheLastSegmentInTheSlabKernel) {
-    const std::string queries = OPENFAB_SOURCE_DIR "/tests/property/pipeline/queries.fl";
+    const std::string queries = source_dir() / "tests/property/pipeline/queries.fl";
     const auto emit = [&](const char* form) {
         return openflc({"emit", queries, "--fablet", "Walk", "--stage", "slab", "--as", form});
     };

@@ -12,6 +12,7 @@
 #include "tests/fuzz/differential/random_fablet.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::format {
 namespace {
@@ -28,8 +29,7 @@ std::string read(const fs::path& file) {
 std::vector<fs::path> fablets_below(const std::vector<std::string>& folders) {
     std::vector<fs::path> out;
     for (const std::string& folder : folders) {
-        for (const auto& entry :
-             fs::recursive_directory_iterator(fs::path(OPENFAB_SOURCE_DIR) / folder)) {
+        for (const auto& entry : fs::recursive_directory_iterator(testing::source_dir() / folder)) {
             if (entry.path().extension() == ".fl") out.push_back(entry.path());
         }
     }

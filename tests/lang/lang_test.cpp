@@ -16,6 +16,7 @@
 
 #include "compiler/frontend/frontend.h"
 #include "tests/support/lang/expectations.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 namespace {
@@ -23,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path folder() {
-    return fs::path(OPENFAB_SOURCE_DIR) / "tests" / "lang";
+    return source_dir() / "tests" / "lang";
 }
 
 std::string read(const fs::path& path) {

@@ -12,12 +12,13 @@
 #include "compiler/check/builtins.h"
 #include "compiler/check/type.h"
 #include "compiler/frontend/modules.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 namespace {
 
 std::string page() {
-    std::ifstream in(std::string(OPENFAB_SOURCE_DIR) + "/compiler/OPENFL.md", std::ios::binary);
+    std::ifstream in(source_dir() / "compiler/OPENFL.md", std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }
 

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -138,11 +139,9 @@ class CraftedInput : public ::testing::TestWithParam<Crafted> {};
 TEST_P(CraftedInput, IsPrintedOrRefusedWithinTheBudget) {
     const Crafted& crafted = GetParam();
     const ScratchFolder scratch;
-    std::filesystem::copy(
-        std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/scenes/crafted" / crafted.folder,
-        scratch.path(), std::filesystem::copy_options::recursive);
-    std::vector<std::string> argv{
-        (std::filesystem::path(OPENFAB_BIN_DIR) / crafted.program).string()};
+    std::filesystem::copy(source_dir() / "tests/scenes/crafted" / crafted.folder, scratch.path(),
+                          std::filesystem::copy_options::recursive);
+    std::vector<std::string> argv{program(crafted.program).string()};
     argv.insert(argv.end(), crafted.arguments.begin(), crafted.arguments.end());
     const bool prints = crafted.arguments[0] == "print";
     if (prints) {
@@ -211,8 +210,8 @@ fablet Many {
     options.folder = scratch.path();
     options.environment = {{"OPENFAB_CACHE", (scratch / "cache").string()}};
     const auto print = [&](const std::string& memory) {
-        return run({OPENFAB_BIN_DIR "/openfab", "print", "w.fab.json", "-o", "out.ofr", "--draft",
-                    "4", "--threads", "2", "--memory", memory},
+        return run({program("openfab"), "print", "w.fab.json", "-o", "out.ofr", "--draft", "4",
+                    "--threads", "2", "--memory", memory},
                    options);
     };
     const Outcome refused = print("150MB");
@@ -284,9 +283,8 @@ fablet Bumpy {
             "meshes": {"m": {"file": "ball.stl", "unit": "mm"}},
             "objects": {"o": {"mesh": "m", "fablet": "b", "uniforms": {"core": "w", "shell": "k"}}},
             "build": [{"object": "o"}]})");
-        const Outcome built =
-            run({OPENFAB_BIN_DIR "/openflc", "build", (scratch_ / "bumpy.fl").string(), "-o",
-                 (scratch_ / "print").string()});
+        const Outcome built = run({program("openflc"), "build", (scratch_ / "bumpy.fl").string(),
+                                   "-o", (scratch_ / "print").string()});
         ASSERT_EQ(built.exit_code, 0) << built.err;
     }
 
@@ -333,11 +331,10 @@ class SlowPrint : public ::testing::TestWithParam<std::array<const char*, 2>> {}
 TEST_P(SlowPrint, ASignalKeepsWholeSlicesAndEndsItSoon) {
     const auto& [folder, world] = GetParam();
     const ScratchFolder scratch;
-    std::filesystem::copy(
-        std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/scenes/crafted" / folder, scratch.path(),
-        std::filesystem::copy_options::recursive);
-    const Outcome built = run({OPENFAB_BIN_DIR "/openflc", "build", (scratch / "disp.fl").string(),
-                               "-o", (scratch / "print").string()});
+    std::filesystem::copy(source_dir() / "tests/scenes/crafted" / folder, scratch.path(),
+                          std::filesystem::copy_options::recursive);
+    const Outcome built = run({program("openflc"), "build", (scratch / "disp.fl").string(), "-o",
+                               (scratch / "print").string()});
     ASSERT_EQ(built.exit_code, 0) << built.err;
     for (const int after_ms : {500, 3000}) {
         SCOPED_TRACE(after_ms);
@@ -354,8 +351,7 @@ TEST_P(SlowPrint, ASignalKeepsWholeSlicesAndEndsItSoon) {
             << outcome.exit_code << '\n'
             << outcome.err;
         if (!std::filesystem::exists(scratch / "out.ofr")) continue;
-        const Outcome info =
-            run({OPENFAB_BIN_DIR "/openfab", "info", (scratch / "out.ofr").string()});
+        const Outcome info = run({program("openfab"), "info", (scratch / "out.ofr").string()});
         EXPECT_EQ(info.exit_code, 0) << info.err;
         EXPECT_THAT(info.out, HasSubstr("no: "));
     }
@@ -367,11 +363,8 @@ TEST(CrowdedSurface, IsWarnedOf) {
     RunOptions options;
     options.environment = {{"OPENFAB_CACHE", (scratch / "cache").string()}};
     const auto print = [&](const std::string& folder, const std::string& world) {
-        const std::filesystem::path file =
-            std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/scenes/crafted" / folder / world;
-        return run({(std::filesystem::path(OPENFAB_BIN_DIR) / "openfab").string(), "print",
-                    file.string(), "--dry-run"},
-                   options);
+        const std::filesystem::path file = source_dir() / "tests/scenes/crafted" / folder / world;
+        return run({program("openfab"), "print", file.string(), "--dry-run"}, options);
     };
     const Outcome crowded = print("scrambled_displaced", "w.fab.json");
     EXPECT_EQ(crowded.exit_code, 0) << crowded.err;

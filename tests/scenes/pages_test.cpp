@@ -84,11 +84,11 @@ class Reader {
   public:
     Reader(const std::string& path, const fs::path& cache) {
         fs::create_directories(clone_ / "build/release");
-        fs::create_directory_symlink(OPENFAB_BIN_DIR, clone_ / "build/release/bin");
+        fs::create_directory_symlink(build_dir() / "bin", clone_ / "build/release/bin");
         run_.folder = clone_.path();
         run_.environment = {
             {"OPENFAB_CACHE", cache.string()},
-            {"PATH", std::string(OPENFAB_BIN_DIR) + ":/usr/local/bin:/usr/bin:/bin"}};
+            {"PATH", (build_dir() / "bin").string() + ":/usr/local/bin:/usr/bin:/bin"}};
         if (path == "README.md") {
             run_.environment.back().second = "/usr/local/bin:/usr/bin:/bin";
             add_robot();

@@ -12,16 +12,11 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
 
-inline std::filesystem::path source_dir() {
-    return OPENFAB_SOURCE_DIR;
-}
-inline std::filesystem::path program(const std::string& name) {
-    return std::filesystem::path(OPENFAB_BIN_DIR) / name;
-}
 inline std::filesystem::path gallery_postcard() {
     return source_dir() / "gallery" / "magic_postcard";
 }
@@ -53,7 +48,7 @@ int64_t least_memory_mb(const Outcome& refused);
 
 /// A print program made by the build (tests/scenes/CMakeLists.txt).
 inline std::filesystem::path print_program(const std::string& name) {
-    return std::filesystem::path(OPENFAB_PRINT_PROGRAMS) / name;
+    return build_dir() / "print_programs" / name;
 }
 
 /// The postcard's print program, and a scratch folder that tests share.

@@ -14,6 +14,7 @@
 #include "compiler/server/transport.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::server {
 namespace {
@@ -36,8 +37,7 @@ constexpr const char* kWhole[] = {"documentSymbol", "semanticTokens/full", "form
 std::vector<std::string> documents() {
     std::vector<fs::path> files;
     for (const char* folder : {"tests/lang", "gallery", "stdlib"}) {
-        for (const auto& entry :
-             fs::recursive_directory_iterator(fs::path(OPENFAB_SOURCE_DIR) / folder)) {
+        for (const auto& entry : fs::recursive_directory_iterator(testing::source_dir() / folder)) {
             if (entry.path().extension() == ".fl") files.push_back(entry.path());
         }
     }

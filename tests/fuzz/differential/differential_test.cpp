@@ -25,6 +25,7 @@
 #include "compiler/passes/simplify.h"
 #include "tests/exec/compiled_stage.h"
 #include "tests/fuzz/differential/random_fablet.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -341,8 +342,7 @@ TEST(Differential, WhatIsNotAskedForChangesNothing) {
 }
 
 TEST(Differential, FindsStayMended) {
-    const std::filesystem::path folder =
-        std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/fuzz/differential/finds";
+    const std::filesystem::path folder = source_dir() / "tests/fuzz/differential/finds";
     size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
         if (entry.path().extension() != ".fl") continue;

@@ -13,6 +13,8 @@
 #include <iterator>
 #include <string>
 
+#include "tests/support/places/places.h"
+
 namespace {
 
 struct Output {
@@ -22,7 +24,8 @@ struct Output {
 
 Output run(const std::string& arguments) {
     Output out;
-    FILE* pipe = popen((std::string(OPENFAB_OPENFLC) + " " + arguments).c_str(), "r");
+    FILE* pipe =
+        popen((openfab::testing::program("openflc").string() + " " + arguments).c_str(), "r");
     if (pipe == nullptr) return out;
     std::array<char, 4096> buffer{};
     size_t count = 0;
@@ -33,7 +36,7 @@ Output run(const std::string& arguments) {
     return out;
 }
 
-const std::string kRoot = OPENFAB_SOURCE_DIR;
+const std::string kRoot = openfab::testing::source_dir();
 const std::string kPostcard = kRoot + "/gallery/magic_postcard/magic_postcard.fl";
 
 std::string read(const std::string& path) {

@@ -44,6 +44,7 @@
 #include "compiler/passes/simplify.h"
 #include "compiler/passes/split_kernel.h"
 #include "tests/support/ir/read.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::passes {
 
@@ -51,7 +52,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kCases = OPENFAB_PASS_CASES;
+const fs::path kCases = testing::source_dir() / "tests/golden/passes";
 constexpr const char* kArrow = "=>\n";
 
 std::string read_file(const fs::path& path) {

@@ -15,6 +15,7 @@
 
 #include "base/vec.h"
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -32,7 +33,8 @@ class Fractions : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(const std::vector<std::string>& more, const RunOptions& options = {}) {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path("w.fab.json"), "--voxel", "0.2mm"};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"), path("w.fab.json"),
+                                      "--voxel", "0.2mm"};
         argv.insert(argv.end(), more.begin(), more.end());
         return run(argv, options);
     }

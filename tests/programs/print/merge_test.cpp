@@ -8,6 +8,7 @@
 #include <map>
 
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -26,15 +27,19 @@ class Merge : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     void print(const std::string& output, const std::string& slices = "",
                const std::string& world = "w.fab.json") {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world), "--voxel",
-                                      "0.25mm",           "-o",        path(output)};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"),
+                                      path(world),
+                                      "--voxel",
+                                      "0.25mm",
+                                      "-o",
+                                      path(output)};
         if (output.find(".ofr") == std::string::npos) argv.insert(argv.end(), {"--format", "png"});
         if (!slices.empty()) argv.insert(argv.end(), {"--slices", slices});
         const Outcome outcome = run(argv);
         ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     }
     Outcome merge(const std::vector<std::string>& files, const std::string& output) {
-        std::vector<std::string> argv{OPENFAB_PROGRAM, "merge"};
+        std::vector<std::string> argv{program("openfab"), "merge"};
         for (const std::string& file : files)
             argv.push_back(path(file));
         argv.insert(argv.end(), {"-o", path(output)});
@@ -107,8 +112,8 @@ TEST_F(Merge, ADamagedSliceLeavesTheOthersBeforeIt) {
     const Outcome outcome = merge({"a.ofr", "b.ofr"}, "merged.ofr");
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_THAT(outcome.err, HasSubstr("b.ofr: slice "));
-    EXPECT_EQ(run({OPENFAB_PROGRAM, "verify", path("merged.ofr")}).exit_code, 1);
-    const Outcome info = run({OPENFAB_PROGRAM, "info", path("merged.ofr")});
+    EXPECT_EQ(run({program("openfab"), "verify", path("merged.ofr")}).exit_code, 1);
+    const Outcome info = run({program("openfab"), "info", path("merged.ofr")});
     EXPECT_THAT(info.out, HasSubstr(" of 40"));
 }
 

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -44,7 +45,7 @@ class PipesAndDisks : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(const std::string& world, std::vector<std::string> arguments,
                   const RunOptions& options = {}) {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world)};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"), path(world)};
         argv.insert(argv.end(), arguments.begin(), arguments.end());
         return run(argv, options);
     }
@@ -111,7 +112,7 @@ TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
     const std::string command = fmt::format(
         "{} {} -o - | head -c 200000 > /dev/null; exit "
         "${{PIPESTATUS[0]}}",
-        OPENFAB_TEST_PRINT, path("block.fab.json"));
+        test_program("openfab_test_print_4").string(), path("block.fab.json"));
     const Outcome outcome = run({"/bin/bash", "-c", command});
     EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("cannot write to `standard output`: Broken pipe"));

@@ -10,6 +10,7 @@
 #include <algorithm>
 
 #include "backends/ofr/ofr_reader.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -43,12 +44,12 @@ class PrintProgram : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(std::vector<std::string> arguments, const RunOptions& options = {},
                   const std::string& world = "world.fab.json") {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world)};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"), path(world)};
         argv.insert(argv.end(), arguments.begin(), arguments.end());
         return run(argv, options);
     }
     static Outcome openfab(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        arguments.insert(arguments.begin(), program("openfab"));
         return run(arguments);
     }
     std::vector<std::string> slices_of(const std::string& folder) const {
@@ -183,7 +184,7 @@ TEST_F(PrintProgram, MistakesHaveTheirExitCodes) {
     EXPECT_EQ(print({"-o", path("a.ofr"), "--set", "thing.c=1"}).exit_code, 1);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--slices", "500:600"}).exit_code, 1);
     EXPECT_EQ(print({"-o", path("a.ofr")}, {}, "gone.fab.json").exit_code, 1);
-    const Outcome help = run({OPENFAB_TEST_PRINT, "--help"});
+    const Outcome help = run({test_program("openfab_test_print_4"), "--help"});
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out, HasSubstr("Examples:"));
     EXPECT_FALSE(fs::exists(path("a.ofr")));
@@ -357,7 +358,8 @@ TEST_F(PrintProgram, AMeshAloneIsPrintedAsItIs) {
     const Outcome several = print({"-o", path("a.ofr")}, {}, "block.obj");
     EXPECT_EQ(several.exit_code, 1);
     EXPECT_THAT(several.err, HasSubstr("4 fablets"));
-    const Outcome one = run({OPENFAB_TEST_PRINT_ONE, path("block.obj"), "-o", path("a.ofr")});
+    const Outcome one =
+        run({test_program("openfab_test_print_1"), path("block.obj"), "-o", path("a.ofr")});
     EXPECT_EQ(one.exit_code, 0) << one.err;
     EXPECT_THAT(one.err, HasSubstr("note: no printer was named: `generic`"));
     const Outcome told = openfab({"info", path("a.ofr")});

@@ -13,6 +13,7 @@
 
 #include "backends/ofr/ofr_sink.h"
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -39,11 +40,11 @@ class Refusals : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(std::vector<std::string> arguments, const std::string& world = "w.fab.json") {
-        arguments.insert(arguments.begin(), {OPENFAB_TEST_PRINT, path(world)});
+        arguments.insert(arguments.begin(), {test_program("openfab_test_print_4"), path(world)});
         return run(arguments);
     }
     static Outcome openfab(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        arguments.insert(arguments.begin(), program("openfab"));
         return run(arguments);
     }
 
@@ -81,10 +82,10 @@ TEST_F(Refusals, APrintSparesAllThatItIsMadeFrom) {
                     "plain.fab.json")
                   .exit_code,
               1);
-    EXPECT_EQ(
-        run({OPENFAB_TEST_PRINT_ONE, path("block.obj"), "-o", path("block.obj"), "--format", "ofr"})
-            .exit_code,
-        1);
+    EXPECT_EQ(run({test_program("openfab_test_print_1"), path("block.obj"), "-o", path("block.obj"),
+                   "--format", "ofr"})
+                  .exit_code,
+              1);
     EXPECT_TRUE(before() == inputs);
     EXPECT_EQ(print({"-o", path("a.ofr"), "--stats", path("a.ofr")}).exit_code, 1);
     EXPECT_FALSE(fs::exists(path("a.ofr")));
@@ -109,9 +110,9 @@ TEST_F(Refusals, ExportSparesWhatItReads) {
         EXPECT_TRUE(read_file(path("e.ofr")) == whole) << options[1];
         EXPECT_FALSE(fs::exists(path("slices")));
     }
-    const Outcome piped =
-        run({"/bin/bash", "-c",
-             fmt::format("{} export - -o {} < {}", OPENFAB_PROGRAM, path("e.ofr"), path("e.ofr"))});
+    const Outcome piped = run({"/bin/bash", "-c",
+                               fmt::format("{} export - -o {} < {}", program("openfab").string(),
+                                           path("e.ofr"), path("e.ofr"))});
     EXPECT_EQ(piped.exit_code, 1) << piped.err;
     EXPECT_TRUE(read_file(path("e.ofr")) == whole);
     EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("copy.ofr")}).exit_code, 0);
@@ -145,8 +146,8 @@ TEST_F(Refusals, ADeviceStaysADevice) {
         run({"/bin/bash", "-c",
              fmt::format("cat {0} > {1} & {2} {3} -o {4} --estimate --stats {0}; code=$?; wait; "
                          "exit $code",
-                         path("pipe"), path("json"), OPENFAB_TEST_PRINT, path("w.fab.json"),
-                         path("a.ofr"))});
+                         path("pipe"), path("json"), test_program("openfab_test_print_4").string(),
+                         path("w.fab.json"), path("a.ofr"))});
     EXPECT_EQ(estimated.exit_code, 0) << estimated.err;
     EXPECT_TRUE(fs::is_fifo(path("pipe")));
     EXPECT_THAT(read_file(path("json")), HasSubstr("\"estimate\": true"));
@@ -233,7 +234,7 @@ TEST_F(Refusals, AnIndexOfNoLengthThatIsPossibleIsNotRead) {
 #endif
     const Outcome outcome =
         run({"/bin/bash", "-c",
-             fmt::format("{}; {} info {}", limit, OPENFAB_PROGRAM, path("hole.ofr"))});
+             fmt::format("{}; {} info {}", limit, program("openfab").string(), path("hole.ofr"))});
     EXPECT_LE(outcome.exit_code, 1) << outcome.err;
 }
 

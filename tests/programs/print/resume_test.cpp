@@ -18,6 +18,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -73,8 +74,8 @@ class Resume : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(std::vector<std::string> arguments, const RunOptions& options = {}) {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path("world.fab.json"), "--voxel",
-                                      kPitch};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"), path("world.fab.json"),
+                                      "--voxel", kPitch};
         argv.insert(argv.end(), arguments.begin(), arguments.end());
         return run(argv, options);
     }
@@ -105,7 +106,7 @@ class Resume : public ::testing::Test {
         }
         const int whole = (*reader)->whole_slices();
         if (!more) {
-            const Outcome info = run({OPENFAB_PROGRAM, "info", path(name)});
+            const Outcome info = run({program("openfab"), "info", path(name)});
             EXPECT_EQ(info.exit_code, 0) << info.err;
             EXPECT_THAT(info.out, HasSubstr(fmt::format("no: {} of ", whole)));
         }
@@ -190,7 +191,7 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
     ASSERT_NE(manifest.find(whole), std::string::npos);
     manifest.replace(manifest.find(whole), whole.size(), "\"complete\": false");
     scratch_.write("a/manifest.json", manifest);
-    const Outcome told = run({OPENFAB_PROGRAM, "info", path("a")});
+    const Outcome told = run({program("openfab"), "info", path("a")});
     EXPECT_THAT(told.out, HasSubstr(fmt::format("no: {} files of slices are there; printing with "
                                                 "`--resume` continues",
                                                 expected.size() - 2)));

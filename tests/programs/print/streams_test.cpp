@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -37,10 +38,11 @@ class Streams : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     /// `command` has `{print}`, `{openfab}`, `{openflc}` and `{dir}` replaced.
     Outcome shell(std::string command) const {
-        const std::pair<const char*, std::string> words[] = {{"{print}", OPENFAB_TEST_PRINT},
-                                                             {"{openfab}", OPENFAB_PROGRAM},
-                                                             {"{openflc}", OPENFLC_PROGRAM},
-                                                             {"{dir}", scratch_.path().string()}};
+        const std::pair<const char*, std::string> words[] = {
+            {"{print}", test_program("openfab_test_print_4")},
+            {"{openfab}", program("openfab")},
+            {"{openflc}", program("openflc")},
+            {"{dir}", scratch_.path().string()}};
         for (const auto& [word, text] : words) {
             for (size_t at = 0; (at = command.find(word)) != std::string::npos;)
                 command.replace(at, std::strlen(word), text);

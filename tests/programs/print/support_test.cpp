@@ -14,6 +14,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "mesh/read/stl.h"
 #include "tests/support/boundary/mesh_files.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/reference/column_scan.h"
 
@@ -76,7 +77,8 @@ class SupportOption : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(const std::string& world, const std::string& output,
                   std::vector<std::string> more = {}) {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world), "-o", path(output)};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"), path(world), "-o",
+                                      path(output)};
         argv.insert(argv.end(), more.begin(), more.end());
         return run(argv);
     }
@@ -231,7 +233,8 @@ TEST_F(SupportOption, ManifestsEstimatesAndStatisticsCountIt) {
 TEST_F(SupportOption, AnExportedPrintSaysTheSame) {
     ASSERT_EQ(print("on.fab.json", "a.ofr").exit_code, 0);
     ASSERT_EQ(print("on.fab.json", "direct", {"--format", "png"}).exit_code, 0);
-    const Outcome exported = run({OPENFAB_PROGRAM, "export", path("a.ofr"), "-o", path("slices")});
+    const Outcome exported =
+        run({program("openfab"), "export", path("a.ofr"), "-o", path("slices")});
     ASSERT_EQ(exported.exit_code, 0) << exported.err;
     for (const char* name : {"manifest.json", "HANDOFF.txt", "slice_0003.png", "slice_0020.png"}) {
         EXPECT_TRUE(read_file(scratch_ / "direct" / name) == read_file(scratch_ / "slices" / name))

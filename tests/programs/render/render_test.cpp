@@ -11,6 +11,7 @@
 
 #include "backends/ofr/ofr_sink.h"
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
 
@@ -30,7 +31,7 @@ class Render : public ::testing::Test {
         ASSERT_TRUE(print.send(sink->get(), complete));
     }
     Outcome render(const std::vector<std::string>& words, const RunOptions& options = {}) {
-        std::vector<std::string> argv{OPENFAB_PROGRAM, "render"};
+        std::vector<std::string> argv{program("openfab"), "render"};
         argv.insert(argv.end(), words.begin(), words.end());
         return run(argv, options);
     }
@@ -96,7 +97,7 @@ TEST_F(Render, OfAWorldIsThatOfItsPrint) {
     const Outcome world = render(words);
     ASSERT_EQ(world.exit_code, 0) << world.err;
     ASSERT_EQ(
-        run({OPENFAB_PROGRAM, "print", path("w.fab.json"), "-o", path("w.ofr"), "--draft", "4"})
+        run({program("openfab"), "print", path("w.fab.json"), "-o", path("w.ofr"), "--draft", "4"})
             .exit_code,
         0);
     words = {path("w.ofr"), "-o", path("print.png")};

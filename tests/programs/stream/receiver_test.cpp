@@ -11,6 +11,7 @@
 #include "backends/ofr/format.h"
 #include "backends/ofr/slice_codec.h"
 #include "tests/programs/stream/stream_fixture.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 namespace {
@@ -269,8 +270,8 @@ TEST_F(Receiver, PipesAreRefusedWhereFilesAreMeant) {
     const std::string pipe = path("pipe.ofr");
     ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
     for (const std::vector<std::string>& argv : std::vector<std::vector<std::string>>{
-             {OPENFAB_PROGRAM, "info", pipe},
-             {OPENFAB_PROGRAM, "verify", pipe},
+             {program("openfab"), "info", pipe},
+             {program("openfab"), "verify", pipe},
              receiving(unix_address(), "pipe.ofr"),
              receiving(kAnyTlsPort, "q.ofr", {"--tls-cert", pipe, "--tls-key", pipe}),
              printing("tls://localhost:1", {"--tls-ca", pipe}),

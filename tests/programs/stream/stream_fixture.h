@@ -19,6 +19,7 @@
 
 #include "backends/stream/message.h"
 #include "base/clock.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -98,15 +99,21 @@ class Stream : public ::testing::Test {
     std::vector<std::string> printing(const std::string& output,
                                       const std::vector<std::string>& more = {},
                                       const std::string& world = "ball.fab.json") const {
-        std::vector<std::string> argv{OPENFAB_TEST_PRINT, path(world),    "--voxel", "0.1mm",
-                                      "--dither",         "decorrelated", "-o",      output};
+        std::vector<std::string> argv{test_program("openfab_test_print_4"),
+                                      path(world),
+                                      "--voxel",
+                                      "0.1mm",
+                                      "--dither",
+                                      "decorrelated",
+                                      "-o",
+                                      output};
         argv.insert(argv.end(), more.begin(), more.end());
         return argv;
     }
     std::vector<std::string> receiving(const std::string& address, const std::string& output,
                                        const std::vector<std::string>& more = {}) const {
-        std::vector<std::string> argv{OPENFAB_PROGRAM, "receive", "--listen",
-                                      address,         "-o",      path(output)};
+        std::vector<std::string> argv{program("openfab"), "receive", "--listen", address, "-o",
+                                      path(output)};
         argv.insert(argv.end(), more.begin(), more.end());
         return argv;
     }

@@ -14,6 +14,7 @@
 
 #include "tests/programs/stream/proxy.h"
 #include "tests/programs/stream/stream_fixture.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 namespace {
@@ -305,7 +306,7 @@ TEST_F(Stream, TheClientInPythonIsUnderstood) {
     RunOptions environment;
     environment.environment = {{"OPENFAB_TOKEN", "open sesame"}};
     const std::string address = address_of(&receiver);
-    const Outcome sent = run({"/usr/bin/python3", OPENFAB_SOURCE_DIR "/docs/streaming_client.py",
+    const Outcome sent = run({"/usr/bin/python3", source_dir() / "docs/streaming_client.py",
                               path("undisturbed.ofr"), address},
                              environment);
     EXPECT_EQ(sent.exit_code, 0) << sent.err;
@@ -317,7 +318,7 @@ TEST_F(Stream, TheClientInPythonTakesUpALineThatWasCut) {
     const auto bytes = static_cast<int64_t>(undisturbed().size());
     Running receiver(receiving(kAnyPort, "a.ofr"));
     const Proxy proxy(*stream::parse_address(address_of(&receiver)), {bytes / 4, bytes / 2});
-    const Outcome sent = run({"/usr/bin/python3", OPENFAB_SOURCE_DIR "/docs/streaming_client.py",
+    const Outcome sent = run({"/usr/bin/python3", source_dir() / "docs/streaming_client.py",
                               path("undisturbed.ofr"), proxy.address()});
     EXPECT_EQ(sent.exit_code, 0) << sent.err;
     EXPECT_EQ(proxy.cuts_made(), 2);
@@ -326,7 +327,7 @@ TEST_F(Stream, TheClientInPythonTakesUpALineThatWasCut) {
 }
 
 std::string tls_file(const std::string& name) {
-    return OPENFAB_SOURCE_DIR "/tests/programs/stream/tls/" + name;
+    return source_dir() / "tests/programs/stream/tls" / name;
 }
 std::vector<std::string> certificate(const std::string& name) {
     return {"--tls-cert", tls_file(name + ".pem"), "--tls-key", tls_file(name + ".key.pem")};
@@ -407,7 +408,7 @@ TEST_F(Stream, TheClientInPythonSpeaksTls) {
     Running receiver(receiving(kAnyTlsPort, "a.ofr", certificate("loopback")));
     RunOptions environment;
     environment.environment = {{"OPENFAB_TLS_CA", tls_file("authority.pem")}};
-    const Outcome sent = run({"/usr/bin/python3", OPENFAB_SOURCE_DIR "/docs/streaming_client.py",
+    const Outcome sent = run({"/usr/bin/python3", source_dir() / "docs/streaming_client.py",
                               path("undisturbed.ofr"), address_of(&receiver)},
                              environment);
     EXPECT_EQ(sent.exit_code, 0) << sent.err;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/color/synthetic_printer.h"
 #include "tools/color/chart.h"
@@ -21,10 +22,10 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
-const std::string kTable = OPENFAB_SOURCE_DIR "/gallery/ink_profile/inks.nrrd";
+const std::string kTable = source_dir() / "gallery/ink_profile/inks.nrrd";
 
 Outcome openfab(const ScratchFolder& folder, std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+    arguments.insert(arguments.begin(), program("openfab"));
     RunOptions options;
     options.folder = folder.path();
     options.environment = {{"OPENFAB_CACHE", (folder / "cache").string()}};

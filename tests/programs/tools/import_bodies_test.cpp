@@ -11,6 +11,7 @@
 #include <string>
 
 #include "tests/support/meshes/zip_archive.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -87,7 +88,7 @@ class ImportBodies : public ::testing::Test {
   protected:
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome openfab(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        arguments.insert(arguments.begin(), program("openfab"));
         return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     }
     /// Imports a file into the folder NAME; returns what was told.

@@ -13,6 +13,7 @@
 #include <set>
 #include <thread>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -92,7 +93,7 @@ class KeptKernels : public ::testing::Test {
 
     Outcome openflc(const std::vector<std::string>& words,
                     const std::string& cache = "cache") const {
-        std::vector<std::string> argv = {OPENFAB_OPENFLC};
+        std::vector<std::string> argv = {program("openflc")};
         argv.insert(argv.end(), words.begin(), words.end());
         return run(argv, {{{"OPENFAB_CACHE", path(cache)}}, {}, {}});
     }
@@ -162,7 +163,7 @@ TEST_F(KeptKernels, CommandsShareThem) {
     const auto count = [&] { return entries().size(); };
     fs::remove_all(path("cache"));
     const Outcome print =
-        run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("c.ofr")},
+        run({program("openfab"), "print", path("world.fab.json"), "-o", path("c.ofr")},
             {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     ASSERT_EQ(print.exit_code, 0) << print.err;
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("c.ofr")));

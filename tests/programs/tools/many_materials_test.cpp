@@ -8,6 +8,7 @@
 
 #include <filesystem>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -58,7 +59,7 @@ class ManyMaterials : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome openfab(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        arguments.insert(arguments.begin(), program("openfab"));
         return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     }
 

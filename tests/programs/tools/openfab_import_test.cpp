@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
 #include "tools/color/ink_table.h"
@@ -54,7 +55,7 @@ class OpenfabImport : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome openfab(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), OPENFAB_PROGRAM);
+        arguments.insert(arguments.begin(), program("openfab"));
         return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     }
     /// Returns the millilitres of a material in a print, from `openfab info`; 0 if it has none.
@@ -69,7 +70,7 @@ class OpenfabImport : public ::testing::Test {
 };
 
 TEST_F(OpenfabImport, ColoursAreMixedByAProfile) {
-    const std::string table = OPENFAB_SOURCE_DIR "/gallery/ink_profile/inks.nrrd";
+    const std::string table = source_dir() / "gallery/ink_profile/inks.nrrd";
     std::string grey = kBlock;
     for (size_t at = 0; (at = grey.find("\nv ", at)) != std::string::npos; ++at)
         grey.insert(grey.find('\n', at + 1), " 0.5 0.5 0.5");
@@ -100,7 +101,7 @@ TEST_F(OpenfabImport, ColoursAreMixedByAProfile) {
         ASSERT_EQ(one.exit_code, 0) << one.err;
         const std::string source =
             path(folder + (mapping == "uv" ? "/stock_textured.fl" : "/stock_mapped.fl"));
-        const Outcome checked = run({OPENFAB_OPENFLC, "check", source}, {});
+        const Outcome checked = run({program("openflc"), "check", source}, {});
         EXPECT_EQ(checked.exit_code, 0) << checked.err;
     }
     const auto refused = [&](const std::vector<std::string>& more, int code, const char* message) {

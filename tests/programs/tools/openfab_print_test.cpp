@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -54,7 +55,7 @@ class OpenfabPrint : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), {OPENFAB_PROGRAM, "print"});
+        arguments.insert(arguments.begin(), {program("openfab"), "print"});
         return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
     }
 
@@ -171,8 +172,8 @@ TEST_F(OpenfabPrint, AWorldChoosesADitherRule) {
 
     // In memory, from the same world.
     scratch_.write("world.fab.json", with("plain.fl", "stripes"));
-    const Outcome in_memory = run(
-        {OPENFAB_OPENFLC, "run", path("plain.fl"), path("world.fab.json"), "-o", path("run.npy")});
+    const Outcome in_memory = run({program("openflc"), "run", path("plain.fl"),
+                                   path("world.fab.json"), "-o", path("run.npy")});
     ASSERT_EQ(in_memory.exit_code, 0) << in_memory.err;
     EXPECT_TRUE(read_file(path("run.npy")) == stripes);
 
@@ -187,8 +188,8 @@ TEST_F(OpenfabPrint, AWorldChoosesADitherRule) {
     EXPECT_EQ(spared.exit_code, 1) << "an output in the place of an input";
 
     // A program that was built without the rule.
-    const Outcome built = run(
-        {OPENFAB_OPENFLC, "build", path("plain.fl"), "-o", path("without"), "--target", "sse41"});
+    const Outcome built = run({program("openflc"), "build", path("plain.fl"), "-o", path("without"),
+                               "--target", "sse41"});
     ASSERT_EQ(built.exit_code, 0) << built.err;
     const Outcome without = run({path("without"), path("world.fab.json"), "-o", path("x.npy")});
     EXPECT_EQ(without.exit_code, 1);
@@ -204,8 +205,8 @@ TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
         options.environment = {{"OPENFAB_CACHE", path("cache")}, {"TMPDIR", temporary.string()}};
         options.signal = signal;
         options.interrupt_when = [&](int, const Outcome&) { return !fs::is_empty(temporary); };
-        const Outcome out =
-            run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "-o", path("a.ofr")}, options);
+        const Outcome out = run(
+            {program("openfab"), "print", path("world.fab.json"), "-o", path("a.ofr")}, options);
         EXPECT_EQ(out.exit_code, 128 + signal) << out.err;
         EXPECT_TRUE(fs::is_empty(path("cache") + "/prints"));
         EXPECT_TRUE(fs::is_empty(temporary)) << "the compiler was told, too";
@@ -269,7 +270,7 @@ TEST_F(OpenfabPrint, ImageLibrariesDoNotSpeakForThemselves) {
         "nonsense that no checksum covers";
     scratch_.write("broken.png", png);
     const Outcome outcome =
-        run({OPENFAB_PROGRAM, "texture", path("broken.png"), "-o", path("broken.oftx")});
+        run({program("openfab"), "texture", path("broken.png"), "-o", path("broken.oftx")});
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_THAT(outcome.err, HasSubstr("error: "));
     EXPECT_THAT(outcome.err, HasSubstr("broken.png"));
@@ -277,7 +278,7 @@ TEST_F(OpenfabPrint, ImageLibrariesDoNotSpeakForThemselves) {
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 #endif
     const Outcome onto =
-        run({OPENFAB_PROGRAM, "texture", path("broken.png"), "-o", path("broken.png")});
+        run({program("openfab"), "texture", path("broken.png"), "-o", path("broken.png")});
     EXPECT_EQ(onto.exit_code, 1);
     EXPECT_TRUE(read_file(path("broken.png")) == png);
 }
@@ -295,7 +296,7 @@ TEST_F(OpenfabPrint, CompileErrorsPassThrough) {
 
 TEST_F(OpenfabPrint, ACompilerThatCrashesIsABug) {
     // `openfab` takes the compiler beside it.
-    fs::copy_file(OPENFAB_PROGRAM, path("openfab"));
+    fs::copy_file(program("openfab"), path("openfab"));
     const auto exit_code_with = [&](const std::string& signal) {
         scratch_.write("openflc", "#!/bin/sh\nkill -" + signal + " $$\n");
         fs::permissions(path("openflc"), fs::perms(0755));
@@ -341,7 +342,7 @@ TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
     const auto print_with = [&](int mode, const std::string& output) {
         for (const std::string folder : {"cache/prints", "cache"})
             fs::permissions(path(folder), fs::perms(mode));
-        return run({OPENFAB_PROGRAM, "print", path("world.fab.json"), "--voxel", "0.2mm", "-o",
+        return run({program("openfab"), "print", path("world.fab.json"), "--voxel", "0.2mm", "-o",
                     path(output)},
                    options);
     };
@@ -378,10 +379,10 @@ TEST_F(OpenfabPrint, MistakesAreFoundBeforeAnythingIsCompiled) {
 }
 
 TEST(Programs, SayTheirVersion) {
-    for (const std::string program : {OPENFAB_PROGRAM, OPENFAB_OPENFLC}) {
-        const Outcome outcome = run({program, "--version"});
+    for (const std::string command : {program("openfab"), program("openflc")}) {
+        const Outcome outcome = run({command, "--version"});
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        const std::string name = fs::path(program).filename().string();
+        const std::string name = fs::path(command).filename().string();
         EXPECT_THAT(outcome.out, ::testing::MatchesRegex(name + " [0-9]+\\.[0-9]+\\.[0-9]+\n"));
     }
 }
@@ -399,7 +400,7 @@ TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
                   R"("x": {"source": "--linker=./evil.fl", "fablet": "X"}, "plain": {)");
     scratch_.write("world.fab.json", world);
     for (const char* name : {"world.fab.json", "./world.fab.json"}) {
-        const Outcome outcome = run({OPENFAB_PROGRAM, "print", name, "-o", "a.ofr"},
+        const Outcome outcome = run({program("openfab"), "print", name, "-o", "a.ofr"},
                                     {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
         EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
         EXPECT_THAT(outcome.err, HasSubstr("--linker=./evil.fl:1:1: error"));
@@ -410,7 +411,7 @@ TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
     world = kWorld;
     world.replace(world.find("plain.fl"), 8, "-o.fl");
     scratch_.write("world.fab.json", world);
-    const Outcome outcome = run({OPENFAB_PROGRAM, "print", "world.fab.json", "-o", "a.ofr"},
+    const Outcome outcome = run({program("openfab"), "print", "world.fab.json", "-o", "a.ofr"},
                                 {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
@@ -421,7 +422,7 @@ TEST_F(OpenfabPrint, AModuleBesideAWorldWithoutAFolderCounts) {
     scratch_.write("plain.fl", "import mine;\n" + fablet);
     const auto printed = [&](const std::string& share) {
         scratch_.write("mine.fl", "float share() { return " + share + "; }\n");
-        const Outcome outcome = run({OPENFAB_PROGRAM, "print", "world.fab.json", "-o", "a.ofr"},
+        const Outcome outcome = run({program("openfab"), "print", "world.fab.json", "-o", "a.ofr"},
                                     {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
         return read_file(path("a.ofr"));
@@ -466,7 +467,7 @@ TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
               {"OPENFAB_CACHE", ""}, {"XDG_CACHE_HOME", ""}, {"HOME", ""}, {"TMPDIR", temporary}},
           Environment{{"OPENFAB_CACHE", path("shared")}, {"TMPDIR", temporary}}}) {
         for (const char* input : {"world.fab.json", "block.obj"}) {
-            std::vector<std::string> words = {OPENFAB_PROGRAM, "print", path(input), "-o",
+            std::vector<std::string> words = {program("openfab"), "print", path(input), "-o",
                                               path("b.ofr")};
             if (std::string(input) == "block.obj") words.insert(words.end(), {"--fablet", "solid"});
             const Outcome outcome = run(words, {environment, {}, {}});

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -38,7 +39,7 @@ class SurfacePrintf : public ::testing::Test {
                            "\n}\n@Volume(@varying { VolumeAttributes attr }) {"
                            "MaterialComposition mc; mc.Set(a, 1); return mc; } }");
         const auto path = [&](const char* name) { return (scratch_ / name).string(); };
-        std::vector<std::string> command{OPENFAB_OPENFLC,
+        std::vector<std::string> command{program("openflc"),
                                          "run",
                                          path("f.fl"),
                                          path("world.fab.json"),

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/json.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::testing {
@@ -55,7 +56,7 @@ class TunerTest : public ::testing::Test {
     }
     std::string path(const std::string& name) const { return (folder_ / name).string(); }
     Outcome openfab(std::vector<std::string> words, RunOptions options = {}) const {
-        words.insert(words.begin(), OPENFAB_PROGRAM);
+        words.insert(words.begin(), program("openfab"));
         options.environment.emplace_back("XDG_CACHE_HOME", path("cache"));
         return run(words, options);
     }
@@ -126,7 +127,7 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
     };
     // A schedule that the output has is compared with what is found.
     const Outcome built_in =
-        run({OPENFAB_OPENFLC, "emit", path("layers.fl"), "--stage", "slab", "--as", "schedule"});
+        run({program("openflc"), "emit", path("layers.fl"), "--stage", "slab", "--as", "schedule"});
     const size_t columns = built_in.out.find("member, 64)");
     ASSERT_NE(columns, std::string::npos) << built_in.out;
     folder_.write("t.sched", std::string(built_in.out).replace(columns, 11, "member, 16)"));
@@ -146,7 +147,7 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
 
     // The file is a schedule, and prints what the built-in one prints.
     const auto print = [&](const std::string& output, const std::vector<std::string>& schedule) {
-        std::vector<std::string> words = {OPENFAB_OPENFLC, "run", path("layers.fl")};
+        std::vector<std::string> words = {program("openflc"), "run", path("layers.fl")};
         words.insert(words.end(), schedule.begin(), schedule.end());
         words.insert(words.end(), {path("w.fab.json"), "--voxel", "0.1mm", "-o", path(output)});
         RunOptions options;

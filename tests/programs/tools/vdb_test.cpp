@@ -14,6 +14,7 @@
 
 #include "backends/ofr/ofr_sink.h"
 #include "tests/programs/print/simple_world.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/unit/backends/sample_print.h"
 #include "tools/vdb/openvdb.h"
@@ -30,7 +31,8 @@ class Vdb : public ::testing::Test {
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome export_vdb(const std::string& from, const std::vector<std::string>& more = {},
                        const RunOptions& options = {}) {
-        std::vector<std::string> argv{OPENFAB_PROGRAM, "export", path(from), "-o", path("out.vdb")};
+        std::vector<std::string> argv{program("openfab"), "export", path(from), "-o",
+                                      path("out.vdb")};
         argv.insert(argv.end(), more.begin(), more.end());
         return run(argv, options);
     }
@@ -108,8 +110,8 @@ TEST_F(Vdb, HasTheFractionsOfAPrint) {
     scratch_.write("f.fl", "fablet Skin {}\n");
     scratch_.write("w.fab.json", SimpleWorld{"Skin", R"({"sphere": 6})"}.text());
     const Outcome printed =
-        run({OPENFAB_TEST_PRINT, path("w.fab.json"), "--dpi", "200x150", "--layer", "0.1mm",
-             "--slices", "5:31", "--fractions", path("f.npy")});
+        run({test_program("openfab_test_print_4"), path("w.fab.json"), "--dpi", "200x150",
+             "--layer", "0.1mm", "--slices", "5:31", "--fractions", path("f.npy")});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
     const Outcome outcome = export_vdb("f.npy");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

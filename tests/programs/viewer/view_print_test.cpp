@@ -14,6 +14,7 @@
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
 #include "tests/programs/viewer/viewer_client.h"
+#include "tests/support/places/places.h"
 #include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
@@ -544,7 +545,7 @@ TEST_F(ViewPrint, WhatCannotBeShownIsRefusedWithAReason) {
         {{print, "--port", "70000"}, "--port"},
         {{print, "--memory", "20kB"}, "memory"}};
     for (const auto& [arguments, message] : wrong) {
-        std::vector<std::string> argv = {OPENFAB_PROGRAM, "view"};
+        std::vector<std::string> argv = {program("openfab"), "view"};
         argv.insert(argv.end(), arguments.begin(), arguments.end());
         const Outcome outcome = run(argv);
         EXPECT_NE(outcome.exit_code, 0);
@@ -556,7 +557,7 @@ TEST_F(ViewPrint, TwoServersNeverShareAPort) {
     const std::string file = write(print_, "a.ofr");
     const Viewer viewer({file});
     const Outcome second =
-        run({OPENFAB_PROGRAM, "view", file, "--port", std::to_string(viewer.port())});
+        run({program("openfab"), "view", file, "--port", std::to_string(viewer.port())});
     EXPECT_EQ(second.exit_code, 3);
     EXPECT_THAT(second.err, HasSubstr("is it taken?"));
 }

@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "tests/programs/viewer/viewer_client.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 namespace {
@@ -121,7 +122,7 @@ TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
 
 TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {
     const std::string file = (scratch_ / "cube.ofr").string();
-    const Outcome printed = run({OPENFAB_PROGRAM, "print", world(), "-o", file, "--set",
+    const Outcome printed = run({program("openfab"), "print", world(), "-o", file, "--set",
                                  "cube.share=0.125", "--draft", "2"},
                                 {{{"OPENFAB_CACHE", cache()}}, {}, {}});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
@@ -149,7 +150,7 @@ TEST_F(ViewWorld, OfAMeshThatWasPrintedAloneItsFabletTellsWhatTheDitherWasGiven)
     const std::string mesh = (scratch_ / "corner.obj").string();
     const std::string fablet = (scratch_ / "halves.fl").string();
     const std::string file = (scratch_ / "corner.ofr").string();
-    const Outcome printed = run({OPENFAB_PROGRAM, "print", mesh, "--fablet", fablet, "-o", file,
+    const Outcome printed = run({program("openfab"), "print", mesh, "--fablet", fablet, "-o", file,
                                  "--draft", "2", "--set", "corner.share=0.125"},
                                 {{{"OPENFAB_CACHE", cache()}}, {}, {}});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
@@ -309,7 +310,7 @@ TEST_F(ViewWorld, PrintsEndWithAServerThatIsKilled) {
             return processes_with(world()).size() >= 2;  // the server and its print
         };
         const Outcome outcome =
-            run({OPENFAB_PROGRAM, "view", world(), "--watch", "--draft", "1"}, options);
+            run({program("openfab"), "view", world(), "--watch", "--draft", "1"}, options);
         EXPECT_EQ(outcome.exit_code, 128 + signal) << outcome.err;
         // Until ctest's limit.
         while (!processes_with(world()).empty())

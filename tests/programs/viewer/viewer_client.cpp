@@ -13,6 +13,7 @@
 #include <future>
 
 #include "base/text.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 
@@ -69,7 +70,7 @@ std::string send_raw(int port, const std::string& bytes) {
 }
 
 Viewer::Viewer(std::vector<std::string> arguments, const std::string& cache) {
-    arguments.insert(arguments.begin(), {OPENFAB_PROGRAM, "view"});
+    arguments.insert(arguments.begin(), {program("openfab"), "view"});
     std::promise<std::string> address;
     std::future<std::string> url = address.get_future();
     RunOptions options;

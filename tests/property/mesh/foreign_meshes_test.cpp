@@ -15,6 +15,7 @@
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::mesh {
 namespace {
@@ -68,7 +69,7 @@ std::vector<fs::path> meshes_below(const fs::path& folder) {
 }
 
 TEST(ForeignMeshes, OfTheRepository) {
-    const fs::path data = fs::path(OPENFAB_SOURCE_DIR) / "tests/data";
+    const fs::path data = testing::source_dir() / "tests/data";
     Tally whole;
     for (const fs::path& file : meshes_below(data / "meshes"))
         look_at(file, &whole);

@@ -14,6 +14,7 @@
 #include "simd/isa.h"
 #include "tests/support/long_run.h"
 #include "tests/support/mesh_surface.h"
+#include "tests/support/places/places.h"
 #include "tests/support/reference/brute_force.h"
 
 namespace openfab::nearest {
@@ -336,7 +337,7 @@ TEST(EngineEqualsBruteForce, ScannedMeshes) {
     for (const std::string name : {"spot", "goathead", "scorpion"}) {
         if (kSanitized && name != "spot") continue;
         const TriangleMesh mesh = testing::read_obj(
-            std::string(OPENFAB_SOURCE_DIR "/tests/data/meshes/") + name + ".obj", 5.0);
+            (testing::source_dir() / "tests/data/meshes/").string() + name + ".obj", 5.0);
         ASSERT_FALSE(mesh.triangles.empty()) << name;
         SCOPED_TRACE(name);
         const MeshSurface surface(mesh);

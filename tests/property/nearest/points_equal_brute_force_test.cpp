@@ -13,6 +13,7 @@
 #include "runtime/nearest/engine.h"
 #include "simd/isa.h"
 #include "tests/support/mesh_surface.h"
+#include "tests/support/places/places.h"
 #include "tests/support/reference/brute_force.h"
 
 namespace openfab::nearest {
@@ -140,7 +141,7 @@ TEST(PointsEqualBruteForce, PatchesDicedOnDemandUnderASmallCache) {
 TEST(PointsEqualBruteForce, ScannedMeshes) {
     for (const std::string name : {"spot", "goathead", "scorpion"}) {
         const TriangleMesh mesh = testing::read_obj(
-            std::string(OPENFAB_SOURCE_DIR "/tests/data/meshes/") + name + ".obj", 5.0);
+            (testing::source_dir() / "tests/data/meshes/").string() + name + ".obj", 5.0);
         ASSERT_FALSE(mesh.triangles.empty()) << name;
         SCOPED_TRACE(name);
         const MeshSurface surface(mesh);

@@ -23,6 +23,7 @@
 #include "tests/support/mesh_surface.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/nearest/embree_engine.h"
+#include "tests/support/places/places.h"
 #include "tests/support/surface/hand_fablet.h"
 
 namespace openfab::nearest {
@@ -205,7 +206,7 @@ TriangleMesh make_blob(int n, double diameter_mm) {
 
 TriangleMesh make_mesh() {
     if (!whole()) return make_blob(kSanitized ? 8 : 20, kSanitized ? 1.5 : 5);
-    return testing::read_obj(OPENFAB_SOURCE_DIR "/tests/data/meshes/spot.obj", 50.0);
+    return testing::read_obj(testing::source_dir() / "tests/data/meshes/spot.obj", 50.0);
 }
 
 void check(bool displaced, const Vec3d& pitch) {

@@ -16,6 +16,7 @@
 #include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
 #include "compiler/passes/form_volume_bounds.h"
+#include "tests/support/places/places.h"
 
 namespace openfab {
 namespace {
@@ -100,7 +101,7 @@ TEST(QueryInterval, HoldsWhatVoxelsGet) {
     diag::Sink sink;
     std::string fault;
     const auto module = frontend::compile_to_ir(
-        sources, OPENFAB_SOURCE_DIR "/tests/property/passes/query_interval.fl", sink, &fault);
+        sources, testing::source_dir() / "tests/property/passes/query_interval.fl", sink, &fault);
     ASSERT_TRUE(module) << fault;
     const ir::Stage& volume = module->fablets[0].volume;
     const ir::Stage bounds = passes::form_volume_bounds(volume);

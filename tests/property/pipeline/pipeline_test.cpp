@@ -13,6 +13,7 @@
 
 #include "tests/property/pipeline/reference_check.h"
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/places/places.h"
 
 namespace openfab {
 namespace {
@@ -21,25 +22,25 @@ using testing::compile;
 using testing::Compiled;
 
 const Compiled& postcard() {
-    static const Compiled compiled = compile(std::filesystem::path(OPENFAB_SOURCE_DIR) / "gallery" /
-                                             "magic_postcard" / "magic_postcard.fl");
+    static const Compiled compiled =
+        compile(testing::source_dir() / "gallery" / "magic_postcard" / "magic_postcard.fl");
     return compiled;
 }
 const Compiled& fablets() {
     static const Compiled compiled =
-        compile(std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/fablets.fl");
+        compile(testing::source_dir() / "tests/property/pipeline/fablets.fl");
     return compiled;
 }
 
 const Compiled& queries() {
     static const Compiled compiled =
-        compile(std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/queries.fl");
+        compile(testing::source_dir() / "tests/property/pipeline/queries.fl");
     return compiled;
 }
 
 const Compiled& rules() {
-    static const Compiled compiled = compile(std::filesystem::path(OPENFAB_SOURCE_DIR) /
-                                             "tests/property/pipeline/dither_rules.fl");
+    static const Compiled compiled =
+        compile(testing::source_dir() / "tests/property/pipeline/dither_rules.fl");
     return compiled;
 }
 

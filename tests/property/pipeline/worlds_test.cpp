@@ -11,6 +11,7 @@
 #include "runtime/part/bind.h"
 #include "tests/property/pipeline/reference_check.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/places/places.h"
 #include "world/world.h"
 
 namespace openfab {
@@ -31,8 +32,8 @@ constexpr const char* kHead = R"({
 /// `reach_mm` 0: without support.
 void expect_world(const std::string& rest, const Vec3d& pitch_mm, uint64_t seed, size_t count,
                   double reach_mm = 0) {
-    static const testing::Compiled compiled = testing::compile(
-        std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/property/pipeline/worlds.fl");
+    static const testing::Compiled compiled =
+        testing::compile(testing::source_dir() / "tests/property/pipeline/worlds.fl");
     ASSERT_NE(compiled.program, nullptr);
     const testing::TempFolder folder;
     const Result<world::World> world = world::load_world(folder.write("w.fab.json", kHead + rest));

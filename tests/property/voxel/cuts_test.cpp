@@ -18,6 +18,7 @@
 #include "tests/support/mesh_surface.h"
 #include "tests/support/meshes/cut.h"
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/places/places.h"
 #include "tests/support/reference/closest_point.h"
 
 namespace openfab {
@@ -404,7 +405,7 @@ class MeshCuts : public ::testing::TestWithParam<const char*> {};
 // doubled.
 TEST_P(MeshCuts, LoseAndDoubleNoVoxel) {
     const std::string file =
-        std::string(OPENFAB_SOURCE_DIR "/tests/data/meshes/") + GetParam() + ".obj";
+        (testing::source_dir() / "tests/data/meshes/").string() + GetParam() + ".obj";
     const testing::TriangleMesh read = testing::read_obj(file, 60);
     ASSERT_FALSE(read.triangles.empty());
     mesh::Mesh mesh;

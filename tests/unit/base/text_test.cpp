@@ -10,6 +10,7 @@
 
 #include "base/caret.h"
 #include "base/plain_text.h"
+#include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
 namespace openfab {
@@ -141,7 +142,7 @@ TEST(ShellWord, IsQuotedWhereAShellWouldTakeItApart) {
 
 // Only one file writes messages, so that only one has to keep terminals safe.
 TEST(Text, ProgramsWriteByOneDoor) {
-    const std::string root = OPENFAB_SOURCE_DIR;
+    const std::string root = testing::source_dir();
     // say.cpp itself; the progress bar, which shows no names; assertions; build tools.
     const std::set<std::string> exempt = {
         "base/say.cpp", "program/progress.cpp", "compiler/schedule/schedule.cpp",

@@ -4,6 +4,7 @@
 // Charts read back: off photographs, from the front and askew; and the table of the gallery.
 
 #include "tools/color/chart.h"
+#include "tests/support/places/places.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -102,7 +103,7 @@ TEST(Photograph, SaysWhatIsWrong) {
 // it says must hold for those inks.
 TEST(GalleryTable, GreysAreGreyAndHuesAreThemselves) {
     const Result<InkTable> table =
-        InkTable::read(OPENFAB_SOURCE_DIR "/gallery/ink_profile/inks.nrrd");
+        InkTable::read(testing::source_dir() / "gallery/ink_profile/inks.nrrd");
     ASSERT_TRUE(table) << table.error().text();
     const SyntheticPrinter printer(0);
     const Xyz white = to_xyz(printer.print({}));

@@ -9,14 +9,14 @@
 #include <fstream>
 #include <iterator>
 
+#include "tests/support/places/places.h"
 #include "tests/unit/interp/fixture.h"
 
 namespace openfab::testing {
 namespace {
 
 ir::Fablet postcard() {
-    std::ifstream in(std::string(OPENFAB_SOURCE_DIR) + "/gallery/magic_postcard/magic_postcard.fl",
-                     std::ios::binary);
+    std::ifstream in(source_dir() / "gallery/magic_postcard/magic_postcard.fl", std::ios::binary);
     return compile({std::istreambuf_iterator<char>(in), {}});
 }
 

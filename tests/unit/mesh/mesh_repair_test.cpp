@@ -17,6 +17,7 @@
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/primitives.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/places/places.h"
 #include "world/world.h"
 
 namespace openfab::mesh {
@@ -306,7 +307,7 @@ TEST(MeshRepair, IsAskedForByAnObject) {
 }
 
 TEST(MeshRepair, BrokenMeshesOfOthers) {
-    const fs::path folder = OPENFAB_SOURCE_DIR "/tests/data/broken_meshes";
+    const fs::path folder = testing::source_dir() / "tests/data/broken_meshes";
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         MeshOptions options;
         options.name = entry.path().stem().string();

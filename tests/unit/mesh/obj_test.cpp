@@ -14,6 +14,7 @@
 #include "mesh/model/polygon.h"
 #include "mesh/read/obj_lines.h"
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::mesh {
 namespace {
@@ -496,7 +497,7 @@ TEST(Obj, ReadsLongTextsAsShortOnes) {
 }
 
 TEST(Obj, ReadsMeshesOfOthers) {
-    const std::filesystem::path data = std::filesystem::path(OPENFAB_SOURCE_DIR) / "tests/data";
+    const std::filesystem::path data = testing::source_dir() / "tests/data";
     MeshOptions o = options();
     o.unit_mm = 100;  // some are of unit size
     const std::pair<const char*, size_t> closed[] = {

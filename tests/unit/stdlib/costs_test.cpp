@@ -27,6 +27,7 @@
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/syntax/parser.h"
 #include "tests/support/library_call.h"
+#include "tests/support/places/places.h"
 
 namespace openfab {
 namespace {
@@ -64,7 +65,7 @@ std::string text_of(const JsonValue& row, std::string_view key) {
 }
 
 std::vector<JsonValue> rows() {
-    const std::string file = OPENFAB_SOURCE_DIR "/stdlib/costs.json";
+    const std::string file = testing::source_dir() / "stdlib/costs.json";
     const Result<std::string> text = read_text_file(file, 1'000'000);
     if (!text) return {};
     const Result<JsonValue> table = parse_json(*text, file);

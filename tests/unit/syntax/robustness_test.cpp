@@ -14,6 +14,7 @@
 
 #include "compiler/diag/render.h"
 #include "compiler/frontend/frontend.h"
+#include "tests/support/places/places.h"
 
 namespace openfab::testing {
 namespace {
@@ -196,8 +197,7 @@ std::string changed(std::string text, std::mt19937* random) {
 }
 
 TEST(Robustness, ChangedPostcards) {
-    const std::string postcard =
-        read(std::string(OPENFAB_SOURCE_DIR) + "/gallery/magic_postcard/magic_postcard.fl");
+    const std::string postcard = read(source_dir() / "gallery/magic_postcard/magic_postcard.fl");
     ASSERT_FALSE(postcard.empty());
     for (size_t i = 0; i < postcard.size(); ++i)
         survive(postcard.substr(0, i));
@@ -213,7 +213,7 @@ TEST(Robustness, ChangedPrograms) {
     constexpr int kRounds = 200;
 #endif
     std::mt19937 random(seed());
-    const std::filesystem::path folder = std::string(OPENFAB_SOURCE_DIR) + "/tests/lang";
+    const std::filesystem::path folder = source_dir() / "tests/lang";
     int programs = 0;
     for (const char* kind : {"pass", "fail", "warn"}) {
         for (const auto& entry : std::filesystem::directory_iterator(folder / kind)) {

@@ -4,6 +4,7 @@
 // Texts as meshes and pictures: the meshes are closed, the picture and the mesh, which two libraries
 // fill, cover the same area, and what cannot be drawn is told.
 
+#include "tests/support/places/places.h"
 #include "tools/text/text_shapes.h"
 
 #include <gmock/gmock.h>
@@ -185,7 +186,7 @@ TEST(Text, WhatCannotBeDrawnIsTold) {
 TEST(Text, IsACommandOfTheTool) {
     const testing::ScratchFolder folder;
     const auto text = [&](std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), {OPENFAB_BIN_DIR "/openfab", "text"});
+        arguments.insert(arguments.begin(), {testing::program("openfab"), "text"});
         testing::RunOptions options;
         options.folder = folder.path();
         return testing::run(arguments, options);

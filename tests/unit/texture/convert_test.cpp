@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/texture/convert.h"
+#include "tests/support/places/places.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ class ConvertTest : public ::testing::Test {
   protected:
     ConvertTest() {
         ::setenv("OPENFAB_CACHE", (folder_.path() / "cache" / "deep").c_str(), 1);
-        ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
+        ::setenv("OPENFAB_HELPER", testing::test_program("texture_test_helper").c_str(), 1);
         ::setenv("PATH", "/nonexistent", 1);
     }
 
@@ -205,7 +206,7 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
     const auto other = texture::get_pyramid(file, {"data", false}, 1, 0);
     ASSERT_FALSE(other);
     EXPECT_NE(other.error().text().find("`openfab`, was not found"), std::string::npos);
-    ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
+    ::setenv("OPENFAB_HELPER", testing::test_program("texture_test_helper").c_str(), 1);
     EXPECT_TRUE(texture::get_pyramid(file, {"data", true}, 1, 0));
     std::set<uint64_t> keys;
     for (const char* space : {"auto", "data", "srgb", "linear"}) {
@@ -256,7 +257,8 @@ TEST_F(ConvertTest, PassesTheHelpersReasonOn) {
 }
 
 TEST_F(ConvertTest, ReadsAPhotograph) {
-    const std::filesystem::path photo = OPENFAB_SOURCE_DIR "/gallery/magic_postcard/foreground.jpg";
+    const std::filesystem::path photo =
+        testing::source_dir() / "gallery/magic_postcard/foreground.jpg";
     const auto p = converted(photo, {"auto", true});
     EXPECT_EQ(p->channels(), 1);
     EXPECT_GT(p->levels(), 8);

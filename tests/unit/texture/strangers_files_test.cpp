@@ -20,6 +20,7 @@
 
 #include "base/input_file.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/places/places.h"
 #include "texture/volume.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
@@ -76,7 +77,7 @@ class StrangersFiles : public ::testing::Test {
   protected:
     StrangersFiles() {
         ::setenv("OPENFAB_CACHE", (folder_.path() / "cache").c_str(), 1);
-        ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
+        ::setenv("OPENFAB_HELPER", testing::test_program("texture_test_helper").c_str(), 1);
         fs::create_directory(folder_.path() / "world");
     }
     fs::path picture(const std::string& name, const std::string& format, int side = 4) {
@@ -159,8 +160,13 @@ TEST_F(StrangersFiles, TheConverterTakesLessThanThePyramid) {
     // 4096 x 4096 texels of one channel, filtered: 268 MB.
     const std::string file = folder_.write("grey.png", one_bit_png(4096)).string();
     const std::string out = (folder_.path() / "out.oftx").string();
-    std::vector<std::string> words = {OPENFAB_TEST_HELPER, "texture", file, "-o", out,
-                                      "--space",           "data"};
+    std::vector<std::string> words = {testing::test_program("texture_test_helper"),
+                                      "texture",
+                                      file,
+                                      "-o",
+                                      out,
+                                      "--space",
+                                      "data"};
     std::vector<char*> argv;
     for (std::string& word : words)
         argv.push_back(word.data());

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "texture/volume.h"
+#include "tests/support/places/places.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ class VolumeTest : public ::testing::Test {
   protected:
     VolumeTest() {
         ::setenv("OPENFAB_CACHE", (folder_.path() / "cache").c_str(), 1);
-        ::setenv("OPENFAB_HELPER", OPENFAB_TEST_HELPER, 1);
+        ::setenv("OPENFAB_HELPER", testing::test_program("texture_test_helper").c_str(), 1);
         ::setenv("PATH", "/nonexistent", 1);
     }
 
@@ -449,9 +450,9 @@ TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
 TEST_F(VolumeTest, NotesOfTheHelperArePassedOn) {
     const auto file = folder_.write(
         "v.npy", npy("<f4", "False", "(1, 1, 1)", bytes_of(std::vector<float>{0.5f})));
-    const auto helper =
-        folder_.write("helper", std::string("#!/bin/sh\necho 'note: a slice' >&2\n") +
-                                    "exec " OPENFAB_TEST_HELPER " \"$@\"\n");
+    const auto helper = folder_.write(
+        "helper", std::string("#!/bin/sh\necho 'note: a slice' >&2\n") + "exec " +
+                      testing::test_program("texture_test_helper").string() + " \"$@\"\n");
     std::filesystem::permissions(helper, std::filesystem::perms::owner_all);
     ::setenv("OPENFAB_HELPER", helper.c_str(), 1);
     for (const bool fails : {false, true}) {

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/property_table.h"
+#include "tests/support/places/places.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +45,7 @@ TEST(PropertyTable, IsAModuleOfConstants) {
 }
 
 TEST(PropertyTable, OfTheGalleryIsWhatItsModuleSays) {
-    const std::string folder = OPENFAB_SOURCE_DIR "/gallery/insole/";
+    const std::string folder = testing::source_dir() / "gallery/insole/";
     const auto contents = [&](const std::string& name) {
         std::ifstream in(folder + name);
         return std::string{std::istreambuf_iterator<char>(in), {}};

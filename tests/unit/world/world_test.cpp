@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "world/world.h"
+#include "tests/support/places/places.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -448,8 +449,7 @@ TEST_F(WorldTest, FilesOfMeshesCanBeLeftUnread) {
 }
 
 TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
-    const std::filesystem::path file =
-        std::filesystem::path(OPENFAB_SOURCE_DIR) / "world/fab_world.schema.json";
+    const std::filesystem::path file = testing::source_dir() / "world/fab_world.schema.json";
     const Result<std::string> text = read_text_file(file, 1'000'000);
     ASSERT_TRUE(text);
     const Result<JsonValue> root = parse_json(*text, file.string());
