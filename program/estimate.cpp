@@ -83,15 +83,15 @@ Result<bool> print_coarse(const CoarsePrint& coarse, pipeline::PrintInput input,
 /// Samples the time with an output like the print's own, in a temporary folder. A receiver gets what a
 /// file does.
 Result<pipeline::TimeSample> sample_time(pipeline::PrintJob* print, const Options& options,
-                                         const std::string& format, const world::Printer& printer,
+                                         const backends::Format* format,
+                                         const world::Printer& printer,
                                          const std::atomic<bool>& interrupt) {
     // Slices alone are better than nothing.
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
-    if (!folder || format.empty()) return print->sample_time(kTimeSeconds, nullptr, interrupt);
+    if (!folder || format == nullptr) return print->sample_time(kTimeSeconds, nullptr, interrupt);
     Options like = options;
-    like.format = format;
-    like.output =
-        ((*folder)->path() / (is_folder_format(format) ? "slices" : "print." + format)).string();
+    like.format = format->name;
+    like.output = output_in((*folder)->path(), *format);
     like.previews.clear();
     like.resume = false;
     Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(like, printer);
@@ -127,7 +127,7 @@ std::string describe_pace(const Estimate& e) {
 Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
                                const pipeline::PrintInput& input,
                                const pipeline::PrintOptions& pipeline, const Options& options,
-                               const std::string& format, const world::Printer& printer,
+                               const backends::Format* format, const world::Printer& printer,
                                const std::atomic<bool>& interrupt) {
     const pipeline::PrintInfo info = print->info();
     Estimate out;

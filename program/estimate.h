@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "backends/common/format.h"
 #include "base/result.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_job.h"
@@ -46,7 +47,7 @@ struct Estimate {
 Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
                                const pipeline::PrintInput& input,
                                const pipeline::PrintOptions& pipeline, const Options& options,
-                               const std::string& format, const world::Printer& printer,
+                               const backends::Format* format, const world::Printer& printer,
                                const std::atomic<bool>& interrupt);
 
 /// Writes the estimate to stderr.

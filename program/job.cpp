@@ -39,8 +39,9 @@ std::string title_of(const std::string& input) {
 /// Returns whether voxels have the pitch of meshes: not where the printer's own format is a mesh, for
 /// which its pitch is meant.
 bool has_mesh_pitch(const Options& options, const world::Printer& printer,
-                    const std::string& format) {
-    return is_mesh_format(format) && (format != printer.native_format || options.mesh_pitch_mm);
+                    const backends::Format* format) {
+    return is_mesh_format(format) &&
+           (format->name != printer.native_format || options.mesh_pitch_mm);
 }
 
 Result<world::Printer> printer_of(const Options& options, const world::World& world,
@@ -50,7 +51,7 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     if (name.empty()) name = "generic";
     Result<world::Printer> printer = world::load_printer(name);
     if (!printer) return printer;
-    Result<std::string> format = choose_format(options, *printer);
+    const Result<const backends::Format*> format = choose_format(options, *printer);
     if (!format) return format.error();
     if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
@@ -179,7 +180,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     Result<int32_t> support = choose_support(options, *world, job.printer, &job.input.materials);
     if (!support) return support.error();
     job.input.support_code = *support;
-    Result<std::string> format = choose_format(options, job.printer);
+    const Result<const backends::Format*> format = choose_format(options, job.printer);
     if (!format) return format.error();
     job.input.pitch_mm =
         print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "backends/formats/formats.h"
 #include "backends/stream/address.h"
 #include "base/command_line.h"
 #include "base/units.h"
@@ -137,12 +138,17 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->required();
     app.add_option(
            "-o,--output", o.output,
-           "a folder (png, bmp), a file (.ofr, .gcvf, .npy, .3mf, .stl), - for standard output "
-           "(ofr), "
-           "or a receiver: tcp://HOST:PORT, tls://HOST:PORT or unix:PATH")
+           fmt::format(
+               "a folder ({}), a file ({}), - for standard output ({}), or a receiver: "
+               "tcp://HOST:PORT, tls://HOST:PORT or unix:PATH",
+               backends::format_names(
+                   ",", [](const auto& f) { return f.kind == backends::FormatKind::kFolder; }),
+               backends::file_extensions(),
+               backends::format_names("or", [](const auto& f) { return f.streams; })))
         ->type_name("OUT");
-    app.add_option("--format", o.format,
-                   format_names() + " (default: by OUT's extension, else the printer's own)")
+    app.add_option(
+           "--format", o.format,
+           backends::format_names() + " (default: by OUT's extension, else the printer's own)")
         ->type_name("FORMAT");
     app.add_option("--token-file", o.token_file,
                    "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
@@ -338,10 +344,10 @@ Result<void> validate_options(const Raw& raw, Options* o) {
         return bad_value("--groups-in-flight", raw.slabs_in_flight,
                          "not a whole number from 1 to 1024", "8");
     }
-    if (!o->format.empty() &&
-        std::find(kFormats.begin(), kFormats.end(), o->format) == kFormats.end()) {
+    const backends::Format* format = backends::find_format(o->format);
+    if (!o->format.empty() && format == nullptr) {
         return usage_error(fmt::format("there is no output format `{}`; choose from {}", o->format,
-                                       format_names()));
+                                       backends::format_names()));
     }
     if (o->fractions_file.ends_with(".vdb")) {
         const std::string npy = o->fractions_file.substr(0, o->fractions_file.size() - 3) + "npy";
@@ -350,17 +356,18 @@ Result<void> validate_options(const Raw& raw, Options* o) {
             "and then `openfab export {1} -o {0}`",
             o->fractions_file, npy));
     }
-    if (o->output == "-" && !o->format.empty() && o->format != "ofr") {
-        return usage_error(fmt::format("{} cannot go to standard output; use `--format ofr`",
-                                       o->format == "png" || o->format == "bmp"
-                                           ? o->format + " slices are a folder and"
-                                           : o->format + " is finished last and"));
+    const bool streams = format == nullptr || format->streams;
+    if (o->output == "-" && !streams) {
+        return usage_error(
+            fmt::format("{} {} and cannot go to standard output; use `--format ofr`", format->name,
+                        format->kind == backends::FormatKind::kFolder ? "slices are a folder"
+                                                                      : "is finished last"));
     }
     if (stream::is_address(o->output)) {
         if (Result<stream::Address> a = stream::parse_address(o->output); !a) return a.error();
-        if (!o->format.empty() && o->format != "ofr")
+        if (!streams)
             return usage_error(
-                fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", o->format));
+                fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", format->name));
     }
     if (o->fractions_supersample > 1 && o->fractions_file.empty()) {
         return usage_error(
@@ -386,13 +393,6 @@ bool has_output(const Options& o) {
 }
 
 }  // namespace
-
-std::string format_names() {
-    std::string text;
-    for (size_t i = 0; i < kFormats.size(); ++i)
-        text += (i == 0 ? "" : i + 1 == kFormats.size() ? " or " : ", ") + std::string(kFormats[i]);
-    return text;
-}
 
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
                               bool needs_output) {

@@ -76,11 +76,6 @@ struct Options {
     std::string text;
 };
 
-/// The formats of outputs, as `--format` takes them.
-inline constexpr std::array kFormats{"ofr", "png", "bmp", "gcvf", "npy", "3mf", "filament", "stl"};
-/// Returns them as a text: `ofr, png or bmp`.
-std::string format_names();
-
 /// Parses the command line; `argv[0]` is the program. Errors have the code kUsage; so has a command
 /// line without any output, unless the host takes the slices itself; then the help leaves out what asks
 /// for outputs.

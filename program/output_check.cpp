@@ -12,7 +12,6 @@
 #include <optional>
 #include <tuple>
 
-#include "backends/boundary/mesh_sink.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/stream/address.h"
@@ -122,7 +121,7 @@ Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutp
 
 }  // namespace
 
-std::vector<NamedOutput> outputs_of(const Options& options, const std::string& format,
+std::vector<NamedOutput> outputs_of(const Options& options, const backends::Format* format,
                                     const std::vector<pipeline::SliceMaterial>& materials) {
     std::vector<NamedOutput> out;
     // Written under a temporary name and then renamed; pipes and devices directly.
@@ -130,17 +129,17 @@ std::vector<NamedOutput> outputs_of(const Options& options, const std::string& f
         out.push_back({option, path});
         if (identity_of(path)) out.push_back({option, path.string() + ".part"});
     };
-    if (format == "stl") {
-        pipeline::PrintInfo info;
-        info.materials = materials;
-        for (size_t m = 0; m < materials.size(); ++m)
-            whole("-o", boundary::stl_path(options.output, info, m));
-    } else if (format == "3mf" || format == "filament" || format == "gcvf") {
-        whole("-o", options.output);
-    } else if (!options.output.empty() && options.output != "-" &&
-               !stream::is_address(options.output)) {
+    const bool is_file =
+        !options.output.empty() && options.output != "-" && !stream::is_address(options.output);
+    if (is_file && (format == nullptr || format->files == nullptr)) {
         out.push_back({"-o", options.output});
-        if (format == "npy") whole("-o", raster::array_json_path(options.output));
+    } else if (is_file) {
+        for (const backends::FormatFile& file : format->files(options.output, materials)) {
+            if (file.renamed)
+                whole("-o", file.path);
+            else
+                out.push_back({"-o", file.path});
+        }
     }
     if (!options.fractions_file.empty()) {
         out.push_back({"--fractions", options.fractions_file});
@@ -173,7 +172,7 @@ Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
     return {};
 }
 
-Result<void> check_outputs(const Options& options, const std::string& format,
+Result<void> check_outputs(const Options& options, const backends::Format* format,
                            const std::vector<pipeline::SliceMaterial>& materials,
                            const std::vector<fs::path>& inputs) {
     const std::vector<NamedOutput> outputs = outputs_of(options, format, materials);
@@ -181,7 +180,9 @@ Result<void> check_outputs(const Options& options, const std::string& format,
     for (const NamedOutput& more : options.more_outputs) {
         if (Result<void> possible = check_place(more.path); !possible) return possible;
     }
-    if (!is_folder_format(format) || options.output.empty()) return {};
+    if (format == nullptr || format->kind != backends::FormatKind::kFolder ||
+        options.output.empty())
+        return {};
     const auto folder = std::find_if(outputs.begin(), outputs.end(), [](const NamedOutput& output) {
         return output.option == "-o";
     });

@@ -7,78 +7,61 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <functional>
 #include <utility>
 #include <vector>
 
-#include "backends/boundary/mesh_sink.h"
 #include "backends/common/tee_sink.h"
-#include "backends/gcvf/gcvf_sink.h"
-#include "backends/ofr/ofr_sink.h"
-#include "backends/ofr/slice_codec.h"
+#include "backends/formats/formats.h"
 #include "backends/preview/preview.h"
-#include "backends/raster/folder_sink.h"
-#include "backends/raster/npy_sink.h"
-#include "backends/raster/slice_files.h"
 #include "backends/stream/stream_sink.h"
 
 namespace openfab::program {
 
 namespace {
 
-raster::SliceFormat slice_format(const Options& options, const std::string& format) {
-    return format == "bmp"       ? raster::SliceFormat::kBitmaps
-           : options.png_indexed ? raster::SliceFormat::kIndexed
-                                 : raster::SliceFormat::kRgba;
-}
+using backends::Format;
 
-raster::FolderOptions folder_options(const Options& options, const world::Printer& printer,
-                                     const std::string& format) {
-    raster::FolderOptions folder;
-    folder.format = slice_format(options, format);
-    folder.flip_x = options.flip_x;
-    folder.front_end_makes_support = printer.makes_support;
-    folder.handoff = printer.handoff;
-    return folder;
+backends::OutputSettings settings_of(const Options& options, const world::Printer& printer) {
+    backends::OutputSettings settings;
+    settings.path = options.output;
+    settings.resume = options.resume;
+    settings.png_indexed = options.png_indexed;
+    settings.flip_x = options.flip_x;
+    settings.front_end_makes_support = printer.makes_support;
+    settings.handoff = printer.handoff;
+    return settings;
 }
 
 /// Encodes as the sink of a format does, and discards.
 class Encoder : public backends::NullSink {
   public:
-    using Encode = std::function<std::vector<uint8_t>(const pipeline::SliceView& slice,
-                                                      const pipeline::PrintInfo& info)>;
-    explicit Encoder(Encode encode) : encode_(std::move(encode)) {}
+    Encoder(const Format& format, backends::OutputSettings settings)
+        : format_(format), settings_(std::move(settings)) {}
     Result<void> begin(const pipeline::PrintInfo& info) override {
         info_ = info;
         return {};
     }
     std::vector<uint8_t> encode(const pipeline::SliceView& slice) const override {
-        return encode_(slice, info_);
+        return format_.encode(slice, info_, settings_);
     }
 
   private:
-    Encode encode_;
+    const Format& format_;
+    backends::OutputSettings settings_;
     pipeline::PrintInfo info_;
 };
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
                                                          const world::Printer& printer,
-                                                         const std::string& format,
+                                                         const Format* format,
                                                          const std::atomic<bool>* interrupt) {
-    if (format.empty())
+    if (format == nullptr)
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::NullSink>());
-    if (options.resume && !can_be_resumed(options, format)) {
-        return usage_error(fmt::format(
-            "`--resume` cannot continue `{}`: {}", options.output,
-            is_mesh_format(format)
-                ? "a mesh is closed by its last slice, so nothing is left of one that was cut "
-                  "short; print an .ofr file, and make meshes of it with `openfab export`"
-            : format == "gcvf"
-                ? "a package is closed after its last slice, so nothing is left of one that was "
-                  "cut short; print an .ofr file, and make a gcvf of it with `openfab export`"
-            : format == "npy" ? "an array does not keep what it was made of; print an .ofr file, "
-                                "and make an array of it with `openfab export`"
-                              : "it is not a file that keeps what was written"));
+    if (options.resume && !can_be_resumed(options, *format)) {
+        return usage_error(fmt::format("`--resume` cannot continue `{}`: {}", options.output,
+                                       format->not_resumed.empty()
+                                           ? "it is not a file that keeps what was written"
+                                           : format->not_resumed));
     }
     if (stream::is_address(options.output)) {
         Result<stream::Address> address = stream::parse_address(options.output);
@@ -94,24 +77,7 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<stream::StreamSink>(
             std::move(*address), std::move(*token), std::move(tls), options.resume, interrupt));
     }
-    if (format == "ofr") {
-        return options.resume ? ofr::OfrSink::reopen(options.output)
-                              : ofr::OfrSink::create(options.output);
-    }
-    if (is_mesh_format(format)) {
-        return std::unique_ptr<pipeline::SliceSink>(std::make_unique<boundary::MeshSink>(
-            format == "stl"        ? boundary::make_stl_writer(options.output)
-            : format == "filament" ? boundary::make_filament_writer(options.output)
-                                   : boundary::make_threemf_writer(options.output)));
-    }
-    if (format == "gcvf") {
-        return std::unique_ptr<pipeline::SliceSink>(
-            std::make_unique<gcvf::GcvfSink>(options.output, options.flip_x));
-    }
-    if (format == "npy") return raster::NpySink::create(options.output);
-    raster::FolderOptions folder = folder_options(options, printer, format);
-    return options.resume ? raster::FolderSink::reopen(options.output, std::move(folder))
-                          : raster::FolderSink::create(options.output, std::move(folder));
+    return format->open(settings_of(options, printer));
 }
 
 /// `.gcode`, `.tif`, `.7z`, but not the `.2` of `ball_v1.2`.
@@ -124,28 +90,44 @@ bool looks_like_file(const std::string& extension) {
            std::any_of(extension.begin() + 1, extension.end(), is_letter);
 }
 
-Result<std::string> name_format(const Options& options, const world::Printer& printer) {
-    if (options.output.empty()) return std::string();
-    if (!options.format.empty()) return options.format;
-    if (options.output == "-" || stream::is_address(options.output)) return std::string("ofr");
+/// Says what `-o NAME.png` should be: slices fill a folder.
+Error slices_fill_a_folder(const Options& options, const Format& format) {
+    const std::string stem = std::filesystem::path(options.output).stem().string();
+    const std::string picture =
+        format.extension == ".png"
+            ? fmt::format(", or `--preview {}` for a picture", options.output)
+            : "";
+    return usage_error(
+        fmt::format("`-o {0}`: {1} slices fill a folder; write `-o {2} --format {1}`{3}",
+                    options.output, format.name, stem, picture));
+}
+
+/// Returns the format that a printer takes.
+Result<const Format*> native_format(const world::Printer& printer) {
+    if (const Format* format = backends::find_format(printer.native_format)) return format;
+    return user_error(
+        fmt::format("the printer `{}` takes the format `{}`, which there is not; its "
+                    "`native_format` is one of {}",
+                    printer.name, printer.native_format, backends::format_names()));
+}
+
+Result<const Format*> name_format(const Options& options, const world::Printer& printer) {
+    if (options.output.empty()) return nullptr;
+    if (!options.format.empty()) return backends::find_format(options.format);
+    if (options.output == "-" || stream::is_address(options.output))
+        return backends::find_format("ofr");
+    Result<const Format*> native = native_format(printer);
+    if (!native) return native;
     const std::filesystem::path path(options.output);
     const std::string extension = path.filename().has_filename() ? path.extension().string() : "";
     // A printer that wants painted triangles wants them in its 3MF.
-    if (extension == ".3mf" && printer.native_format == "filament") return printer.native_format;
-    for (const char* known : {".ofr", ".gcvf", ".npy", ".stl", ".3mf"}) {
-        if (extension == known) return std::string(known + 1);
-    }
-    if (extension == ".png") {
-        return usage_error(
-            fmt::format("`-o {}`: png slices fill a folder; write `-o {}` with `--format png`, or "
-                        "`--preview {}` for a "
-                        "picture",
-                        options.output, path.stem().string(), options.output));
-    }
-    if (extension == ".bmp") {
-        return usage_error(
-            fmt::format("`-o {}`: bmp slices fill a folder; write `-o {} --format bmp`",
-                        options.output, path.stem().string()));
+    if (extension == (*native)->extension && (*native)->kind != backends::FormatKind::kFolder)
+        return native;
+    for (const Format* format : backends::formats()) {
+        if (extension != format->extension) continue;
+        if (format->kind == backends::FormatKind::kFolder)
+            return slices_fill_a_folder(options, *format);
+        return format;
     }
     if (extension == ".vdb") {
         return usage_error(fmt::format(
@@ -155,65 +137,65 @@ Result<std::string> name_format(const Options& options, const world::Printer& pr
     }
     std::error_code ignored;
     if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
-        return usage_error(fmt::format(
-            "`-o {0}`: there is no output format `{1}`; choose from .ofr, .gcvf, .npy, .3mf, .stl, "
-            "or "
-            "a folder of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
-            options.output, extension.substr(1), (path.parent_path() / path.stem()).string()));
+        return usage_error(
+            fmt::format("`-o {0}`: there is no output format `{1}`; choose from {3}, or "
+                        "a folder of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
+                        options.output, extension.substr(1),
+                        (path.parent_path() / path.stem()).string(), backends::file_extensions()));
     }
-    return printer.native_format;
+    return native;
 }
 
 }  // namespace
 
-bool is_folder_format(const std::string& format) {
-    return format == "png" || format == "bmp";
+bool is_mesh_format(const Format* format) {
+    return format != nullptr && format->kind == backends::FormatKind::kMesh;
 }
 
-bool is_mesh_format(const std::string& format) {
-    return format == "stl" || format == "3mf" || format == "filament";
-}
-
-Result<std::string> choose_format(const Options& options, const world::Printer& printer) {
-    Result<std::string> format = name_format(options, printer);
-    if (format && options.mesh_pitch_mm && !is_mesh_format(*format)) {
+Result<const Format*> choose_format(const Options& options, const world::Printer& printer) {
+    Result<const Format*> format = name_format(options, printer);
+    if (!format) return format;
+    if (options.mesh_pitch_mm && !is_mesh_format(*format)) {
         return usage_error(
-            "`--mesh-pitch` is for the formats stl, 3mf and filament; `--voxel` sets the pitch of "
-            "slices");
+            fmt::format("`--mesh-pitch` is for the formats {}; `--voxel` sets the pitch of slices",
+                        backends::format_names(
+                            "and", [](const Format& each) { return is_mesh_format(&each); })));
     }
-    const bool has_pictures = format && (is_folder_format(*format) || *format == "gcvf");
-    if (format && !format->empty() && !has_pictures && options.flip_x) {
+    if (*format != nullptr && !(*format)->flips_x && options.flip_x) {
         return usage_error(fmt::format(
-            "`--flip-x` mirrors the pictures of png, bmp and gcvf; of an .ofr file `openfab export "
+            "`--flip-x` mirrors the pictures of {}; of an .ofr file `openfab export "
             "--flip-x` makes them, and {} is never mirrored",
-            *format));
+            backends::format_names("and", [](const Format& each) { return each.flips_x; }),
+            (*format)->name));
     }
     return format;
 }
 
-bool can_be_resumed(const Options& options, const std::string& format) {
-    if (is_folder_format(format) || stream::is_address(options.output)) return true;
+bool can_be_resumed(const Options& options, const Format& format) {
+    if (stream::is_address(options.output)) return true;
+    if (!format.not_resumed.empty()) return false;
+    if (format.kind == backends::FormatKind::kFolder) return true;
     std::error_code ignored;
     const std::filesystem::file_status there = std::filesystem::status(options.output, ignored);
-    return format == "ofr" && options.output != "-" &&
+    return options.output != "-" &&
            (!std::filesystem::exists(there) || !std::filesystem::is_other(there));
 }
 
-int64_t output_bytes_per_column(const std::string& format, size_t materials) {
-    if (format == "filament") return boundary::kSolidMesherBytesPerColumn;
-    if (is_mesh_format(format)) return boundary::kMesherBytesPerColumn;
-    if (format == "gcvf") return gcvf::kBytesPerColumn;
-    // What slices that wait for their turn take beyond their packed rows: a bit for each material, or
-    // a byte, in the slabs of eight slices that two threads have in flight.
-    constexpr int64_t kSlabs = 4;
-    if (format == "bmp") return kSlabs * static_cast<int64_t>(materials);
-    return format == "npy" ? kSlabs * 8 : 0;
+std::string output_in(const std::filesystem::path& folder, const Format& format) {
+    const bool is_folder = format.kind == backends::FormatKind::kFolder;
+    return (folder / (is_folder ? "slices" : fmt::format("print{}", format.extension))).string();
+}
+
+int64_t output_bytes_per_column(const Format* format, size_t materials) {
+    return format == nullptr || format->bytes_per_column == nullptr
+               ? 0
+               : format->bytes_per_column(materials);
 }
 
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
                                                          const world::Printer& printer,
                                                          const std::atomic<bool>* interrupt) {
-    Result<std::string> format = choose_format(options, printer);
+    const Result<const Format*> format = choose_format(options, printer);
     if (!format) return format.error();
     Result<std::unique_ptr<pipeline::SliceSink>> sink =
         open_format(options, printer, *format, interrupt);
@@ -227,27 +209,18 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
 
 Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options,
                                                           const world::Printer& printer,
-                                                          const std::string& format) {
-    Encoder::Encode encode;
-    if (format == "ofr") {
-        encode = [](const pipeline::SliceView& slice, const pipeline::PrintInfo&) {
-            return ofr::encode_slice(slice);
-        };
-    } else if (is_folder_format(format)) {
-        encode = [folder = folder_options(options, printer, format)](
-                     const pipeline::SliceView& slice, const pipeline::PrintInfo& info) {
-            return raster::encode_slice(slice, info, folder);
-        };
-    } else {
+                                                          const Format& format) {
+    if (format.encode == nullptr) {
         Error error = usage_error(
             fmt::format("the format {} is not made slice by slice, which a print over several "
                         "machines is",
-                        format));
+                        format.name));
         error.help =
-            fmt::format("print an .ofr file, and make {} of it with `openfab export`", format);
+            fmt::format("print an .ofr file, and make {} of it with `openfab export`", format.name);
         return error;
     }
-    return std::unique_ptr<pipeline::SliceSink>(std::make_unique<Encoder>(std::move(encode)));
+    return std::unique_ptr<pipeline::SliceSink>(
+        std::make_unique<Encoder>(format, settings_of(options, printer)));
 }
 
 int64_t queue_bytes(const Options& options) {

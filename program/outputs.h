@@ -4,25 +4,25 @@
 
 // Opens the outputs of a print: the sink that the options select, with previews as observers.
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "backends/common/format.h"
 #include "program/options.h"
 #include "runtime/pipeline/slice_sink.h"
 #include "world/printer.h"
 
 namespace openfab::program {
 
-/// Returns whether the format is a folder of slices ("png", "bmp").
-bool is_folder_format(const std::string& format);
+/// Returns whether the format is one of boundary meshes; false for null.
+bool is_mesh_format(const backends::Format* format);
 
-/// Returns whether the format is one of boundary meshes ("stl", "3mf", "filament").
-bool is_mesh_format(const std::string& format);
-
-/// Returns one of kFormats: from --format, else by OUT's extension, else the printer's
-/// own; empty where only previews are written. Fails with a usage error for an extension that
+/// Returns the format of the output: from --format, else by OUT's extension, else the printer's
+/// own; null where only previews are written. Fails with a usage error for an extension that
 /// contradicts or an unknown format.
-Result<std::string> choose_format(const Options& options, const world::Printer& printer);
+Result<const backends::Format*> choose_format(const Options& options,
+                                              const world::Printer& printer);
 
 /// Opens the output; an existing one is replaced, or resumed. Once `interrupt` is set, if there is one,
 /// it waits for nobody.
@@ -35,14 +35,17 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(
 /// not slice by slice.
 Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options,
                                                           const world::Printer& printer,
-                                                          const std::string& format);
+                                                          const backends::Format& format);
 
 /// Returns whether `--resume` can continue a print into this output: a file, a folder of slices, or
 /// a receiver.
-bool can_be_resumed(const Options& options, const std::string& format);
+bool can_be_resumed(const Options& options, const backends::Format& format);
 
-/// Returns the memory of the output for each voxel of a slice, for so many materials.
-int64_t output_bytes_per_column(const std::string& format, size_t materials);
+/// Returns the path of an output of this format in a folder of its own.
+std::string output_in(const std::filesystem::path& folder, const backends::Format& format);
+
+/// Returns the memory of the output for each voxel of a slice, for so many materials; 0 for null.
+int64_t output_bytes_per_column(const backends::Format* format, size_t materials);
 
 /// Returns the memory of slices that wait for a receiver.
 int64_t queue_bytes(const Options& options);

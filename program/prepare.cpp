@@ -18,7 +18,7 @@ namespace openfab::program {
 
 namespace {
 
-pipeline::PrintOptions pipeline_options(const Options& options, const std::string& format,
+pipeline::PrintOptions pipeline_options(const Options& options, const backends::Format* format,
                                         size_t materials, const PrintHooks& hooks) {
     pipeline::PrintOptions result;
     result.interrupt = &hooks.interrupt;
@@ -82,7 +82,7 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
     Result<Job> job = load_job(options, fablets);
     if (!job) return job.error();
     // Reports a wrong output name before the work, not after.
-    Result<std::string> format = choose_format(options, job->printer);
+    const Result<const backends::Format*> format = choose_format(options, job->printer);
     if (!format) return format.error();
     if (Result<void> apart = check_outputs(options, *format, job->input.materials, job->inputs);
         !apart)
@@ -101,7 +101,7 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
         !fits)
         return fits.error();
     ready.job = std::move(*job);
-    ready.format = std::move(*format);
+    ready.format = *format;
     ready.print = std::move(*print);
     return ready;
 }

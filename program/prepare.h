@@ -13,6 +13,7 @@
 #include <string>
 
 #include "abi/fablet_table.h"
+#include "backends/common/format.h"
 #include "program/job.h"
 #include "program/options.h"
 #include "runtime/pipeline/fraction_sink.h"
@@ -35,7 +36,7 @@ struct PrintHooks {
 
 struct PreparedPrint {
     Job job;
-    std::string format;  ///< of the output, see choose_format
+    const backends::Format* format = nullptr;  ///< of the output, see choose_format
     pipeline::PrintOptions options;
     std::unique_ptr<pipeline::PrintJob> print;
 };

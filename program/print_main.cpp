@@ -51,16 +51,17 @@ void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::P
 }
 
 /// Adds how to resume a print of which slices are there, and which ended early for a temporary reason.
-Error add_resume_hint(Error error, const Options& options, const std::string& format) {
+Error add_resume_hint(Error error, const Options& options, const backends::Format* format) {
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
-    if (passes && can_be_resumed(options, format) && options.fractions_file.empty())
+    if (passes && format != nullptr && can_be_resumed(options, *format) &&
+        options.fractions_file.empty())
         error.help += std::string(error.help.empty() ? "" : "; ") +
                       "the same command with `--resume` continues from there";
     return error;
 }
 
 /// Runs the print. Statistics and pictures are written even if it ends early.
-Result<void> run(pipeline::PrintJob* print, const Options& options, const std::string& format,
+Result<void> run(pipeline::PrintJob* print, const Options& options, const backends::Format* format,
                  const world::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, program::Progress& progress) {
     const DeferredInterrupt deferred;

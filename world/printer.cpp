@@ -88,10 +88,8 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     if (const JsonMember* p = root->find("max_materials")) {
         out.max_materials = json.integer(p->value, "`max_materials`", 1, 64);
     }
-    if (const JsonMember* p = root->find("native_format")) {
-        const std::vector<std::string> formats = {"ofr", "png", "bmp", "filament"};
-        out.native_format = formats[json.choice(p->value, "`native_format`", formats)];
-    }
+    if (const JsonMember* p = root->find("native_format"))
+        out.native_format = json.string(p->value, "`native_format`");
     if (const JsonMember* p = root->find("makes_support")) {
         out.makes_support = json.boolean(p->value, "`makes_support`");
     }

@@ -29,7 +29,7 @@ struct Printer {
     Vec3d pitch_mm{0.1, 0.1, 0.1};
     Vec3d build_volume_mm{1000, 1000, 1000};
     int32_t max_materials = 64;
-    std::string native_format = "ofr";  ///< "ofr", "png", "bmp" or "filament"
+    std::string native_format = "ofr";  ///< see backends/formats; whoever opens an output checks it
     bool makes_support = true;  ///< the printer's front end adds support, so slices contain none
     SupportMaterial support_material;
     double layer_time_s = 0;  ///< 0: unknown

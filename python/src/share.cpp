@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "backends/formats/formats.h"
 #include "backends/ofr/format.h"
 #include "base/clock.h"
 #include "program/job.h"
@@ -68,7 +69,7 @@ Result<std::shared_ptr<SharePrinter>> SharePrinter::create(std::shared_ptr<const
     made->ready_ = std::move(*ready);
     program::Job& job = made->ready_.job;
     Result<std::unique_ptr<pipeline::SliceSink>> encoder =
-        program::make_encoder(*options, job.printer, format);
+        program::make_encoder(*options, job.printer, *backends::find_format(format));
     if (!encoder) return encoder.error();
     made->encoder_ = std::move(*encoder);
     made->warnings_ = job.input.warnings;
@@ -108,7 +109,7 @@ Result<std::shared_ptr<ShareWriter>> ShareWriter::create(const Settings& setting
     const Result<world::Printer> printer =
         world::load_printer(settings.printer.empty() ? info->printer : settings.printer);
     if (!printer) return printer.error();
-    const Result<std::string> format = program::choose_format(*options, *printer);
+    const Result<const backends::Format*> format = program::choose_format(*options, *printer);
     if (!format) return format.error();
     if (Result<void> apart =
             program::check_outputs(*options, *format, info->materials, settings.inputs);
@@ -116,7 +117,7 @@ Result<std::shared_ptr<ShareWriter>> ShareWriter::create(const Settings& setting
         return apart.error();
     if (!settings.output.empty()) {
         options->output = settings.output;
-        options->format = *format;
+        options->format = (*format)->name;
     }
     Result<std::unique_ptr<pipeline::SliceSink>> sink = program::open_output(*options, *printer);
     if (!sink) return sink.error();
@@ -184,11 +185,12 @@ Result<std::string> output_format(const std::vector<std::string>& words,
     if (!options) return options.error();
     const Result<world::Printer> known = world::load_printer(printer.empty() ? "generic" : printer);
     if (!known) return known.error();
-    const Result<std::string> format = program::choose_format(*options, *known);
-    if (!format) return format;
+    const Result<const backends::Format*> format = program::choose_format(*options, *known);
+    if (!format) return format.error();
     // Whether it can be made by several, before any of them begins.
-    const auto encoder = program::make_encoder(*options, *known, *format);
-    return encoder ? format : encoder.error();
+    const auto encoder = program::make_encoder(*options, *known, **format);
+    if (!encoder) return encoder.error();
+    return std::string((*format)->name);
 }
 
 Result<std::vector<std::filesystem::path>> world_files(const std::vector<std::string>& words) {

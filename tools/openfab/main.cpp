@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "backends/formats/formats.h"
 #include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/run_main.h"
@@ -140,7 +141,9 @@ void add_verify(CLI::App& app, Action* action) {
 /// Declares what `export` and `merge` write; `more`: formats besides those of a print.
 void add_copy_options(CLI::App* command, ExportOptions* options,
                       const std::vector<std::string>& more = {}) {
-    std::vector<std::string> formats(program::kFormats.begin(), program::kFormats.end());
+    std::vector<std::string> formats;
+    for (const backends::Format* format : backends::formats())
+        formats.emplace_back(format->name);
     formats.insert(formats.end(), more.begin(), more.end());
     command
         ->add_option("--format", options->print.format,

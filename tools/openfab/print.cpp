@@ -175,7 +175,7 @@ Result<void> print_world(std::vector<std::string> arguments) {
                               compilation->schedules, sources->dither};
     // The print binary checks again, with all that the world names, but does not know these files.
     if (Result<void> apart =
-            program::check_outputs(program::outputs_of(*options, "", {}), inputs_of(wanted));
+            program::check_outputs(program::outputs_of(*options, nullptr, {}), inputs_of(wanted));
         !apart)
         return apart.error();
     const Result<PrintBinary> program =

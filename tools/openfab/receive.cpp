@@ -47,18 +47,18 @@ bool is_complete(const program::Options& print) {
     return text && raster::manifest_is_complete(*text);
 }
 
-/// Returns "ofr" or "png", as the output's name says.
-Result<std::string> format_of(const program::Options& print) {
+/// Returns ofr or png, as the output's name says.
+Result<const backends::Format*> format_of(const program::Options& print) {
     if (print.output == "-" || stream::is_address(print.output))
         return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
     world::Printer printer;
     printer.native_format = "png";
-    Result<std::string> format = program::choose_format(print, printer);
-    if (!format || *format == "ofr" || *format == "png") return format;
+    Result<const backends::Format*> format = program::choose_format(print, printer);
+    if (!format || (*format)->name == "ofr" || (*format)->name == "png") return format;
     return usage_error(
         fmt::format("`receive` keeps an .ofr file or a folder of png slices; `openfab export` "
                     "makes {} of these",
-                    *format));
+                    (*format)->name));
 }
 
 /// Fails where the output could not be opened when a print comes.
@@ -106,9 +106,9 @@ Result<void> run_receive(const ReceiveArguments& a) {
 
     program::Options print;
     print.output = a.output;
-    Result<std::string> format = format_of(print);
+    const Result<const backends::Format*> format = format_of(print);
     if (!format) return format.error();
-    print.format = std::move(*format);
+    print.format = (*format)->name;
     if (Result<void> opens = try_output(print); !opens) return opens;
     options.token = *token;
     options.memory_bytes = *memory;

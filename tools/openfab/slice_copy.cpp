@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "backends/common/tee_sink.h"
+#include "backends/formats/formats.h"
 #include "base/units.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
@@ -17,7 +18,7 @@ namespace {
 /// Checks the memory for writing besides the reader's slice: a mesher's columns, and previews.
 Result<void> check_memory(const ExportOptions& options, const std::string& input,
                           const pipeline::PrintInfo& info, int64_t memory_bytes) {
-    const std::string& format = options.print.format;
+    const backends::Format* format = backends::find_format(options.print.format);
     const int64_t columns = int64_t{info.size.x} * info.size.y;
     const auto slice_bytes = static_cast<int64_t>(
         backends::packed_row_bytes(info.size.x, info.bits) * static_cast<size_t>(info.size.y));
@@ -31,8 +32,8 @@ Result<void> check_memory(const ExportOptions& options, const std::string& input
     return user_error(fmt::format(
         "{}: slices of {} x {} voxels take {} to write{}, and `--memory` allows {}; raise it if "
         "you trust the file",
-        input, info.size.x, info.size.y, format_bytes(bytes), format.empty() ? "" : " as " + format,
-        format_bytes(memory_bytes)));
+        input, info.size.x, info.size.y, format_bytes(bytes),
+        format == nullptr ? "" : fmt::format(" as {}", format->name), format_bytes(memory_bytes)));
 }
 
 }  // namespace
@@ -61,9 +62,10 @@ Result<void> check_copy(ExportOptions* options, const std::vector<std::string>& 
             return usage_error("`--slice` makes a picture; write `-o FILE.png`");
         options->print.format = "png";
     } else {
-        Result<std::string> format = program::choose_format(options->print, printer);
+        const Result<const backends::Format*> format =
+            program::choose_format(options->print, printer);
         if (!format) return format.error();
-        options->print.format = *format;
+        options->print.format = *format == nullptr ? "" : std::string((*format)->name);
     }
     if (Result<void> fits = check_memory(*options, inputs.front(), info, memory_bytes); !fits)
         return fits;
@@ -71,8 +73,9 @@ Result<void> check_copy(ExportOptions* options, const std::vector<std::string>& 
     for (const std::string& input : inputs)
         files.emplace_back(input == "-" ? "/dev/stdin" : input);
     // With `--slice`, `-o` is a file.
-    return program::check_outputs(options->print, one_slice ? "" : options->print.format,
-                                  info.materials, files);
+    return program::check_outputs(
+        options->print, one_slice ? nullptr : backends::find_format(options->print.format),
+        info.materials, files);
 }
 
 Result<void> copy_slices(ofr::OfrReader* reader, pipeline::SliceSink* sink) {

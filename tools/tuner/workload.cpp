@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "backends/formats/formats.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "program/output_check.h"
@@ -92,8 +93,8 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
             inputs.push_back(file);
             out->print_.inputs.push_back(file.string());
         }
-        const Result<void> apart =
-            program::check_outputs(out->print_, out->print_.format, {}, inputs);
+        const Result<void> apart = program::check_outputs(
+            out->print_, backends::find_format(out->print_.format), {}, inputs);
         if (!apart) return apart.error();
         return out;
     }
@@ -122,8 +123,7 @@ Result<std::unique_ptr<pipeline::PrintJob>> Workload::set_up(const openfab_fable
 Result<std::unique_ptr<pipeline::SliceSink>> Workload::open_sink(
     const std::filesystem::path& folder) const {
     program::Options options = print_;
-    const bool is_folder = program::is_folder_format(print_.format);
-    options.output = (folder / (is_folder ? "slices" : "print." + print_.format)).string();
+    options.output = program::output_in(folder, *backends::find_format(print_.format));
     return program::open_output(options, printer_);
 }
 

@@ -157,7 +157,9 @@ TEST(PrintOutputs, Format) {
         arguments.insert(arguments.begin(), "w");
         world::Printer printer;
         printer.native_format = native;
-        return choose_format(*parse(arguments), printer);
+        const Result<const backends::Format*> chosen = choose_format(*parse(arguments), printer);
+        if (!chosen) return Result<std::string>(chosen.error());
+        return Result<std::string>(*chosen == nullptr ? "" : std::string((*chosen)->name));
     };
     EXPECT_EQ(*format({"-o", "a.ofr"}, "png"), "ofr");
     EXPECT_EQ(*format({"-o", "folder"}, "png"), "png");

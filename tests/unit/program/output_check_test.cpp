@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "backends/formats/formats.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::program {
@@ -27,7 +28,8 @@ class OutputCheck : public ::testing::Test {
                              const std::vector<fs::path>& inputs) {
         const std::vector<pipeline::SliceMaterial> materials{{"white", {}, {}, 1, ""},
                                                              {"a b", {}, {}, 1, ""}};
-        const Result<void> done = check_outputs(options, format, materials, inputs);
+        const Result<void> done =
+            check_outputs(options, backends::find_format(format), materials, inputs);
         if (done) return "";
         EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
         return done.error().text();
@@ -118,7 +120,7 @@ TEST_F(OutputCheck, FilesOfTheHostCountToo) {
 TEST_F(OutputCheck, AFileWithoutAFolderIsToldBeforeTheWork) {
     Options options;
     options.more_outputs = {{"--json", path("none/p.json")}};
-    const Result<void> done = check_outputs(options, "ofr", {}, {});
+    const Result<void> done = check_outputs(options, nullptr, {}, {});
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::kOutside);
     EXPECT_THAT(done.error().text(), HasSubstr("none/p.json`: No such file"));

@@ -1,0 +1,63 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "backends/boundary/formats.h"
+
+#include "backends/boundary/mesh_sink.h"
+
+namespace openfab::boundary {
+
+namespace {
+
+constexpr std::string_view kNotResumed =
+    "a mesh is closed by its last slice, so nothing is left of one that was cut short; print an "
+    ".ofr file, and make meshes of it with `openfab export`";
+
+template <std::unique_ptr<MeshWriter> (*make_writer)(const std::filesystem::path&)>
+Result<std::unique_ptr<pipeline::SliceSink>> open(const backends::OutputSettings& settings) {
+    return std::unique_ptr<pipeline::SliceSink>(
+        std::make_unique<MeshSink>(make_writer(settings.path)));
+}
+
+std::vector<backends::FormatFile> stl_files(const std::string& path,
+                                            const std::vector<pipeline::SliceMaterial>& materials) {
+    pipeline::PrintInfo info;
+    info.materials = materials;
+    std::vector<backends::FormatFile> files;
+    for (size_t m = 0; m < materials.size(); ++m)
+        files.push_back({stl_path(path, info, m), true});
+    return files;
+}
+
+}  // namespace
+
+const backends::Format kThreemfFormat{
+    .name = "3mf",
+    .extension = ".3mf",
+    .kind = backends::FormatKind::kMesh,
+    .not_resumed = kNotResumed,
+    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
+    .files = backends::one_renamed_file,
+    .open = open<make_threemf_writer>,
+};
+
+const backends::Format kFilamentFormat{
+    .name = "filament",
+    .extension = ".3mf",
+    .kind = backends::FormatKind::kMesh,
+    .not_resumed = kNotResumed,
+    .bytes_per_column = [](size_t) { return kSolidMesherBytesPerColumn; },
+    .files = backends::one_renamed_file,
+    .open = open<make_filament_writer>,
+};
+
+const backends::Format kStlFormat{
+    .name = "stl",
+    .extension = ".stl",
+    .kind = backends::FormatKind::kMesh,
+    .not_resumed = kNotResumed,
+    .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
+    .files = stl_files,
+    .open = open<make_stl_writer>,
+};
+
+}  // namespace openfab::boundary
