@@ -21,9 +21,9 @@ import worlds
 LEFT_OUT = ("tests/", "gallery/figures/")
 # Titles of the tabs, and what is in them: patterns of paths in order; what none names is under the last.
 NAVIGATION = [
-    ("OpenFab", ["README.md"]),
+    ("OpenFab", ["README.md", "docs/systems.md", "docs/glossary.md", "CHANGELOG.md"]),
     ("Tutorial", ["docs/tutorial/*.md"]),
-    ("How to", ["docs/how-to/*.md", "docs/streaming.md", "docs/viewer.md"]),
+    ("How to", ["docs/printing.md", "docs/how-to/*.md", "docs/streaming.md", "docs/viewer.md"]),
     ("Language", ["compiler/OPENFL.md", "schedules/README.md", "docs/editor.md", "editors/*/README.md"]),
     ("Library", ["library/index.md", "library/*.md", "compiler/functions/README.md"]),
     ("Worlds", ["world/WORLDS.md", "world/reference.md"]),

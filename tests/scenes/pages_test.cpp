@@ -164,7 +164,7 @@ TEST_P(Pages, WorkAsWritten) {
         EXPECT_THAT(outcome.err, HasSubstr("slices are whole"));
         const fs::path ball = reader.folder() / "out/ball";
         for (const char* made : {"slices/manifest.json", "ball.png", "ball.ofr", "ball-print",
-                                 "soft_toy/soft_toy.fab.json", "robot/robot.fab.json", "ball.3mf"})
+                                 "soft_toy/soft_toy.fab.json", "robot/robot.fab.json"})
             EXPECT_TRUE(fs::exists(ball / made)) << made;
         EXPECT_EQ(read_ofr(ball / "again.ofr").materials,
                   (std::vector<std::string>{"white", "black"}));

@@ -197,7 +197,7 @@ class Source {
     /// Of the three sides that a topology gives in the order z, y, x.
     Result<std::array<int64_t, 3>> sides() const {
         if (grid_.points_along.size() != 3)
-            return user_error("its structured grid has not three dimensions");
+            return user_error("its structured grid must have three dimensions");
         return std::array<int64_t, 3>{grid_.points_along[2], grid_.points_along[1],
                                       grid_.points_along[0]};
     }
@@ -262,7 +262,7 @@ class Source {
     }
 
     MadeReader open_cells() const {
-        if (grid_.cell_items.size() != 1) return user_error("it has not one array of cells");
+        if (grid_.cell_items.size() != 1) return user_error("it must have exactly one cell array");
         CellMesh mesh;
         const Result<int64_t> points = point_count();
         if (!points) return points.error();

@@ -396,7 +396,7 @@ TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
     };
     EXPECT_EQ(shaped("3DRectMesh", "5 3 4"),
               "its rectilinear grid has a geometry `xyz`; VXVYVZ with three arrays is read");
-    EXPECT_EQ(shaped("3DSMesh", "5 12"), "its structured grid has not three dimensions");
+    EXPECT_EQ(shaped("3DSMesh", "5 12"), "its structured grid must have three dimensions");
     EXPECT_EQ(shaped("3DSMesh", "5 12 1"),
               "its grid has 1 x 12 x 5 points, and no cell between them");
     EXPECT_EQ(shaped("3DSMesh", "5 3 5"), "its field `E` has 60 numbers, for 75 points");
