@@ -4,30 +4,27 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <httplib.h>
+#include <netinet/in.h>
 #include <sys/random.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <exception>
+#include <cerrno>
+#include <cstring>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "base/json_text.h"
 #include "base/text.h"
+#include "tools/viewer/http_connections.h"
 
 namespace openfab::viewer {
 
 namespace {
-
-/// Two browser windows keep six connections each.
-constexpr size_t kThreads = 14;
-constexpr size_t kLargestBody = 4 << 20;  ///< a fablet's source with its JSON
-constexpr time_t kIdleSeconds = 2;
-constexpr time_t kPatienceSeconds = 5;
-constexpr size_t kRequestsAConnection = 10000;
-constexpr size_t kMostHeaders = 64;
 
 /// Nothing but our own files runs or is fetched, and no other page frames this one.
 constexpr const char* kContentPolicy =
@@ -75,7 +72,7 @@ Result<std::string> make_token() {
 }
 
 /// In a time that does not tell how much of it is right.
-bool same_secret(const std::string& a, const std::string& b) {
+bool same_secret(std::string_view a, std::string_view b) {
     if (a.size() != b.size()) return false;
     unsigned difference = 0;
     for (size_t i = 0; i < a.size(); ++i)
@@ -90,105 +87,119 @@ const char* type_of(std::string_view name) {
     return "image/svg+xml";
 }
 
-void refuse(httplib::Response& response, int status, const std::string& why) {
-    response.status = status;
-    response.set_content(error_json(why), "application/json");
+/// What every answer says of itself.
+std::vector<std::pair<std::string, std::string>> headers(const std::string& type) {
+    std::vector<std::pair<std::string, std::string>> made{
+        {"Content-Security-Policy", kContentPolicy},
+        {"X-Content-Type-Options", "nosniff"},
+        {"Referrer-Policy", "no-referrer"},
+        {"Cross-Origin-Resource-Policy", "same-origin"},
+        {"Cross-Origin-Opener-Policy", "same-origin"}};
+    if (!type.empty()) made.emplace_back("Content-Type", type);
+    return made;
+}
+
+Reply refuse(int status, const std::string& why) {
+    return {status, headers("application/json"), error_json(why), {}};
+}
+
+/// A socket that listens at an address and port, 0: any; -1 where there is none, with errno.
+int listen_at(const std::string& address, bool v6, int port) {
+    sockaddr_storage place{};
+    socklen_t size = 0;
+    if (v6) {
+        auto& in = reinterpret_cast<sockaddr_in6&>(place);
+        in.sin6_family = AF_INET6;
+        in.sin6_port = htons(static_cast<uint16_t>(port));
+        ::inet_pton(AF_INET6, address.c_str(), &in.sin6_addr);
+        size = sizeof in;
+    } else {
+        auto& in = reinterpret_cast<sockaddr_in&>(place);
+        in.sin_family = AF_INET;
+        in.sin_port = htons(static_cast<uint16_t>(port));
+        ::inet_pton(AF_INET, address.c_str(), &in.sin_addr);
+        size = sizeof in;
+    }
+    const int listening =
+        ::socket(v6 ? AF_INET6 : AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (listening < 0) return -1;
+    // Not SO_REUSEPORT: two servers at one port would share requests.
+    const int yes = 1;
+    ::setsockopt(listening, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    if (::bind(listening, reinterpret_cast<const sockaddr*>(&place), size) == 0 &&
+        ::listen(listening, SOMAXCONN) == 0)
+        return listening;
+    const int why = errno;
+    ::close(listening);
+    errno = why;
+    return -1;
+}
+
+int port_of(int listening) {
+    sockaddr_storage place{};
+    socklen_t size = sizeof place;
+    if (::getsockname(listening, reinterpret_cast<sockaddr*>(&place), &size) != 0) return 0;
+    return ntohs(place.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6&>(place).sin6_port
+                                             : reinterpret_cast<sockaddr_in&>(place).sin_port);
+}
+
+/// As many connections as the descriptors of this process allow beside the files that it opens.
+ConnectionLimits limits() {
+    ConnectionLimits made;
+    rlimit descriptors{};
+    constexpr size_t kFewest = 8;
+    if (::getrlimit(RLIMIT_NOFILE, &descriptors) == 0)
+        made.connections = std::clamp<size_t>(descriptors.rlim_cur / 4, kFewest, made.connections);
+    return made;
 }
 
 }  // namespace
 
 struct HttpServer::Implementation {
-    httplib::Server server;
     ServerOptions options;
     Handler handler;
     std::string token;
     int port = 0;
+    std::unique_ptr<Connections> connections;
 
-    using Handled = httplib::Server::HandlerResponse;
-
-    /// What comes before a body is read.
-    Handled admit(const httplib::Request& request, httplib::Response& response) const {
-        // A server may ignore ranges (RFC 9110, 14.2). The library would answer thousands of
-        // overlapping ones with as many copies. The request is its own, and not constant there.
-        const_cast<httplib::Request&>(request).ranges.clear();
-        if (!is_own_host(request.get_header_value("Host"), options.address, port)) {
-            refuse(response, 421, "this server does not answer to that name");
-            return Handled::Handled;
+    /// What needs no more than the head of a request: the page, and refusals.
+    std::optional<Reply> admit(const RequestHead& head) const {
+        if (!is_own_host(std::string(head.header("host")), options.address, port))
+            return refuse(421, "this server does not answer to that name");
+        if (head.method != "GET" && head.method != "POST")
+            return refuse(405, "only GET and POST are answered");
+        if (head.method == "GET") {
+            if (std::optional<Reply> page = page_file(head.path)) return page;
         }
-        if (request.method != "GET" && request.method != "POST") {
-            refuse(response, 405, "only GET and POST are answered");
-            return Handled::Handled;
+        if (!same_secret(head.header("x-openfab-token"), token)) {
+            return refuse(403,
+                          "the token is wrong: open the address that `openfab view` has written");
         }
-        if (request.headers.size() > kMostHeaders) {
-            refuse(response, 431, "too many headers");
-            return Handled::Handled;
-        }
-        if (request.method == "GET" && send_page(request.path, response)) return Handled::Handled;
-        if (!same_secret(request.get_header_value("X-OpenFab-Token"), token)) {
-            refuse(response, 403,
-                   "the token is wrong: open the address that `openfab view` has written");
-            return Handled::Handled;
-        }
-        return Handled::Unhandled;
+        return {};
     }
 
-    bool send_page(const std::string& path, httplib::Response& response) const {
+    std::optional<Reply> page_file(const std::string& path) const {
         const std::string_view name =
             path == "/" ? std::string_view("index.html") : std::string_view(path).substr(1);
         const auto found =
             std::find_if(options.page.begin(), options.page.end(),
                          [&](const EmbeddedText& file) { return file.name == name; });
-        if (found == options.page.end()) return false;
-        response.set_content(found->text.data(), found->text.size(), type_of(name));
-        response.set_header("Cache-Control", "no-cache");
-        return true;
+        if (found == options.page.end()) return {};
+        Reply reply{200, headers(type_of(name)), {}, found->text};
+        reply.headers.emplace_back("Cache-Control", "no-cache");
+        return reply;
     }
 
-    void answer(const httplib::Request& request, httplib::Response& response) const {
-        Request ours{request.path, request.method == "POST", {}, request.body};
-        for (const auto& [name, value] : request.params)
-            ours.query.emplace(name, value);
-        Answer answer = handler(ours);
-        response.status = answer.status;
-        if (answer.step >= 0) response.set_header("X-OpenFab-Step", std::to_string(answer.step));
-        response.set_header("Cache-Control",
-                            answer.lasting ? "private, max-age=3600, immutable" : "no-store");
+    Reply answer(const RequestHead& head, const std::string& body) const {
+        Answer answer = handler({head.path, head.method == "POST", head.query, body});
+        Reply reply{answer.status, headers(answer.type), std::move(answer.body), {}};
+        if (answer.step >= 0)
+            reply.headers.emplace_back("X-OpenFab-Step", std::to_string(answer.step));
+        reply.headers.emplace_back(
+            "Cache-Control", answer.lasting ? "private, max-age=3600, immutable" : "no-store");
         // What a browser keeps is this server's: another one's prints have the same numbers.
-        response.set_header("Vary", "X-OpenFab-Token");
-        if (answer.status != 204) response.set_content(answer.body, answer.type);
-    }
-
-    void set_up() {
-        server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-        server.set_payload_max_length(kLargestBody);
-        server.set_read_timeout(kPatienceSeconds);
-        server.set_write_timeout(kPatienceSeconds);
-        server.set_keep_alive_timeout(kIdleSeconds);
-        server.set_keep_alive_max_count(kRequestsAConnection);
-        server.set_tcp_nodelay(true);
-        // Not SO_REUSEPORT, which the library sets: two servers at one port would share requests.
-        server.set_socket_options([](socket_t socket) {
-            const int yes = 1;
-            ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-        });
-        server.set_default_headers({{"Content-Security-Policy", kContentPolicy},
-                                    {"X-Content-Type-Options", "nosniff"},
-                                    {"Referrer-Policy", "no-referrer"},
-                                    {"Cross-Origin-Resource-Policy", "same-origin"},
-                                    {"Cross-Origin-Opener-Policy", "same-origin"}});
-        server.set_pre_routing_handler(
-            [this](const httplib::Request& request, httplib::Response& response) {
-                return admit(request, response);
-            });
-        server.set_exception_handler(
-            [](const httplib::Request&, httplib::Response& response, const std::exception_ptr&) {
-                refuse(response, 500, "memory ran out");
-            });
-        const auto route = [this](const httplib::Request& request, httplib::Response& response) {
-            answer(request, response);
-        };
-        server.Get(".*", route);
-        server.Post(".*", route);
+        reply.headers.emplace_back("Vary", "X-OpenFab-Token");
+        return reply;
     }
 };
 
@@ -207,22 +218,27 @@ Result<std::unique_ptr<HttpServer>> HttpServer::listen(const ServerOptions& opti
     }
     Result<std::string> token = make_token();
     if (!token) return token.error();
+    const int listening = listen_at(options.address, v6, options.port);
+    if (listening < 0) {
+        const std::string why = errno == EADDRINUSE ? "is it taken?" : std::strerror(errno);
+        const std::string port = options.port == 0 ? "" : fmt::format(", port {}", options.port);
+        return outside_error(
+            fmt::format("cannot listen at `{}`{}: {}", options.address, port, why));
+    }
     auto made = std::make_unique<Implementation>();
     made->options = options;
     made->handler = std::move(handler);
     made->token = std::move(*token);
-    made->set_up();
-    if (options.port == 0) {
-        made->port = made->server.bind_to_any_port(options.address);
-    } else {
-        made->port = made->server.bind_to_port(options.address, options.port) ? options.port : -1;
-    }
-    if (made->port <= 0) {
-        return outside_error(options.port == 0
-                                 ? fmt::format("cannot listen at `{}`", options.address)
-                                 : fmt::format("cannot listen at `{}`, port {}: is it taken?",
-                                               options.address, options.port));
-    }
+    made->port = port_of(listening);
+    const Implementation& server = *made;
+    made->connections = std::make_unique<Connections>(
+        listening,
+        Service{[&server](const RequestHead& head) { return server.admit(head); },
+                [&server](const RequestHead& head, const std::string& body) {
+                    return server.answer(head, body);
+                },
+                refuse},
+        limits());
     const std::string any = v6 ? "[::1]" : "127.0.0.1";
     const bool all = options.address == "0.0.0.0" || options.address == "::";
     const std::string host = all  ? any
@@ -233,9 +249,7 @@ Result<std::unique_ptr<HttpServer>> HttpServer::listen(const ServerOptions& opti
 }
 
 Result<void> HttpServer::serve() {
-    if (!implementation_->server.listen_after_bind())
-        return outside_error("the server ended: its socket failed");
-    return {};
+    return implementation_->connections->run();
 }
 
 }  // namespace openfab::viewer

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The one place that knows the HTTP library. It lets through what comes from our own page alone:
+// The server of the page and of what it asks. It lets through what comes from our own page alone:
 // the `Host` header names this machine, so that no other site's name can be pointed here, and all
 // but the page's own files wants the token, which is in the address that the user opens.
 

@@ -40,6 +40,7 @@
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 #include "tools/texture/embedded_profile.h"
+#include "tools/viewer/http_message.h"
 #include "tools/viewer/print_file.h"
 #include "world/printer.h"
 #include "world/transforms_file.h"
@@ -338,6 +339,13 @@ constexpr char kObj[] = "a.obj", kStl[] = "a.stl", kPly[] = "a.ply", kGltf[] = "
                kVtr[] = "a.vtr", kVts[] = "a.vts", kVtu[] = "a.vtu", kVtk[] = "a.vtk",
                kNii[] = "a.nii", kMha[] = "a.mha", kXdmf[] = "a.xdmf";
 
+bool http(std::string_view bytes) {
+    const viewer::HeadRead read = viewer::read_head(bytes);
+    if (read.status != 0 && (read.bytes != 0 || read.why.empty())) std::abort();
+    if (read.bytes > bytes.size()) std::abort();
+    return read.bytes > 0;
+}
+
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
     {"mtl", true, mtl},
@@ -377,6 +385,7 @@ constexpr Reader kReaders[] = {
     {"sched", true, schedule},
     {"icc", false, icc},
     {"cgats", true, cgats},
+    {"http", true, http},
 };
 
 }  // namespace

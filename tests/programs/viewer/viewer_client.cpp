@@ -46,25 +46,33 @@ JsonValue HttpAnswer::json() const {
     return read ? std::move(*read) : JsonValue();
 }
 
-std::string send_raw(int port, const std::string& bytes) {
+int connect_to(int port) {
     const int connection = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in to{};
     to.sin_family = AF_INET;
     to.sin_port = htons(static_cast<uint16_t>(port));
     ::inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
-    std::string got;
-    if (::connect(connection, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0) {
-        size_t sent = 0;
-        while (sent < bytes.size()) {
-            const ssize_t n =
-                ::send(connection, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
-            if (n <= 0) break;
-            sent += static_cast<size_t>(n);
-        }
-        std::array<char, 65536> buffer{};
-        for (ssize_t n = 0; (n = ::recv(connection, buffer.data(), buffer.size(), 0)) > 0;)
-            got.append(buffer.data(), static_cast<size_t>(n));
+    if (::connect(connection, reinterpret_cast<sockaddr*>(&to), sizeof to) == 0) return connection;
+    ADD_FAILURE() << "no connection";
+    return connection;
+}
+
+void send_bytes(int connection, const std::string& bytes) {
+    for (size_t sent = 0; sent < bytes.size();) {
+        const ssize_t n =
+            ::send(connection, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
+        if (n <= 0) break;
+        sent += static_cast<size_t>(n);
     }
+}
+
+std::string send_raw(int port, const std::string& bytes) {
+    const int connection = connect_to(port);
+    send_bytes(connection, bytes);
+    std::string got;
+    std::array<char, 65536> buffer{};
+    for (ssize_t n = 0; (n = ::recv(connection, buffer.data(), buffer.size(), 0)) > 0;)
+        got.append(buffer.data(), static_cast<size_t>(n));
     ::close(connection);
     return got;
 }

@@ -26,6 +26,10 @@ struct HttpAnswer {
     JsonValue json() const;
 };
 
+/// Connects to a port of this machine; fails the test where nothing listens there.
+int connect_to(int port);
+/// Sends as much as the other end takes.
+void send_bytes(int connection, const std::string& bytes);
 /// Sends bytes to a port of this machine, and returns all that comes until the other end closes.
 std::string send_raw(int port, const std::string& bytes);
 
