@@ -11,6 +11,7 @@ It checks what a script can check, ends with 1 where something is wrong, and lea
 
 import argparse
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -49,6 +50,31 @@ WORLD = """{
     "meshes": {"sphere": {"sphere": 12}},
     "objects": {"ball": {"mesh": "sphere", "fablet": "ball", "uniforms": {"core": "white", "shell": "black", "ink": "cyan"}}},
     "build": [{"object": "ball"}, {"object": "ball", "translate_mm": [14, 0, 0]}]
+}
+"""
+
+SHEET = """fablet Sheet {
+    @uniform { Material white, black; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float3 p = attr.voxelCenter;
+        float ink = p.z > 3.5 ? 0.5 + 0.5 * sin(2 * p.x) * sin(2 * p.y) : 0;
+        mc.Set(white, 1 - ink);
+        mc.Set(black, ink);
+        return mc;
+    }
+}
+"""
+
+SHEET_WORLD = """{
+    "openfab": 1,
+    "printer": "j750",
+    "fablets": {"sheet": {"source": "sheet.fl", "fablet": "Sheet"}},
+    "materials": {"white": {"key": "#ffffff", "preview": "#f4f2ecff"}, "black": {"key": "#000000", "preview": "#161616ff"}},
+    "meshes": {"box": {"box": [30, 20, 4]}},
+    "objects": {"sheet": {"mesh": "box", "fablet": "sheet", "uniforms": {"white": "white", "black": "black"}}},
+    "build": [{"object": "sheet"}]
 }
 """
 
@@ -178,6 +204,133 @@ def look_at_a_print(browser, options, url):
     at.close()
 
 
+def numbers_of(text):
+    """The numbers of a text such as `1.234, 5.6 mm`."""
+    return [float(word) for word in re.findall(r"-?\d+\.?\d*", text)]
+
+
+def look_in_3d(browser, options, url):
+    """Standard views, picking, cuts, measuring and the picture, by mouse."""
+    at = Page(browser, options)
+    page = at.page
+    at.open(url)
+    page.keyboard.press("4")
+    at.settle(4000)
+    seen = set()
+    for name in ("iso", "top", "bottom", "front", "back", "left", "right"):
+        page.click(f"#standpoints button:text-is('{name}')")
+        at.settle(600)
+        seen.add(at.pixels("#above"))
+    check("each standard view is another", len(seen) == 7)
+    box = page.locator("#volume").bounding_box()
+    # From the front, the tip of z is above the middle of the axes: a click at it looks from above.
+    page.click("#standpoints button:text-is('front')")
+    page.mouse.click(box["x"] + box["width"] - 58, box["y"] + box["height"] - 66 - 34)
+    at.settle(800)
+    check("the tips of the axes turn the volume", "camera=0,1.5708" in page.url)
+    page.click("#standpoints button:text-is('front')")
+    at.settle(600)
+    # The first of two balls, whose middle is a fourth of the way along x.
+    ball = (box["x"] + box["width"] / 2 - float(at.text("#zoom").split()[0]) * 7, box["y"] + box["height"] / 2)
+    page.mouse.click(*ball)
+    page.wait_for_function("() => document.getElementById('pick').innerText.includes('Position')")
+    x, y, z = numbers_of(at.text("#pick").split("Position")[1])[:3]
+    check("a click in 3-D picks the surface in front", abs(x) < 0.5 and -6.2 < y < -5.4 and abs(z - 6) < 0.5)
+    check("which is solid", "void" not in at.text("#pick").split("Position")[0])
+    before = at.pixels("#volume")
+    page.click("[data-clip='1']")
+    at.settle(1500)
+    check("a cut shows what is inside", at.pixels("#volume") != before and at.text("#slider_label") == "Cut y")
+    page.eval_on_selector("#slider", "s => { s.value = Math.floor(s.max / 2); s.dispatchEvent(new Event('input')); }")
+    at.settle(1000)
+    page.mouse.click(*ball)
+    page.wait_for_function("y => !document.getElementById('pick').innerText.includes(y)", arg=f"{y:.3f}")
+    check("and a click there picks the cut", abs(numbers_of(at.text("#pick").split("Position")[1])[1]) < 0.6)
+    at.shot("volume_cut_y")
+    page.keyboard.press("m")
+    page.mouse.click(*ball)
+    page.mouse.click(ball[0] + float(at.text("#zoom").split()[0]) * 3, ball[1])
+    check("two points are measured", abs(numbers_of(at.text("#measured").split("Distance")[1])[0] - 3) < 0.05)
+    at.settle(600)
+    at.shot("measured")
+    with page.expect_download() as download:
+        page.click("#save_picture")
+    picture = options.out / download.value.suggested_filename
+    download.value.save_as(picture)
+    check("a picture is saved", picture.name == "a-3-D.png" and picture.read_bytes()[:4] == b"\x89PNG")
+    # All of it comes back at the same address, in another window as well.
+    at.settle(400)
+    shown = [page.url] + [at.text(s) for s in ("#pick", "#measured", "#height", "#zoom")]
+    again = Page(browser, options)
+    again.open(page.url)
+    again.settle(4000)
+    check("the address brings it back", [again.page.url] + [again.text(s) for s in ("#pick", "#measured", "#height", "#zoom")] == shown)
+    check("and the picture", again.pixels("#above") == at.pixels("#above"))
+    again.close()
+    page.click("#measure_clear")
+    page.keyboard.press("Escape")
+    check("a measure is forgotten", not page.is_visible("#measure_panel"))
+    at.close()
+
+
+def look_by_keyboard(browser, options, url):
+    at = Page(browser, options)
+    page = at.page
+    at.open(url)
+    z = page.input_value("#number")
+    page.keyboard.press("Enter")
+    check("Enter shows a cursor", page.is_visible("#cursor"))
+    for key in ["ArrowLeft"] * 4 + ["Shift+ArrowLeft"] * 4 + ["ArrowUp"]:
+        page.keyboard.press(key)
+    where = numbers_of(at.text("#hover"))
+    page.keyboard.press("Enter")
+    page.wait_for_function("() => document.getElementById('pick').innerText.includes('Position')")
+    check("and picks there", [abs(a - b) < 0.001 for a, b in zip(where, numbers_of(at.text("#pick").split("Position")[1]))] == [True] * 3)
+    check("arrows have not left the slice", page.input_value("#number") == z)
+    page.keyboard.press("m")
+    page.keyboard.press("Enter")
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("Enter")
+    check("and measures", abs(numbers_of(at.text("#measured").split("Distance")[1])[0] - 80 / float(at.text("#zoom").split()[0])) < 0.01)
+    at.shot("keyboard")
+    page.keyboard.press("Escape")
+    check("Escape ends the cursor", not page.is_visible("#cursor"))
+    page.keyboard.press("ArrowUp")
+    check("then arrows go through the slices", int(page.input_value("#number")) == int(z) + 1)
+    page.keyboard.press("4")
+    at.settle(4000)
+    page.keyboard.press("Enter")
+    page.keyboard.press("Shift+ArrowLeft")
+    before = at.text("#pick")
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    page.keyboard.press("Enter")
+    for _ in range(3):
+        page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Enter")
+    page.wait_for_function("before => document.getElementById('pick').innerText !== before", arg=before)
+    check("in 3-D, too", "void" not in at.text("#pick").split("Position")[0])
+    at.close()
+
+
+def look_at_what_opens(browser, options):
+    """A blank sheet with a picture on top, as a postcard is."""
+    folder = options.out / "sheet"
+    folder.mkdir(exist_ok=True)
+    (folder / "sheet.fl").write_text(SHEET)
+    (folder / "sheet.fab.json").write_text(SHEET_WORLD)
+    file = options.out / "sheet.ofr"
+    subprocess.run([options.bin / "openfab", "print", folder / "sheet.fab.json", "-o", file, "--draft", "2", "--progress", "none"], check=True)
+    with Viewer(options, file) as url:
+        at = Page(browser, options)
+        at.open(url)
+        check("a print opens on what there is to see", "black" in at.text("#slice_stats") and at.colors("#plane") >= 4)
+        at.shot("opening")
+        at.close()
+
+
 def look_at_the_rest(browser, options, print_a, print_b):
     with Viewer(options, print_a, print_b) as url:
         at = Page(browser, options, "dark")
@@ -187,6 +340,25 @@ def look_at_the_rest(browser, options, print_a, print_b):
         check("different voxels are counted", "Different" in at.text("#slice_stats"))
         check("by what became of what", "→" in at.text("#slice_stats"))
         at.shot("difference")
+        at.page.keyboard.press("4")
+        at.page.wait_for_function("() => location.hash.includes('print=diff') && location.hash.includes('view=3')")
+        at.settle(4000)
+        different = at.pixels("#volume")
+        check("a difference is shown in 3-D", at.page.get_attribute("[data-print=diff]", "aria-checked") == "true" and at.colors("#volume") >= 8)
+        at.shot("difference_3d")
+        at.page.keyboard.press("a")
+        at.settle(4000)
+        check("and is not the first print", at.pixels("#volume") != different)
+        at.close()
+    other = options.out / "other.ofr"
+    subprocess.run([options.bin / "openfab", "print", options.out / "world" / "ball.fab.json", "-o", other, "--draft", "3", "--progress", "none"], check=True)
+    with Viewer(options, print_a, other) as url:
+        at = Page(browser, options)
+        at.open(url)
+        button = at.page.locator("[data-print=diff]")
+        check("where there is none, the button says why", button.get_attribute("aria-disabled") == "true" and "grids of one size" in button.get_attribute("title"))
+        button.click(force=True)
+        check("and a click, too", "grids of one size" in at.text("#notice"))
         at.close()
     half = options.out / "half.ofr"
     half.write_bytes(print_a.read_bytes()[: print_a.stat().st_size // 2])
@@ -212,6 +384,17 @@ def look_at_a_world(browser, options, world):
         page.wait_for_function("before => document.getElementById('stats').innerText !== before", arg=before, timeout=60_000)
         check("a slider makes another print", page.is_enabled("#write"))
         source = page.input_value("#source")
+        number = page.locator("#uniforms input[type=number]").first
+        number.fill("-99")
+        number.press("Tab")
+        page.wait_for_selector(".uniform.wrong", timeout=60_000)
+        check("a refused value is told at its uniform", "its `min` is 0.1" in at.text(".uniform.wrong") and not page.is_visible("#notice"))
+        check("and cannot be written", page.is_disabled("#write"))
+        at.shot("live_refused")
+        number.fill("2.5")
+        number.press("Tab")
+        page.wait_for_selector(".uniform.wrong", state="detached", timeout=60_000)
+        page.wait_for_function("() => !document.getElementById('write').disabled", timeout=60_000)
         page.fill("#source", source.replace("t * wave)", "t * wav)"))
         page.wait_for_selector("#marks mark", timeout=30_000)
         check("a mistake is marked at its line", "line 13" in at.text("#diagnostics"))
@@ -234,6 +417,9 @@ def look_at_a_world(browser, options, world):
         world.write_text(text.replace('{"sphere": 12}', '{"file": "gone.obj", "unit": "mm"}'))
         page.wait_for_function("() => document.body.innerText.includes('gone.obj')", timeout=60_000)
         check("a mesh that is missing is named", at.colors("#plane") >= 3)
+        world.write_text(text[:200])
+        page.wait_for_function("() => document.getElementById('world_message').innerText.includes('ball.fab.json:')", timeout=60_000)
+        check("controls stay while the world is wrong", page.locator("#uniforms input[type=range]").count() == 2)
         at.shot("live_no_mesh")
         world.write_text(text)
         page.wait_for_function("() => !document.body.innerText.includes('gone.obj')", timeout=120_000)
@@ -278,6 +464,9 @@ def main():
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"])
         with Viewer(options, prints[0], "--world", world) as url:
             look_at_a_print(browser, options, url)
+            look_in_3d(browser, options, url)
+            look_by_keyboard(browser, options, url)
+        look_at_what_opens(browser, options)
         look_at_the_rest(browser, options, *prints)
         look_at_a_world(browser, options, world)
         browser.close()

@@ -3,6 +3,7 @@
 #include "tools/viewer/difference.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "backends/common/tee_sink.h"
 
@@ -11,6 +12,7 @@ namespace openfab::viewer {
 namespace {
 
 constexpr uint8_t kOnlyInSecond = 254;
+constexpr std::array<uint8_t, 4> kStandsOut{0xd8, 0x1b, 0x60, 0xff};
 
 void unpack(const uint8_t* row, int32_t bits, std::vector<uint8_t>* codes) {
     const auto width = static_cast<int32_t>(codes->size());
@@ -46,9 +48,17 @@ const uint8_t* Difference::row(const uint8_t* first, const uint8_t* second) {
 }
 
 void Difference::fade(Palette* palette) {
-    constexpr std::array<uint8_t, 4> kStandsOut{0xd8, 0x1b, 0x60, 0xff};
     for (std::array<uint8_t, 4>& rgba : *palette)
         rgba[3] = static_cast<uint8_t>(rgba[3] / 4);
+    (*palette)[kDifferent] = kStandsOut;
+}
+
+void Difference::fade_through(Palette* palette, double across_mm) {
+    // The page takes alpha a as an extinction of a / (1 - a) per mm.
+    const double extinction = std::log(2.0) / std::max(across_mm, 1e-3);
+    const double most = std::max(2.0, std::round(255 * extinction / (1 + extinction)));
+    for (std::array<uint8_t, 4>& rgba : *palette)
+        rgba[3] = static_cast<uint8_t>(std::min(double{1} * rgba[3], most));
     (*palette)[kDifferent] = kStandsOut;
 }
 

@@ -28,6 +28,8 @@ class Difference {
     uint8_t as_first(uint8_t code) const { return as_first_[code]; }
     /// Makes what is equal pale and what differs stand out.
     static void fade(Palette* palette);
+    /// Same for a volume: what is equal hides about half of what lies behind `across_mm` of it.
+    static void fade_through(Palette* palette, double across_mm);
 
   private:
     int32_t first_bits_, second_bits_;

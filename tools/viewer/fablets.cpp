@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/hash.h"
 #include "base/input_file.h"
 #include "base/own_folder.h"
 #include "tools/viewer/child.h"
@@ -150,6 +151,19 @@ void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
         out->end_array().end_object();
     }
     out->end_array();
+}
+
+Result<std::string> read_source(const fs::path& file, const std::vector<fs::path>& roots) {
+    const Result<InputFile> opened = InputFile::open(file, roots);
+    if (!opened)
+        return with_context(opened.error(), fmt::format("cannot read `{}`: ", file.string()));
+    Result<std::string> text = opened->read_all(kLargestSource);
+    if (!text) return with_context(text.error(), fmt::format("cannot read `{}`: ", file.string()));
+    return text;
+}
+
+std::string stamp_of(const std::string& text) {
+    return fmt::format("{:016x}", xxh3(text));
 }
 
 }  // namespace openfab::viewer

@@ -54,4 +54,12 @@ void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
 /// The largest source that is read or written.
 constexpr int64_t kLargestSource = 2 << 20;
 
+/// Reads a file below one of `roots`, if there are any: what was a file of the world when that was
+/// loaded may have become a link to another since.
+Result<std::string> read_source(const std::filesystem::path& file,
+                                const std::vector<std::filesystem::path>& roots = {});
+
+/// Returns by what the page knows whether a source is still what it has read.
+std::string stamp_of(const std::string& text);
+
 }  // namespace openfab::viewer

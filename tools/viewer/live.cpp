@@ -8,9 +8,9 @@
 #include <chrono>
 #include <utility>
 
-#include "base/hash.h"
 #include "base/input_file.h"
 #include "base/replace_file.h"
+#include "tools/viewer/uniform_value.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -21,27 +21,11 @@ namespace fs = std::filesystem;
 
 constexpr auto kPoll = std::chrono::milliseconds(80);
 constexpr int64_t kTailBytes = 16 << 10;
-constexpr size_t kMostValues = 4096;
 
 fs::file_time_type time_of(const fs::path& file) {
     std::error_code gone;
     const fs::file_time_type time = fs::last_write_time(file, gone);
     return gone ? fs::file_time_type::min() : time;
-}
-
-std::string stamp_of(const std::string& text) {
-    return fmt::format("{:016x}", xxh3(text));
-}
-
-/// Reads a file below one of `roots`, if there are any: what was a file of the world when that was
-/// loaded may have become a link to another since.
-Result<std::string> read_source(const fs::path& file, const std::vector<fs::path>& roots = {}) {
-    const Result<InputFile> opened = InputFile::open(file, roots);
-    if (!opened)
-        return with_context(opened.error(), fmt::format("cannot read `{}`: ", file.string()));
-    Result<std::string> text = opened->read_all(kLargestSource);
-    if (!text) return with_context(text.error(), fmt::format("cannot read `{}`: ", file.string()));
-    return text;
 }
 
 /// The sources and all that they could import from beside them.
@@ -80,46 +64,6 @@ std::optional<JsonValue> last_progress(const std::string& err) {
     Result<JsonValue> read =
         parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "progress");
     return read ? std::optional(std::move(*read)) : std::nullopt;
-}
-
-/// A value that a uniform can have: a number, truth, name, or a list of such.
-bool is_value(const JsonValue& value) {
-    const auto single = [](const JsonValue& one) {
-        return one.is(JsonValue::Kind::kNumber) || one.is(JsonValue::Kind::kBool) ||
-               one.is(JsonValue::Kind::kString);
-    };
-    if (!value.is(JsonValue::Kind::kArray)) return single(value);
-    return !value.items.empty() && value.items.size() <= kMostValues &&
-           std::all_of(value.items.begin(), value.items.end(), single);
-}
-
-void write_binding(const world::UniformBinding& binding, JsonText* out) {
-    out->begin_array();
-    if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value)) {
-        for (const double number : *numbers) {
-            if (binding.boolean) {
-                out->value(number != 0);
-            } else {
-                out->value(number);
-            }
-        }
-    } else {
-        for (const std::string& name : std::get<std::vector<std::string>>(binding.value))
-            out->value(name);
-    }
-    out->end_array();
-}
-
-/// A value from the page, as a list in any case.
-void write_override(const std::string& json, JsonText* out) {
-    const Result<JsonValue> value = parse_json(json, "value");
-    if (!value) {
-        out->null();
-    } else if (value->is(JsonValue::Kind::kArray)) {
-        out->value(*value);
-    } else {
-        out->begin_array().value(*value).end_array();
-    }
 }
 
 }  // namespace
@@ -161,6 +105,7 @@ void Live::run() {
             Read read = this->read();
             {
                 const std::lock_guard lock(mutex_);
+                keep_known(read_, &read);
                 read_ = std::move(read);
                 if (read_.world != nullptr) finder_ = std::make_shared<PartFinder>(read_.world);
             }
@@ -232,6 +177,19 @@ Live::Read Live::read() const {
     return made;
 }
 
+/// What cannot be read now is shown as it was: a mistake while typing takes no control away.
+void Live::keep_known(const Read& before, Read* now) {
+    if (now->world == nullptr) {
+        now->world = before.world;
+        now->roots = before.roots;
+    }
+    if (now->world == nullptr) return;
+    for (const auto& [name, ref] : now->world->fablets) {
+        const auto known = before.described.find(name);
+        if (known != before.described.end()) now->described.emplace(name, known->second);
+    }
+}
+
 bool Live::files_changed() const {
     const std::lock_guard lock(mutex_);
     return std::any_of(read_.times.begin(), read_.times.end(),
@@ -246,7 +204,7 @@ void Live::begin_print() {
         slices_done_ = slices_total_ = 0;
         if (!read_.message.empty() || has_errors(read_.diagnostics)) {
             phase_ = Phase::kFailed;
-            message_ = read_.message;
+            message_ = remaining_message_ = read_.message;
             ++version_;
             return;
         }
@@ -261,7 +219,7 @@ void Live::begin_print() {
         }
         settings_ = options_.settings;
         for (const Override& one : overrides_)
-            settings_.push_back(fmt::format("{}.{}={}", one.object, one.uniform, one.value));
+            settings_.push_back(one.setting());
         for (const std::string& setting : settings_) {
             argv.emplace_back("--set");
             argv.push_back(setting);
@@ -316,80 +274,30 @@ void Live::set_phase(Phase phase, const std::string& message) {
     if (phase != Phase::kChecking) ++version_;
     phase_ = phase;
     message_ = message;
+    remaining_message_ = take_troubles(message);
 }
 
-void Live::describe(JsonText* out) const {
-    constexpr const char* kNames[] = {"checking", "printing", "done", "failed"};
-    const std::lock_guard lock(mutex_);
-    out->begin_object().member("watch", options_.watch);
-    out->member("phase", kNames[static_cast<size_t>(phase_)]).member("message", message_);
-    out->member("slices_done", slices_done_).member("slices_total", slices_total_);
-    out->member("writable", !overrides_.empty() && values_are_taken());
-    out->member("draft", draft_).member("version", version_).end_object();
-}
-
-void Live::describe_object(const world::Object& object, JsonText* out) const {
-    out->begin_object().member("name", object.name).member("fablet", object.fablet);
-    out->key("uniforms").begin_array();
-    const auto described = read_.described.find(object.fablet);
-    const JsonValue* uniforms =
-        described == read_.described.end() ? nullptr : member_of(described->second, "uniforms");
-    if (uniforms != nullptr) {
-        for (const JsonValue& uniform : uniforms->items) {
-            const JsonValue* name = member_of(uniform, "name");
-            if (name == nullptr) continue;
-            out->begin_object();
-            for (const JsonMember& member : uniform.members)
-                out->key(member.key).value(member.value);
-            const auto set =
-                std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
-                    return one.object == object.name && one.uniform == name->text;
-                });
-            const auto bound = object.uniforms.find(name->text);
-            out->member("changed", set != overrides_.end()).key("value");
-            if (set != overrides_.end()) {
-                write_override(set->value, out);
-            } else if (bound != object.uniforms.end()) {
-                write_binding(bound->second, out);
-            } else {
-                out->null();
-            }
-            out->end_object();
+/// Finds what is wrong with the values that were set, and returns the rest. The caller holds the
+/// lock.
+std::string Live::take_troubles(const std::string& message) {
+    std::string rest;
+    for (Override& one : overrides_)
+        one.trouble.clear();
+    for (size_t from = 0; from < message.size();) {
+        const size_t to = std::min(message.find('\n', from), message.size());
+        const std::string_view line = std::string_view(message).substr(from, to - from);
+        from = to + 1;
+        const auto of =
+            std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
+                return line.starts_with(fmt::format("error: --set {}: ", one.setting()));
+            });
+        if (of == overrides_.end()) {
+            rest += std::string(line) + '\n';
+        } else {
+            of->trouble = line.substr(fmt::format("error: --set {}: ", of->setting()).size());
         }
     }
-    out->end_array().end_object();
-}
-
-std::string Live::details() const {
-    const std::lock_guard lock(mutex_);
-    JsonText out;
-    out.begin_object().member("version", version_).member("draft", draft_);
-    out.member("changed", static_cast<int64_t>(overrides_.size()));
-    out.member("message", message_).key("objects").begin_array();
-    if (read_.world != nullptr) {
-        for (const world::Object& object : read_.world->objects)
-            describe_object(object, &out);
-    }
-    out.end_array().key("materials").begin_array();
-    if (read_.world != nullptr) {
-        for (const world::Material& material : read_.world->materials)
-            out.value(material.name);
-    }
-    out.end_array().key("textures").begin_array();
-    if (read_.world != nullptr) {
-        for (const world::Texture& texture : read_.world->textures)
-            out.value(texture.name);
-    }
-    out.end_array().key("fablets").begin_array();
-    for (const fs::path& source : read_.sources) {
-        const Result<std::string> text = read_source(source, read_.roots);
-        out.begin_object().member("file", source.filename().string());
-        out.member("stamp", text ? stamp_of(*text) : std::string()).end_object();
-    }
-    out.end_array().key("diagnostics");
-    write_diagnostics(read_.diagnostics, read_.sources, &out);
-    out.end_object();
-    return out.take();
+    return rest;
 }
 
 std::optional<std::string> Live::part_at(const Vec3d& point_mm) const {
@@ -473,7 +381,7 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
 
 Result<void> Live::set(const std::string& object, const std::string& uniform,
                        const JsonValue& value) {
-    if (!is_value(value))
+    if (!is_uniform_value(value))
         return user_error("a value is a number, true, false, a name, or a list of such");
     const std::lock_guard lock(mutex_);
     const auto found =
@@ -498,7 +406,7 @@ Result<void> Live::set(const std::string& object, const std::string& uniform,
     std::erase_if(overrides_, [&](const Override& one) {
         return one.object == object && one.uniform == uniform;
     });
-    overrides_.push_back({object, uniform, json.take()});
+    overrides_.push_back({object, uniform, json.take(), {}});
     touch();
     return {};
 }

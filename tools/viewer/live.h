@@ -69,6 +69,8 @@ class Live {
     enum class Phase { kChecking, kPrinting, kDone, kFailed };
     struct Override {
         std::string object, uniform, value;  ///< value is JSON
+        std::string trouble;                 ///< why the last print refused it
+        std::string setting() const { return object + '.' + uniform + '=' + value; }
     };
     /// What was read last.
     struct Read {
@@ -85,6 +87,8 @@ class Live {
 
     void run();
     Read read() const;
+    static void keep_known(const Read& before, Read* now);
+    std::string take_troubles(const std::string& message);
     bool files_changed() const;
     void begin_print();
     void follow_print();
@@ -113,7 +117,8 @@ class Live {
     bool asked_ = false;  ///< for another print
     Phase phase_ = Phase::kChecking;
     std::string message_;
-    int64_t version_ = 0;  ///< of details()
+    std::string remaining_message_;  ///< without what is wrong with a value that was set
+    int64_t version_ = 0;            ///< of details()
     int32_t draft_ = 1;
     int32_t slices_done_ = 0, slices_total_ = 0;
     std::vector<Override> overrides_;

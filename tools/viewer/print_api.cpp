@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "backends/ofr/format.h"
 #include "tools/viewer/difference.h"
+#include "tools/viewer/opening.h"
 #include "tools/viewer/parameters.h"
 
 namespace openfab::viewer {
@@ -246,8 +248,30 @@ Answer amounts(const Session::Prints& prints, const AmountsAt& amounts_at, const
     return {200, "application/json", out.take()};
 }
 
+/// The solid voxel of a slice that is nearest to a place, within `reach` voxels; else that place.
+Vec3i nearest_solid(const pipeline::PrintInfo& info, const Slice& slice, size_t row_bytes,
+                    const Vec3i& voxel, int32_t reach) {
+    const pipeline::SliceView view{slice.z, slice.rows.data(), row_bytes, info.size.x, info.size.y};
+    Vec3i nearest = voxel;
+    double least = std::numeric_limits<double>::infinity();
+    for (int32_t y = std::max(0, voxel.y - reach); y <= std::min(info.size.y - 1, voxel.y + reach);
+         ++y) {
+        for (int32_t x = std::max(0, voxel.x - reach);
+             x <= std::min(info.size.x - 1, voxel.x + reach); ++x) {
+            const double away =
+                std::hypot((x - voxel.x) * info.pitch_mm.x, (y - voxel.y) * info.pitch_mm.y);
+            if (away >= least || view.code(x, y, info.bits) == 0) continue;
+            least = away;
+            nearest.x = x;
+            nearest.y = y;
+        }
+    }
+    return nearest;
+}
+
 Answer pick(const Session::Prints& prints, const OfWorld& world, const Request& request) {
     Parameters in(request);
+    const int32_t reach = in.whole_or("reach", 0, 0, kMostAround);
     Chosen chosen;
     Vec3i voxel;
     if (std::optional<Answer> wrong = choose_voxel(prints, &in, &chosen, &voxel))
@@ -256,6 +280,7 @@ Answer pick(const Session::Prints& prints, const OfWorld& world, const Request& 
     const pipeline::PrintInfo& info = file.info();
     const Result<std::shared_ptr<const Slice>> slice = chosen.print->slices().slice(voxel.z);
     if (!slice) return failure(slice.error());
+    if (reach > 0) voxel = nearest_solid(info, **slice, file.row_bytes(), voxel, reach);
     const auto code_in = [&](const PrintFile& print, const Slice& rows) {
         return pipeline::SliceView{rows.z, rows.rows.data(), print.row_bytes(), info.size.x,
                                    info.size.y}
@@ -264,6 +289,7 @@ Answer pick(const Session::Prints& prints, const OfWorld& world, const Request& 
     const uint8_t code = code_in(file, **slice);
     JsonText out;
     out.begin_object().member("code", int32_t{code});
+    vector_member(&out, "voxel", voxel);
     if (chosen.which == kDifference) {
         const Result<std::shared_ptr<const Slice>> other = chosen.other->slices().slice(voxel.z);
         if (!other) return failure(other.error());
@@ -351,12 +377,19 @@ Answer slice(const Session::Prints& prints, const Request& request) {
 
 Answer volume(const Session::Prints& prints, const Request& request) {
     Parameters in(request);
-    const Palette palette = in.palette("colors");
+    Palette palette = in.palette("colors");
     const int32_t known = in.whole_or("known", 0, 0, INT32_MAX);
     Chosen chosen;
     if (std::optional<Answer> wrong = choose(prints, &in, &chosen)) return std::move(*wrong);
-    if (chosen.which == kDifference) return refusal(400, "a difference has no volume");
-    Volume& volume = chosen.print->volume();
+    const bool compares = chosen.which == kDifference;
+    Volume& volume = compares ? prints.compared->volume() : chosen.print->volume();
+    if (compares) {
+        const pipeline::PrintInfo& info = chosen.print->file().info();
+        double across_mm = 0;
+        for (int a = 0; a < 3; ++a)
+            across_mm = std::max(across_mm, info.size[a] * info.pitch_mm[a]);
+        Difference::fade_through(&palette, across_mm);
+    }
     if (const std::string trouble = volume.trouble(); !trouble.empty())
         return refusal(422, trouble);
     volume.wait_for_more(known);
@@ -366,6 +399,15 @@ Answer volume(const Session::Prints& prints, const Request& request) {
     Answer answer{200, "application/octet-stream", std::string(rgba.begin(), rgba.end())};
     answer.step = done;
     return answer;
+}
+
+Answer opening(const Session::Prints& prints, const Request& request) {
+    Parameters in(request);
+    Chosen chosen;
+    if (std::optional<Answer> wrong = choose(prints, &in, &chosen)) return std::move(*wrong);
+    JsonText out;
+    out.begin_object().member("z", opening_slice(&chosen.print->slices())).end_object();
+    return {200, "application/json", out.take()};
 }
 
 }  // namespace
@@ -380,8 +422,10 @@ void describe_prints(const Session::Prints& prints, JsonText* out) {
         describe_print(*print, out);
     out->end_array();
     if (prints.list.size() == 2) {
-        out->member("difference",
-                    why_not_compared(prints.list[0]->file().info(), prints.list[1]->file().info()));
+        const pipeline::PrintInfo& first = prints.list[0]->file().info();
+        const pipeline::PrintInfo& second = prints.list[1]->file().info();
+        out->member("difference", why_not_compared(first, second));
+        out->member("difference_steps", volume_steps(first, &second));
     }
 }
 
@@ -393,6 +437,7 @@ std::optional<Answer> answer_on_prints(const Session& session, const OfWorld& wo
     if (request.path == "/api/amounts") return amounts(prints, world.amounts_at, request);
     if (request.path == "/api/slice") return slice(prints, request);
     if (request.path == "/api/volume") return volume(prints, request);
+    if (request.path == "/api/opening") return opening(prints, request);
     return {};
 }
 

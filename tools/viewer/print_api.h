@@ -6,12 +6,13 @@
 //
 //   api/tile    a part of a slice or cut as a PNG: generation, print (0, 1 or diff), axis (x, y or
 //               z), at, lu, lv (levels), u, v, coarse, colors
-//   api/pick    a voxel: generation, print, x, y, z
+//   api/pick    a voxel: generation, print, x, y, z; with `reach` the nearest solid one in its slice
 //   api/amounts fractions of the materials in a voxel before the dither: generation, print, x, y, z
 //   api/slice   voxels of a slice by code, and of a difference those that differ by both codes:
 //               generation, print, z
-//   api/volume  RGBA of cells, once more slices were read than `known`; else 204: generation,
-//               print (0 or 1), colors, known
+//   api/volume  RGBA of cells, once more steps were read than `known`; else 204: generation, print,
+//               colors, known
+//   api/opening the slice that shows most: generation, print
 
 #include <functional>
 #include <optional>

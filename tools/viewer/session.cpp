@@ -25,27 +25,45 @@ Volume& ViewedPrint::volume() {
     return *volume_;
 }
 
+Volume& Compared::volume() {
+    const std::lock_guard lock(volume_mutex_);
+    if (volume_ == nullptr)
+        volume_ = std::make_unique<Volume>(&first_->slices(), &second_->slices());
+    return *volume_;
+}
+
+std::shared_ptr<Compared> Session::begin_generation() {
+    ++prints_.generation;
+    std::shared_ptr<Compared> made;
+    if (prints_.list.size() == 2 &&
+        why_not_compared(prints_.list[0]->file().info(), prints_.list[1]->file().info()).empty())
+        made = std::make_shared<Compared>(prints_.list[0], prints_.list[1]);
+    return std::exchange(prints_.compared, std::move(made));
+}
+
 Result<void> Session::open(const std::string& path) {
     Result<std::shared_ptr<ViewedPrint>> print =
         ViewedPrint::open(path, std::filesystem::path(path).filename().string(), memory_bytes_);
     if (!print) return print.error();
+    std::shared_ptr<Compared> ended;
     const std::lock_guard lock(mutex_);
-    ++prints_.generation;
     prints_.list.push_back(std::move(*print));
+    ended = begin_generation();
     return {};
 }
 
 Result<void> Session::show(const std::string& path, const std::string& name) {
     Result<std::shared_ptr<ViewedPrint>> print = ViewedPrint::open(path, name, memory_bytes_);
     if (!print) return print.error();
-    std::shared_ptr<ViewedPrint> old;  // ends, with its thread, after the lock
+    std::shared_ptr<ViewedPrint> old;  // both end, with their threads, after the lock
+    std::shared_ptr<Compared> ended;
     const std::lock_guard lock(mutex_);
-    ++prints_.generation;
     if (prints_.list.empty()) {
         prints_.list.push_back(std::move(*print));
     } else {
         old = std::exchange(prints_.list.front(), std::move(*print));
     }
+    ended = begin_generation();
     return {};
 }
 
@@ -66,10 +84,11 @@ void Session::look_again() {
         Result<std::shared_ptr<ViewedPrint>> anew =
             ViewedPrint::open(print.file().path(), print.name(), memory_bytes_);
         if (!anew) continue;
+        std::shared_ptr<Compared> ended;
         const std::lock_guard lock(mutex_);
         if (prints_.list[i] != before.list[i]) continue;
-        ++prints_.generation;
         prints_.list[i] = std::move(*anew);
+        ended = begin_generation();
     }
 }
 

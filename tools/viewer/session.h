@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -42,6 +43,20 @@ class ViewedPrint {
     std::unique_ptr<Volume> volume_;  ///< last, since it reads from the others
 };
 
+/// Two prints of one size, for the volume of their difference. All functions are thread-safe.
+class Compared {
+  public:
+    Compared(std::shared_ptr<ViewedPrint> first, std::shared_ptr<ViewedPrint> second)
+        : first_(std::move(first)), second_(std::move(second)) {}
+    /// Returns the volume, which is begun by the first call.
+    Volume& volume();
+
+  private:
+    std::shared_ptr<ViewedPrint> first_, second_;
+    std::mutex volume_mutex_;
+    std::unique_ptr<Volume> volume_;  ///< last, since it reads from the others
+};
+
 /// One print, or two to compare. The generation is another whenever one of them is another print,
 /// so that answers on the old one are not taken for ones on the new. All functions are thread-safe.
 class Session {
@@ -51,6 +66,7 @@ class Session {
     struct Prints {
         int64_t generation = 0;
         std::vector<std::shared_ptr<ViewedPrint>> list;
+        std::shared_ptr<Compared> compared;  ///< where both can be compared
     };
 
     /// Adds a print.
@@ -62,6 +78,10 @@ class Session {
     void look_again();
 
   private:
+    /// Makes what follows from the list. The caller holds the lock; what it returns ends, with its
+    /// thread, after that.
+    [[nodiscard]] std::shared_ptr<Compared> begin_generation();
+
     int64_t memory_bytes_;
     mutable std::mutex mutex_;
     Prints prints_;

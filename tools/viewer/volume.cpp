@@ -38,6 +38,10 @@ int32_t sampled_slice(const pipeline::PrintInfo& info, int32_t layers, int32_t l
     return std::min(static_cast<int32_t>(at), info.size.z - 1);
 }
 
+bool has_slice(const pipeline::PrintInfo& info, int32_t z) {
+    return z >= info.slice_begin && z < info.slice_end;
+}
+
 int32_t parts_a_layer(const pipeline::PrintInfo& info, int32_t layers) {
     return std::min(kMostParts, std::max(1, info.size.z / layers));
 }
@@ -88,20 +92,24 @@ Vec3i volume_cells(const pipeline::PrintInfo& info) {
     return cells;
 }
 
-int32_t volume_steps(const pipeline::PrintInfo& info) {
+int32_t volume_steps(const pipeline::PrintInfo& info, const pipeline::PrintInfo* other) {
     const int32_t layers = volume_cells(info).z;
     const int32_t parts = parts_a_layer(info, layers);
     int32_t steps = 0;
     for (int32_t layer = 0; layer < layers; ++layer) {
         for (int32_t part = 0; part < parts; ++part) {
             const int32_t z = sampled_slice(info, layers, layer, part, parts);
-            if (z >= info.slice_begin && z < info.slice_end) ++steps;
+            if (has_slice(info, z) || (other != nullptr && has_slice(*other, z))) ++steps;
         }
     }
     return steps;
 }
 
-Volume::Volume(SliceStore* store) : store_(store) {
+Volume::Volume(SliceStore* store, SliceStore* other)
+    : store_(store),
+      other_(other),
+      difference_(store->file().info(), (other == nullptr ? store : other)->file().info(),
+                  store->file().info().size.x) {
     const pipeline::PrintInfo& info = store->file().info();
     cells_ = volume_cells(info);
     parts_ = parts_a_layer(info, cells_.z);
@@ -114,6 +122,16 @@ Volume::Volume(SliceStore* store) : store_(store) {
     };
     xs_ = places(info.size.x, cells_.x, kAcross);
     ys_ = places(info.size.y, cells_.y, kAlong);
+    if (other != nullptr) {
+        for (int32_t x = 0; x < info.size.x; ++x)
+            cell_of_x_.push_back(static_cast<int32_t>(int64_t{x} * cells_.x / info.size.x));
+        for (int32_t y = 0; y < info.size.y; ++y)
+            cell_of_y_.push_back(static_cast<int32_t>(int64_t{y} * cells_.y / info.size.y));
+    }
+    const auto begin_of = [&](int32_t layer, int32_t part) {
+        return static_cast<int32_t>(int64_t{info.size.z} * (int64_t{layer} * parts_ + part) /
+                                    (int64_t{cells_.z} * parts_));
+    };
     // Every 2^n-th layer first, then those between.
     int32_t coarsest = 1;
     while (coarsest < cells_.z)
@@ -123,7 +141,9 @@ Volume::Volume(SliceStore* store) : store_(store) {
             for (int32_t layer = 0; layer < cells_.z; layer += stride) {
                 if (stride < coarsest && layer % (2 * stride) == 0) continue;
                 const int32_t z = sampled_slice(info, cells_.z, layer, part, parts_);
-                if (z >= info.slice_begin && z < info.slice_end) steps_.push_back({layer, part, z});
+                if (has_slice(info, z) || (other != nullptr && has_slice(other->file().info(), z)))
+                    steps_.push_back(
+                        {layer, part, z, begin_of(layer, part), begin_of(layer, part + 1)});
             }
         }
     }
@@ -162,20 +182,79 @@ void Volume::sample(const uint8_t* rows, std::vector<uint8_t>* codes) const {
     }
 }
 
+bool Volume::is_there(const Step& step) const {
+    const auto has = [](const SliceStore& store, int32_t end) {
+        const PrintFile& file = store.file();
+        return std::min(end, file.info().slice_end) <=
+               file.info().slice_begin + file.whole_slices();
+    };
+    if (other_ == nullptr) return has(*store_, step.z + 1);
+    return has(*store_, step.end) && has(*other_, step.end);
+}
+
+Result<void> Volume::read(const Step& step, std::vector<uint8_t>* codes) {
+    if (!has_slice(store_->file().info(), step.z)) {
+        std::fill(codes->begin(), codes->end(), uint8_t{0});
+    } else if (Result<void> read =
+                   store_->visit(step.z, [&](const uint8_t* rows) { sample(rows, codes); });
+               !read) {
+        return read;
+    }
+    if (other_ == nullptr) return {};
+    std::vector<uint8_t> marks(layer_cells());
+    for (int32_t z = step.begin; z < step.end && !stop_; ++z) {
+        if (Result<void> compared = compare(z, &marks); !compared) return compared;
+    }
+    for (size_t cell = 0; cell < marks.size(); ++cell) {
+        if (marks[cell] != 0) std::fill_n(codes->data() + cell * kSamples, kSamples, kDifferent);
+    }
+    return {};
+}
+
+Result<void> Volume::compare(int32_t z, std::vector<uint8_t>* marks) {
+    const size_t first_bytes = store_->file().row_bytes(),
+                 second_bytes = other_->file().row_bytes();
+    const auto mark = [&](const uint8_t* first, const uint8_t* second) {
+        for (size_t y = 0; y < cell_of_y_.size(); ++y) {
+            const uint8_t* row =
+                difference_.row(first == nullptr ? nullptr : first + y * first_bytes,
+                                second == nullptr ? nullptr : second + y * second_bytes);
+            if (row == nullptr) continue;
+            uint8_t* to =
+                marks->data() + static_cast<size_t>(cell_of_y_[y]) * static_cast<size_t>(cells_.x);
+            for (size_t x = 0; x < cell_of_x_.size(); ++x) {
+                if (row[x] == kDifferent) to[cell_of_x_[x]] = 1;
+            }
+        }
+    };
+    Result<void> inner;
+    const auto with_first = [&](const uint8_t* first) {
+        if (has_slice(other_->file().info(), z)) {
+            inner = other_->visit(z, [&](const uint8_t* second) { mark(first, second); });
+        } else {
+            mark(first, nullptr);
+        }
+    };
+    if (!has_slice(store_->file().info(), z)) {
+        with_first(nullptr);
+    } else if (Result<void> outer = store_->visit(z, with_first); !outer) {
+        return outer;
+    }
+    return inner;
+}
+
 void Volume::run() {
     std::vector<uint8_t> codes(layer_cells() * kSamples);
     std::vector<Step> left = steps_;
     while (!stop_ && !left.empty()) {
         std::vector<Step> later;
-        const int32_t there = store_->file().info().slice_begin + store_->file().whole_slices();
         for (const Step& step : left) {
             if (stop_) return;
-            if (step.z >= there) {
+            if (!is_there(step)) {
                 later.push_back(step);
                 continue;
             }
-            const Result<void> read =
-                store_->visit(step.z, [&](const uint8_t* rows) { sample(rows, &codes); });
+            const Result<void> read = this->read(step, &codes);
             const std::lock_guard lock(mutex_);
             const auto place = static_cast<size_t>(step.layer) * static_cast<size_t>(parts_) +
                                static_cast<size_t>(step.part);

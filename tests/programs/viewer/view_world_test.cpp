@@ -19,6 +19,7 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 constexpr const char* kFablet = R"(fablet Halves {
     @uniform {
@@ -64,6 +65,18 @@ class ViewWorld : public ::testing::Test {
         const JsonValue& print = member(state, "prints").items.at(0);
         return member(member(print, "materials").items.at(0), "voxels").number /
                member(print, "solid").number;
+    }
+
+    /// What the page knows of a uniform of the only object; fails the test where there is none.
+    static JsonValue uniform_of(const JsonValue& details, const std::string& name) {
+        const std::vector<JsonValue>& objects = member(details, "objects").items;
+        if (!objects.empty()) {
+            for (const JsonValue& uniform : member(objects[0], "uniforms").items) {
+                if (member(uniform, "name").text == name) return uniform;
+            }
+        }
+        ADD_FAILURE() << "no uniform " << name;
+        return {};
     }
 
     ScratchFolder scratch_;
@@ -259,6 +272,12 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     const JsonValue failed = viewer.wait_for(
         [](const JsonValue& s) { return member(member(s, "live"), "phase").text == "failed"; });
     EXPECT_THAT(member(member(failed, "live"), "message").text, HasSubstr("share"));
+    // It is told at the uniform, once.
+    const JsonValue details = viewer.get("/api/live").json();
+    EXPECT_THAT(member(uniform_of(details, "share"), "trouble").text,
+                StartsWith("`float share` of fablet `Halves` is given 2"));
+    EXPECT_EQ(uniform_of(details, "a").find("trouble"), nullptr);
+    EXPECT_EQ(member(details, "message").text, "");
     // What the print refused is not written: the world would not print any more.
     EXPECT_FALSE(member(member(failed, "live"), "writable").boolean);
     const HttpAnswer written = viewer.post("/api/write", "{}");
@@ -267,6 +286,35 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     EXPECT_EQ(read_file(world()), kWorld);
     ASSERT_EQ(viewer.post("/api/revert", "{}").status, 200);
     viewer.wait_for([&](const JsonValue& s) { return is_done(s, 2); });
+}
+
+TEST_F(ViewWorld, ControlsStayWhileTheWorldOrAFabletIsWrong) {
+    const Viewer viewer({world(), "--watch"}, cache());
+    viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    const auto failed = [](const JsonValue& s) {
+        return member(member(s, "live"), "phase").text == "failed";
+    };
+    const auto done = [](const JsonValue& s) { return is_done(s, 1); };
+    for (const auto& [file, right] : {std::pair{"cube.fab.json", kWorld}, {"halves.fl", kFablet}}) {
+        scratch_.write(file, std::string(right).substr(0, 100));
+        viewer.wait_for(failed);
+        const JsonValue details = viewer.get("/api/live").json();
+        EXPECT_EQ(member(uniform_of(details, "share"), "type").text, "float") << file;
+        EXPECT_EQ(member(uniform_of(details, "a"), "value").items.at(0).text, "white") << file;
+        EXPECT_EQ(member(details, "materials").items.size(), 2u) << file;
+        scratch_.write(file, right);
+        viewer.wait_for(done);
+    }
+    // Nor does a wrong world open what lies beyond its folder.
+    const ScratchFolder elsewhere;
+    elsewhere.write("secret.fl", "// a secret\n");
+    scratch_.write("cube.fab.json", "{");
+    viewer.wait_for(failed);
+    std::filesystem::remove(scratch_ / "halves.fl");
+    std::filesystem::create_symlink(elsewhere / "secret.fl", scratch_ / "halves.fl");
+    const HttpAnswer answer = viewer.get("/api/source?fablet=0");
+    EXPECT_NE(answer.status, 200);
+    EXPECT_EQ(answer.body.find("a secret"), std::string::npos);
 }
 
 TEST_F(ViewWorld, ASourceThatBecomesALinkIsNotFollowedOutOfTheWorldsFolder) {

@@ -1,8 +1,9 @@
-// Requests to the server that this page comes from. The token that it wants is the page's fragment, which browsers
+// Requests to the server that this page comes from. The token that it wants begins the page's fragment, which browsers
 // do not send.
 
-const token = location.hash.slice(1);
+const token = location.hash.slice(1).split("&")[0];
 
+/** `status` is that of the answer, 0 where there was none. */
 export class ApiError extends Error {
     constructor(status, message) {
         super(message);
@@ -11,7 +12,12 @@ export class ApiError extends Error {
 }
 
 async function request(path, options = {}) {
-    const response = await fetch(path, { ...options, headers: { "X-OpenFab-Token": token, ...options.headers } });
+    let response;
+    try {
+        response = await fetch(path, { ...options, headers: { "X-OpenFab-Token": token, ...options.headers } });
+    } catch {
+        throw new ApiError(0, "the server does not answer");
+    }
     if (response.ok) return response;
     let message = `the server answers ${response.status}`;
     try {

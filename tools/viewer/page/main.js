@@ -1,9 +1,16 @@
-// Puts the page together: what is shown, and what keys and buttons do.
+// Puts the page together: what is shown, and what buttons do.
 
+import { Address, numbersIn, readAddress } from "./address.js";
 import { getJson, query } from "./api.js";
-import { axisNames, millimetres } from "./format.js";
+import { kStandpoints } from "./camera.js";
+import { Cursor } from "./cursor.js";
+import { Follower } from "./follow.js";
+import { axisNames, element, millimetres } from "./format.js";
+import { listenToKeys } from "./keys.js";
 import { LivePanel } from "./live.js";
+import { Measure } from "./measure.js";
 import { Panels } from "./panels.js";
+import { savePicture } from "./picture.js";
 import { PlaneView } from "./plane.js";
 import { VolumeView } from "./volume.js";
 
@@ -16,44 +23,58 @@ const model = {
     which: "0",          // a print, or diff
     at: { x: 0, y: 0, z: 0 },
     picked: null,
-    moved: false,        // whether someone has chosen a slice or cut
+    chosen: false,       // whether the place was chosen, by someone or by what there is to see
+    cutAxis: "z",        // the one that the slider moves in 3-D
     print: () => model.state?.prints[model.which === "1" ? 1 : 0],
     generation: () => model.state.generation,
     palette: () => panels.palette(model.view === "3"),
 };
 
+/** Over the picture: what keeps it from being shown. */
 function notice(text) {
     byId("notice").textContent = text;
     byId("notice").hidden = !text;
 }
 
-function fail(error) {
-    // A new print has taken the place of the one that was asked for.
-    if (error.status === 409) return refresh();
-    notice(error instanceof TypeError ? "the server does not answer; was `openfab view` ended?" : error.message);
-}
+/** Makes of a place for words one for errors; a print that another has replaced is no error, nor is a lost server one of that place. */
+const tell = (show) => (error) => {
+    if (error.status === 409) follower.refresh();
+    else if (error.status === 0) follower.lost();
+    else show(error.message);
+};
 
-const panels = new Panels(model, () => { plane.update(); volume.update(); });
-const plane = new PlaneView(byId("plane"), model, {
-    pick, fail, step, ready: () => notice(""),
+const measure = new Measure(() => { redraw(); address.changed(); });
+model.measure = measure;
+const events = {
+    pick, step, notice, fail: tell(notice), zoomed: showScale,
+    measure: (mm) => measure.add(mm),
+    moved: () => { if (model.chosen) address.changed(); },
+    ready: () => notice(""),
     hover: (text) => { byId("hover").textContent = text; },
-    zoomed: showScale,
-});
-const volume = new VolumeView(byId("volume"), model, {
-    fail, notice, zoomed: showScale,
-    scaleBar: (text, pixels) => { byId("hover").textContent = `${"―".repeat(Math.max(1, Math.round(pixels / 12)))} ${text}`; },
-});
-const live = new LivePanel(model, fail);
+};
+const panels = new Panels(model, () => { plane.update(); volume.update(); address.changed(); });
+const plane = new PlaneView(byId("plane"), model, events);
+const volume = new VolumeView(byId("volume"), byId("below"), byId("above"), model, events);
+const cursor = new Cursor(byId("cursor"), showing);
+const address = new Address(addressValues, applyAddress);
+const follower = new Follower(showState, (error) => notice(error.message));
+const live = new LivePanel({ refresh: () => follower.refresh(), tell });
+
+function showing() { return model.view === "3" ? volume : plane; }
+
+function redraw() {
+    plane.draw();
+    volume.draw();
+}
 
 function showScale(scale) {
     byId("zoom").value = `${scale >= 100 ? scale.toFixed(0) : scale.toPrecision(3)} px/mm`;
 }
 
-function showing() { return model.view === "3" ? volume : plane; }
-
+/** What the slider moves along, and how far. */
 function limits() {
     const print = model.print();
-    const axis = model.view === "3" ? "z" : model.view;
+    const axis = model.view === "3" ? model.cutAxis : model.view;
     if (axis === "z") return { axis, low: print.slice_begin, high: Math.max(print.slice_begin, print.slice_begin + print.whole - 1) };
     return { axis, low: 0, high: print.size[axisNames.indexOf(axis)] - 1 };
 }
@@ -80,11 +101,11 @@ let settling = 0;
 function settle() {
     clearTimeout(settling);
     settling = setTimeout(async () => {
-        if (!model.print()?.whole) return;
+        if (!model.print()?.whole || (model.which === "diff" && model.state.difference)) return;
         try {
             panels.showSlice(await getJson("api/slice?" + query({ generation: model.generation(), print: model.which, z: model.at.z })));
         } catch (error) {
-            fail(error);
+            tell((text) => panels.showSliceTrouble(text))(error);
         }
     }, kSettleMs);
 }
@@ -94,27 +115,33 @@ function show() {
     showPlace();
     showing().update();
     settle();
+    if (model.chosen) address.changed();
 }
 
 function goTo(value) {
     if (!model.print() || !Number.isFinite(value)) return;
-    model.moved = true;
+    model.chosen = true;
     model.at[limits().axis] = Math.round(value);
     show();
 }
 
 function step(by) { goTo(model.at[limits().axis] + by); }
 
-async function pick(voxel) {
+/** With `reach`, the nearest solid voxel of the slice. */
+async function pick(voxel, reach = 0) {
     try {
-        const picked = await getJson("api/pick?" + query({ generation: model.generation(), print: model.which, x: voxel[0], y: voxel[1], z: voxel[2] }));
-        model.picked = { ...picked, voxel };
-        axisNames.forEach((axis, a) => { if (axis !== model.view) model.at[axis] = voxel[a]; });
+        const [x, y, z] = voxel;
+        const picked = await getJson("api/pick?" + query({ generation: model.generation(), print: model.which, x, y, z, reach }));
+        model.picked = picked;
+        // The planes that are not shown go there.
+        axisNames.forEach((axis, a) => { if (axis !== model.view && !(model.view === "3" && volume.clip[a])) model.at[axis] = picked.voxel[a]; });
         panels.showPick(model.picked);
-        plane.draw();
+        showPlace();
+        redraw();
+        address.changed();
         if (picked.has_amounts) findAmounts();
     } catch (error) {
-        fail(error);
+        tell((text) => panels.showPickTrouble(text))(error);
     }
 }
 
@@ -137,13 +164,17 @@ async function findAmounts() {
     findingAmounts = false;
 }
 
+function check(selector, is) {
+    for (const button of document.querySelectorAll(selector)) button.setAttribute("aria-checked", is(button));
+}
+
 function setView(view) {
-    if (view === "3" && model.which === "diff") setWhich("0");
     model.view = view;
     notice("");
+    cursor.hide();
     byId("plane").hidden = view === "3";
-    byId("volume").hidden = byId("clips").hidden = view !== "3";
-    for (const button of document.querySelectorAll("[data-view]")) button.setAttribute("aria-checked", button.dataset.view === view);
+    for (const id of ["volume", "below", "above", "clips", "standpoints"]) byId(id).hidden = view !== "3";
+    check("[data-view]", (button) => button.dataset.view === view);
     byId("hover").textContent = "";
     if (view !== "3") plane.axis = view;
     if (view !== "3") plane.resize();
@@ -152,14 +183,91 @@ function setView(view) {
 
 function setWhich(which) {
     if (!model.state || (which !== "0" && !model.state.prints[1])) return;
-    if (which === "diff" && (model.state.difference !== "" || model.view === "3")) {
-        if (model.state.difference) notice(model.state.difference);
-        return;
-    }
+    if (which === "diff" && model.state.difference) return notice(model.state.difference);
+    notice("");
     model.which = which;
-    for (const button of document.querySelectorAll("[data-print]")) button.setAttribute("aria-checked", button.dataset.print === which);
+    check("[data-print]", (button) => button.dataset.print === which);
     panels.showPrint();
     show();
+}
+
+function setClip(axis, on) {
+    const a = axisNames.indexOf(axis);
+    volume.clip[a] = on;
+    document.querySelector(`[data-clip="${a}"]`).setAttribute("aria-pressed", on);
+    // The slider moves the cut that was made last.
+    if (on) model.cutAxis = axis;
+    else if (model.cutAxis === axis) model.cutAxis = axisNames.find((_, i) => volume.clip[i]) ?? "z";
+    showPlace();
+    volume.draw();
+    address.changed();
+}
+
+async function save() {
+    const print = model.print();
+    if (!print) return;
+    const place = model.view === "3" ? "3-D" : `${model.view}-${model.at[model.view]}`;
+    const name = [print.name.replace(/(\.ofr|\.fab\.json)$/, ""), model.which === "diff" ? "difference" : "", place].filter(Boolean).join("-");
+    try {
+        await savePicture(["plane", "below", "volume", "above"].map(byId), name);
+    } catch (error) {
+        notice(error.message);
+    }
+}
+
+// The address.
+
+function addressValues() {
+    return {
+        view: model.view,
+        print: model.which === "0" ? undefined : model.which,
+        at: axisNames.map((axis) => model.at[axis]).join(","),
+        plane: model.view === "3" ? undefined : plane.text(),
+        camera: model.view === "3" ? volume.camera.text() : undefined,
+        cut: axisNames.filter((_, a) => volume.clip[a]).join(""),
+        pick: model.picked?.voxel.join(","),
+        measure: measure.points.flat().map((v) => Number(v.toFixed(4))).join(","),
+        ...panels.addressValues(),
+    };
+}
+
+function applyAddress(values) {
+    if (!model.print()) return;
+    const at = numbersIn(values.at, 3);
+    if (at) {
+        model.chosen = true;
+        axisNames.forEach((axis, a) => { model.at[axis] = Math.min(Math.max(Math.round(at[a]), 0), model.print().size[a] - 1); });
+    }
+    panels.applyAddress(values);
+    const camera = numbersIn(values.camera, 5);
+    if (camera) volume.camera.set(camera);
+    if (["0", "1", "diff"].includes(values.print)) setWhich(values.print);
+    const points = numbersIn(values.measure, 6) ?? numbersIn(values.measure, 3) ?? [];
+    measure.set([points.slice(0, 3), points.slice(3)].filter((point) => point.length === 3));
+    for (const axis of axisNames) setClip(axis, Boolean(values.cut?.includes(axis)));
+    setView(["x", "y", "z", "3"].includes(values.view) ? values.view : model.view);
+    const window = numbersIn(values.plane, 3);
+    if (window && window[2] > 0 && model.view !== "3") { plane.set(window); plane.update(); }
+    const voxel = numbersIn(values.pick, 3);
+    if (voxel) pick(voxel);
+}
+
+// The state of the server.
+
+/** Until somebody chooses: the newest of an unfinished print, of a finished one the slice that shows most. */
+async function findOpening() {
+    const print = model.print();
+    if (!print.complete) {
+        model.at.z = print.slice_begin + Math.max(print.whole - 1, 0);
+        return;
+    }
+    try {
+        const { z } = await getJson("api/opening?" + query({ generation: model.generation(), print: "0" }));
+        if (!model.chosen) model.at.z = z;
+        model.chosen = true;
+    } catch (error) {
+        tell(notice)(error);
+    }
 }
 
 function showState(state) {
@@ -167,7 +275,7 @@ function showState(state) {
     model.state = state;
     byId("live").hidden = !state.live?.watch;
     live.showState(state.live);
-    showProgress(state);
+    if (state.live?.phase === "failed" && !state.live.watch) notice(state.live.message);
     const print = model.print();
     if (!print) {
         if (!state.live?.message) notice("waiting for the first slices …");
@@ -178,105 +286,38 @@ function showState(state) {
     byId("subtitle").textContent = `${print.size.join(" × ")} voxels, ${print.size.map((n, a) => (n * print.pitch_mm[a]).toFixed(1)).join(" × ")} mm`
         + (state.prints[1] ? `, beside ${state.prints[1].name}` : "");
     byId("which").hidden = state.prints.length < 2;
+    const compare = document.querySelector("[data-print=diff]");
+    compare.setAttribute("aria-disabled", Boolean(state.difference));
+    compare.title = state.difference ? `No difference: ${state.difference}` : "Difference (D)";
     const old = before?.prints[model.which === "1" ? 1 : 0];
     const same = old && before.generation === state.generation;
-    if (!same || old.whole !== print.whole || old.complete !== print.complete) {
-        panels.showPrint();
-        if (!same && (!old || old.size.join() !== print.size.join())) {
-            // The middle of the print; its own place where a new one has other voxels.
-            axisNames.forEach((axis, a) => { model.at[axis] = old ? Math.round((model.at[axis] + 0.5) * print.size[a] / old.size[a] - 0.5) : Math.floor(print.size[a] / 2); });
-            model.picked = null;
-        }
-        if (!old) notice("");
-        // Until somebody chooses: the newest of an unfinished print, the middle of a finished one.
-        if (!model.moved) model.at.z = print.slice_begin + (print.complete ? Math.floor(print.whole / 2) : print.whole - 1);
-        show();
+    if (same && old.whole === print.whole && old.complete === print.complete) return;
+    panels.showPrint();
+    if (!same && (!old || old.size.join() !== print.size.join())) {
+        // The middle of the print; its own place where a new one has other voxels.
+        axisNames.forEach((axis, a) => { model.at[axis] = old ? Math.round((model.at[axis] + 0.5) * print.size[a] / old.size[a] - 0.5) : Math.floor(print.size[a] / 2); });
+        model.picked = null;
     }
+    if (!old) notice(print.whole ? "" : "waiting for the first slices …");
+    if (!old) applyAddress(readAddress());
+    if (model.chosen) show();
+    else findOpening().then(show);
 }
 
-function showProgress(state) {
-    const print = model.print();
-    const text = byId("progress");
-    let words = "";
-    if (state.live && state.live.phase !== "done") {
-        words = { checking: "compiling …", printing: "printing", failed: "failed", waiting: "waiting" }[state.live.phase] ?? "";
-        if (state.live.phase === "printing" && state.live.slices_total) words += ` ${Math.floor(100 * state.live.slices_done / state.live.slices_total)} %`;
-        if (state.live.phase === "failed" && !state.live.watch) notice(state.live.message);
-    } else if (print && !print.complete) {
-        words = `${print.whole} of ${print.slice_end - print.slice_begin} slices`;
-    }
-    text.textContent = words;
-    text.hidden = !words;
-    text.classList.toggle("failed", state.live?.phase === "failed");
-}
-
-let polling = 0;
-async function refresh() {
-    clearTimeout(polling);
-    let again = 2000;
-    try {
-        const state = await getJson("api/state");
-        showState(state);
-        const busy = state.live && ["checking", "printing"].includes(state.live.phase);
-        const growing = state.prints.some((p) => !p.complete);
-        if (busy) again = 200;
-        else if (growing || state.live?.watch) again = 500;
-    } catch (error) {
-        fail(error);
-    }
-    // Not while nobody looks.
-    polling = setTimeout(() => (document.hidden ? document.addEventListener("visibilitychange", refresh, { once: true }) : refresh()), again);
-}
-live.refresh = refresh;
-
-const keys = {
-    ArrowUp: () => step(1), ArrowDown: () => step(-1), ArrowRight: () => step(1), ArrowLeft: () => step(-1),
-    PageUp: () => step(10), PageDown: () => step(-10),
-    Home: () => goTo(limits().low), End: () => goTo(limits().high),
-    "+": () => showing().zoom(1.25), "=": () => showing().zoom(1.25), "-": () => showing().zoom(0.8), 0: () => showing().fit(),
-    1: () => setView("z"), 2: () => setView("y"), 3: () => setView("x"), 4: () => setView("3"),
-    a: () => setWhich("0"), b: () => setWhich("1"), d: () => setWhich("diff"),
-    "?": () => byId("help").showModal(),
-};
-const moves = { ArrowUp: [0, 40], ArrowDown: [0, -40], ArrowLeft: [40, 0], ArrowRight: [-40, 0] };
-
-document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.altKey || event.metaKey || byId("help").open) return;
-    const target = event.target;
-    // Fields, buttons in a group and sliders have their own use of keys.
-    if (target.matches("textarea, select, input:not([type=checkbox]):not([type=color])") && target.id !== "slider") return;
-    if (!model.print() && event.key !== "?") return;
-    if (event.shiftKey && moves[event.key]) {
-        event.preventDefault();
-        if (model.view === "3") volume.turnBy(...moves[event.key].map((v) => v / 2));
-        else plane.pan(...moves[event.key]);
-        return;
-    }
-    const action = keys[event.key] ?? keys[event.key.toLowerCase()];
-    if (!action) return;
-    event.preventDefault();
-    action();
-});
-
+listenToKeys({ step, goTo, limits, showing, setView, setWhich, save, model, ready: () => Boolean(model.print()) }, cursor, byId("help"));
 for (const button of document.querySelectorAll("[data-view]")) button.addEventListener("click", () => setView(button.dataset.view));
 for (const button of document.querySelectorAll("[data-print]")) button.addEventListener("click", () => setWhich(button.dataset.print));
-for (const button of document.querySelectorAll("[data-clip]")) {
-    button.addEventListener("click", () => {
-        const a = Number(button.dataset.clip);
-        volume.clip[a] = !volume.clip[a];
-        button.setAttribute("aria-pressed", volume.clip[a]);
-        volume.draw();
-    });
-}
+for (const button of document.querySelectorAll("[data-clip]")) button.addEventListener("click", () => setClip(axisNames[button.dataset.clip], button.getAttribute("aria-pressed") !== "true"));
+byId("standpoints").append(...Object.entries(kStandpoints).map(([name, { title }]) => element("button", { title, onclick: () => volume.stand(name) }, name)));
 byId("slider").addEventListener("input", (event) => goTo(Number(event.target.value)));
 byId("number").addEventListener("change", (event) => goTo(Number(event.target.value)));
 byId("zoom_in").addEventListener("click", () => showing().zoom(1.25));
 byId("zoom_out").addEventListener("click", () => showing().zoom(0.8));
 byId("fit").addEventListener("click", () => showing().fit());
+byId("save_picture").addEventListener("click", save);
 byId("help_button").addEventListener("click", () => byId("help").showModal());
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => plane.draw());
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
 setView("z");
-setWhich("0");
-document.querySelector("[data-print='0']").setAttribute("aria-checked", true);
-refresh();
+check("[data-print]", (button) => button.dataset.print === "0");
+follower.refresh();

@@ -131,6 +131,31 @@ export class Panels {
         describe(byId("pick"), rows);
     }
 
+    showPickTrouble(text) { describe(byId("pick"), [[element("span", { class: "trouble" }, text), "", true]]); }
+
+    showSliceTrouble(text) { describe(byId("slice_stats"), [[element("span", { class: "trouble" }, text), "", true]]); }
+
+    /** What the address keeps of the materials: the scheme, which are off, and colours of one's own. */
+    addressValues() {
+        const which = (has) => this.looks.map((look, i) => (has(look) ? i + 1 : 0)).filter(Boolean);
+        return {
+            colors: this.scheme === "preview" ? undefined : this.scheme,
+            off: which((look) => look.off).join(","),
+            paint: which((look) => look.color).map((code) => `${code}:${this.looks[code - 1].color.slice(1)}`).join(","),
+        };
+    }
+
+    applyAddress({ colors, off, paint }) {
+        this.scheme = colors === "key" ? "key" : "preview";
+        const hidden = (off ?? "").split(",").map(Number);
+        const own = new Map((paint ?? "").split(",").map((one) => one.split(":")).filter(([, hex]) => /^[0-9a-f]{6}$/.test(hex)));
+        this.looks.forEach((look, i) => {
+            look.off = hidden.includes(i + 1);
+            look.color = own.has(String(i + 1)) ? `#${own.get(String(i + 1))}` : null;
+        });
+        this.showMaterials();
+    }
+
     showSlice(slice) {
         const print = this.model.print();
         byId("slice_title").textContent = `Slice ${slice.z}`;

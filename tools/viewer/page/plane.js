@@ -3,6 +3,7 @@
 
 import { getPicture, query } from "./api.js";
 import { axisNames, lengthText, millimetres, roundLength } from "./format.js";
+import { strokeMeasure } from "./scene.js";
 
 const kTile = 512;
 const kMostTiles = 96;
@@ -11,7 +12,10 @@ const kAtOnce = 4;
 const kAxes = { x: [1, 2], y: [0, 2], z: [0, 1] };
 
 export class PlaneView {
-    /** `model` has print(), palette(), which, at (by axis) and picked; `events` has pick, hover, zoomed, fail. */
+    /**
+     * `model` has print(), palette(), which, at (by axis), picked and measure; `events` has pick, measure, hover, step,
+     * zoomed, moved, ready and fail.
+     */
     constructor(canvas, model, events) {
         this.canvas = canvas;
         this.context = canvas.getContext("2d");
@@ -40,11 +44,6 @@ export class PlaneView {
         this.update();
     }
 
-    setAxis(axis) {
-        this.axis = axis;
-        this.update();
-    }
-
     fitted() {
         const print = this.model.print();
         const [a, b] = this.axes;
@@ -57,6 +56,14 @@ export class PlaneView {
         delete this.views[this.axis];
         this.update();
     }
+
+    /** What the address keeps of the view: its middle and scale, where it is not the whole. */
+    text() {
+        const view = this.views[this.axis];
+        return view && [view.x, view.y, view.scale].map((v) => Number(v.toPrecision(6))).join(",");
+    }
+
+    set([x, y, scale]) { this.views[this.axis] = { x, y, scale }; }
 
     /** Zooms about a point of the canvas, in CSS pixels from its middle. */
     zoom(factor, dx = 0, dy = 0) {
@@ -81,6 +88,7 @@ export class PlaneView {
         this.draw();
         this.load();
         this.events.zoomed(this.view.scale);
+        this.events.moved();
     }
 
     wish() {
@@ -204,6 +212,7 @@ export class PlaneView {
         entries.sort((a, b) => (b.tile.lu + b.tile.lv - a.tile.lu - a.tile.lv) || (b.coarse - a.coarse));
         for (const entry of entries) this.drawTile(c, entry);
         this.drawCrosshair(c, style);
+        this.drawMeasured(c, style);
         this.drawScaleBar(c, style);
     }
 
@@ -253,6 +262,31 @@ export class PlaneView {
             c.strokeStyle = style.getPropertyValue(color);
             c.lineWidth = width;
             c.stroke();
+        }
+        c.globalAlpha = 1;
+    }
+
+    drawMeasured(c, style) {
+        const { measure } = this.model;
+        const print = this.model.print();
+        const places = measure.points.map((mm) => this.toCanvas(...this.axes.map((a) => (mm[a] - print.origin_mm[a]) / print.pitch_mm[a])));
+        // Pale where a point is not of this plane.
+        const a = axisNames.indexOf(this.axis);
+        const here = measure.points.every((mm) => Math.abs(mm[a] - this.depthMm()) <= print.pitch_mm[a] / 2 + 1e-9);
+        c.globalAlpha = here ? 1 : 0.5;
+        strokeMeasure(c, places, style);
+        if (places.length === 2) {
+            const [x, y] = [(places[0][0] + places[1][0]) / 2, (places[0][1] + places[1][1]) / 2 - 14];
+            c.font = "12px system-ui, sans-serif";
+            const width = c.measureText(measure.text).width;
+            c.fillStyle = style.getPropertyValue("--panel");
+            c.fillRect(x - width / 2 - 4, y - 9, width + 8, 18);
+            c.fillStyle = style.getPropertyValue("--text");
+            c.textAlign = "center";
+            c.textBaseline = "middle";
+            c.fillText(measure.text, x, y + 0.5);
+            c.textAlign = "start";
+            c.textBaseline = "alphabetic";
         }
         c.globalAlpha = 1;
     }
@@ -310,12 +344,12 @@ export class PlaneView {
                     last = now;
                 }
             }
-            this.events.hover(this.hoverText(...now));
+            this.hoverAt(...now);
         });
         const release = (event) => {
             const single = this.pointers.size === 1;
             this.pointers.delete(event.pointerId);
-            if (single && moved <= 3 && event.type === "pointerup" && event.button === 0) this.pickAt(...place(event));
+            if (single && moved <= 3 && event.type === "pointerup" && event.button === 0) this.choose(...place(event));
             last = null;
         };
         canvas.addEventListener("pointerup", release);
@@ -323,6 +357,7 @@ export class PlaneView {
         canvas.addEventListener("pointerleave", () => this.events.hover(""));
         canvas.addEventListener("wheel", (event) => {
             event.preventDefault();
+            if (!this.model.print()) return;
             const [x, y] = place(event);
             if (event.shiftKey) this.events.step(Math.sign(event.deltaY || event.deltaX) * -1);
             else this.zoom(Math.exp(-event.deltaY * (event.deltaMode === 1 ? 0.05 : 0.0015)), x - canvas.clientWidth / 2, y - canvas.clientHeight / 2);
@@ -342,15 +377,37 @@ export class PlaneView {
         return voxel;
     }
 
-    pickAt(x, y) {
-        const voxel = this.voxelAt(x, y);
-        if (voxel) this.events.pick(voxel);
+    /** Where the plane lies along its axis. */
+    depthMm() {
+        const print = this.model.print();
+        const a = axisNames.indexOf(this.axis);
+        return print.origin_mm[a] + (this.model.at[this.axis] + 0.5) * print.pitch_mm[a];
     }
 
-    hoverText(x, y) {
+    /** Picks what is at a point of the canvas, or measures from there. */
+    choose(x, y) {
         const voxel = this.voxelAt(x, y);
-        if (!voxel) return "";
+        if (!voxel) return;
+        if (!this.model.measure.on) return this.events.pick(voxel);
         const print = this.model.print();
-        return voxel.map((v, a) => `${axisNames[a]} ${millimetres(print.origin_mm[a] + (v + 0.5) * print.pitch_mm[a])}`).join("   ");
+        const place = this.toVoxel(x, y);
+        const mm = [0, 0, 0];
+        mm[axisNames.indexOf(this.axis)] = this.depthMm();
+        this.axes.forEach((a, i) => { mm[a] = print.origin_mm[a] + place[i] * print.pitch_mm[a]; });
+        this.events.measure(mm);
+    }
+
+    hoverAt(x, y) {
+        const voxel = this.voxelAt(x, y);
+        const print = this.model.print();
+        this.events.hover(!voxel ? "" : voxel.map((v, a) => `${axisNames[a]} ${millimetres(print.origin_mm[a] + (v + 0.5) * print.pitch_mm[a])}`).join("   "));
+    }
+
+    /** A step of the keyboard's cursor: a voxel where it is seen, else about so many CSS pixels. */
+    gridStep(pixels) {
+        return this.axes.map((a) => {
+            const voxel = this.view.scale * this.model.print().pitch_mm[a];
+            return voxel >= 4 ? voxel : Math.max(1, Math.round(pixels / voxel)) * voxel;
+        });
     }
 }
