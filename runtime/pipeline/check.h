@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "runtime/pipeline/print_job.h"
+#include "runtime/pipeline/print_input.h"
+#include "runtime/pipeline/print_options.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::pipeline {

@@ -9,7 +9,7 @@
 
 #include "base/result.h"
 #include "runtime/part/part.h"
-#include "runtime/pipeline/print_job.h"
+#include "runtime/pipeline/print_options.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::pipeline {

@@ -9,7 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/pipeline/print_job.h"
+#include "runtime/pipeline/print_input.h"
+#include "runtime/pipeline/print_options.h"
 
 namespace openfab::pipeline {
 

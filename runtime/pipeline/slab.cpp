@@ -93,7 +93,9 @@ abi::KernelStatus SlabRun::try_rows(uint8_t slices, Pool<volume::BlockEvaluator>
     return status;
 }
 
-abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators) {
+abi::KernelStatus SlabRun::begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators,
+                                 const std::atomic<bool>* interrupt) {
+    interrupt_ = interrupt;
     slab_ = slab;
     blocks_to_evaluate_ = 0;
     // Memory is reused per part: if shared between parts, each buffer would grow to the size of the
@@ -140,10 +142,9 @@ abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator
     active->seconds_coverage = 0;
     {
         const StageTimer timer(Stage::kCoverage);
-        part.voxeliser->coverage(slab_, &active->mask, setup_.interrupt, &active->seconds_coverage);
+        part.voxeliser->coverage(slab_, &active->mask, interrupt_, &active->seconds_coverage);
     }
-    if (setup_.interrupt != nullptr && setup_.interrupt->load())
-        return abi::KernelStatus::stopped();
+    if (interrupt_ != nullptr && interrupt_->load()) return abi::KernelStatus::stopped();
     if (!active->covers()) return {};
     return active->cull.run(part, slab_, active->mask, setup_.culling, evaluator, room);
 }
@@ -291,8 +292,7 @@ abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
         }
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < volume::BlockEvaluator::kBatch) continue;
-        if (setup_.interrupt != nullptr && setup_.interrupt->load())
-            return abi::KernelStatus::stopped();
+        if (interrupt_ != nullptr && interrupt_->load()) return abi::KernelStatus::stopped();
         const abi::KernelStatus status =
             evaluator->evaluate(*active.part, slab_, pending.data(), volume::BlockEvaluator::kBatch,
                                 active.cull.should_cull_pieces(), &band, mixtures, log);

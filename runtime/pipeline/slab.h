@@ -47,9 +47,8 @@ struct SlabSetup {
     uint64_t seed = 0;
     Vec3i size;  ///< grid size, voxels
     bool culling = true;
-    const std::atomic<bool>* interrupt = nullptr;  ///< see PrintOptions
-    int32_t rows_in_flight = 2;                    ///< rows of blocks of one slab evaluated ahead
-    int32_t bits = 4;                              ///< per packed voxel
+    int32_t rows_in_flight = 2;  ///< rows of blocks of one slab evaluated ahead
+    int32_t bits = 4;            ///< per packed voxel
     dither::SupportFill support;
     int32_t materials = 0;              ///< of the model
     FractionSink* fractions = nullptr;  ///< may be null
@@ -70,8 +69,10 @@ class SlabRun {
     /// Memory limit for mixtures that fill whole blocks of one slab, over all its parts.
     static constexpr int64_t kUniformBlockBytes = 8 << 20;
 
-    /// Coverage and culling of slices [8 slab, 8 slab + 8).
-    abi::KernelStatus begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators);
+    /// Coverage and culling of slices [8 slab, 8 slab + 8). `interrupt`, if not null, stops them, and what
+    /// is run of the slab afterwards, between batches of blocks.
+    abi::KernelStatus begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators,
+                            const std::atomic<bool>* interrupt);
     /// Returns the number of blocks that culling left: the cost of printing any slices of the slab.
     int64_t blocks_to_evaluate() const { return blocks_to_evaluate_; }
     /// Prints some slices of the slab that was begun into planes(), those of bit z & 7 in `slices`;
@@ -123,6 +124,7 @@ class SlabRun {
                                const StopFlags& stop);
 
     const SlabSetup& setup_;
+    const std::atomic<bool>* interrupt_ = nullptr;
     int32_t slab_ = 0;
     uint64_t slices_ = 0;  ///< bits of the slices to print, repeated in each byte (column)
     int64_t blocks_to_evaluate_ = 0;

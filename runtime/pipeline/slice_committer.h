@@ -13,7 +13,7 @@
 
 #include "abi/kernel_status.h"
 #include "base/result.h"
-#include "runtime/pipeline/print_job.h"
+#include "runtime/pipeline/print_statistics.h"
 #include "runtime/pipeline/slab.h"
 #include "runtime/pipeline/slice_sink.h"
 #include "runtime/pipeline/slice_totals.h"
