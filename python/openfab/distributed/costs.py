@@ -14,6 +14,8 @@ LEAST_SECONDS = 0.5
 """A share that is shorter spends its time on being handed around."""
 MOST_SECONDS = 10.0
 """What a worker that dies loses, and Ctrl-C waits for."""
+LIFE_PART = 10
+"""Where workers die, a share is such a part of their life, so that most are printed before the next death."""
 SHARES_LEFT = 6
 """Each share is such a part of what is left for each worker, so that the last ones are short."""
 MOST_BYTES = 32_000_000
@@ -79,14 +81,23 @@ def settled(samples: Sequence[int], unfinished: Collection[int], end: int) -> in
     return max((slab + 1 for slab in samples if slab < lowest), default=lowest)
 
 
-def share_end(model: CostModel, first: int, limit: int, known: int, end: int, workers: int) -> int:
+def most_seconds(life_seconds: float | None) -> float:
+    """Returns what a share may take where workers live so long; None: none has died."""
+    return MOST_SECONDS if life_seconds is None else min(MOST_SECONDS, life_seconds / LIFE_PART)
+
+
+def share_end(
+    model: CostModel, first: int, limit: int, known: int, end: int, workers: int, most: float | None = None
+) -> int:
     """Returns the end of a share that begins with slab `first` and goes to `limit` at most.
 
-    From the slab `known` on it is one slab: what is dear there may not be known yet.
+    From the slab `known` on it is one slab: what is dear there may not be known yet. `most` are the seconds that it
+    may take.
     """
     if first >= known or not model.is_known:
         return first + 1
     seconds, size = model.sums(first, end)
-    target = min(max(seconds[-1] / (SHARES_LEFT * max(workers, 1)), LEAST_SECONDS), MOST_SECONDS)
+    target = max(seconds[-1] / (SHARES_LEFT * max(workers, 1)), LEAST_SECONDS)
+    target = min(target, MOST_SECONDS if most is None else most)
     slabs = min(int(np.searchsorted(seconds, target)), int(np.searchsorted(size, MOST_BYTES, "right")))
     return min(first + max(slabs, 1), limit, known)

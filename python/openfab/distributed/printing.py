@@ -20,25 +20,28 @@ import dask
 import distributed
 
 from .. import _files as own_files
-from .._given import Real, Whole, whole
+from .._given import Real, Whole, number, whole
 from .._options import words_of
-from ..errors import InputError, PrintWarning, renamed
+from ..errors import Error, InputError, PrintWarning
 from ..printing import PrintInfo, PrintMaterial, Progress, _Bar, claim_threads
 from ..world import AnyWorld, snapshot
 from . import worker
-from .costs import CostModel, ShareCost, sample_places, settled, share_end
+from .cluster import LOOK_SECONDS, Workers
+from .costs import MOST_SECONDS, CostModel, ShareCost, most_seconds, sample_places, settled, share_end
 from .inputs import Inputs, gather, printer_file
 from .output import Output
+from .wanted import Wanted, wait_for
 from .worker import ClusterError, Failure, Job, Plan, Shared
 
-# Of a share, before it is given up: its worker may die for reasons that are not its own.
-_MOST_DEATHS = 10
+# Of a task that fails, by itself: a full disk, say. Deaths of workers are counted apart.
 _RETRIES = 3
 # Shares that are printed or wait for their turn, for each worker.
 _IN_FLIGHT = 3
-_LOOK_SECONDS = 1.0
-
-_wait: Any = distributed.wait
+# Of a share that takes longer the worker may hang: twice what one is to take, and three times what the longest has taken.
+_LATE_SECONDS = 2 * MOST_SECONDS
+_LATE_TIMES = 3
+# Of slices that wait in this process for those below them.
+_AHEAD_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,7 @@ def print_world(
     token_file: str | os.PathLike[str] | None = None,
     tls_ca: str | os.PathLike[str] | None = None,
     in_flight: Whole | None = None,
+    workers_timeout: Real | None = None,
     direct: bool = True,
     progress: Progress = False,
 ) -> DistributedPrint:
@@ -102,14 +106,16 @@ def print_world(
     worker and 2 more unless given: a slow output holds the workers back. Slices come from the workers without passing
     through the scheduler, unless `direct` is False, for networks in which this process does not reach them.
 
-    Workers that die are made up for. Raises ClusterError where the cluster cannot print, and what openfab.print_world
-    raises.
+    Workers that die are made up for. Where there are none for 30 s, a PrintWarning says so and where the print stands;
+    it goes on once there are some, or ends with ClusterError after `workers_timeout` seconds of that. Raises
+    ClusterError where the cluster cannot print, and what openfab.print_world raises.
     """
     began = time.monotonic()
     options = words_of(
         printer=printer, voxel=voxel, dpi=dpi, layer=layer, draft=draft, slices=slices, z=z, dither=dither, seed=seed,
         crop=crop, memory=memory, support=support,
     )
+    limit = None if workers_timeout is None else number(workers_timeout, "`workers_timeout`")
     receiver = words_of(format=format, token_file=token_file, tls_ca=tls_ca)
     threads, in_flight = _at_least_one(threads, "threads"), _at_least_one(in_flight, "in_flight")
     read = snapshot(world, uniforms)
@@ -120,13 +126,12 @@ def print_world(
     with Output(out, [*options, *receiver], named) as output:
         claim_threads()
         inputs = gather(read, options)
-        workers = _Workers(client)
         job = Job(
             version=worker.version(), digest=inputs.digest, world=inputs.world, sources=inputs.sources,
             options=tuple(printer_file(options)), format=output.format, memory_given=memory is not None,
             threads=threads, made=str(own_files.folder()),
         )
-        with _Run(client, workers, job, inputs, began, in_flight, direct, progress) as run:
+        with _Run(client, limit, job, inputs, began, in_flight, direct, progress) as run:
             return run.print(output)
 
 
@@ -160,51 +165,14 @@ def _send_files(client: distributed.Client, inputs: Inputs) -> Any:
     return _files[client]
 
 
-class _Workers:
-    """The workers of a cluster, which may come and go; those that are new are asked which version they have.
-
-    One that lacks the package cannot read a task; Dask drops it then, so that it is found here or not at all.
-    """
-
-    def __init__(self, client: distributed.Client) -> None:
-        self._client: Any = client
-        self._checked: set[str] = set()
-        self._seen = -_LOOK_SECONDS
-        self.look()
-
-    def look(self) -> int:
-        """Returns how many there are; looks for them, and at those that are new, now and then."""
-        if time.monotonic() - self._seen >= _LOOK_SECONDS:
-            self._seen = time.monotonic()
-            addresses = set(self._client.scheduler_info(n_workers=-1)["workers"])
-            self._check(addresses - self._checked)
-            self._count = len(addresses)
-        return max(1, self._count)
-
-    def _check(self, addresses: set[str]) -> None:
-        found = self._client.run(worker.version, workers=list(addresses), on_error="return") if addresses else {}
-        for address, said in found.items():
-            # Dask passes some exceptions on as their text.
-            if isinstance(said, Exception) and ("ImportError" in repr(said) or "ModuleNotFoundError" in repr(said)):
-                raise ClusterError(f"worker {address} cannot import OpenFab: {said}; install it as it is here")
-            if isinstance(said, str):
-                if said != worker.version():
-                    raise ClusterError(
-                        f"worker {address} has OpenFab {said}, this process {worker.version()}; install one version "
-                        f"everywhere"
-                    )
-                self._checked.add(address)
-
-
 class _Run:
     """One print. What is submitted is dropped when it ends."""
 
     def __init__(
-        self, client: distributed.Client, workers: _Workers, job: Job, inputs: Inputs, began: float,
+        self, client: distributed.Client, limit: float | None, job: Job, inputs: Inputs, began: float,
         in_flight: int | None, direct: bool, progress: Progress,
     ) -> None:
         self._client: Any = client
-        self._workers = workers
         self._job = job
         self._began = began
         self._in_flight = in_flight
@@ -212,12 +180,16 @@ class _Run:
         self._bar = _Bar(progress)
         self._name = uuid.uuid4().hex[:12]
         self._inputs = inputs
-        self._shares: dict[int, tuple[int, Any]] = {}  # by first slab: end, result
-        self._samples: dict[int, Any] = {}  # by slab: what it took, once it is known
+        self._shares: dict[int, Wanted] = {}  # by first slab
+        self._samples: dict[int, Wanted] = {}  # by slab: what it took, once it is known
+        self._processing: set[str] = set()  # what workers had when they were looked at last, once one has died
         self._costs: list[ShareCost] = []
         self._statistics: dict[str, Any] = {}
         self._peak = 0
+        self._longest = 0.0
         self._set_ups = 0
+        self._output: Output | None = None
+        self._workers = Workers(client, limit, self.where)
 
     def __enter__(self) -> _Run:
         self._files = _send_files(self._client, self._inputs)
@@ -229,9 +201,17 @@ class _Run:
     def __exit__(self, *_: object) -> None:
         self._bar.close()
         # What nobody wants any more Dask drops; shares that are being printed end first.
-        for future in (*(future for _, future in self._shares.values()), *self._samples.values(), self._world):
-            future.release()
+        for wanted in (*self._shares.values(), *self._samples.values()):
+            wanted.drop()
+        self._world.release()
         self._shares, self._samples = {}, {}
+
+    def where(self) -> str:
+        """Says how far it is."""
+        if self._output is None:
+            return "the print is not set up yet"
+        first, end = self._plan.info["slices"]
+        return f"{self._output.next_slice - first} of {end - first} slices are written"
 
     def print(self, output: Output) -> DistributedPrint:
         plan = self._set_up()
@@ -239,14 +219,12 @@ class _Run:
             warnings.warn(warning, PrintWarning, stacklevel=4)
         output.open(plan, self._inputs.paths)
         self._plan = plan
+        self._output = output
         self._model = CostModel(*plan.slabs)
         self._cursor, self._end = plan.slabs
-        self._places = sample_places(*plan.slabs, self._workers.look())
+        self._places = sample_places(*plan.slabs, self._workers.count)
         for slab in self._places:
-            printed = self._submit(slab, slab + 1)
-            self._samples[slab] = self._client.submit(
-                _cost_of, printed, key=f"openfab-cost-{self._name}-{slab}", priority=2
-            )
+            self._samples[slab] = self._sample(slab)
         first, end = plan.info["slices"]
         seconds_first = 0.0
         with ThreadPoolExecutor(1, "openfab-writer") as pool:
@@ -264,94 +242,151 @@ class _Run:
         return self._complete(statistics, seconds_first)
 
     def _set_up(self) -> Plan:
-        future = self._client.submit(
-            worker.set_up, self._job, self._files, self._world, key=f"openfab-plan-{self._name}", priority=1,
-            retries=_RETRIES,
-        )
-        plan: Plan = self._result(future, "the set-up")
+        def submit(again: str) -> Any:
+            return self._client.submit(
+                worker.set_up, self._job, self._files, self._world, key=f"openfab-plan-{self._name}{again}", priority=1,
+                retries=_RETRIES,
+            )
+
+        wanted = Wanted("the set-up", 0, submit)
+        while not self._has(wanted):
+            self._help(wanted)
+            self._wait([wanted])
+        plan: Plan = wanted.got
         return plan
 
-    def _submit(self, first: int, end: int) -> Any:
-        future = self._client.submit(
-            worker.print_share, self._job, first, end, self._files, self._world,
-            key=f"openfab-share-{self._name}-{first}", priority=-first / self._end, retries=_RETRIES,
-        )
-        self._shares[first] = (end, future)
-        return future
+    def _has(self, wanted: Wanted) -> bool:
+        wanted.attend(self._client, self._direct, self._inputs.names)
+        return wanted.got is not None
+
+    def _submit(self, first: int, end: int) -> Wanted:
+        def submit(again: str) -> Any:
+            return self._client.submit(
+                worker.print_share, self._job, first, end, self._files, self._world,
+                key=f"openfab-share-{self._name}-{first}-{end}{again}", priority=-first / self._end, retries=_RETRIES,
+            )
+
+        share = Wanted(f"slices {8 * first} to {8 * end - 1}", end, submit)
+        self._shares[first] = share
+        return share
+
+    def _sample(self, slab: int) -> Wanted:
+        (printed,) = self._submit(slab, slab + 1).futures
+        key = f"openfab-cost-{self._name}-{slab}"
+        return Wanted("a sample", 0, lambda again: self._client.submit(_cost_of, printed, key=key + again, priority=2))
 
     def _fill(self) -> None:
         """Submits shares up to the number that may be in flight."""
-        workers = self._workers.look()
-        known = settled(self._places, self._samples, self._end)
+        workers = self._workers.count
         room = self._in_flight or _IN_FLIGHT * workers + 2
         ahead = sum(1 for first in self._shares if first < self._cursor)
         while self._cursor < self._end and ahead < room:
             if self._cursor in self._shares:
-                self._cursor = self._shares[self._cursor][0]
+                self._cursor = self._shares[self._cursor].end
                 ahead += 1
                 continue
             limit = min((first for first in self._shares if first > self._cursor), default=self._end)
-            end = share_end(self._model, self._cursor, limit, known, self._end, workers)
+            end = self._share_end(self._cursor, limit)
             self._submit(self._cursor, end)
             self._cursor = end
             ahead += 1
 
+    def _share_end(self, first: int, limit: int) -> int:
+        known = settled(self._places, self._samples, self._end)
+        most = most_seconds(self._workers.life_seconds)
+        return share_end(self._model, first, limit, known, self._end, self._workers.count, most)
+
+    def _cut_again(self, busy: set[str]) -> None:
+        """Cuts shares that were submitted before workers died, but for those that one is at, into shorter ones."""
+        for first, share in sorted(self._shares.items()):
+            if share.is_done or any(str(future.key) in busy for future in share.futures):
+                continue
+            at, end = first, share.end
+            if self._share_end(at, end) == end:
+                continue
+            share.drop()
+            while at < end:
+                piece = self._share_end(at, end)
+                self._submit(at, piece)
+                at = piece
+
     def _learn(self) -> bool:
         """Takes in what samples took that are done; returns whether anything is known."""
-        done = [slab for slab, future in self._samples.items() if future.done()]
-        good = [future for future in map(self._samples.pop, done) if future.status == "finished"]
-        for cost in self._client.gather(good, errors="skip") if good else ():
-            if cost is not None:
-                self._model.add(cost)
+        for slab, sample in list(self._samples.items()):
+            try:
+                has = self._has(sample)
+            except Error:  # which its share has, too
+                has = True
+            if has:
+                del self._samples[slab]
+                if isinstance(sample.got, ShareCost):
+                    self._model.add(sample.got)
         return self._model.is_known
 
     def _in_order(self) -> Iterator[Shared]:
         following = self._cursor
         while following < self._end:
-            if self._learn():
-                self._fill()
-            end, future = self._shares[following]
-            share: Shared = self._result(future, f"slices {8 * following} to {8 * end - 1}")
+            share = self._take(following)
             if share.header != self._plan.header:
                 raise ClusterError(
                     f"worker {share.cost.worker} prints something else of these files; install one version everywhere"
                 )
-            del self._shares[following], future
             self._account(share)
-            following = end
+            following = share.cost.end
             self._cursor = max(self._cursor, following)
             yield share
 
-    def _wait_for(self, future: Any) -> None:
-        """Waits for a result, and goes on handing out shares meanwhile."""
-        while not future.done():
-            try:
-                _wait([future, *self._samples.values()], timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
-            except TimeoutError:
-                self._workers.look()
-            if self._samples and self._learn():
+    def _take(self, first: int) -> Shared:
+        """Waits for a share, and meanwhile hands out others, and fetches those that are done."""
+        while True:
+            if self._learn():
                 self._fill()
+            wanted = self._shares[first]
+            if self._has(wanted):
+                share: Shared = self._shares.pop(first).got
+                return share
+            self._help(wanted)
+            self._wait([wanted, *self._fetch_ahead(first)])
 
-    def _result(self, future: Any, what: str) -> Any:
-        for _ in range(_MOST_DEATHS):
-            self._wait_for(future)
-            try:
-                result = self._client.gather(future, direct=self._direct)
-            except distributed.KilledWorker:
-                future.retry()
+    def _fetch_ahead(self, first: int) -> list[Wanted]:
+        """Fetches what is done before its turn, since the worker that has it may die; returns what is on its way."""
+        held = sum(share.got.cost.bytes for share in self._shares.values() if share.got is not None)
+        for place, share in sorted(self._shares.items()):
+            if place == first or share.is_fetched or not share.is_done:
                 continue
-            except distributed.CancelledError as error:
-                raise ClusterError("the cluster was closed or restarted while it printed") from error
-            if isinstance(result, Failure):
-                raise renamed(result.error, self._inputs.names)
-            return result
-        raise ClusterError(
-            f"workers that had {what} died again and again; perhaps they ran out of memory, which `memory` limits"
-        )
+            if held >= _AHEAD_BYTES:
+                break
+            if not self._has(share):
+                return [share]
+            fetched: Shared = share.got
+            held += fetched.cost.bytes
+        return []
+
+    def _help(self, wanted: Wanted) -> None:
+        """Has what everything waits for made twice, if workers are idle where some have died, or if it takes very long."""
+        if wanted.is_done or len(wanted.futures) > 1:
+            return
+        slow = wanted.waited() > max(_LATE_SECONDS, _LATE_TIMES * self._longest)
+        busy = sum(1 for one in {wanted, *self._shares.values()} if not one.is_done)
+        if slow or self._workers.deaths and busy < self._workers.count:
+            wanted.again()
+
+    def _wait(self, wanted: list[Wanted]) -> None:
+        """Waits until something has happened, a while at most, and looks after the workers."""
+        wait_for([*wanted, *self._samples.values()], LOOK_SECONDS)
+        deaths = self._workers.deaths
+        if not self._workers.look() or self._workers.deaths == 0:
+            return
+        now = {str(key) for keys in self._client.processing().values() for key in keys}
+        if self._workers.deaths > deaths:
+            # What was with a worker that is dead may be with another by now, which has hardly begun.
+            self._cut_again(now & self._processing)
+        self._processing = now
 
     def _account(self, share: Shared) -> None:
         cost = share.cost
         self._costs.append(cost)
+        self._longest = max(self._longest, cost.seconds)
         self._model.add(cost)
         self._set_ups += share.statistics["seconds_by_phase"]["set_up"] > 0
         self._peak = max(self._peak, share.statistics["peak_rss_bytes"])
@@ -378,8 +413,6 @@ class _Run:
         return DistributedPrint(PrintInfo(**data), statistics, tuple(self._costs))
 
 
-def _cost_of(share: Shared | Failure) -> ShareCost | None:
+def _cost_of(share: Shared | Failure) -> ShareCost | Failure:
     """What a sample took, without its slices; it runs where they are."""
-    if isinstance(share, Failure):
-        return None
-    return share.cost
+    return share if isinstance(share, Failure) else share.cost

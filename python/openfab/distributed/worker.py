@@ -114,8 +114,12 @@ def forget() -> None:
         _kept = None
 
 
+class TaskError(Exception):
+    """What a task raised, as text: Dask never says that one failed whose exception or traceback cannot be sent."""
+
+
 def _report(task: Callable[P, T]) -> Callable[P, T | Failure]:
-    """Returns errors of the input instead of raising them."""
+    """Returns errors of the input instead of raising them; Dask tries the others again, perhaps elsewhere."""
 
     @functools.wraps(task)
     def reported(*args: P.args, **kwargs: P.kwargs) -> T | Failure:
@@ -123,6 +127,11 @@ def _report(task: Callable[P, T]) -> Callable[P, T | Failure]:
             return task(*args, **kwargs)
         except (InputError, InternalError, ClusterError) as error:
             return Failure(error)
+        except Error:
+            raise
+        except Exception as error:
+            said = f"{type(error).__name__}: {error}"
+        raise TaskError(said)
 
     return reported
 
