@@ -27,6 +27,7 @@ from .errors import (
 )
 from .fablet import Fablet, Uniform, Varying, compile
 from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
+from .reading import VoxelBox, Voxels, read
 from .shapes import (
     FileMesh,
     Mesh,
@@ -76,6 +77,8 @@ __all__ = [
     "Texture",
     "Uniform",
     "Varying",
+    "VoxelBox",
+    "Voxels",
     "World",
     "box",
     "capsule",
@@ -87,6 +90,7 @@ __all__ = [
     "plane",
     "preview",
     "print_world",
+    "read",
     "revolution",
     "sample",
     "sphere",

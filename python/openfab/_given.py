@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import numbers
 import operator
@@ -53,6 +54,24 @@ def number(value: Any, what: str) -> float:
     return found
 
 
+def positive(value: Any, what: str, least: float | None = None) -> float:
+    """Returns a number that is more than 0, or at least `least`."""
+    found = number(value, what)
+    if found < least if least is not None else found <= 0:
+        rule = "more than 0" if least is None else f"{least:g} at least"
+        raise InputError(f"{what} cannot be {short(value)}; it is {rule}")
+    return found
+
+
+def choice(value: Any, what: str, choices: Sequence[str]) -> str:
+    """Returns one of some words."""
+    if not isinstance(value, str) or value not in choices:
+        near = difflib.get_close_matches(value, choices, 1) if isinstance(value, str) else []
+        hint = f"did you mean `{near[0]}`?" if near else f"it is one of {', '.join(f'`{one}`' for one in choices)}"
+        raise InputError(f"{what} cannot be {short(value)}; {hint}")
+    return str(value)
+
+
 def whole(value: Any, what: str) -> int:
     """Returns a whole number."""
     value = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -88,6 +107,11 @@ def vector(value: Any, what: str, counts: Sequence[int] = (3,)) -> list[float]:
 def length(value: Any, what: str) -> str:
     """Returns a length as an option has it: a text with a unit is one, a number is of millimetres."""
     return str(value) if isinstance(value, str) else f"{number(value, what)!r}mm"
+
+
+def pitch(value: Any, what: str) -> str:
+    """Returns a length of more than 0, as an option has it."""
+    return str(value) if isinstance(value, str) else f"{positive(value, what)!r}mm"
 
 
 def array(values: ArrayLike, what: str) -> NDArray[Any]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from ._given import is_sequence, length, number, several, short, whole
+from ._given import is_sequence, length, pitch, positive, several, short, whole
 from .errors import InputError
 
 
@@ -23,25 +23,28 @@ def words_of(**options: Any) -> list[str]:
 def _words(key: str, name: str, value: Any) -> list[str]:
     what = f"`{key}`"
     if key == "voxel" and is_sequence(value):
-        x, y, z = (number(one, what) for one in several(value, what, (3,), "one pitch, or three, of x, y and z"))
-        if not min(x, y, z) > 0:
-            raise InputError(f"{what} cannot be {short(value)}; pitches are more than 0")
+        x, y, z = (positive(one, what) for one in several(value, what, (3,), "one pitch, or three, of x, y and z"))
         return [f"--dpi={25.4 / x!r}x{25.4 / y!r}", f"--layer={z!r}mm"]
     if key in ("voxel", "layer", "mesh_pitch"):
-        return [f"{name}={length(value, what)}"]
+        return [f"{name}={pitch(value, what)}"]
     if key == "dpi" and not isinstance(value, str):
         pair = several(value, what, (2,), "one resolution, or two, of x and y") if is_sequence(value) else [value]
-        return [f"{name}={'x'.join(repr(number(one, what)) for one in pair)}"]
+        return [f"{name}={'x'.join(repr(positive(one, what)) for one in pair)}"]
     if key == "slices":
         first, end = (whole(one, what) for one in several(value, what, (2,), "the first slice, and one past the last"))
+        if not 0 <= first < end:
+            raise InputError(f"{what} cannot be {short(value)}; they are from 0 on, and the second is larger")
         return [f"{name}={first}:{end}"]
     if key == "z":
         low, high = (length(one, what) for one in several(value, what, (2,), "the lowest height, and the highest"))
         return [f"{name}={low}:{high}"]
     if key in ("draft", "seed", "threads"):
-        return [f"{name}={whole(value, what)}"]
+        found = whole(value, what)
+        if key != "seed" and found < 1:
+            raise InputError(f"{what} cannot be {short(value)}; it is 1 at least")
+        return [f"{name}={found}"]
     if key == "memory" and not isinstance(value, str):
-        return [f"{name}={int(number(value, what))}B"]
+        return [f"{name}={int(positive(value, what, 1))}B"]
     if key == "support" and not isinstance(value, str):
         if value not in (True, False):
             raise InputError(f"{what} cannot be {short(value)}; it is True, False or the name of a material")

@@ -17,6 +17,7 @@ from .errors import InputError
 
 if TYPE_CHECKING:
     from .printing import Print, PrintInfo
+    from .reading import Voxels
     from .world import AnyWorld
 
 # Voxels of the print that a picture is made of.
@@ -42,8 +43,8 @@ def slice_png(codes: NDArray[np.uint8], info: PrintInfo) -> bytes:
     return _files.png(codes[::-1], palette)
 
 
-def print_html(print_: Print) -> str:
-    """Shows the slices that a print kept, with a slider; or, before it has any, what is known of it."""
+def print_html(print_: Print | Voxels) -> str:
+    """Shows the slices that a print kept, or some of a file, with a slider; or, before it has any, what is known of it."""
     try:
         info = print_.info
     except InputError:  # closed before anything was known
@@ -58,15 +59,16 @@ def print_html(print_: Print) -> str:
         f"background:rgb{material.preview[:3]}'></span> {html.escape(material.name)}"
         for material in info.materials
     )
-    if not print_.thumbnails:
+    thumbnails = print_.thumbnails
+    if not thumbnails:
         return f"<div>{head}<br>{legend}</div>"
     sources = [
-        f'"data:image/png;base64,{base64.b64encode(slice_png(codes, info)).decode()}"' for _, codes in print_.thumbnails
+        f'"data:image/png;base64,{base64.b64encode(slice_png(codes, info)).decode()}"' for _, codes in thumbnails
     ]
-    heights = [f'"slice {z} of {info.size[2]}, {(z + 0.5) * pz:.3f} mm"' for z, _ in print_.thumbnails]
+    heights = [f'"slice {z} of {info.size[2]}, {(z + 0.5) * pz:.3f} mm"' for z, _ in thumbnails]
     middle = len(sources) // 2
     ident = "openfab" + uuid.uuid4().hex
-    width = min(480, max(160, 2 * print_.thumbnails[0][1].shape[1]))
+    width = min(480, max(160, 2 * thumbnails[0][1].shape[1]))
     aspect = f"{x * px:.6g} / {y * py:.6g}"
     return f"""<div id="{ident}">{head}<br>
 <img src={sources[middle]} style="width:{width}px;aspect-ratio:{aspect};image-rendering:pixelated;background:#ddd"><br>

@@ -139,7 +139,7 @@ class Print:
             while (item := self._next()) is not None:
                 one = Slice(*item)
                 if (one.z - first) % step == 0:
-                    self.thumbnails.append((one.z, _smaller(one.codes)))
+                    self.thumbnails.append((one.z, smaller(one.codes)))
                 self._progress.show(one.z + 1 - first, end - first)
                 yield one
             self._end()
@@ -232,7 +232,8 @@ _MOST_THUMBNAILS = 48
 _THUMBNAIL_SIDE = 320
 
 
-def _smaller(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def smaller(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Leaves out rows and columns of a slice, for a notebook."""
     step = max(1, -(-max(codes.shape) // _THUMBNAIL_SIDE))
     return np.ascontiguousarray(codes[step // 2 :: step, step // 2 :: step])
 

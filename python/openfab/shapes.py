@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _files
-from ._given import Real, array, floats, integers, is_sequence, number, plain, short, vector
+from . import _core, _files, _foreign
+from ._given import Real, array, choice, floats, integers, is_sequence, number, plain, positive, several, short, vector
 from .errors import InputError
 
 
@@ -102,14 +102,32 @@ class Mesh:
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
-        """Takes over a trimesh.Trimesh with its texture coordinates and colours, which fablets see as `color`."""
-        visual: Any = getattr(mesh, "visual", None)
-        uv = getattr(visual, "uv", None)
-        attributes = {}
-        if getattr(visual, "kind", None) == "vertex":
-            srgb = np.asarray(visual.vertex_colors, np.float64)[:, :3] / 255
-            attributes["color"] = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-        return cls(mesh.vertices, mesh.faces, uv=uv, vertex_attributes=attributes)
+        """Takes over a trimesh.Trimesh.
+
+        Parameters
+        ----------
+        mesh : trimesh.Trimesh
+            Its `units` count, mm where it has none. Texture coordinates are `uv`; colours of vertices are what fablets
+            see as `color`, linear light.
+
+        Returns
+        -------
+        Mesh
+            A copy in millimetres.
+
+        Raises
+        ------
+        InputError
+            Where its unit is not known, or its arrays are no mesh.
+        """
+        return cls._of(_foreign.of_trimesh(mesh))
+
+    @classmethod
+    def _of(cls, found: _foreign.Arrays) -> Mesh:
+        return cls(
+            found.vertices, found.faces, normals=found.normals, uv=found.uv, vertex_attributes=found.vertex,
+            face_attributes=found.face,
+        )
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:
         path = self._file.path()
@@ -155,7 +173,7 @@ class Primitive:
 
 
 def _lengths(**lengths: Any) -> list[float]:
-    return [number(value, f"`{name}`") for name, value in lengths.items()]
+    return [positive(value, f"`{name}`") for name, value in lengths.items()]
 
 
 def box(width: Real, depth: Real, height: Real) -> Primitive:
@@ -165,7 +183,7 @@ def box(width: Real, depth: Real, height: Real) -> Primitive:
 
 def sphere(diameter: Real) -> Primitive:
     """A sphere."""
-    return Primitive("sphere", number(diameter, "`diameter`"))
+    return Primitive("sphere", positive(diameter, "`diameter`"))
 
 
 def cylinder(diameter: Real, height: Real) -> Primitive:
@@ -180,7 +198,10 @@ def plane(width: Real, depth: Real) -> Primitive:
 
 def cone(low_diameter: Real, high_diameter: Real, height: Real) -> Primitive:
     """A cone, cut off or, with a diameter of 0, pointed; `face` is 0 on its top, 1 on its bottom and 2 around it."""
-    return Primitive("cone", _lengths(low_diameter=low_diameter, high_diameter=high_diameter, height=height))
+    low, high = positive(low_diameter, "`low_diameter`", 0), positive(high_diameter, "`high_diameter`", 0)
+    if low == high == 0:
+        raise InputError("`low_diameter` and `high_diameter` are 0 both; one of them is more")
+    return Primitive("cone", [low, high, *_lengths(height=height)])
 
 
 def torus(diameter: Real, section: Real) -> Primitive:
@@ -201,7 +222,7 @@ def extrusion(polygons: Sequence[Any], height: Real) -> Primitive:
     """What an area sweeps from z = 0 up to a height. A polygon is a sequence, or an array of shape (n, 2), of its corners
     in mm; one that lies within another bounds a hole. `face` is 0 on the top, 1 on the bottom and 2 around."""
     corners = [_corners(polygon) for polygon in polygons]
-    return Primitive("extrusion", {"polygons": corners, "height": number(height, "`height`")})
+    return Primitive("extrusion", {"polygons": corners, "height": positive(height, "`height`")})
 
 
 def revolution(polygon: Any) -> Primitive:
@@ -214,14 +235,15 @@ AnyMesh = Mesh | FileMesh | Primitive
 
 
 def as_mesh(value: Any) -> AnyMesh:
-    """Returns what can stand for a mesh: a mesh, a file, or a trimesh.Trimesh."""
+    """Returns what can stand for a mesh: a mesh, a file, or one of trimesh or pyvista."""
     if isinstance(value, (Mesh, FileMesh, Primitive)):
         return value
     if isinstance(value, (str, os.PathLike)):
         return FileMesh(value)
-    if hasattr(value, "vertices") and hasattr(value, "faces"):
-        return Mesh.from_trimesh(value)
-    raise InputError(f"{short(value)} is no mesh; pass a Mesh, a file, a primitive or a trimesh.Trimesh")
+    found = _foreign.arrays_of(value)
+    if found is not None:
+        return Mesh._of(found)
+    raise InputError(f"{short(value)} is no mesh; pass a Mesh, a file, a primitive, or a mesh of trimesh or pyvista")
 
 
 def _attribute(name: str, element: str) -> str:
@@ -346,6 +368,7 @@ class Texture:
     ) -> None:
         keys = {"wrap": wrap, "filter": filter, "space": space, "channels": channels}
         self._keys: dict[str, Any] = plain(keys, "a texture")
+        _check_choices(self._keys)
         self._array: NDArray[Any] | None = None
         if isinstance(picture, (str, os.PathLike)):
             self._own_file(Path(os.fsdecode(picture)).absolute(), "")
@@ -362,8 +385,8 @@ class Texture:
         self._suffix = suffix
         self._file: _files.OwnedFile | None = None
         if (texels := self._array) is not None:
-            stem = "volume" if suffix == ".npy" else "picture"
-            self._file = _files.OwnedFile(self, stem, suffix, lambda path: _write_texels(path, texels))
+            stem, keys = "volume" if suffix == ".npy" else "picture", self._keys
+            self._file = _files.OwnedFile(self, stem, suffix, lambda path: _write_texels(path, texels, keys))
 
     def __getstate__(self) -> dict[str, Any]:
         return {key: value for key, value in vars(self).items() if key != "_file"}
@@ -387,13 +410,15 @@ class Texture:
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)
         else:
-            given = {"field": field, "unit": unit, "pitch": pitch, "outside": outside}
+            given = {"field": field, "unit": unit, "pitch": pitch}
             wrong = [f"`{key}`" for key, value in given.items() if value is not None]
             if wrong:
                 raise InputError(f"{', '.join(wrong)} of a volume: an array has none; files that hold fields do")
             self = cls.__new__(cls)
             self._keys = plain({"wrap": wrap, "filter": filter}, "a texture")
-            texels = _texels(volume, "a volume")
+            _check_choices(self._keys)
+            texels = _texels(volume, "a volume", None if outside is None else number(outside, "`outside`"))
+            outside = None  # which is in the array by now
             if texels.ndim not in (3, 4) or not texels.size or texels.shape[3:] not in ((), (1,), (2,), (3,), (4,)):
                 raise InputError(f"a volume has the shape {texels.shape}; it should be (z, y, x[, 1 to 4])")
             self._array = texels
@@ -402,9 +427,9 @@ class Texture:
             self._keys["origin_mm"] = vector(origin, "`origin`")
         if spacing is not None:
             one = [spacing] * 3 if not is_sequence(spacing) else spacing
-            self._keys["spacing_mm"] = vector(one, "`spacing`")
+            self._keys["spacing_mm"] = [positive(one, "`spacing`") for one in vector(one, "`spacing`")]
         if pitch is not None:
-            self._keys["pitch_mm"] = number(pitch, "`pitch`")
+            self._keys["pitch_mm"] = positive(pitch, "`pitch`")
         if outside is not None:
             self._keys["outside"] = number(outside, "`outside`")
         texts = {"field": field, "unit": unit}
@@ -418,16 +443,45 @@ class Texture:
         return {"file": str(path), **self._keys}
 
 
-def _texels(values: ArrayLike, what: str) -> NDArray[Any]:
-    """Of 8 or 16 bits, or of floats."""
-    found = array(values, what)
-    return found if found.dtype in (np.uint8, np.uint16) else found.astype(np.float32)
+_CHOICES = {
+    "wrap": ("clamp", "repeat", "mirror", "black"),
+    "filter": ("trilinear", "anisotropic", "nearest"),
+    "space": ("auto", "srgb", "linear", "data"),
+    "channels": ("all", "luminance", "opaque"),
+}
 
 
-def _write_texels(path: Path, texels: NDArray[Any]) -> None:
+def _check_choices(keys: Mapping[str, Any]) -> None:
+    for key, value in keys.items():
+        every = several(value, f"`{key}`", (1, 2), "one along u and one along v") if isinstance(value, list) else [value]
+        for one in every:
+            choice(one, f"`{key}` of a texture", _CHOICES[key])
+
+
+def _texels(values: ArrayLike, what: str, outside: float | None = None) -> NDArray[Any]:
+    """Of 8 or 16 bits, or of finite floats; what is no number is `outside`, if that is given."""
+    given = array(values, what)
+    if given.dtype in (np.uint8, np.uint16):
+        return given
+    if given.dtype.kind == "f" and np.isnan(given).any():
+        if outside is None and what == "a volume":
+            place = ", ".join(str(int(one)) for one in np.argwhere(np.isnan(given))[0])
+            raise InputError(
+                f"{what} has nan at [{place}]; its values should be finite, or `outside` says what they are where they are none"
+            )
+        given = np.where(np.isnan(given), np.nan if outside is None else outside, given)
+    return floats(given, what)
+
+
+def _write_texels(path: Path, texels: NDArray[Any], keys: Mapping[str, Any]) -> None:
+    """Writes an array as a file that a world names, and what the first print would convert it to."""
     if path.suffix == ".npy":
         np.save(path, texels)
-    else:
-        linear = texels.dtype.itemsize == 2
-        data = _files.tiff(texels) if path.suffix == ".tif" else _files.png(texels, level=1, linear=linear)
-        path.write_bytes(data)
+        _core.keep_volume(path, np.ascontiguousarray(texels), keys.get("origin_mm"), keys.get("spacing_mm"))
+        return
+    linear = texels.dtype.itemsize == 2
+    data = _files.tiff(texels) if path.suffix == ".tif" else _files.png(texels, level=1, linear=linear)
+    path.write_bytes(data)
+    # One with alpha takes the converter.
+    if texels.shape[2] in (1, 3) and keys["channels"] != "opaque":
+        _core.keep_picture(path, np.ascontiguousarray(texels), keys["space"], keys["channels"] == "luminance")

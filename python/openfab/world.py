@@ -7,6 +7,7 @@ from __future__ import annotations
 import difflib
 import json
 import os
+import re
 from collections.abc import Iterable, Iterator, MutableMapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +16,8 @@ from typing import Any, Generic, Mapping, Sequence, TypeVar
 import numpy as np
 
 from . import _core, _files
-from ._given import Real, Whole, array, is_sequence, number, plain, several, short, vector, whole
+from ._bound import check_bound
+from ._given import Real, Whole, array, choice, is_sequence, number, plain, positive, several, short, vector, whole
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
 from .shapes import AnyMesh, Mesh, Texture, as_mesh
@@ -33,12 +35,26 @@ class Material:
     density_g_cm3: float = 1.18
     channel: str | None = None
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not self.name:
+            raise InputError(f"a material cannot be called {short(self.name)}; its name is a text")
+        what = f"of material `{self.name}`"
+        for key, value, form in (("key", self.key, _OPAQUE), ("preview", self.preview, _COLOR)):
+            if value is None and key == "preview":
+                continue
+            if not isinstance(value, str) or not re.fullmatch(form, value):
+                known = "#rrggbb or #rrggbbaa" if form is _COLOR else "#rrggbb, which is opaque"
+                raise InputError(f"`{key}` {what} cannot be {short(value)}; write it as {known}")
+        positive(self.density_g_cm3, f"`density_g_cm3` {what}")
+
     def _spec(self) -> dict[str, Any]:
         spec = {"key": self.key, "preview": self.preview, "density_g_cm3": self.density_g_cm3, "channel": self.channel}
         given = {key: value for key, value in spec.items() if value is not None}
         described: dict[str, Any] = plain(given, f"material `{self.name}`")
         return described
 
+
+_OPAQUE, _COLOR = "#[0-9a-fA-F]{6}", "#[0-9a-fA-F]{6}([0-9a-fA-F]{2})?"
 
 VOID = "VOID"
 """The material of nothing, for uniforms."""
@@ -82,6 +98,7 @@ class Object(MutableMapping[str, Any]):
         uniforms: Mapping[str, Any] | None = None, **keys: Any,
     ) -> Placement:
         spec: dict[str, Any] = {"object": self.name}
+        _check_keys(keys, "placement", "a placement", ("object", "group", "uniforms"))
         spec.update({key: plain(value, f"`{key}` of a placement") for key, value in keys.items()})
         if translate is not None:
             spec["translate_mm"] = vector(translate, "`translate`", (2, 3))
@@ -104,12 +121,11 @@ class Object(MutableMapping[str, Any]):
             if declared.array_length == 1:
                 return _texture(declared, value)
             every = several(value, f"`{name}`", (declared.array_length,), f"{declared.array_length} textures")
-            return [one if isinstance(one, (Texture, str)) else _texture(declared, one) for one in every]
+            return [_checked_texture(declared, one) for one in every]
+        if isinstance(value, Texture):
+            _checked_texture(declared, value)
         encoded = _Names().encode(value, f"`{name}`")  # which raises what is wrong with it
-        room = declared.components * declared.array_length
-        if declared.kind == "value" and _count(encoded) > room:
-            of = f"{declared.type}[{declared.array_length}]" if declared.array_length > 1 else declared.type
-            raise InputError(f"`{name}` cannot be {short(value)}; a `{of}` has {room} value{'s' if room > 1 else ''}")
+        check_bound(declared, value, encoded)
         return value
 
     def __getitem__(self, name: str) -> Any:
@@ -137,12 +153,26 @@ class Object(MutableMapping[str, Any]):
         return f"Object({self.name!r}, {self.mesh!r}, {self.fablet!r})"
 
 
-def _count(encoded: Any) -> int:
-    return sum(map(_count, encoded)) if isinstance(encoded, list) else 1
+def _check_keys(given: Iterable[str], kind: str, what: str, own: Sequence[str]) -> None:
+    """Refuses keys that a `.fab.json` has not, and those that have arguments of their own."""
+    known = [key for key in _core.world_keys(kind) if key not in own]
+    for key in given:
+        choice(key, f"a key of {what}", known)
 
 
 def _texture(declared: Uniform, array: Any) -> Texture:
     return Texture.volume(array) if declared.kind == "texture3d" else Texture(array)
+
+
+def _checked_texture(declared: Uniform, value: Any) -> Any:
+    if not isinstance(value, (Texture, str)):
+        return _texture(declared, value)
+    if isinstance(value, Texture) and value._array is not None:
+        is_volume = value._suffix == ".npy"
+        if declared.kind.startswith("texture") and is_volume != (declared.kind == "texture3d"):
+            made = ("a picture", "a volume")[is_volume]
+            raise InputError(f"`{declared.name}` cannot be {made}; it is a `{declared.type}`")
+    return value
 
 
 def _matrix(given: Any) -> list[list[float]]:
@@ -178,6 +208,7 @@ class World:
     def __init__(self, *, printer: str | os.PathLike[str] | None = None, title: str = "world", **keys: Any) -> None:
         self.title = title
         self._printer = None if printer is None else os.fsdecode(printer)
+        _check_keys(keys, "world", "a world", ("openfab", "fablets", "materials", "textures", "meshes", "objects", "build"))
         self._keys = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
         self._objects: dict[str, Object] = {}
         self._placements: list[Placement] = []

@@ -20,15 +20,19 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "base/caret.h"
+#include "python/src/bindings.h"
 #include "python/src/print.h"
 #include "python/src/program.h"
 #include "python/src/share.h"
 #include "texture/cache.h"
+#include "world/world_keys.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -36,14 +40,6 @@ using namespace nb::literals;
 namespace openfab::python {
 
 namespace {
-
-/// An array that owns the elements of a vector, in place.
-template <typename T, typename... Shape>
-auto array_of(std::vector<T> values, std::initializer_list<size_t> shape) {
-    auto* kept = new std::vector<T>(std::move(values));
-    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::ndarray<nb::numpy, const T, Shape...>(kept->data(), shape, owner);
-}
 
 using Codes = nb::ndarray<nb::numpy, const uint8_t, nb::ndim<2>>;
 using Fractions = nb::ndarray<nb::numpy, const float, nb::ndim<3>>;
@@ -63,48 +59,20 @@ std::optional<SliceTuple> next_slice(Print& print, double seconds) {
     const auto height = static_cast<size_t>(print.info().size.y);
     std::optional<Fractions> fractions;
     if (print.wants_fractions()) {
-        fractions = array_of<float, nb::ndim<3>>(
-            std::move(slice->fractions),
-            {height, width, static_cast<size_t>(print.fraction_materials())});
+        fractions =
+            array_of<Fractions>(std::move(slice->fractions),
+                                {height, width, static_cast<size_t>(print.fraction_materials())});
     }
-    return SliceTuple{slice->z,
-                      array_of<uint8_t, nb::ndim<2>>(std::move(slice->codes), {height, width}),
+    return SliceTuple{slice->z, array_of<Codes>(std::move(slice->codes), {height, width}),
                       std::move(fractions)};
 }
 
 std::vector<Rgba> pictures_of(const Print& print) {
     std::vector<Rgba> out;
     for (const Picture8& picture : print.pictures()) {
-        out.push_back(array_of<uint8_t, nb::ndim<3>>(
-            picture.rgba,
-            {static_cast<size_t>(picture.height), static_cast<size_t>(picture.width), 4}));
+        out.push_back(array_of<Rgba>(picture.rgba, {static_cast<size_t>(picture.height),
+                                                    static_cast<size_t>(picture.width), 4}));
     }
-    return out;
-}
-
-nb::dict info_of(const pipeline::PrintInfo& info, int64_t memory_bytes) {
-    nb::dict out;
-    out["size"] = nb::make_tuple(info.size.x, info.size.y, info.size.z);
-    out["pitch_mm"] = nb::make_tuple(info.pitch_mm.x, info.pitch_mm.y, info.pitch_mm.z);
-    out["origin_mm"] = nb::make_tuple(info.origin_mm.x, info.origin_mm.y, info.origin_mm.z);
-    out["slices"] = nb::make_tuple(info.slice_begin, info.slice_end);
-    out["support_code"] = info.support_code;
-    out["printer"] = info.printer;
-    out["title"] = info.title;
-    out["memory_bytes"] = memory_bytes;
-    nb::list materials;
-    for (const pipeline::SliceMaterial& material : info.materials) {
-        nb::dict one;
-        one["name"] = material.name;
-        const auto& [kr, kg, kb, ka] = material.key;
-        one["key"] = nb::make_tuple(kr, kg, kb, ka);
-        const auto& [pr, pg, pb, pa] = material.preview;
-        one["preview"] = nb::make_tuple(pr, pg, pb, pa);
-        one["density_g_cm3"] = material.density_g_cm3;
-        one["channel"] = material.channel;
-        materials.append(one);
-    }
-    out["materials"] = materials;
     return out;
 }
 
@@ -162,7 +130,8 @@ void bind_shares(nb::module_& m) {
             "take_bytes",
             [](Share& s) {
                 const size_t size = s.bytes.size();
-                return array_of<uint8_t, nb::ndim<1>>(std::exchange(s.bytes, {}), {size});
+                return array_of<nb::ndarray<nb::numpy, const uint8_t, nb::ndim<1>>>(
+                    std::exchange(s.bytes, {}), {size});
             },
             "Gives away the encoded slices, one after the other.")
         .def_ro("lengths", &Share::lengths)
@@ -235,6 +204,32 @@ void bind_shares(nb::module_& m) {
 
 }  // namespace
 
+nb::dict info_of(const pipeline::PrintInfo& info, int64_t memory_bytes) {
+    nb::dict out;
+    out["size"] = nb::make_tuple(info.size.x, info.size.y, info.size.z);
+    out["pitch_mm"] = nb::make_tuple(info.pitch_mm.x, info.pitch_mm.y, info.pitch_mm.z);
+    out["origin_mm"] = nb::make_tuple(info.origin_mm.x, info.origin_mm.y, info.origin_mm.z);
+    out["slices"] = nb::make_tuple(info.slice_begin, info.slice_end);
+    out["support_code"] = info.support_code;
+    out["printer"] = info.printer;
+    out["title"] = info.title;
+    out["memory_bytes"] = memory_bytes;
+    nb::list materials;
+    for (const pipeline::SliceMaterial& material : info.materials) {
+        nb::dict one;
+        one["name"] = material.name;
+        const auto& [kr, kg, kb, ka] = material.key;
+        one["key"] = nb::make_tuple(kr, kg, kb, ka);
+        const auto& [pr, pg, pb, pa] = material.preview;
+        one["preview"] = nb::make_tuple(pr, pg, pb, pa);
+        one["density_g_cm3"] = material.density_g_cm3;
+        one["channel"] = material.channel;
+        materials.append(one);
+    }
+    out["materials"] = materials;
+    return out;
+}
+
 NB_MODULE(_core, m) {
     // Prints and programs that live as long as the interpreter are no leaks.
     nb::set_leak_warnings(false);
@@ -264,6 +259,13 @@ NB_MODULE(_core, m) {
         "name"_a, "text"_a, nb::call_guard<nb::gil_scoped_release>());
     m.def("compile", &compile_files, "files"_a, "enable_printf"_a = false,
           "rule"_a = std::optional<Rule>());
+    m.def(
+        "world_keys",
+        [](const std::string& kind) {
+            const world::KeySet& set = world::world_keys(kind);
+            return std::vector<std::string>(set.keys.begin(), set.keys.end());
+        },
+        "kind"_a, "The keys that a `.fab.json` may have for a kind of thing.");
     m.def("set_converter", &texture::set_converter, "program"_a);
 
     nb::class_<Error>(m, "Error", "What is wrong with an input, or went wrong.")
@@ -331,6 +333,8 @@ NB_MODULE(_core, m) {
         .def("take_lines", &Print::take_lines);
 
     bind_shares(m);
+    bind_print_file(m);
+    bind_texels(m);
 }
 
 }  // namespace openfab::python

@@ -67,7 +67,7 @@ def test_numbers_of_shapes_and_placements_may_be_of_numpy() -> None:
     ("arguments", "text"),
     [
         ({"voxel": (0.3, 0.2)}, "`voxel` has 2 elements; write one pitch, or three"),
-        ({"voxel": (0.3, 0, 0.2)}, r"`voxel` cannot be \(0.3, 0, 0.2\)"),
+        ({"voxel": (0.3, 0, 0.2)}, "`voxel` cannot be 0; it is more than 0"),
         ({"voxel": float("nan")}, "`voxel` cannot be nan"),
         ({"voxel": 1j}, "`voxel` cannot be 1j"),
         ({"voxel": True}, "`voxel` cannot be True"),
@@ -78,7 +78,7 @@ def test_numbers_of_shapes_and_placements_may_be_of_numpy() -> None:
         ({"z": 3}, "`z` cannot be 3"),
         ({"dpi": (300, 300, 300)}, "`dpi` has 3 elements"),
         ({"draft": 2.0}, "`draft` cannot be 2.0; it is a whole number"),
-        ({"draft": 0}, r"`help\(openfab.print_world\)` lists the options"),
+        ({"crop": "nowhere"}, r"`help\(openfab.print_world\)` lists the options"),
         ({"memory": "much"}, "--memory"),
         ({"memory": [1]}, "`memory` cannot be"),
         ({"printer": 3}, "`printer` cannot be 3"),
@@ -128,7 +128,7 @@ def test_a_wrong_placement_leaves_no_object(ball: openfab.World, placement: dict
 @pytest.mark.parametrize(
     ("make", "text"),
     [
-        (lambda: openfab.Material("w", "#ffffff", density_g_cm3=1j)._spec(), "material `w`, `density_g_cm3` cannot"),
+        (lambda: openfab.Material("w", "#ffffff", density_g_cm3=1j), "`density_g_cm3` of material `w` cannot be 1j"),
         (lambda: openfab.Texture("a.png", wrap=object()), "a texture, `wrap` cannot be"),
         (lambda: openfab.FileMesh("a.obj", groups={"a": 1j}), "`groups` of a mesh, `a` cannot be 1j"),
         (lambda: openfab.World(tray=object()), "`tray` of a world cannot be"),
@@ -266,3 +266,108 @@ def test_a_mesh_of_arrays_is_called_as_its_object() -> None:
     world.add(openfab.Mesh(VERTICES, FACES[:3]), openfab.Fablet(text=BALL), {"core": WHITE, "shell": BLACK}, name="lid")
     with pytest.raises(openfab.InputError, match="^the arrays of mesh `lid`: mesh `lid` is not a closed surface"):
         openfab.print_world(world, voxel=1).array()
+
+
+EVERY_KIND = """fablet Kinds {
+    @uniform {
+        float skin = 0.5 [[ float min = 0, float max = 2 ]];
+        float3 tint = float3(1, 1, 1);
+        int count = 1;
+        uint code = 1;
+        bool on = true;
+        float steps[4] = {0, 1, 2, 3};
+        Material core;
+        ImageTexture2D picture;
+        ImageTexture3D field;
+    }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        float t = skin + tint.x + count + code + (on ? 1 : 0) + steps[1] + picture.Sample1(0, 0, 0);
+        mc.Set(core, saturate(t + field.Sample1(attr.voxelCenter, 0, 0)));
+        return mc;
+    }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("skin", "thick", "`skin` cannot be 'thick'; it is a `float`"),
+        ("skin", True, "`skin` cannot be True; it is a `float`"),
+        ("skin", float("nan"), "finite"), ("skin", 1j, "`skin` cannot be 1j"), ("skin", 1e39, "beyond the range of a `float`"),
+        ("skin", WHITE, "it is a `float`"), ("skin", None, "`skin` cannot be None"), ("skin", [1, 2], "has 1 value"),
+        ("skin", -0.1, "its `min` is 0"), ("skin", 2.5, "its `max` is 2"),
+        ("tint", (1, 2), "a `float3` has 3 values"), ("tint", 1, "a `float3` has 3 values"), ("tint", (1, "a", 2), "`float3`"),
+        ("count", 1.5, "a `int` is a whole number from -2147483648"), ("count", 2**31, "whole number"), ("count", "1", "`int`"),
+        ("code", -1, "a `uint` is a whole number from 0 to 4294967295"), ("on", 1, "it is a `bool`"),
+        ("steps", (1, 2, 3), r"a `float\[4\]` has 4 values"), ("core", 1, "it is a `Material`"),
+        ("core", [WHITE, BLACK], "has 1 value"), ("picture", np.zeros((2, 2, 2, 2)), "a picture has the shape"),
+        ("picture", openfab.Texture.volume(np.zeros((2, 2, 2))), "`picture` cannot be a volume; it is a `ImageTexture2D`"),
+        ("field", openfab.Texture(np.zeros((2, 2))), "`field` cannot be a picture; it is a `ImageTexture3D`"),
+    ],
+)
+def test_a_wrong_value_is_refused_where_it_is_given(name: str, value: Any, text: str) -> None:
+    world = openfab.World(printer="generic")
+    fablet = openfab.Fablet(text=EVERY_KIND)
+    good = {"core": WHITE, "picture": np.zeros((2, 2)), "field": np.zeros((2, 2, 2))}
+    made = world.add(openfab.box(1, 1, 1), fablet, good)
+    with pytest.raises(openfab.InputError, match=text):
+        made[name] = value
+    with pytest.raises(openfab.InputError, match=text):
+        made.place(uniforms={name: value})
+    with pytest.raises(openfab.InputError, match=text):
+        openfab.print_world(world, voxel=0.5, uniforms={f"Kinds.{name}".lower(): value})
+    assert name not in made or made[name] is not value
+
+
+def test_right_values_of_every_kind_are_printed() -> None:
+    world = openfab.World(printer="generic")
+    values = {
+        "skin": np.float32(2), "tint": np.ones(3), "count": -(2**31), "code": np.uint32(2**32 - 1), "on": np.bool_(False),
+        "steps": np.arange(4), "core": openfab.VOID, "picture": np.zeros((2, 2)), "field": np.zeros((2, 2, 2)),
+    }
+    made = world.add(openfab.box(1, 1, 1), openfab.Fablet(text=EVERY_KIND), values)
+    made["steps"] = [[0, 1], [2, 3]]
+    assert openfab.print_world(world, voxel=0.5).array().shape == (2, 2, 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (lambda: openfab.Material("w", "white"), "`key` of material `w` cannot be 'white'; write it as #rrggbb, which is"),
+        (lambda: openfab.Material("w", "#ffffff80"), "which is opaque"),
+        (lambda: openfab.Material("w", "#ffffff", preview="#fff"), "#rrggbb or #rrggbbaa"),
+        (lambda: openfab.Material("w", "#ffffff", density_g_cm3=0), "`density_g_cm3` of material `w` cannot be 0"),
+        (lambda: openfab.Material("", "#ffffff"), "a material cannot be called ''"),
+        (lambda: openfab.box(1, 0, 1), "`depth` cannot be 0; it is more than 0"),
+        (lambda: openfab.sphere(-1), "`diameter` cannot be -1"),
+        (lambda: openfab.cone(0, 0, 1), "one of them is more"), (lambda: openfab.cone(-1, 0, 1), "`low_diameter` cannot be -1"),
+        (lambda: openfab.Texture(np.zeros((2, 2)), wrap="repeet"), "`wrap` of a texture cannot be 'repeet'; did you mean"),
+        (lambda: openfab.Texture(np.zeros((2, 2)), space="rgb"), "`space` of a texture cannot be 'rgb'"),
+        (lambda: openfab.Texture(np.zeros((2, 2)), wrap=("clamp", "x")), "`wrap` of a texture cannot be 'x'; it is one of"),
+        (lambda: openfab.Texture.volume(np.zeros((2, 2, 2)), spacing=0), "`spacing` cannot be 0"),
+        (lambda: openfab.World(pritner="j750"), "a key of a world cannot be 'pritner'"),
+        (lambda: openfab.World(trai=(1, 2)), "did you mean `tray`"),
+    ],
+)
+def test_things_are_refused_where_they_are_made(make: Callable[[], Any], text: str) -> None:
+    with pytest.raises(openfab.InputError, match=text):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"voxel": -1}, "`voxel` cannot be -1; it is more than 0"), ({"layer": 0}, "`layer` cannot be 0"),
+        ({"dpi": (300, 0)}, "`dpi` cannot be 0"), ({"draft": 0}, "`draft` cannot be 0; it is 1 at least"),
+        ({"threads": -1}, "`threads` cannot be -1"), ({"memory": -5}, "`memory` cannot be -5"),
+        ({"slices": (5, 5)}, r"`slices` cannot be \(5, 5\)"), ({"slices": (-1, 5)}, "they are from 0 on"),
+    ],
+)
+def test_wrong_options_are_refused_by_the_call(ball: openfab.World, arguments: dict[str, Any], text: str) -> None:
+    with pytest.raises(openfab.InputError, match=text):
+        openfab.print_world(ball, **arguments)
+    with pytest.raises(openfab.InputError, match="a key of a placement cannot be 'translat'; did you mean `translate_mm`"):
+        ball.objects["ball"].place(translat=(1, 2, 3))
