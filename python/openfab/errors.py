@@ -17,8 +17,18 @@ if TYPE_CHECKING:
 class Error(Exception):
     """Something that OpenFab reports.
 
-    `message` says what was found, `help` a way out; `file`, `line` and `column` the place, counted
-    from 1, where there is one.
+    Parameters
+    ----------
+    text : str
+        All of it, as the programs show it.
+    message : str, optional
+        What was found, without place and remedy; the text where it is not given.
+    help : str, optional
+        A way out.
+    file : str, optional
+        Where it was found; empty where there is no place.
+    line, column : int, optional
+        The place in the file, counted from 1; 0 where there is none.
     """
 
     def __init__(
@@ -54,7 +64,17 @@ class PrintWarning(UserWarning):
 
 @dataclass(frozen=True)
 class Place:
-    """A stretch of source text; lines and columns count from 1, an end is just past the last character."""
+    """A stretch of source text.
+
+    Attributes
+    ----------
+    file : str
+        The source.
+    line, column : int
+        Its first character, counted from 1.
+    end_line, end_column : int
+        Just past its last character.
+    """
 
     file: str
     line: int
@@ -65,7 +85,15 @@ class Place:
 
 @dataclass(frozen=True)
 class Note:
-    """A place that has to do with a diagnostic."""
+    """A place that has to do with a diagnostic.
+
+    Attributes
+    ----------
+    message : str
+        What it has to do with it.
+    place : Place
+        Where it is.
+    """
 
     message: str
     place: Place
@@ -73,7 +101,15 @@ class Note:
 
 @dataclass(frozen=True)
 class Edit:
-    """Text in place of a stretch of source."""
+    """Text in place of a stretch of source.
+
+    Attributes
+    ----------
+    place : Place
+        What is replaced.
+    text : str
+        What takes its place.
+    """
 
     place: Place
     text: str
@@ -81,7 +117,25 @@ class Edit:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One message of the compiler. The edits of `fix`, applied together, mend it; there are none in doubt."""
+    """One message of the compiler.
+
+    Attributes
+    ----------
+    id : str
+        Its kind, such as `unknown-name`.
+    severity : str
+        `error` or `warning`.
+    message : str
+        What was found.
+    place : Place
+        Where.
+    notes : tuple of Note
+        Other places that have to do with it.
+    help : tuple of str
+        Ways out.
+    fix : tuple of Edit
+        Edits that mend it, applied together; there are none in doubt.
+    """
 
     id: str
     severity: str
@@ -93,7 +147,15 @@ class Diagnostic:
 
 
 class CompileError(InputError):
-    """A fablet does not compile; `diagnostics` are the messages that the text renders."""
+    """A fablet does not compile.
+
+    Parameters
+    ----------
+    text : str
+        The messages as `openflc` shows them, with carets.
+    diagnostics : tuple of Diagnostic, optional
+        The messages that the text renders.
+    """
 
     def __init__(self, text: str, diagnostics: tuple[Diagnostic, ...] = ()) -> None:
         first = next((d for d in diagnostics if d.severity == "error"), None)

@@ -23,8 +23,20 @@ from .errors import InputError, check_diagnostics
 class Uniform:
     """A uniform as a fablet declares it.
 
-    `kind` is `value`, `texture2d`, `texture3d`, `material` or `object`; `default` has all elements in order, and is
-    None where a world has to bind it; `annotations` are the texts of `@min`, `@max`, `@help` and the like.
+    Attributes
+    ----------
+    name, type : str
+        As the source says.
+    kind : str
+        `value`, `texture2d`, `texture3d`, `material` or `object`.
+    components : int
+        Numbers of one element: 3 of a `float3`.
+    array_length : int
+        Elements; 1 of what is no array.
+    default : tuple of float or None
+        All elements in order; None where a world has to bind it.
+    annotations : mapping of str to str
+        The texts of `@min`, `@max`, `@help` and the like.
     """
 
     name: str
@@ -38,7 +50,15 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Varying:
-    """An attribute that a stage takes or gives; `source` is the one that it copies, if any."""
+    """An attribute that a stage takes or gives.
+
+    Attributes
+    ----------
+    name, type : str
+        As the source says.
+    source : str or None
+        The one that it copies, if any.
+    """
 
     name: str
     type: str
@@ -46,14 +66,39 @@ class Varying:
 
 
 class Fablet:
-    """A fablet that compiles, from a file or a text.
+    """A fablet that compiles, from a file or a text. Its kernels are compiled by `compile`, or else by the first print.
 
+    Parameters
+    ----------
+    file : str or path, optional
+        The source. It, or `text`, is given.
+    name : str, optional
+        Of a source with several fablets, the one that is meant.
+    text : str, optional
+        The source itself.
+    label : str, optional
+        What a text is called in messages; no file of that name is read or written.
+
+    Attributes
+    ----------
+    uniforms : mapping of str to Uniform
+        What it takes from a world.
+    has_surface, uses_void : bool
+        Whether it has a surface stage; whether it names VOID.
+    surface_inputs, surface_outputs, nearest : tuple of Varying
+        What its stages take and give.
+
+    Raises
+    ------
+    CompileError
+        Where the source is wrong.
+    InputError
+        Where the file cannot be read, or has several fablets or none of that name.
+
+    Examples
+    --------
     >>> Fablet("ball.fl")                                   # doctest: +SKIP
     >>> Fablet(text='''fablet Ball { … }''')                # doctest: +SKIP
-
-    A file with several fablets needs the `name` of one. `label` is what a text is called in messages; no file of that
-    name is read or written. Raises CompileError where the source is wrong. Kernels are compiled by `compile`, or else
-    by the first print.
     """
 
     def __init__(
@@ -87,7 +132,13 @@ class Fablet:
         self.nearest = tuple(Varying(v["name"], v["type"], v["from"]) for v in data["nearest"])
 
     def source(self) -> Path:
-        """The file of the source; a text is written to one."""
+        """Returns the file of the source; a text is written to one.
+
+        Returns
+        -------
+        pathlib.Path
+            Of a text, a temporary file of this process.
+        """
         if self.file is not None:
             return self.file
         assert self.text is not None
@@ -104,7 +155,18 @@ class Fablet:
         return path
 
     def compile(self) -> int:
-        """Compiles the kernels now; returns how many were in no cache."""
+        """Compiles the kernels now.
+
+        Returns
+        -------
+        int
+            How many were in no cache.
+
+        Raises
+        ------
+        CompileError
+            Where the source has changed since, and is wrong.
+        """
         program, is_new = programs.find([self.source()])
         return program.compiled if is_new else 0
 
@@ -147,7 +209,25 @@ def compile(  # noqa: A001: it is what openflc calls it
     file: str | os.PathLike[str] | None = None, name: str | None = None, *, text: str | None = None,
     label: str = "fablet.fl",
 ) -> Fablet:
-    """Returns a fablet with its kernels compiled, for this machine."""
+    """Makes a fablet with its kernels compiled, for this machine.
+
+    Parameters
+    ----------
+    file, name, text, label
+        As of Fablet.
+
+    Returns
+    -------
+    Fablet
+        Prints of it compile nothing.
+
+    Raises
+    ------
+    CompileError
+        Where the source is wrong.
+    InputError
+        Where it cannot be read.
+    """
     fablet = Fablet(file, name, text=text, label=label)
     fablet.compile()
     return fablet

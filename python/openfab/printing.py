@@ -35,7 +35,17 @@ _STEP_SECONDS = 0.05
 
 
 class Slice(NamedTuple):
-    """One slice. Row 0 is at the lowest y; 0 is void, 1 the first material. The arrays are read-only."""
+    """One slice of a print.
+
+    Attributes
+    ----------
+    z : int
+        Its number, from 0 at the lowest of the whole print.
+    codes : ndarray of uint8, shape (y, x)
+        0 is void, 1 the first material; row 0 is at the lowest y. Of a print it is read-only.
+    fractions : ndarray of float32, shape (y, x, material), or None
+        The mixture before the dither, where it was asked for; what it lacks to 1 is void.
+    """
 
     z: int
     codes: NDArray[np.uint8]
@@ -44,7 +54,19 @@ class Slice(NamedTuple):
 
 @dataclass(frozen=True)
 class PrintMaterial:
-    """A material of a print; its code is one more than its place in the list."""
+    """A material of a print; its code is one more than its place in the list.
+
+    Attributes
+    ----------
+    name : str
+        What the world calls it.
+    key, preview : tuple of 4 int
+        Its colours in slices and in pictures, RGBA of 0 to 255.
+    density_g_cm3 : float
+        In g/cm³.
+    channel : str
+        The printer's name for it.
+    """
 
     name: str
     key: tuple[int, int, int, int]
@@ -55,7 +77,27 @@ class PrintMaterial:
 
 @dataclass(frozen=True)
 class PrintInfo:
-    """What is known of a print before its first slice. `size`, `pitch_mm` and `origin_mm` are of x, y and z."""
+    """What is known of a print before its first slice.
+
+    Attributes
+    ----------
+    size : tuple of 3 int
+        Voxels of the whole grid along x, y and z.
+    pitch_mm : tuple of 3 floats
+        The size of a voxel along x, y and z, in mm.
+    origin_mm : tuple of 3 floats
+        The lowest corner of voxel (0, 0, 0) along x, y and z, in mm.
+    slices : tuple of 2 int
+        The first slice that is printed, and one past the last.
+    materials : tuple of PrintMaterial
+        Code c is the c-th.
+    support_code : int
+        That of support material; 0 where there is none.
+    printer, title : str
+        What they are called.
+    memory_bytes : int
+        What the print is expected to take, in bytes.
+    """
 
     size: tuple[int, int, int]
     pitch_mm: tuple[float, float, float]
@@ -72,11 +114,16 @@ _running: weakref.WeakSet[Print] = weakref.WeakSet()
 
 
 class Print:
-    """A print that runs while its slices are taken; print_world makes it.
+    """A print that runs while its slices are taken; `print_world` makes it.
 
     Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. Each slice is
     given once: a print is iterated over once, or taken as one `array`. It ends by itself, or by `close`, which a `with`
     block and a loop that is left do, too.
+
+    Attributes
+    ----------
+    thumbnails : list of (int, ndarray of uint8, shape (y, x))
+        Some slices, made smaller: what a notebook shows.
     """
 
     def __init__(
@@ -147,7 +194,20 @@ class Print:
             self.close()
 
     def array(self) -> NDArray[np.uint8]:
-        """Takes all slices; returns their codes as [z][y][x]."""
+        """Takes all slices.
+
+        Returns
+        -------
+        ndarray of uint8, shape (z, y, x)
+            Their codes: 0 is void, c the c-th material.
+
+        Raises
+        ------
+        InputError
+            Where slices were taken before, or the print was closed.
+        Error
+            What went wrong with the print.
+        """
         slices = iter(self)
         first, end = self.info.slices
         out = np.empty((end - first, self.info.size[1], self.info.size[0]), np.uint8)
@@ -343,21 +403,77 @@ def print_world(
     enable_printf: bool = False,
     progress: Progress = False,
 ) -> Print:
-    """Prints a world.
+    """Prints a world: hands out its slices, or writes them.
 
-    Without `out` the slices are taken by iterating over the result:
+    Lengths are millimetres, or texts with a unit. What is not described here is as of `openfab print`.
 
+    Parameters
+    ----------
+    world : World or FileWorld
+        What is printed, as it is at the call.
+    out : str or path, optional
+        A file (.ofr, .npy, .3mf, .stl), a folder or a receiver's address, which get the bytes of `openfab print`; the call
+        returns when it is complete, and a print that ends early leaves no file. `-` is the standard output. Without it the
+        slices are taken by iterating over the result.
+    printer : str or path, optional
+        Instead of the world's.
+    voxel : float, str or sequence of 3 floats, optional
+        The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
+    dpi : float, str or sequence of 2 floats, optional
+        The same along x and y, in dots an inch.
+    layer : float or str, optional
+        The height of a slice in mm.
+    mesh_pitch : float or str, optional
+        The size of the voxels of meshes that are written, in mm.
+    draft : int, optional
+        How many times as large voxels are as the printer's, 1 at least.
+    slices : sequence of 2 int, optional
+        The first slice that is printed, and one past the last.
+    z : sequence of 2 floats or str, optional
+        The same as heights, in mm.
+    uniforms : mapping of str to Any, optional
+        Other values, as `{"ball.skin": 1.5}`; nothing is compiled for them.
+    support : bool or str, optional
+        Whether there is support material, or which.
+    dither : str, optional
+        How mixtures become materials.
+    seed : int, optional
+        Of the dither.
+    crop : {"parts", "tray"}, optional
+        What the slices show.
+    format : str, optional
+        Of the output, where its name does not tell.
+    memory : int or str, optional
+        The budget, in bytes.
+    threads : int, optional
+        1 at least; else as many as there are processors.
+    token_file, tls_ca : str or path, optional
+        For a receiver.
+    fractions : bool, optional
+        Whether slices have the mixtures before the dither, too.
+    enable_printf : bool, optional
+        Whether `printf` and `assert` of fablets do something.
+    progress : bool or callable, optional
+        True for a bar, or a function of slices done and of all.
+
+    Returns
+    -------
+    Print
+        Which gives `Slice`, codes of shape (y, x); with `out`, one that is complete.
+
+    Raises
+    ------
+    InputError
+        Where an argument or the world is wrong; what takes a set-up to see is raised by the first slice, or by `info`.
+    CompileError
+        Where a fablet does not compile.
+    OutsideError
+        Where a disk or a network failed.
+
+    Examples
+    --------
     >>> for one in print_world(world, draft=2):         # doctest: +SKIP
     ...     print(one.z, (one.codes == 1).sum())
-
-    With `out` they go to a file (.ofr, .npy, .3mf, .stl), a folder or a receiver's address, as those of `openfab
-    print` do and to the same bytes, and the call returns when it is complete; a print that ends early leaves no file.
-    `-` is the standard output.
-
-    Lengths are millimetres, or texts with a unit; `voxel` takes three for x, y and z. `uniforms` replaces values of the
-    world: `{"ball.skin": 1.5}`; nothing is compiled for it. With `fractions` a slice has the mixtures before the
-    dither, too: float32 [y][x][material]. `progress` is True for a bar, or a function of slices done and of all. The
-    other arguments are the options of `openfab print`.
     """
     words = words_of(
         printer=printer, voxel=voxel, dpi=dpi, layer=layer, mesh_pitch=mesh_pitch, draft=draft, slices=slices, z=z,
@@ -427,10 +543,20 @@ class Unfinished:
 
 @dataclass(frozen=True)
 class Samples:
-    """Mixtures in a box of voxels.
+    """Mixtures in a box of voxels; `sample` makes it.
 
-    `fractions` is [z][y][x][material], float32; what they lack to 1 is void. The centre of voxel (i, j, k) is at
-    `origin_mm` + (i + 0.5, j + 0.5, k + 0.5) `pitch_mm`.
+    The centre of voxel (i, j, k) is at `origin_mm` + (i + 0.5, j + 0.5, k + 0.5) `pitch_mm`.
+
+    Attributes
+    ----------
+    fractions : ndarray of float32, shape (z, y, x, material)
+        What they lack to 1 is void.
+    origin_mm : tuple of 3 floats
+        The lowest corner of the box along x, y and z, in mm.
+    pitch_mm : tuple of 3 floats
+        The size of a voxel along x, y and z, in mm.
+    materials : tuple of PrintMaterial
+        Those of the last axis.
     """
 
     fractions: NDArray[np.float32]
@@ -439,7 +565,25 @@ class Samples:
     materials: tuple[PrintMaterial, ...]
 
     def at(self, points: ArrayLike) -> NDArray[np.float32]:
-        """Returns the mixtures of the voxels that hold some points, [point][material]; zeros outside of the box."""
+        """Looks points up.
+
+        Parameters
+        ----------
+        points : array_like of float, shape (..., 3)
+            In mm.
+
+        Returns
+        -------
+        ndarray of float32, shape (..., material)
+            The mixtures of the voxels that hold them; zeros outside of the box.
+
+        Raises
+        ------
+        InputError
+            Where the points have another shape.
+        """
+        if np.shape(points)[-1:] != (3,):
+            raise InputError(f"`points` has the shape {np.shape(points)}; it should be (..., 3)")
         places = (np.asarray(points, float) - self.origin_mm) / self.pitch_mm
         index = np.floor(places).astype(np.int64)
         size = np.array(self.fractions.shape[2::-1])
@@ -448,7 +592,25 @@ class Samples:
         return np.where(inside[..., None], self.fractions[k, j, i], np.float32(0))
 
     def mean(self, values: Mapping[str, float], void: float = 0.0) -> NDArray[np.float64]:
-        """Returns the mean of a property of materials, weighted by their amounts, [z][y][x]."""
+        """Averages a property of materials, weighted by their amounts.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            That of each material, by name.
+        void : float, optional
+            That of nothing.
+
+        Returns
+        -------
+        ndarray of float64, shape (z, y, x)
+            In the unit of the values.
+
+        Raises
+        ------
+        InputError
+            Where a material has no value, or a name is none.
+        """
         names = [material.name for material in self.materials]
         unknown = set(values) - set(names)
         if unknown:
@@ -471,10 +633,39 @@ def sample(
     threads: Whole | None = None,
     progress: Progress = False,
 ) -> Samples:
-    """Evaluates a world in a box of voxels of any size, in millimetres; without a box, in that of all parts.
+    """Evaluates a world in a box of voxels of any size.
 
-    The box is given by its lowest and highest corner, and rounded out to whole voxels, whose corners are at multiples
-    of the pitch. It may be a small part of a large world: only what is in it is evaluated.
+    Only what is in the box is evaluated: it may be a small part of a large world.
+
+    Parameters
+    ----------
+    world : World or FileWorld
+        What is evaluated, as it is at the call.
+    box : sequence of 2 sequences of 3 floats, optional
+        Its lowest and its highest corner, in mm; else that of all parts. It is rounded out to whole voxels, whose corners
+        are at multiples of the pitch.
+    voxel : float, str or sequence of 3 floats
+        The size of a voxel in mm; one, or of x, y and z.
+    uniforms : mapping of str to Any, optional
+        Other values, as `{"ball.skin": 1.5}`.
+    memory : int or str, optional
+        The budget, in bytes.
+    threads : int, optional
+        1 at least; else as many as there are processors.
+    progress : bool or callable, optional
+        True for a bar, or a function of slices done and of all.
+
+    Returns
+    -------
+    Samples
+        The mixtures before the dither, of shape (z, y, x, material).
+
+    Raises
+    ------
+    InputError
+        Where an argument or the world is wrong.
+    CompileError
+        Where a fablet does not compile.
     """
     words = words_of(voxel=voxel, memory=memory, threads=threads, support=False)
     window: tuple[float, ...] | None = None
@@ -504,10 +695,41 @@ def preview(
     printer: str | os.PathLike[str] | None = None, memory: Whole | str | None = None, threads: Whole | None = None,
     progress: Progress = False,
 ) -> list[NDArray[np.uint8]]:
-    """Returns pictures of a print, as RGBA in sRGB [row][column][4], for each view.
+    """Draws pictures of a print.
 
-    A view is as of `--preview`: `front`, `back`, `section`, `slice:N`, `model:TURN:TILT`, with `,light=transmitted` or
-    `,cut=x|y|xy` behind it. The default is `model:30:30`.
+    Parameters
+    ----------
+    world : World or FileWorld
+        What is drawn, as it is at the call.
+    *views : str
+        As of `--preview`: `front`, `back`, `section`, `slice:N`, `model:TURN:TILT` in degrees, with `,light=transmitted` or
+        `,cut=x|y|xy` behind it. The default is `model:30:30`.
+    uniforms : mapping of str to Any, optional
+        Other values, as `{"ball.skin": 1.5}`.
+    voxel : float, str or sequence of 3 floats, optional
+        The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
+    draft : int, optional
+        How many times as large voxels are as the printer's.
+    printer : str or path, optional
+        Instead of the world's.
+    memory : int or str, optional
+        The budget, in bytes.
+    threads : int, optional
+        1 at least; else as many as there are processors.
+    progress : bool or callable, optional
+        True for a bar, or a function of slices done and of all.
+
+    Returns
+    -------
+    list of ndarray of uint8, shape (row, column, 4)
+        RGBA in sRGB, a picture for each view.
+
+    Raises
+    ------
+    InputError
+        Where an argument, a view or the world is wrong.
+    CompileError
+        Where a fablet does not compile.
     """
     words = words_of(voxel=voxel, draft=draft, printer=printer, memory=memory, threads=threads)
     # The options want names of files; none is written.

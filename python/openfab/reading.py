@@ -66,16 +66,16 @@ class _Array:
 
 @dataclass(frozen=True)
 class VoxelBox:
-    """Voxels of a box.
+    """Voxels of a box, as `Voxels.box` reads them.
 
     Attributes
     ----------
     codes : ndarray of uint8, shape (z, y, x)
         0 is void, c the c-th material.
     origin_mm : tuple of float
-        The lowest corner of its first voxel, along x, y and z, in the space of the print.
+        The lowest corner of its first voxel along x, y and z, in mm, in the space of the print.
     pitch_mm : tuple of float
-        The size of a voxel along x, y and z.
+        The size of a voxel along x, y and z, in mm.
     materials : tuple of PrintMaterial
         Those that codes stand for.
     """

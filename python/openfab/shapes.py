@@ -21,10 +21,27 @@ from .errors import InputError
 class Mesh:
     """A closed triangle mesh, in millimetres, z up.
 
-    `vertices` has shape (n, 3), `faces` (m, 3), counter-clockwise seen from outside. `normals` are (n, 3), `uv`
-    (n, 2), or (m, 3, 2) for one at each corner. Further attributes are found by fablets under their names:
-    those of vertices, of shape (n,) or (n, components), are floats; those of faces ints or floats. The arrays are
-    copied; those of the mesh are read-only, since prints read them at any time.
+    The arrays are copied; those of the mesh are read-only, since prints read them at any time.
+
+    Parameters
+    ----------
+    vertices : array_like of float, shape (n, 3)
+        Places in mm.
+    faces : array_like of int, shape (m, 3)
+        The vertices of each triangle, counter-clockwise seen from outside.
+    normals : array_like of float, shape (n, 3), optional
+        Of vertices; their length does not matter.
+    uv : array_like of float, shape (n, 2) or (m, 3, 2), optional
+        Texture coordinates of vertices, or of each corner of each face.
+    vertex_attributes : mapping of str to array_like of float, shape (n,) or (n, 1 to 4), optional
+        What fablets find under these names, between vertices by interpolation.
+    face_attributes : mapping of str to array_like of int or float, shape (m,) or (m, 1 to 4), optional
+        What fablets find under these names, the same all over a face.
+
+    Raises
+    ------
+    InputError
+        Where a shape is another, a value is not finite, a face has a vertex that is not there, or a name is none.
     """
 
     def __init__(
@@ -83,12 +100,12 @@ class Mesh:
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The places of its vertices, (n, 3)."""
+        """The places of its vertices in mm, of shape (n, 3)."""
         return self._vertices
 
     @property
     def faces(self) -> NDArray[np.int32]:
-        """The vertices of its triangles, (m, 3)."""
+        """The vertices of its triangles, of shape (m, 3)."""
         return self._faces
 
     def __getstate__(self) -> dict[str, Any]:
@@ -139,7 +156,24 @@ class Mesh:
 
 
 class FileMesh:
-    """A mesh file (OBJ, STL, PLY, 3MF, glTF), and how to read it: see `meshes` of a world."""
+    """A mesh file, and how to read it: see `meshes` of a world.
+
+    Parameters
+    ----------
+    file : str or path
+        OBJ, STL, PLY, 3MF or glTF. It is read when a print is set up.
+    unit : str, optional
+        What its lengths are: mm, cm, m, um or in. Else what the file says, or mm.
+    up : str, optional
+        The axis that points up in it, `z` or `y`.
+    groups : mapping of str to int, optional
+        Numbers for the groups of an OBJ file, which fablets see as an attribute.
+
+    Raises
+    ------
+    InputError
+        Where an argument is of no kind that a world takes.
+    """
 
     def __init__(
         self, file: str | os.PathLike[str], *, unit: str | None = None, up: str | None = None,
@@ -158,8 +192,17 @@ class FileMesh:
 
 
 class Primitive:
-    """A shape that needs no file and stands on z = 0; see box, sphere, cylinder, plane, cone, torus, capsule, extrusion
-    and revolution."""
+    """A shape that needs no file and stands on z = 0.
+
+    See box, sphere, cylinder, plane, cone, torus, capsule, extrusion and revolution, which check sizes.
+
+    Parameters
+    ----------
+    kind : str
+        As a `.fab.json` calls it.
+    size : Any
+        As a `.fab.json` has it, in mm.
+    """
 
     def __init__(self, kind: str, size: Any) -> None:
         self.kind = kind
@@ -177,27 +220,109 @@ def _lengths(**lengths: Any) -> list[float]:
 
 
 def box(width: Real, depth: Real, height: Real) -> Primitive:
-    """A box; its faces have the int attribute `face`: 0 +z, 1 -z, 2 -y, 3 +x, 4 +y, 5 -x."""
+    """Makes a box.
+
+    Its faces have the int attribute `face`: 0 +z, 1 -z, 2 -y, 3 +x, 4 +y, 5 -x.
+
+    Parameters
+    ----------
+    width, depth, height : float
+        Along x, y and z, in mm.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     return Primitive("box", _lengths(width=width, depth=depth, height=height))
 
 
 def sphere(diameter: Real) -> Primitive:
-    """A sphere."""
+    """Makes a sphere.
+
+    Parameters
+    ----------
+    diameter : float
+        In mm.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     return Primitive("sphere", positive(diameter, "`diameter`"))
 
 
 def cylinder(diameter: Real, height: Real) -> Primitive:
-    """A cylinder; `face` is 0 on its top, 1 on its bottom and 2 around it."""
+    """Makes a cylinder; `face` is 0 on its top, 1 on its bottom and 2 around it.
+
+    Parameters
+    ----------
+    diameter, height : float
+        In mm.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     return Primitive("cylinder", _lengths(diameter=diameter, height=height))
 
 
 def plane(width: Real, depth: Real) -> Primitive:
-    """A sheet closed by its own back, for displacement; `face` is 0 in front, 1 on the back."""
+    """Makes a sheet closed by its own back, for displacement; `face` is 0 in front, 1 on the back.
+
+    Parameters
+    ----------
+    width, depth : float
+        Along x and y, in mm.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     return Primitive("plane", _lengths(width=width, depth=depth))
 
 
 def cone(low_diameter: Real, high_diameter: Real, height: Real) -> Primitive:
-    """A cone, cut off or, with a diameter of 0, pointed; `face` is 0 on its top, 1 on its bottom and 2 around it."""
+    """Makes a cone, cut off or, with a diameter of 0, pointed; `face` is 0 on its top, 1 on its bottom and 2 around it.
+
+    Parameters
+    ----------
+    low_diameter, high_diameter, height : float
+        In mm; one of the diameters may be 0.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     low, high = positive(low_diameter, "`low_diameter`", 0), positive(high_diameter, "`high_diameter`", 0)
     if low == high == 0:
         raise InputError("`low_diameter` and `high_diameter` are 0 both; one of them is more")
@@ -205,12 +330,44 @@ def cone(low_diameter: Real, high_diameter: Real, height: Real) -> Primitive:
 
 
 def torus(diameter: Real, section: Real) -> Primitive:
-    """A ring of round section; the diameters are those of its middle and of the section."""
+    """Makes a ring of round section.
+
+    Parameters
+    ----------
+    diameter, section : float
+        The diameters of its middle and of its section, in mm.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     return Primitive("torus", _lengths(diameter=diameter, section=section))
 
 
 def capsule(diameter: Real, length: Real) -> Primitive:
-    """A cylinder along z with a half ball on each end; the length includes them."""
+    """Makes a cylinder along z with a half ball on each end.
+
+    Parameters
+    ----------
+    diameter, length : float
+        In mm; the length includes the ends.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0, around the z axis.
+
+    Raises
+    ------
+    InputError
+        Where a size is no number, or not more than 0.
+    """
     return Primitive("capsule", _lengths(diameter=diameter, length=length))
 
 
@@ -219,15 +376,49 @@ def _corners(polygon: Any) -> list[list[float]]:
 
 
 def extrusion(polygons: Sequence[Any], height: Real) -> Primitive:
-    """What an area sweeps from z = 0 up to a height. A polygon is a sequence, or an array of shape (n, 2), of its corners
-    in mm; one that lies within another bounds a hole. `face` is 0 on the top, 1 on the bottom and 2 around."""
+    """Makes what an area sweeps from z = 0 up; `face` is 0 on the top, 1 on the bottom and 2 around.
+
+    Parameters
+    ----------
+    polygons : sequence of array_like of float, shape (n, 2)
+        The corners of each polygon in mm. One that lies within another bounds a hole.
+    height : float
+        In mm.
+
+    Returns
+    -------
+    Primitive
+        It stands on z = 0.
+
+    Raises
+    ------
+    InputError
+        Where a corner is no pair of numbers, or the height is not more than 0.
+    """
     corners = [_corners(polygon) for polygon in polygons]
     return Primitive("extrusion", {"polygons": corners, "height": positive(height, "`height`")})
 
 
 def revolution(polygon: Any) -> Primitive:
-    """What a polygon of (distance from the axis, z) sweeps around the z axis, in mm, with 128 facets around; `face` is 0
-    where it faces straight up, 1 straight down and 2 elsewhere."""
+    """Makes what a polygon sweeps around the z axis, with 128 facets around.
+
+    `face` is 0 where it faces straight up, 1 straight down and 2 elsewhere.
+
+    Parameters
+    ----------
+    polygon : array_like of float, shape (n, 2)
+        Corners as (distance from the axis, z), in mm.
+
+    Returns
+    -------
+    Primitive
+        It stands where the polygon says.
+
+    Raises
+    ------
+    InputError
+        Where a corner is no pair of numbers.
+    """
     return Primitive("revolution", _corners(polygon))
 
 
@@ -354,12 +545,31 @@ def _write_ply(
 
 
 class Texture:
-    """A picture or a volume for a fablet's texture.
+    """A picture for a fablet's texture; `Texture.volume` makes one of a volume.
 
-    A picture is a file, or an array [row][column] or [row][column][channel], the top row first: of 8 bits, which are
-    sRGB unless `space` says otherwise, or of 16 bits or floats, which are light as they are. Of two or four integers
-    the last is alpha. `wrap` is one mode, or one along u and one along v. `Texture.volume` takes
-    arrays of volumes. An array is copied.
+    Parameters
+    ----------
+    picture : str, path or array_like, shape (rows, columns) or (rows, columns, 1 to 4)
+        A file, or an array, which is copied, the top row first: of 8 bits, which are sRGB unless `space` says otherwise, or
+        of 16 bits or floats, which are light as they are. Of two or four integers the last is alpha.
+    wrap : str or sequence of 2 str, optional
+        `clamp`, `repeat`, `mirror` or `black`; one, or one along u and one along v.
+    filter : str, optional
+        `trilinear`, `anisotropic` or `nearest`.
+    space : str, optional
+        What its numbers are: `srgb`, `linear` or `data`; `auto` goes by the file.
+    channels : str, optional
+        `all`, `luminance` or `opaque`.
+
+    Attributes
+    ----------
+    file : pathlib.Path or None
+        The file; None of an array.
+
+    Raises
+    ------
+    InputError
+        Where the shape is another, a value is not finite, or a word is none of these.
     """
 
     def __init__(
@@ -401,11 +611,39 @@ class Texture:
         spacing: Real | Sequence[Real] | None = None, field: str | None = None, unit: str | None = None,
         pitch: Real | None = None, outside: Real | None = None, wrap: str = "clamp", filter: str = "trilinear",
     ) -> Texture:
-        """A volume: a file, or an array [z][y][x] or [z][y][x][channel], whose first value is at the lowest corner.
+        """Makes a texture of a volume.
 
-        `origin` is that corner in part space and `spacing` the size of a texel, in mm. Of files that hold fields,
-        `field` is the name of the one that is read, `unit` that of their lengths (mm, cm, m, um, in), `pitch` how
-        fine their cells are sampled, in mm, and `outside` the value where they have none.
+        Parameters
+        ----------
+        volume : str, path or array_like, shape (z, y, x) or (z, y, x, 1 to 4)
+            A file, or an array, which is copied; its first value is at the lowest corner. Integers of 8 and 16 bits without a
+            sign are parts of the largest, 0 to 1.
+        origin : sequence of 3 floats, optional
+            The lowest corner in part space, in mm; else what the file says, or 0.
+        spacing : float or sequence of 3 floats, optional
+            The size of a texel along x, y and z, in mm; else what the file says, or 1.
+        field : str, optional
+            Of a file with several fields, the name of the one that is read.
+        unit : str, optional
+            Of a file's lengths: mm, cm, m, um or in.
+        pitch : float, optional
+            How fine a file's cells are sampled, in mm.
+        outside : float, optional
+            The value where a file has none; of an array, where it has NaN.
+        wrap : str, optional
+            `clamp`, `repeat`, `mirror` or `black`.
+        filter : str, optional
+            `trilinear` or `nearest`.
+
+        Returns
+        -------
+        Texture
+            For uniforms that are an `ImageTexture3D`.
+
+        Raises
+        ------
+        InputError
+            Where the shape is another, a value is not finite and `outside` is not given, or a word is none of these.
         """
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)

@@ -27,7 +27,26 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Material:
-    """A material of a print: its name, its colour in slices, and that with alpha in pictures."""
+    """A material of a print.
+
+    Attributes
+    ----------
+    name : str
+        What the world calls it.
+    key : str
+        Its colour in slices, `#rrggbb`.
+    preview : str or None
+        Its colour in pictures, `#rrggbb` or `#rrggbbaa`; the key where it is not given.
+    density_g_cm3 : float
+        In g/cm³, for estimates.
+    channel : str or None
+        The printer's name for it.
+
+    Raises
+    ------
+    InputError
+        Where a colour is written otherwise, or the density is not more than 0.
+    """
 
     name: str
     key: str
@@ -61,10 +80,19 @@ VOID = "VOID"
 
 
 class Object(MutableMapping[str, Any]):
-    """A mesh with a fablet; as a mapping, the uniforms that are bound.
+    """A mesh with a fablet; as a mapping, the uniforms that are bound. `World.add` makes it.
 
     A uniform takes a number, a sequence of them, a Material or VOID, a Texture or an array of a picture, or an object
-    whose distance the fablet asks.
+    whose distance the fablet asks. InputError is raised where one is set to what its type, its length or its limits refuse.
+
+    Attributes
+    ----------
+    name : str
+        What the world calls it.
+    mesh : Mesh, FileMesh or Primitive
+        Its shape.
+    fablet : Fablet
+        What it is made by.
     """
 
     def __init__(self, world: World, name: str, mesh: AnyMesh, fablet: Fablet, keys: dict[str, Any]) -> None:
@@ -80,9 +108,32 @@ class Object(MutableMapping[str, Any]):
         scale: Real | Sequence[Real] | None = None, matrix: Any = None, uniforms: Mapping[str, Any] | None = None,
         **keys: Any,
     ) -> Object:
-        """Places it once more; further keys are those of placements in a `.fab.json`.
+        """Places it once more.
 
-        `matrix` is of 3 rows and 4 columns, or of 4 rows whose last is (0, 0, 0, 1).
+        Parameters
+        ----------
+        translate : sequence of 2 or 3 floats, optional
+            Along x, y and z, in mm.
+        rotate : sequence of 3 floats, optional
+            About x, then y, then z, in degrees.
+        scale : float or sequence of 3 floats, optional
+            A factor, or one along x, y and z.
+        matrix : array_like of float, shape (3, 4) or (4, 4), optional
+            Instead of these; the last of 4 rows is (0, 0, 0, 1). Lengths are in mm.
+        uniforms : mapping of str to Any, optional
+            Those of this copy.
+        **keys
+            Further keys of placements in a `.fab.json`, as `grid`, `transforms`, `on_bed`.
+
+        Returns
+        -------
+        Object
+            Itself.
+
+        Raises
+        ------
+        InputError
+            Where a value or a key is none, or the object was removed.
         """
         placed = self._placement(
             translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
@@ -198,11 +249,30 @@ class Placement:
 class World:
     """What is printed.
 
+    Parameters
+    ----------
+    printer : str or path, optional
+        The name of a printer, or its file.
+    title : str, optional
+        What the print is called.
+    **keys
+        Further keys of a `.fab.json`: `tray`, `support`, `arrange`, `groups`, `dither`.
+
+    Attributes
+    ----------
+    title : str
+        As above.
+
+    Raises
+    ------
+    InputError
+        Where a key is none, or its value of no kind that a world takes.
+
+    Examples
+    --------
     >>> world = World(printer="j750")
     >>> white, black = Material("white", "#ffffff"), Material("black", "#000000")
     >>> world.add(sphere(12), Fablet("ball.fl"), {"core": white, "shell": black, "skin": 0.5})   # doctest: +SKIP
-
-    `keys` are further keys of a `.fab.json`: `tray`, `support`, `arrange`, `groups`, `dither`.
     """
 
     def __init__(self, *, printer: str | os.PathLike[str] | None = None, title: str = "world", **keys: Any) -> None:
@@ -223,7 +293,41 @@ class World:
         place: bool = True, priority: Whole | None = None, max_displacement_mm: Real | None = None,
         support: bool | None = None, repair: str | None = None, **placement: Any,
     ) -> Object:
-        """Adds an object, and places it: `placement` as of Object.place; with `place=False` it does not."""
+        """Adds an object, and places it.
+
+        Parameters
+        ----------
+        mesh : Mesh, FileMesh, Primitive, str, path, or a mesh of trimesh or pyvista
+            Its shape; a text is the name of a file.
+        fablet : Fablet
+            What it is made by.
+        uniforms : mapping of str to Any, optional
+            What the fablet takes; more can be set later.
+        name : str, optional
+            What it is called; else as its fablet.
+        place : bool, optional
+            Whether it is placed; else `Object.place` does.
+        priority : int, optional
+            Where objects meet, the higher one is printed.
+        max_displacement_mm : float, optional
+            How far its surface may be displaced, in mm.
+        support : bool, optional
+            Whether it is held by support material.
+        repair : str, optional
+            `winding` closes and turns a mesh that needs it.
+        **placement
+            As of `Object.place`.
+
+        Returns
+        -------
+        Object
+            It is in the world.
+
+        Raises
+        ------
+        InputError
+            Where a value is none, or the name is taken; then nothing is in the world.
+        """
         keys = {
             "priority": None if priority is None else whole(priority, "`priority`"),
             "max_displacement_mm": (
@@ -248,7 +352,18 @@ class World:
         return added
 
     def remove(self, name: str) -> None:
-        """Takes an object out, with its placements."""
+        """Takes an object out, with its placements.
+
+        Parameters
+        ----------
+        name : str
+            What it is called.
+
+        Raises
+        ------
+        InputError
+            Where the world has none of that name.
+        """
         with _files.lock:
             if name not in self._objects:
                 raise InputError(f"the world has no object `{name}`; it has {', '.join(self._objects) or 'none'}")
@@ -261,7 +376,13 @@ class World:
         return dict(self._objects)
 
     def to_json(self) -> dict[str, Any]:
-        """The world as a `.fab.json` says it; arrays are in temporary files that live as long as their owners."""
+        """Returns the world as a `.fab.json` says it.
+
+        Returns
+        -------
+        dict
+            Arrays are in temporary files, which live as long as their owners.
+        """
         with _files.lock:
             return self._describe(_Names(), set(), {})[0]
 
@@ -344,7 +465,25 @@ class World:
 
 
 class FileWorld:
-    """A world in a `.fab.json` file, read anew by each print."""
+    """A world in a `.fab.json` file, read anew by each print; `load` makes it.
+
+    Parameters
+    ----------
+    file : str or path
+        The `.fab.json`.
+    allow : sequence of str or path, optional
+        Folders that it may read besides its own.
+
+    Attributes
+    ----------
+    file : pathlib.Path
+        As above.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, or is no object of JSON.
+    """
 
     def __init__(self, file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> None:
         self.file = Path(file).absolute()
@@ -352,7 +491,18 @@ class FileWorld:
         self.to_json()
 
     def to_json(self) -> dict[str, Any]:
-        """What the file says."""
+        """Returns what the file says.
+
+        Returns
+        -------
+        dict
+            The world as it is in the file.
+
+        Raises
+        ------
+        InputError
+            Where the file cannot be read, or is no object of JSON.
+        """
         try:
             said = json.loads(self.file.read_text(encoding="utf-8"))
         except OSError as error:
@@ -455,7 +605,25 @@ def dither_rule(words: list[str]) -> tuple[str, str] | None:
 
 
 def load(file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> FileWorld:
-    """Returns the world of a `.fab.json`; `allow` are folders that it may read besides its own."""
+    """Opens the world of a `.fab.json`.
+
+    Parameters
+    ----------
+    file : str or path
+        The `.fab.json`.
+    allow : sequence of str or path, optional
+        Folders that it may read besides its own.
+
+    Returns
+    -------
+    FileWorld
+        Each print reads it anew.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, or is no object of JSON.
+    """
     return FileWorld(file, allow=allow)
 
 

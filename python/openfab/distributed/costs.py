@@ -25,7 +25,19 @@ SAMPLES = 9
 
 @dataclass(frozen=True)
 class ShareCost:
-    """What a share took: slabs [first, end), of 8 slices each."""
+    """What a share took.
+
+    Attributes
+    ----------
+    first, end : int
+        Its slabs are [first, end), of 8 slices each.
+    seconds, processor_seconds : float
+        By the clock, and of processors, in seconds.
+    bytes : int
+        Of its slices, as they are written.
+    worker : str
+        The address of the one that printed it.
+    """
 
     first: int
     end: int

@@ -46,15 +46,35 @@ _AHEAD_BYTES = 64_000_000
 
 @dataclass(frozen=True)
 class DistributedPrint:
-    """A print that is complete. `statistics` has the keys of `--stats`, summed over the workers, and `costs` what each
-    share took."""
+    """A print over many machines that is complete.
+
+    Attributes
+    ----------
+    info : PrintInfo
+        Grid and materials.
+    statistics : dict
+        The keys of `--stats`, summed over the workers.
+    costs : tuple of ShareCost
+        What each share took.
+    """
 
     info: PrintInfo
     statistics: dict[str, Any]
     costs: tuple[ShareCost, ...]
 
     def save_costs(self, file: str | os.PathLike[str]) -> None:
-        """Writes the costs as JSON, for bench/scale."""
+        """Writes the costs as JSON, for bench/scale.
+
+        Parameters
+        ----------
+        file : str or path
+            Which is written.
+
+        Raises
+        ------
+        OSError
+            Where it cannot be.
+        """
         data = {
             "title": self.info.title,
             "size": self.info.size,
@@ -96,19 +116,52 @@ def print_world(
 ) -> DistributedPrint:
     """Prints a world on the workers of a Dask cluster; returns when the output is complete.
 
+    The bytes are those of `openfab.print_world`, and so are the arguments that are not described here. Workers that die are
+    made up for. Where there are none for 30 s, a PrintWarning says so, and where the print stands.
+
+    Parameters
+    ----------
+    world : World or FileWorld
+        What is printed, as it is at the call.
+    client : distributed.Client
+        That of the cluster.
+    out : str or path
+        An .ofr file, a folder of slices, the address of a receiver, or a URL of fsspec (`memory://`, `s3://`) for a file or
+        a folder elsewhere.
+    printer, voxel, dpi, layer, draft, slices, z, uniforms, support, dither, seed, crop, format, token_file, tls_ca
+        As of `openfab.print_world`; lengths are in mm.
+    memory : int or str, optional
+        The budget of each worker process, in bytes; else six tenths of what Dask gives it, 1.5 GB at most.
+    threads : int, optional
+        Of each worker process; else as many as Dask's.
+    in_flight : int, optional
+        Shares that are printed or wait to be written, 1 at least; else 3 for each worker and 2 more. So a slow output holds
+        the workers back.
+    workers_timeout : float, optional
+        Seconds without any worker that end the print; else it waits until there are some.
+    direct : bool, optional
+        Whether slices come from the workers without passing through the scheduler; False is for networks in which this
+        process does not reach them.
+    progress : bool or callable, optional
+        True for a bar, or a function of slices done and of all.
+
+    Returns
+    -------
+    DistributedPrint
+        Statistics, and what each share took.
+
+    Raises
+    ------
+    ClusterError
+        Where the cluster cannot print: another version, workers that die again and again, a task that fails, none for longer
+        than `workers_timeout`.
+    InputError, CompileError, OutsideError
+        As of `openfab.print_world`.
+
+    Examples
+    --------
     >>> client = distributed.Client("tcp://scheduler:8786")                         # doctest: +SKIP
     >>> print_world(world, client, "s3://prints/ball.ofr", progress=True)           # doctest: +SKIP
-
-    `out` is an .ofr file, a folder of slices, the address of a receiver, or a URL of fsspec (`memory://`, `s3://`) for
-    a file or folder elsewhere; the bytes are those of `openfab.print_world`, whose arguments the others are. `memory`
-    and `threads` are of each worker process; without them a print gets six tenths of what Dask gives the process, 1.5
-    GB at most, and as many threads as Dask. At most `in_flight` shares are printed or wait to be written, 3 for each
-    worker and 2 more unless given: a slow output holds the workers back. Slices come from the workers without passing
-    through the scheduler, unless `direct` is False, for networks in which this process does not reach them.
-
-    Workers that die are made up for. Where there are none for 30 s, a PrintWarning says so and where the print stands;
-    it goes on once there are some, or ends with ClusterError after `workers_timeout` seconds of that. Raises
-    ClusterError where the cluster cannot print, and what openfab.print_world raises.
     """
     began = time.monotonic()
     options = words_of(
@@ -143,7 +196,18 @@ def _at_least_one(value: Whole | None, name: str) -> int | None:
 
 
 def release(client: distributed.Client) -> None:
-    """Drops what workers keep of the last print for the next one: its files, kernels, meshes, trees."""
+    """Drops what workers keep of the last print for the next one: its files, kernels, meshes, trees.
+
+    Parameters
+    ----------
+    client : distributed.Client
+        That of the cluster.
+
+    Raises
+    ------
+    Exception
+        What Dask raises where a worker cannot be reached.
+    """
     _files.pop(client, None)
     client.run(worker.forget)
 
