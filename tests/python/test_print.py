@@ -294,7 +294,7 @@ def test_ctrl_c_ends_cleanly(gallery: Path, tmp_path: Path, to_file: bool) -> No
         ({"voxel": "0.1 parsec"}, "--voxel"),
         ({"uniforms": {"ball.skn": 1}}, "skn"),
         ({"printer": "nonesuch"}, "nonesuch"),
-        ({"slices": (5, 5)}, "--slices"),
+        ({"slices": (5, 5)}, "`slices` cannot be"),
         ({"out": "ball.xyz"}, "format"),
         ({"out": "nowhere/ball.ofr"}, "nowhere"),
     ],

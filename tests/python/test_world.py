@@ -169,7 +169,7 @@ def test_a_volume_is_a_field_of_a_file(tmp_path: Path) -> None:
         ({}, "along"),
         ({"field": "across"}, "across"),
         ({"field": "flat", "unit": "yard"}, "`unit` of texture"),
-        ({"field": "flat", "pitch": -1}, "`pitch_mm` of texture"),
+        ({"field": "flat", "pitch": -1}, "`pitch` cannot be -1; it is more than 0"),
         ({"field": "flat", "outside": 1e31}, "`outside` of texture"),
     ],
 )
