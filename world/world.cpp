@@ -154,6 +154,8 @@ class WorldReader {
         ref.fablet = json_.string(m.value.find("fablet")->value, "`fablet` of " + what);
         ref.location = json_.location(m.value.find("fablet")->value);
         ref.source_location = json_.location(m.value.find("source")->value);
+        if (const JsonMember* p = m.value.find("uniforms"))
+            ref.uniforms = read_uniforms(p->value, what, &json_);
         fablet_places_.emplace(m.key, static_cast<int32_t>(fablet_places_.size()));
         world_.fablets.emplace(m.key, std::move(ref));
     }
@@ -500,6 +502,7 @@ class WorldReader {
         const JsonValue& fablet = m.value.find("fablet")->value;
         if (reference(fablet, "`fablet` of " + what, "fablet", fablet_places_) >= 0)
             object.fablet = fablet.text;
+        if (!json_.ok()) return;
         if (const JsonMember* p = m.value.find("priority")) {
             object.priority =
                 json_.integer(p->value, "`priority` of " + what, -1'000'000, 1'000'000);
@@ -510,6 +513,8 @@ class WorldReader {
         }
         if (const JsonMember* p = m.value.find("uniforms"))
             object.uniforms = read_uniforms(p->value, what, &json_);
+        const UniformBindings& usual = world_.fablets.at(object.fablet).uniforms;
+        object.uniforms.insert(usual.begin(), usual.end());
         if (const JsonMember* p = m.value.find("support")) {
             object.support = json_.boolean(p->value, "`support` of " + what);
         }

@@ -68,8 +68,9 @@ using UniformBindings = std::map<std::string, UniformBinding>;
 
 struct FabletRef {
     std::filesystem::path source;
-    std::string fablet;       ///< name of the fablet in the source
-    SourceLocation location;  ///< of that name
+    std::string fablet;        ///< name of the fablet in the source
+    UniformBindings uniforms;  ///< what objects have, unless they say otherwise
+    SourceLocation location;   ///< of the name
     SourceLocation source_location;
 };
 

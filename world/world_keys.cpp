@@ -14,7 +14,7 @@ const std::vector<KeySet>& world_key_sets() {
          {"$schema", "openfab", "printer", "tray", "support", "fablets", "dither", "materials",
           "textures", "meshes", "objects", "groups", "arrange", "build"},
          {"openfab", "fablets", "meshes", "objects", "build"}},
-        {"fablet", {"source", "fablet"}, {"source", "fablet"}},
+        {"fablet", {"source", "fablet", "uniforms"}, {"source", "fablet"}},
         {"dither", {"source", "rule"}, {"source", "rule"}},
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
         {"texture",

@@ -29,6 +29,7 @@ struct PictureUse {
     /// Coverage: 1, alpha, or alpha from this value up.
     enum class Alpha { kOpaque, kBlend, kMask } alpha = Alpha::kBlend;
     double mask_from = 0.5;
+    bool nearest = false;  ///< texels have hard edges
     auto operator<=>(const PictureUse&) const = default;
 };
 

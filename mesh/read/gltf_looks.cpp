@@ -259,9 +259,7 @@ void GltfLooks::read_picture(const JsonValue& info, const char* asked_by, GltfMa
         if (sampler == nullptr) return;
         picture.wrap = {wrap_of(*sampler, "wrapS"), wrap_of(*sampler, "wrapT")};
         constexpr int64_t kNearest = 9728;
-        if (gltf_.integer(*sampler, "magFilter", 0) == kNearest)
-            mesh_.leave_out("the hard texels of a picture (NEAREST)", out->place,
-                            "texels are blended; enlarge the picture without smoothing");
+        picture.nearest = gltf_.integer(*sampler, "magFilter", 0) == kNearest;
     }
     out->look.picture = std::move(picture);
 }

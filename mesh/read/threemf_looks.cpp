@@ -209,9 +209,7 @@ int32_t ThreemfLooks::picture(ThreemfPart* part, int64_t id) {
     use.name = ZipFile::file_name(use.source);
     use.wrap = texture.wrap;
     use.alpha = PictureUse::Alpha::kOpaque;
-    if (texture.nearest)
-        told_.add("the filter `nearest` of pictures", use.source,
-                  "pictures are interpolated; enlarge this one if its texels shall show");
+    use.nearest = texture.nearest;
     const auto [known, fresh] =
         picture_indices_.try_emplace(use, static_cast<int32_t>(pictures_.size()));
     if (fresh) {

@@ -386,7 +386,7 @@ Result<world::World> make_quick_world(const std::filesystem::path& mesh,
     world.meshes.push_back(std::move(loaded->mesh));
 
     const SourceLocation location{mesh.string(), 0, 0};
-    world.fablets[found->name] = {found->source_name, found->name, location, location};
+    world.fablets[found->name] = {found->source_name, found->name, {}, location, location};
     world::Object object;
     object.name = options.name;
     object.fablet = found->name;

@@ -76,12 +76,13 @@ std::string ImportPictures::add(const mesh::PictureUse& use, bool luminance,
     }
     const bool opaque = !luminance && use.alpha == mesh::PictureUse::Alpha::kOpaque &&
                         may_have_alpha(**found->second);
-    return add_as(use.name, *found->second, Way{use.wrap, opaque}, luminance);
+    return add_as(use.name, *found->second, Way{use.wrap, opaque, use.nearest && !luminance},
+                  luminance);
 }
 
 std::string ImportPictures::add(const std::string& name, const SharedBytes& bytes,
                                 const std::array<mesh::PictureWrap, 2>& wrap, bool luminance) {
-    return add_as(name, bytes, Way{wrap, false}, luminance);
+    return add_as(name, bytes, Way{wrap, false, false}, luminance);
 }
 
 std::string ImportPictures::add_as(const std::string& name, const SharedBytes& bytes,
@@ -96,12 +97,12 @@ std::string ImportPictures::add_as(const std::string& name, const SharedBytes& b
             file->second = texture + plain.extension().string();
             files_.push_back({file->second, bytes});
         }
-        lines_.push_back(fmt::format("{}: {{\"file\": {}{}{}}}", json_text(texture),
-                                     json_text(file->second), wrap_text(way.wrap),
-                                     luminance
-                                         ? ", \"space\": \"data\", \"channels\": \"luminance\""
-                                     : way.opaque ? ", \"channels\": \"opaque\""
-                                                  : ""));
+        lines_.push_back(
+            fmt::format("{}: {{\"file\": {}{}{}{}}}", json_text(texture), json_text(file->second),
+                        wrap_text(way.wrap), way.nearest ? ", \"filter\": \"nearest\"" : "",
+                        luminance    ? ", \"space\": \"data\", \"channels\": \"luminance\""
+                        : way.opaque ? ", \"channels\": \"opaque\""
+                                     : ""));
         return texture;
     };
     if (!fresh_file) {

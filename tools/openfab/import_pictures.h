@@ -53,7 +53,7 @@ class ImportPictures {
     /// How a picture is read.
     struct Way {
         std::array<mesh::PictureWrap, 2> wrap{};
-        bool opaque = false;
+        bool opaque = false, nearest = false;
         auto operator<=>(const Way&) const = default;
     };
 

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/json_text.h"
 
 namespace openfab::tools {
@@ -23,6 +25,65 @@ std::string section(const char* name, const std::vector<std::string>& all) {
     return fmt::format("    \"{}\": {{\n{}\n    }},\n", name, lines(all, "        "));
 }
 
+std::string join(const std::vector<std::string>& all) {
+    return fmt::format("{}", fmt::join(all, ", "));
+}
+
+std::vector<std::string> texts_of(const UniformTexts& uniforms) {
+    std::vector<std::string> all;
+    for (const auto& [name, value] : uniforms)
+        all.push_back(fmt::format("{}: {}", json_text(name), value));
+    return all;
+}
+
+/// Takes the uniforms that all objects of a fablet share out of these.
+UniformTexts take_shared(const std::string& fablet, std::vector<ObjectText>* objects) {
+    std::vector<UniformTexts*> all;
+    for (ObjectText& object : *objects) {
+        if (object.fablet == fablet) all.push_back(&object.uniforms);
+    }
+    UniformTexts shared;
+    if (all.size() < 2) return shared;
+    for (const auto& one : *all[0]) {
+        const auto has_it = [&](const UniformTexts* uniforms) {
+            return std::find(uniforms->begin(), uniforms->end(), one) != uniforms->end();
+        };
+        if (std::all_of(all.begin(), all.end(), has_it)) shared.push_back(one);
+    }
+    for (UniformTexts* uniforms : all) {
+        std::erase_if(*uniforms, [&](const auto& one) {
+            return std::find(shared.begin(), shared.end(), one) != shared.end();
+        });
+    }
+    return shared;
+}
+
+constexpr size_t kLineLength = 100;
+
+/// A member of objects and fablets.
+std::string text_of_uniforms(const UniformTexts& uniforms) {
+    const std::vector<std::string> all = texts_of(uniforms);
+    const std::string line = fmt::format("\"uniforms\": {{{}}}", join(all));
+    if (uniforms.size() == 1 || line.size() + 12 <= kLineLength) return line;
+    return fmt::format("\"uniforms\": {{\n{}\n            }}", lines(all, "                "));
+}
+
+/// On one line where that is short.
+std::string text_of_thing(const std::string& name, const std::vector<std::string>& members) {
+    std::string line = fmt::format("{}: {{{}}}", json_text(name), join(members));
+    if (line.size() + 9 <= kLineLength && line.find('\n') == std::string::npos) return line;
+    return fmt::format("{}: {{\n{}\n        }}", json_text(name), lines(members, "            "));
+}
+
+std::string text_of_fablet(const std::string& name, const UniformTexts& uniforms) {
+    std::string fablet = name;
+    fablet[0] = static_cast<char>(fablet[0] - 32);
+    std::vector<std::string> all = {fmt::format("\"source\": \"stock_{}.fl\"", name),
+                                    fmt::format("\"fablet\": \"{}\"", fablet)};
+    if (!uniforms.empty()) all.push_back(text_of_uniforms(uniforms));
+    return text_of_thing(name, all);
+}
+
 std::string text_of(const ObjectText& object) {
     std::vector<std::string> all;
     all.push_back(fmt::format("\"mesh\": {}", json_text(object.name)));
@@ -30,17 +91,8 @@ std::string text_of(const ObjectText& object) {
     if (object.priority != 0) all.push_back(fmt::format("\"priority\": {}", object.priority));
     if (!object.support) all.emplace_back("\"support\": false");
     if (object.repair) all.emplace_back("\"repair\": \"winding\"");
-    std::vector<std::string> uniforms;
-    for (const auto& [name, value] : object.uniforms)
-        uniforms.push_back(fmt::format("{}: {}", json_text(name), value));
-    if (uniforms.size() == 1) {
-        all.push_back(fmt::format("\"uniforms\": {{{}}}", uniforms[0]));
-    } else if (!uniforms.empty()) {
-        all.push_back(fmt::format("\"uniforms\": {{\n{}\n            }}",
-                                  lines(uniforms, "                ")));
-    }
-    return fmt::format("{}: {{\n{}\n        }}", json_text(object.name),
-                       lines(all, "            "));
+    if (!object.uniforms.empty()) all.push_back(text_of_uniforms(object.uniforms));
+    return text_of_thing(object.name, all);
 }
 
 }  // namespace
@@ -77,13 +129,10 @@ std::string plain_name(const std::string& name) {
 
 std::string WorldText::str() const {
     std::vector<std::string> sources, meshes, texts, placed;
-    for (const std::string& name : fablets) {
-        std::string fablet = name;
-        fablet[0] = static_cast<char>(fablet[0] - 32);
-        sources.push_back(fmt::format(
-            "\"{0}\": {{\"source\": \"stock_{0}.fl\", \"fablet\": \"{1}\"}}", name, fablet));
-    }
-    for (const ObjectText& object : objects) {
+    std::vector<ObjectText> short_ones = objects;
+    for (const std::string& name : fablets)
+        sources.push_back(text_of_fablet(name, take_shared(name, &short_ones)));
+    for (const ObjectText& object : short_ones) {
         meshes.push_back(fmt::format("{}: {}", json_text(object.name), object.mesh));
         texts.push_back(text_of(object));
         placed.push_back(fmt::format("{{\"object\": {}}}", json_text(object.name)));

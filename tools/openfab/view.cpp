@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/own_folder.h"
+#include "base/say.h"
 #include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
@@ -32,6 +33,7 @@ Result<void> run_view(ViewArguments arguments) {
         import.memory = arguments.memory;
         const Result<std::filesystem::path> world = import_mesh(std::move(import));
         if (!world) return world.error();
+        note("this world goes with the viewer; `openfab import` makes one that stays");
         arguments.view.file = world->string();
     }
     return viewer::view(arguments.view);

@@ -7,8 +7,10 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <thread>
 
@@ -178,6 +180,51 @@ TEST_F(ViewWorld, OfAMeshThatWasPrintedAloneItsFabletTellsWhatTheDitherWasGiven)
     const HttpAnswer refused = view("corner.share=0.25");
     EXPECT_EQ(refused.status, 422);
     EXPECT_THAT(refused.body, HasSubstr("the world has changed since it was printed: uniforms"));
+}
+
+TEST_F(ViewWorld, AMeshIsShownAsTheWorldThatAnImportMakesOfIt) {
+    const auto box = [](int x) {
+        std::string text;
+        for (int i = 0; i < 8; ++i)
+            text += fmt::format("v {} {} {}\n", x + 2 * (i & 1), i & 2, (i & 4) / 2);
+        return text;
+    };
+    const auto faces = [](int first) {
+        std::string text;
+        for (const auto& f : {std::array{0, 2, 3, 1},
+                              {4, 5, 7, 6},
+                              {0, 1, 5, 4},
+                              {2, 6, 7, 3},
+                              {0, 4, 6, 2},
+                              {1, 3, 7, 5}})
+            text += fmt::format("f {} {} {} {}\n", first + f[0], first + f[1], first + f[2],
+                                first + f[3]);
+        return text;
+    };
+    scratch_.write("two.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n");
+    scratch_.write("two.obj", "mtllib two.mtl\n" + box(0) + box(2) + "o left\nusemtl red\n" +
+                                  faces(1) + "o right\nusemtl blue\n" + faces(9));
+    const std::filesystem::path kept = scratch_ / "kept";
+    std::filesystem::create_directory(kept);
+    ASSERT_EQ(setenv("TMPDIR", kept.c_str(), 1), 0);
+    {
+        Viewer viewer({(scratch_ / "two.obj").string(), "--draft", "1"}, cache());
+        viewer.says("note: this world goes with the viewer");
+        const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+        const JsonValue& materials = member(member(state, "prints").items.at(0), "materials");
+        ASSERT_EQ(materials.items.size(), 2u);
+        EXPECT_EQ(member(materials.items[0], "name").text, "red");
+        EXPECT_EQ(member(materials.items[0], "voxels").number,
+                  member(materials.items[1], "voxels").number);
+        EXPECT_EQ(
+            member(member(viewer.get("/api/live").json(), "objects").items.at(1), "name").text,
+            "right");
+        EXPECT_FALSE(std::filesystem::is_empty(kept));
+    }
+    // The world goes with the viewer, and nothing is left beside the mesh.
+    EXPECT_TRUE(std::filesystem::is_empty(kept));
+    EXPECT_FALSE(std::filesystem::exists(scratch_ / "two.fab.json"));
+    unsetenv("TMPDIR");
 }
 
 TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {

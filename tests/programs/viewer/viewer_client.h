@@ -42,6 +42,9 @@ class Viewer {
     Viewer(const Viewer&) = delete;
     Viewer& operator=(const Viewer&) = delete;
 
+    /// It says this at its start; without the call it says nothing.
+    void says(const std::string& text) { said_ = text; }
+
     int port() const { return port_; }
     const std::string& token() const { return token_; }
 
@@ -62,6 +65,7 @@ class Viewer {
     std::string url_;
     int port_ = 0;
     std::string token_;
+    std::string said_;
     Outcome outcome_;
     std::thread thread_;
 };

@@ -393,8 +393,11 @@ std::vector<Feature> features() {
         {"nearest",
          and_more(and_more(with_picture(), &File::samplers, R"({"magFilter": 9728})"),
                   &File::textures, R"({"source": 0, "sampler": 0})"),
-         {"the hard texels of a picture (NEAREST)"},
-         shows("a b.png")},
+         {},
+         [](const MeshSource& s) {
+             shows("a b.png")(s);
+             EXPECT_TRUE(look_of(s).picture->nearest);
+         }},
         {"picture of a data URI",
          and_more(with_picture(), &File::images,
                   R"({"name": "x/wood", "uri": "data:image/jpeg;base64,iVBORw0KGgo="})"),

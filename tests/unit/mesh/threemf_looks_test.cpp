@@ -276,7 +276,7 @@ TEST(ThreemfLooks, TellsOfPropertiesThatAreNotThere) {
         "file again with its textures\n");
 }
 
-TEST(ThreemfLooks, TellsOfFiltersAndDisplayProperties) {
+TEST(ThreemfLooks, CarriesFiltersAndTellsOfDisplayProperties) {
     const MeshSource source = read_source(cube_package(
         R"(<m:texture2d id="3" path="/a.png" contenttype="image/png" filter="nearest"/><m:texture2dgroup id="4" texid="3"><m:tex2coord u="0" v="0"/></m:texture2dgroup>
 <m:pbmetallicdisplayproperties id="7"><m:pbmetallic name="gold" metallicness="1" roughness="0.2"/></m:pbmetallicdisplayproperties>)",
@@ -284,10 +284,8 @@ TEST(ThreemfLooks, TellsOfFiltersAndDisplayProperties) {
     EXPECT_EQ(told(source),
               "gloss, metal and translucency of materials (1, a.3mf: /3D/3dmodel.model); the "
               "specification "
-              "asks printers to ignore them; choose materials by hand\n"
-              "the filter `nearest` of pictures (1, a.png); pictures are interpolated; enlarge "
-              "this one if "
-              "its texels shall show\n");
+              "asks printers to ignore them; choose materials by hand\n");
+    EXPECT_TRUE(source.looks.at(0).picture->nearest);
 }
 
 TEST(ThreemfLooks, FindsPicturesByAnySpelling) {

@@ -135,6 +135,40 @@ TEST(Import, BodiesOfOtherCountsOfGroupsShareAFablet) {
     EXPECT_THAT(world, HasSubstr("\"materials\": [\"blue\", \"red\"]"));
 }
 
+TEST(Import, WhatObjectsShareIsSaidOnce) {
+    LoadedBodies loaded;
+    loaded.unit_note = "as the file says";
+    loaded.looks = {plain("", {1, 0, 0}), plain("", {0, 0, 1})};
+    for (Look& look : loaded.looks)
+        look.is_material = false;
+    loaded.bodies = {cube("one", {0}), cube("two", {1})};
+    const std::string world = world_of(loaded);
+    for (const char* text :
+         {"\"painted\": {\n            \"source\": \"stock_painted.fl\",\n            \"fablet\": "
+          "\"Painted\",\n            \"uniforms\": {\n                \"materials\": \"white\",\n  "
+          "      "
+          "        \"cyan\": \"cyan\",\n",
+          "        \"one\": {\"mesh\": \"one\", \"fablet\": \"painted\", \"uniforms\": {\"tints\": "
+          "[1, 0, 0, 1]}},\n"})
+        EXPECT_THAT(world, HasSubstr(text));
+    // A hundred bodies of one material take three lines each.
+    loaded.looks = {plain("PLA", {1, 0, 0})};
+    loaded.bodies.clear();
+    for (int i = 0; i < 100; ++i)
+        loaded.bodies.push_back(cube(fmt::format("body {}", i), {0}));
+    const std::string hundred = world_of(loaded);
+    EXPECT_LT(std::count(hundred.begin(), hundred.end(), '\n'), 3 * 100 + 30) << hundred;
+}
+
+TEST(Import, PicturesWithHardTexelsStaySo) {
+    LoadedBodies loaded = label_and_rest();
+    loaded.looks[0].picture->nearest = true;
+    loaded.looks[1] = textured("soft", "a b/ü.png");
+    const std::string world = world_of(loaded, one_picture());
+    EXPECT_THAT(world, HasSubstr("\"wrap\": [\"clamp\", \"black\"], \"filter\": \"nearest\"}"));
+    EXPECT_THAT(world, HasSubstr("\"a_b____2\": {\"file\": \"a_b___.png\"}"));
+}
+
 TEST(Import, EqualColoursHaveTwoKeys) {
     LoadedBodies loaded;
     loaded.looks = {plain("front \"x\"", {1, 0, 0}), plain("rest", {1, 0, 0})};

@@ -385,6 +385,26 @@ std::set<std::string> keys_of(const JsonValue& value) {
     return keys;
 }
 
+TEST_F(WorldTest, ObjectsHaveTheUniformsOfTheirFabletUnlessTheySayOtherwise) {
+    const auto world = load(R"({"openfab": 1,
+        "fablets": {"f": {"source": "f.fl", "fablet": "F", "uniforms": {"n": 1, "m": "white"}}},
+        "materials": {"white": {"key": "#ffffff"}}, "meshes": {"ball": {"sphere": 4}},
+        "objects": {"a": {"mesh": "ball", "fablet": "f"},
+                    "b": {"mesh": "ball", "fablet": "f", "uniforms": {"n": 2, "k": 3}}},
+        "build": [{"object": "a"}, {"object": "b"}]})");
+    ASSERT_TRUE(world) << world.error().text();
+    const auto number = [&](size_t object, const char* name) {
+        return std::get<0>(world->objects[object].uniforms.at(name).value);
+    };
+    EXPECT_EQ(number(0, "n"), std::vector<double>{1});
+    EXPECT_EQ(number(1, "n"), std::vector<double>{2});
+    EXPECT_EQ(number(1, "k"), std::vector<double>{3});
+    EXPECT_EQ(std::get<1>(world->objects[1].uniforms.at("m").value),
+              std::vector<std::string>{"white"});
+    EXPECT_EQ(world->objects[1].uniforms.at("m").location.line, 2);
+    EXPECT_EQ(world->objects[0].uniforms.size(), 2u);
+}
+
 TEST_F(WorldTest, NamesADitherRule) {
     const auto with = [](const std::string& dither) {
         std::string text = kWorld;
