@@ -29,7 +29,23 @@ fs::path in_other_letters(const fs::path& path) {
     return found.empty() ? fs::path() : path.parent_path() / found;
 }
 
+int hex_digit(char c) {
+    const size_t at = std::string_view("0123456789abcdef").find(lower_ascii(c));
+    return at == std::string_view::npos ? -1 : static_cast<int>(at);
+}
+
 }  // namespace
+
+std::string percent_decoded(std::string_view name) {
+    std::string out;
+    for (size_t i = 0; i < name.size(); ++i) {
+        const int high = name[i] == '%' && i + 2 < name.size() ? hex_digit(name[i + 1]) : -1;
+        const int low = high >= 0 ? hex_digit(name[i + 2]) : -1;
+        out += low >= 0 ? static_cast<char>(high * 16 + low) : name[i];
+        if (low >= 0) i += 2;
+    }
+    return out;
+}
 
 fs::path folder_of(const fs::path& mesh) {
     const fs::path folder = mesh.parent_path();
@@ -50,7 +66,11 @@ Result<fs::path> find_beside(const fs::path& mesh, const fs::path& folder, std::
     const fs::path named = with_slashes(name);
     std::error_code ignored;
     bool elsewhere = false;
-    for (const fs::path& path : {folder / named, folder / named.filename()}) {
+    // Some programs write names as addresses.
+    const std::string text = percent_decoded(name);
+    const fs::path decoded = text.find('\0') == std::string::npos ? with_slashes(text) : named;
+    for (const fs::path& path : {folder / named, folder / named.filename(), folder / decoded,
+                                 folder / decoded.filename()}) {
         if (!path.has_filename()) continue;
         const fs::path other = fs::exists(path, ignored) ? path : in_other_letters(path);
         if (other.empty()) continue;

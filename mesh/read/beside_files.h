@@ -20,11 +20,14 @@ namespace openfab::mesh {
 std::filesystem::path folder_of(const std::filesystem::path& mesh);
 
 /// Returns the path of a name that stands in a file in `folder`, relative to that or absolute: as it
-/// is, else its last part in `folder`, else a file whose name differs in upper and lower case alone.
-/// If there is none, the error says why.
+/// is, else its last part in `folder`, else a file whose name differs in upper and lower case alone;
+/// else all these with the codes of addresses (%20) decoded. If there is none, the error says why.
 Result<std::filesystem::path> find_beside(const std::filesystem::path& mesh,
                                           const std::filesystem::path& folder,
                                           std::string_view name);
+
+/// Returns a name without the codes of addresses, `%20`; what is not a code stays as it is.
+std::string percent_decoded(std::string_view name);
 
 /// Returns a name in the form of a path: programs on Windows write backslashes.
 std::filesystem::path with_slashes(std::string_view name);

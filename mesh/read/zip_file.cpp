@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "base/text.h"
+#include "mesh/read/beside_files.h"
 
 namespace openfab::mesh {
 namespace {
@@ -70,23 +71,6 @@ void read_zip64(std::string_view extra, uint64_t* size, uint64_t* compressed, ui
     }
 }
 
-int hex_digit(char c) {
-    const size_t at = std::string_view("0123456789abcdef").find(lower_ascii(c));
-    return at == std::string_view::npos ? -1 : static_cast<int>(at);
-}
-
-/// Packages name their parts as URIs; what is not a code stays as it is.
-std::string decoded(std::string_view name) {
-    std::string out;
-    for (size_t i = 0; i < name.size(); ++i) {
-        const int high = name[i] == '%' && i + 2 < name.size() ? hex_digit(name[i + 1]) : -1;
-        const int low = high >= 0 ? hex_digit(name[i + 2]) : -1;
-        out += low >= 0 ? static_cast<char>(high * 16 + low) : name[i];
-        if (low >= 0) i += 2;
-    }
-    return out;
-}
-
 /// Without `.`, `..` and empty names between slashes.
 std::string normal(std::string_view path) {
     std::string out;
@@ -106,14 +90,14 @@ std::string normal(std::string_view path) {
 }  // namespace
 
 std::string ZipFile::key(std::string_view name) {
-    std::string out = decoded(name);
+    std::string out = percent_decoded(name);
     for (char& c : out)
         c = c == '\\' ? '/' : lower_ascii(c);
     return out.substr(std::min(out.find_first_not_of('/'), out.size()));
 }
 
 std::string ZipFile::file_name(const std::string& path) {
-    const std::string name = decoded(path);
+    const std::string name = percent_decoded(path);
     return name.substr(name.find_last_of("/\\") + 1);
 }
 

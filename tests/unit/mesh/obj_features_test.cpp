@@ -440,8 +440,10 @@ TEST(ObjFeatures, PicturesStandInTheMeshsFolder) {
     folder.write("tile#1.png", "two");
     folder.write("m.obj", "");
     const std::string secret = other.write("secret.png", "secret").string();
-    const std::vector<std::string> sources = {"maps/a.png", "C:\\x\\tile#1.png", secret, "gone.png",
-                                              "../m.obj"};
+    folder.write("100% té.png", "three");
+    const std::vector<std::string> sources = {
+        "maps/a.png",  "C:\\x\\tile#1.png",    secret,       "gone.png", "../m.obj", "tile%231.png",
+        "100% té.png", "100%25%20t%C3%A9.png", "gone%00.png"};
     std::vector<std::string> got;
     ASSERT_TRUE(read_obj_pictures(folder.path() / "m.obj", sources, 1000,
                                   [&](size_t i, Result<std::string> bytes) {
@@ -451,7 +453,8 @@ TEST(ObjFeatures, PicturesStandInTheMeshsFolder) {
     EXPECT_EQ(got,
               (std::vector<std::string>{
                   "one", "two", "it is not below the mesh's folder; put a copy beside the mesh",
-                  "there is no such file; put it beside the mesh", ""}));
+                  "there is no such file; put it beside the mesh", "", "two", "three", "three",
+                  "there is no such file; put it beside the mesh"}));
     got.clear();
     ASSERT_TRUE(read_obj_pictures(folder.path() / "m.obj", sources, 2,
                                   [&](size_t, Result<std::string> bytes) {

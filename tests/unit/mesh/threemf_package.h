@@ -12,6 +12,7 @@
 
 #include "mesh/read/threemf.h"
 #include "tests/support/meshes/zip_archive.h"
+#include "tests/unit/mesh/features.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -70,15 +71,6 @@ inline MeshSource read_source(const std::string& package) {
     Result<MeshSource> source = parse_threemf(package, "a.3mf");
     EXPECT_TRUE(source) << source.error().text();
     return source ? std::move(*source) : MeshSource{};
-}
-
-/// The look of a triangle; one named "none" if there is none.
-inline Look look_of(const MeshSource& source, size_t triangle) {
-    const int32_t look = source.groups[source.face_groups[triangle]].look;
-    if (look >= 0) return source.looks[look];
-    Look none;
-    none.name = "none";
-    return none;
 }
 
 inline const Body& body_of(const MeshSource& source, size_t triangle) {
