@@ -84,9 +84,16 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
     if (Result<void> fits = check_memory(texture::pyramid_file_bytes(*layout), limits.memory_bytes);
         !fits)
         return bad(fits.error());
+    const auto tell_rest = [&] {
+        if (!(*in)->has_more()) return;
+        tell(
+            fmt::format("{} holds several pictures: the first is read", image.filename().string()));
+    };
     if (out.empty()) {
         const Result<void> read = try_rows(in->get(), decoder);
-        return read ? read : bad(read.error());
+        if (!read) return bad(read.error());
+        tell_rest();
+        return {};
     }
     const Result<uint64_t> key = texture::content_key(image, options);
     if (!key) return key.error();
@@ -110,6 +117,7 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
         return {};
     });
     if (!read) return bad(read.error());
+    tell_rest();
     return (*writer)->finish();
 }
 

@@ -127,6 +127,8 @@ Result<void> refuse_others(const fs::path& file, const std::string& kind, std::s
     if (kind == ".raw" || kind == ".zraw" || kind == ".bin")
         return user_error("it holds numbers alone",
                           "name a header that says what they are: .nhdr, .mhd or .xdmf");
+    if (kind == ".npz")
+        return user_error("it is an archive of arrays", "write one of them as .npy: numpy.save");
     if (begin.starts_with("\x89HDF") || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" ||
         kind == ".nc" || kind == ".mnc")
         return user_error("it is of HDF5, which says of no array what it is",

@@ -111,6 +111,18 @@ Result<GridFrame> frame_of(const MetaHeader& header, double unit) {
     return frame;
 }
 
+/// The function of stored numbers that intensities are.
+Result<void> set_intensity(const MetaHeader& header, StoredGrid* grid) {
+    const auto read = [&](const char* name, double* out) {
+        const std::string text = header.field(name);
+        return text.empty() || (take_numbers(text, out, 1) && std::isfinite(*out));
+    };
+    if (!read("ElementToIntensityFunctionSlope", &grid->slope) ||
+        !read("ElementToIntensityFunctionOffset", &grid->intercept))
+        return user_error("its `ElementToIntensityFunctionSlope` or `…Offset` is malformed");
+    return {};
+}
+
 /// Opens the numbers, behind the header or in a file of their own.
 Result<void> open_numbers(InputFile source, const fs::path& path, const MetaHeader& header,
                           const texture::ReadLimits& limits, StoredGrid* grid) {
@@ -151,6 +163,7 @@ MadeReader open_meta(const fs::path& path, const texture::VolumeOptions& options
     StoredGrid grid;
     if (Result<void> known = set_format(*header, &grid); !known) return known.error();
     if (Result<void> sized = set_size(*header, &grid); !sized) return sized.error();
+    if (Result<void> read = set_intensity(*header, &grid); !read) return read.error();
     const Result<GridFrame> frame = frame_of(*header, unit_mm(options));
     if (!frame) return frame.error();
     if (Result<void> opened = open_numbers(std::move(*source), path, *header, limits, &grid);

@@ -18,6 +18,7 @@
 #include "base/input_file.h"
 #include "base/text.h"
 #include "texture/nrrd_header.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/stored_grid.h"
 #include "tools/texture/volume_reader.h"
@@ -364,6 +365,11 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     if (!unit) return unit.error();
     const Result<std::optional<GridFrame>> frame = read_frame(header, *axes, *channels, *unit);
     if (!frame) return frame.error();
+    std::string least = header.field("axis mins");
+    if (least.empty()) least = header.field("axismins");
+    if (!least.empty() && header.field("space origin").empty())
+        tell(fmt::format("{}: its `axis mins` are left out; say where it lies by `origin_mm`",
+                         file.filename().string()));
     if (Result<void> opened = open_numbers(std::move(*source), file, header, limits, &grid);
         !opened)
         return opened.error();

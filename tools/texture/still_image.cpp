@@ -93,6 +93,14 @@ int StillImage::pages() {
     return pages;
 }
 
+bool StillImage::has_more() {
+    if (format_ == "tiff") return tiff_pages(file_, 2).size() > 1;
+    if (format_ != "openexr" && format_ != "gif" && format_ != "webp") return false;
+    const bool more = input_->seek_subimage(1, 0);
+    (void)input_->geterror();
+    return more;
+}
+
 Result<void> StillImage::go_to(int page) {
     const bool first = page == 0 && page_file_ == nullptr;
     if (format_ == "tiff" && !first) {

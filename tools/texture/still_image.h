@@ -43,6 +43,9 @@ class StillImage {
     }
     /// Returns the number of pictures in the file; kMostPages + 1 where there are more.
     int pages();
+    /// Whether there are more pictures than the first. Of a format whose pictures are not numbered there
+    /// is no current page after it.
+    bool has_more();
     /// After an error there is no current page.
     Result<void> go_to(int page);
 

@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -53,6 +54,23 @@ double integer(const NumberFormat& f, const char* at) {
             return sign ? static_cast<double>(load<int64_t>(at, f.swapped))
                         : static_cast<double>(load<uint64_t>(at, f.swapped));
     }
+}
+
+/// IEEE 754 binary16: a sign, 5 bits of exponent, 10 of fraction.
+double half(uint16_t bits) {
+    constexpr int kBias = 15, kFractionBits = 10, kMostExponent = 31;
+    const int exponent = bits >> kFractionBits & kMostExponent;
+    const int fraction = bits & ((1 << kFractionBits) - 1);
+    double value = 0;
+    if (exponent == kMostExponent) {
+        value = fraction == 0 ? std::numeric_limits<double>::infinity()
+                              : std::numeric_limits<double>::quiet_NaN();
+    } else if (exponent == 0) {
+        value = std::ldexp(fraction, 1 - kBias - kFractionBits);
+    } else {
+        value = std::ldexp(fraction + (1 << kFractionBits), exponent - kBias - kFractionBits);
+    }
+    return (bits & 0x8000) != 0 ? -value : value;
 }
 
 /// An array of numbers in any order of axes.
@@ -129,7 +147,7 @@ bool npy_format(const std::string& descr, NumberFormat* out) {
     out->bytes = descr[3] - '0';
     if (kind == 'f') {
         out->kind = NumberFormat::Kind::kFloat;
-        return out->bytes == 4 || out->bytes == 8;
+        return out->bytes == 2 || out->bytes == 4 || out->bytes == 8;
     }
     if (kind != 'u' && kind != 'i' && kind != 'b') return false;
     out->kind = kind == 'u' ? NumberFormat::Kind::kUnsigned : NumberFormat::Kind::kSigned;
@@ -144,6 +162,7 @@ float read_number(const NumberFormat& format, const char* at) {
 
 double read_number_exactly(const NumberFormat& format, const char* at) {
     if (format.kind != NumberFormat::Kind::kFloat) return integer(format, at) / unit_of(format);
+    if (format.bytes == 2) return half(load<uint16_t>(at, format.swapped));
     return format.bytes == 4 ? static_cast<double>(load<float>(at, format.swapped))
                              : load<double>(at, format.swapped);
 }

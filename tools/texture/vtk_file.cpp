@@ -10,6 +10,7 @@
 #include "base/scan_number.h"
 #include "base/xml.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/guarded.h"
 
 namespace openfab::tools {
 
@@ -230,7 +231,14 @@ Result<const VtkFile::Array*> VtkFile::field(const std::string& name) const {
     std::vector<const Array*> fields;
     for (const Where where : {Where::kPoints, Where::kCells}) {
         for (const Array& array : arrays_) {
-            if (array.where == where) fields.push_back(&array);
+            if (array.where != where) continue;
+            const bool is_ghost = array.name == "vtkGhostType" || array.name == "vtkGhostLevels";
+            if (is_ghost && array.name != name) {
+                tell(fmt::format("{}: its array `{}` is left out: what that hides is read",
+                                 fs::path(file_.name()).filename().string(), array.name));
+            } else {
+                fields.push_back(&array);
+            }
         }
     }
     std::vector<std::string> names;

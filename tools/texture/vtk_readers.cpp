@@ -12,6 +12,7 @@
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/crossed_field.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/structured_cells.h"
 #include "tools/texture/volume_reader.h"
@@ -171,6 +172,9 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
         mesh->types.push_back(static_cast<CellType>(type));
         kept.push_back(static_cast<int32_t>(i));
     }
+    if (const int64_t flat = file.cells - static_cast<int64_t>(kept.size());
+        flat > 0 && !kept.empty())
+        tell(fmt::format("{} cells without a volume (points, lines, faces) are left out", flat));
     return kept;
 }
 

@@ -5,6 +5,7 @@
 // TIFF files are made here byte by byte, as no writer makes all of them.
 
 #include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <lcms2.h>
 #include <zlib.h>
@@ -456,6 +457,46 @@ TEST_F(PictureKinds, GifAndWebp) {
         if (gif) {
             EXPECT_EQ(got[3], 1);
         }
+    }
+}
+
+TEST_F(PictureKinds, OfSeveralPicturesTheFirstIsReadAndTheOthersAreTold) {
+    for (const char* name : {"a.tif", "a.exr", "a.gif"}) {
+        SCOPED_TRACE(name);
+        const std::filesystem::path file = folder_.path() / name;
+        const auto out = OIIO::ImageOutput::create(file.string());
+        ASSERT_NE(out, nullptr);
+        const bool parts = file.extension() == ".exr";
+        std::vector<OIIO::ImageSpec> specs(
+            2, OIIO::ImageSpec(2, 2, 3, parts ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8));
+        for (size_t i = 0; i < 2; ++i)
+            specs[i].attribute("oiio:subimagename", i == 0 ? "front" : "back");
+        const auto write = [&](int pictures) {
+            ASSERT_TRUE(parts ? out->open(file.string(), pictures, specs.data())
+                              : out->open(file.string(), specs[0]));
+            for (int i = 0; i < pictures; ++i) {
+                const std::vector<float> pixels(12, i == 0 ? 1.0F : 0.0F);
+                if (i > 0) {
+                    ASSERT_TRUE(
+                        out->open(file.string(), specs[1], OIIO::ImageOutput::AppendSubimage));
+                }
+                ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+            }
+            out->close();
+        };
+        const auto told = [&] {
+            ::testing::internal::CaptureStderr();
+            const Result<void> checked = check_picture_file(file, {});
+            EXPECT_TRUE(checked) << checked.error().text();
+            EXPECT_NEAR(texels_of(file, file.extension() == ".gif" ? 4 : 3)[0], 1, 1e-6);
+            return ::testing::internal::GetCapturedStderr();
+        };
+        write(1);
+        EXPECT_EQ(told(), "");
+        write(2);
+        const std::string line =
+            fmt::format("note: {} holds several pictures: the first is read\n", name);
+        EXPECT_EQ(told(), line + line);
     }
 }
 

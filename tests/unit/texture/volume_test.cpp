@@ -153,6 +153,28 @@ TEST_F(VolumeTest, NpyOfIntegersAndChannels) {
               "it holds a value that is not a finite number");
 }
 
+TEST_F(VolumeTest, NpyOfHalves) {
+    // By numpy: the least and the largest of each kind, and what is usual.
+    const std::vector<uint16_t> bits = {0x0000, 0x0001, 0x03ff, 0x0400, 0x2e66, 0x3800,
+                                        0x3c00, 0x3555, 0xc248, 0x7bff, 0xfbff, 0x8001};
+    const std::vector<float> values = {
+        0, 5.9604645e-8f, 6.097555e-5f, 6.1035156e-5f, 0.099975586f, 0.5f,
+        1, 0.33325195f,   -3.140625f,   65504,         -65504,       -5.9604645e-8f};
+    const auto file =
+        folder_.write("h.npy", npy("<f2", "False", "(1, 3, 4)", bytes_of<uint16_t>(bits)));
+    const std::vector<float> read = level0(*converted(file));
+    ASSERT_EQ(read.size(), values.size());
+    for (size_t i = 0; i < values.size(); ++i)
+        EXPECT_NEAR(read[i], values[i], 4e-8 * std::abs(values[i])) << i;
+    const auto big = folder_.write("b.npy", npy(">f2", "False", "(1, 1, 1)", "\x3e\xff"));
+    EXPECT_EQ(level0(*converted(big)), std::vector<float>{1.7490234f});
+    for (const uint16_t bad : {0x7c00, 0xfc00, 0x7e00}) {
+        EXPECT_EQ(trouble(folder_.write(
+                      "n.npy", npy("<f2", "False", "(1, 1, 1)", bytes_of<uint16_t>({bad})))),
+                  "it holds a value that is not a finite number");
+    }
+}
+
 TEST_F(VolumeTest, NrrdWithItsPlace) {
     const std::vector<float> values = {1, 2, 3, 4, 5, 6, 7, 8};
     const std::string header =
