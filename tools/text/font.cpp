@@ -11,6 +11,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "base/say.h"
 #include "base/text.h"
 
 namespace openfab::text {
@@ -28,7 +29,9 @@ using Owned = std::unique_ptr<T, Freed<T, Free>>;
 
 struct FoundFont {
     std::string file, name;
-    int index = 0;  ///< in a file of several fonts
+    int index = 0;           ///< in a file of several fonts
+    int instance = 0;        ///< of a variable one, from 1; 0: none is named
+    std::string variations;  ///< of its axes, `wght=700,wdth=80`
 };
 
 std::string text_of(const FcPattern* pattern, const char* property, int number) {
@@ -74,7 +77,16 @@ Result<void> check_family(const std::string& wanted, const FcPattern* found) {
 
 Result<FoundFont> find_font(const std::string& name) {
     std::error_code ignored;
-    if (std::filesystem::is_regular_file(name, ignored)) return FoundFont{name, name, 0};
+    const auto is_file = [&](const std::string& path) {
+        return std::filesystem::is_regular_file(path, ignored);
+    };
+    if (is_file(name)) return FoundFont{name, name, 0, 0, {}};
+    for (size_t at = name.find(':'); at != std::string::npos; at = name.find(':', at + 1)) {
+        if (!is_file(name.substr(0, at))) continue;
+        std::string variations = name.substr(at + 1);
+        std::replace(variations.begin(), variations.end(), ':', ',');
+        return FoundFont{name.substr(0, at), name, 0, 0, variations};
+    }
     if (name.find('/') != std::string::npos)
         return user_error(fmt::format("there is no font file `{}`", name));
     const Owned<FcConfig, FcConfigDestroy> config(FcInitLoadConfigAndFonts());
@@ -99,7 +111,52 @@ Result<FoundFont> find_font(const std::string& name) {
     int index = 0;
     FcPatternGetInteger(found.get(), FC_INDEX, 0, &index);
     const std::string full_name = text_of(found.get(), FC_FULLNAME, 0);
-    return FoundFont{path, full_name.empty() ? path : full_name, index};
+    constexpr int kInstances = 16;  // bits below that of the instance
+    return FoundFont{path, full_name.empty() ? path : full_name, index & ((1 << kInstances) - 1),
+                     (index >> kInstances) & 0x7FFF, text_of(found.get(), FC_FONT_VARIATIONS, 0)};
+}
+
+/// Sets the axes of a variable font, or says where it stands.
+Result<void> set_axes(const FoundFont& found, hb_face_t* face, hb_font_t* font) {
+    unsigned count = hb_ot_var_get_axis_count(face);
+    std::vector<hb_ot_var_axis_info_t> axes(count);
+    hb_ot_var_get_axis_infos(face, 0, &count, axes.data());
+    const auto name_of = [](hb_tag_t tag) {
+        std::string name(4, ' ');
+        hb_tag_to_string(tag, name.data());
+        return name;
+    };
+    std::string all;
+    for (const hb_ot_var_axis_info_t& axis : axes)
+        all += fmt::format("{}{} {:g} ({:g} to {:g})", all.empty() ? "" : ", ", name_of(axis.tag),
+                           axis.default_value, axis.min_value, axis.max_value);
+    if (found.variations.empty()) {
+        if (found.instance > 0) {
+            hb_font_set_var_named_instance(font, static_cast<unsigned>(found.instance - 1));
+        } else if (!axes.empty()) {
+            note(fmt::format("`{}` is a variable font, drawn at {}; `--font FILE:{}=VALUE` sets it",
+                             found.name, all, name_of(axes[0].tag)));
+        }
+        return {};
+    }
+    std::vector<hb_variation_t> values;
+    for (size_t at = 0; at <= found.variations.size();) {
+        const size_t end = std::min(found.variations.find(',', at), found.variations.size());
+        const std::string word = found.variations.substr(at, end - at);
+        at = end + 1;
+        hb_variation_t value{};
+        const auto is_axis = [&](const hb_ot_var_axis_info_t& axis) {
+            return axis.tag == value.tag && value.value >= axis.min_value &&
+                   value.value <= axis.max_value;
+        };
+        if (hb_variation_from_string(word.data(), static_cast<int>(word.size()), &value) == 0 ||
+            std::none_of(axes.begin(), axes.end(), is_axis))
+            return user_error(fmt::format("`{}` is no setting of the font `{}`", word, found.file),
+                              axes.empty() ? "it is not a variable font" : "it has " + all);
+        values.push_back(value);
+    }
+    hb_font_set_variations(font, values.data(), static_cast<unsigned>(values.size()));
+    return {};
 }
 
 /// Collects the outlines of a glyph in the font's units, with curves cut into chords.
@@ -275,8 +332,9 @@ Result<std::unique_ptr<Font>> Font::open(const std::string& name, double capital
     if (hb_face_get_glyph_count(face.get()) == 0)
         return user_error(fmt::format("`{}` is not a font", found->file),
                           "OpenType, TrueType and collections of them are read");
-    auto font = std::make_unique<HarfBuzzFont>(
-        Owned<hb_font_t, hb_font_destroy>(hb_font_create(face.get())), found->name);
+    Owned<hb_font_t, hb_font_destroy> made(hb_font_create(face.get()));
+    if (Result<void> set = set_axes(*found, face.get(), made.get()); !set) return set.error();
+    auto font = std::make_unique<HarfBuzzFont>(std::move(made), found->name);
     if (!font->set_size(capital_mm))
         return user_error(fmt::format("the font `{}` has no outlines", found->name));
     return std::unique_ptr<Font>(std::move(font));

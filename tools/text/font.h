@@ -21,7 +21,8 @@ using Glyph = std::vector<mesh::Outline>;
 class Font {
   public:
     /// Opens a font by file, or the font of this system that is nearest to a pattern of Fontconfig,
-    /// such as `DejaVu Serif:bold`. `capital_mm` is the height of an H.
+    /// such as `DejaVu Serif:bold`. A variable font's file may have settings of its axes behind it,
+    /// `a.ttf:wght=700`; without any the font's own are used, and told. `capital_mm` is the height of an H.
     static Result<std::unique_ptr<Font>> open(const std::string& name, double capital_mm);
     virtual ~Font() = default;
 

@@ -87,8 +87,10 @@ int text_main(int argc, char** argv) {
     app.add_option("--size", a.size, "height of a capital letter (default: 10mm)")
         ->type_name("LENGTH");
     app.add_option("--depth", a.depth, "of the mesh (default: 2mm)")->type_name("LENGTH");
-    app.add_option("--font", a.font,
-                   "a font's file, or its name, as \"DejaVu Serif:bold\" (default: sans-serif)");
+    app.add_option(
+        "--font", a.font,
+        "a font's file, or its name, as \"DejaVu Serif:bold\" (default: sans-serif); of a variable "
+        "font's file also settings: a.ttf:wght=700");
     app.add_option("--align", a.align, "of lines: left, center or right (default: center)")
         ->check(CLI::IsMember({"left", "center", "right"}));
     app.add_option("--dpi", a.dpi, "of the picture (default: 600)")

@@ -55,6 +55,30 @@ TEST(Text, LettersAreApartAsTheFontSays) {
     EXPECT_NEAR(layout_of("HHH", 10).size_mm.x - one, 2 * 10 * 1540.0 / 1493, 1e-5);
 }
 
+/// variable.ttf was made for this test, by fontTools: its A is an upright crossed by a bar, of which the
+/// axis `wght` widens both by 200 units from 400 to 900.
+TEST(Text, AxesOfAVariableFontAreSet) {
+    const std::string font = (testing::source_dir() / "tests/unit/text/variable.ttf").string();
+    const auto width = [&](const std::string& settings) {
+        return layout_of("A", 7, Align::kCenter, font + settings).size_mm.x;
+    };
+    ::testing::internal::CaptureStderr();
+    EXPECT_NEAR(width(""), 2.5, 1e-6);
+    EXPECT_THAT(::testing::internal::GetCapturedStderr(),
+                HasSubstr("is a variable font, drawn at wght 400 (400 to 900)"));
+    ::testing::internal::CaptureStderr();
+    EXPECT_NEAR(width(":wght=900"), 4.5, 1e-6);
+    EXPECT_NEAR(width(":wght=650"), 3.5, 1e-6);
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    EXPECT_THAT(refusal("A", font + ":wght=901"),
+                HasSubstr("`wght=901` is no setting of the font `" + font +
+                          "`; it has wght 400 (400 to 900)"));
+    EXPECT_THAT(refusal("A", font + ":wdth=80"), HasSubstr("`wdth=80` is no setting"));
+    EXPECT_THAT(refusal("A", font + ":bold"), HasSubstr("`bold` is no setting"));
+    // Its outlines overlap, as those of variable fonts do; they are united.
+    EXPECT_EQ(layout_of("A", 7, Align::kCenter, font + ":wght=900").areas[0].size(), 1u);
+}
+
 TEST(Text, KerningMovesLettersTogether) {
     const double apart = layout_of("HV").size_mm.x + layout_of("HA").size_mm.x;
     const double pairs = layout_of("HVA").size_mm.x + layout_of("H").size_mm.x;
