@@ -27,6 +27,7 @@
 #include "base/say.h"
 #include "texture/helper.h"
 #include "texture/pyramid_file.h"
+#include "texture/reading_progress.h"
 
 extern char** environ;
 
@@ -54,6 +55,21 @@ struct HelperResult {
     std::string messages;  ///< what it wrote to stderr, at most 16 KB
 };
 
+/// Says the lines of progress among whole lines of what a helper wrote, and takes them out.
+void pass_progress_on(std::string* messages) {
+    const std::string_view mark = kReading;
+    for (size_t at = 0; at < messages->size();) {
+        const size_t end = messages->find('\n', at);
+        if (end == std::string::npos) return;
+        if (messages->compare(at, mark.size(), mark) == 0) {
+            say(messages->substr(at, end + 1 - at));
+            messages->erase(at, end + 1 - at);
+        } else {
+            at = end + 1;
+        }
+    }
+}
+
 /// Runs a program without a shell, its stdout redirected to our stderr (our stdout is data), its
 /// stderr captured.
 Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
@@ -68,8 +84,16 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     for (const std::string& argument : arguments)
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
+    std::vector<char*> variables;
+    for (char** variable = environ; *variable != nullptr; ++variable)
+        variables.push_back(*variable);
+    std::string tell = std::string(kTellProgress) + "=1";
+    const bool passes_on = tells_progress();
+    if (passes_on) variables.push_back(tell.data());
+    variables.push_back(nullptr);
     pid_t child = -1;
-    const int trouble = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+    const int trouble =
+        ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), variables.data());
     posix_spawn_file_actions_destroy(&actions);
     ::close(ends[1]);
     std::optional<RunningProgram> running;
@@ -83,6 +107,7 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
         constexpr size_t kMost = 16384;
         if (result.messages.size() < kMost)
             result.messages.append(buffer, static_cast<size_t>(got));
+        if (passes_on) pass_progress_on(&result.messages);
     }
     ::close(ends[0]);
     if (trouble != 0)

@@ -13,6 +13,7 @@
 
 #include "base/units.h"
 #include "texture/pyramid_file.h"
+#include "texture/reading_progress.h"
 #include "texture/xdmf_grid.h"
 #include "tools/texture/check_memory.h"
 
@@ -23,7 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Checks that all slices are read and finite.
-Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
+Result<void> fill(const std::string& name, VolumeReader* volume, texture::PyramidWriter* writer) {
+    texture::ReadingProgress progress(name);
     const auto wrote = [&](int64_t bytes) { writer->wrote(bytes); };
     constexpr int64_t kAtOnce = 1 << 16;
     for (int32_t z = 0; z < volume->size.z; ++z) {
@@ -36,6 +38,7 @@ Result<void> fill(VolumeReader* volume, texture::PyramidWriter* writer) {
                 return user_error("it holds a value that is not a finite number");
             wrote(4 * (end - begin));
         }
+        progress.at(static_cast<double>(z + 1) / volume->size.z);
     }
     return {};
 }
@@ -72,7 +75,8 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     Result<std::unique_ptr<texture::PyramidWriter>> writer =
         texture::PyramidWriter::create(out, *layout, *key);
     if (!writer) return writer.error();
-    if (Result<void> read = fill(&volume, writer->get()); !read) return bad(read.error());
+    if (Result<void> read = fill(source.filename().string(), &volume, writer->get()); !read)
+        return bad(read.error());
     return (*writer)->finish();
 }
 

@@ -11,10 +11,13 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cmath>
+#include <functional>
 
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "texture/reading_progress.h"
 #include "tools/texture/convert_volume.h"
 
 namespace openfab::tools {
@@ -467,6 +470,38 @@ TEST_F(VolumeTest, ComesFromTheCacheAndTheHelper) {
     EXPECT_TRUE(texture::get_volume(file, options, 0, 0)) << "the second time it is in the cache";
     options.spacing_mm = {{2, 2, 2}};
     EXPECT_FALSE(texture::get_volume(file, options, 0, 0)) << "another place is another pyramid";
+}
+
+TEST_F(VolumeTest, HowFarItIsIsToldWhereSomebodyLooks) {
+    using std::chrono::milliseconds;
+    const auto told = [](const std::function<void()>& act) {
+        ::testing::internal::CaptureStderr();
+        act();
+        return ::testing::internal::GetCapturedStderr();
+    };
+    const auto half_way = [](milliseconds pause) {
+        return [=] {
+            texture::ReadingProgress progress("a.vtu", pause);
+            for (const double done : {0.25, 0.5, 1.0})
+                progress.at(done);
+        };
+    };
+    const auto file = folder_.write(
+        "v.npy", npy("<f4", "False", "(1, 1, 1)", bytes_of(std::vector<float>{0.5f})));
+    const auto helper =
+        folder_.write("helper",
+                      "#!/bin/sh\necho 'reading v.npy: 10 %' >&2\necho 'note: a slice' >&2\n"
+                      "echo 'reading v.npy: 60 %' >&2\nexec " +
+                          testing::test_program("texture_test_helper").string() + " \"$@\"\n");
+    std::filesystem::permissions(helper, std::filesystem::perms::owner_all);
+    ::setenv("OPENFAB_HELPER", helper.c_str(), 1);
+    const auto read = [&] { EXPECT_TRUE(texture::get_volume(file, {}, 0, 0)); };
+    EXPECT_EQ(told(half_way(milliseconds(0))), "");
+    ::setenv(texture::kTellProgress, "1", 1);
+    EXPECT_EQ(told(half_way(milliseconds(0))), "reading a.vtu: 25 %\nreading a.vtu: 50 %\n");
+    EXPECT_EQ(told(half_way(std::chrono::hours(1))), "");
+    EXPECT_EQ(told(read), "reading v.npy: 10 %\nreading v.npy: 60 %\nnote: a slice\n");
+    ::unsetenv(texture::kTellProgress);
 }
 
 TEST_F(VolumeTest, NotesOfTheHelperArePassedOn) {
