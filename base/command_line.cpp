@@ -72,8 +72,12 @@ int run_command_line(CLI::App* app, int argc, const char* const* argv, const std
                      const std::function<Result<void>()>& run) {
     Result<void> done;
     try {
-        app->parse(argc, argv);
-        done = run();
+        if (argc == 1 && app->get_require_subcommand_min() > 0) {
+            show(app->help());  // who gives no command wants to know them
+        } else {
+            app->parse(argc, argv);
+            done = run();
+        }
     } catch (const CLI::CallForHelp&) {
         show(app->help());
     } catch (const CLI::CallForAllHelp&) {

@@ -16,53 +16,71 @@ namespace {
 
 constexpr double kLargestPrimitive_mm = 1e5;
 
+using Sizes = std::vector<double>;
+
+/// What is wrong with sizes that are all in range, and what to do; no text: nothing.
+struct Fault {
+    const char* what = nullptr;
+    const char* help = "";
+};
+
+/// A primitive that a list of sizes makes, in mm; one size stands alone.
+struct SizedPrimitive {
+    const char* key;
+    size_t count;                  ///< of sizes
+    size_t may_be_zero;            ///< so many of the first ones
+    Fault (*fault)(const Sizes&);  ///< null: none is possible
+    mesh::Mesh (*make)(const Sizes&);
+};
+
+const SizedPrimitive kSized[] = {
+    {"box", 3, 0, nullptr,
+     [](const Sizes& s) {
+         return mesh::make_box({s[0], s[1], s[2]});
+     }},
+    {"sphere", 1, 0, nullptr, [](const Sizes& s) { return mesh::make_sphere(s[0]); }},
+    {"cylinder", 2, 0, nullptr, [](const Sizes& s) { return mesh::make_cylinder(s[0], s[1]); }},
+    {"plane", 2, 0, nullptr, [](const Sizes& s) { return mesh::make_plane(s[0], s[1]); }},
+    {"cone", 3, 2,
+     [](const Sizes& s) {
+         return s[0] == 0 && s[1] == 0 ? Fault{" has no diameter above 0 mm"} : Fault{};
+     },
+     [](const Sizes& s) { return mesh::make_cone(s[0], s[1], s[2]); }},
+    {"torus", 2, 0,
+     [](const Sizes& s) {
+         return s[1] < s[0] ? Fault{} : Fault{" has a section as wide as its ring, or wider"};
+     },
+     [](const Sizes& s) { return mesh::make_torus(s[0], s[1]); }},
+    {"capsule", 2, 0,
+     [](const Sizes& s) {
+         return s[1] < s[0] ? Fault{" is shorter than its diameter",
+                                    "give the diameter, then the length with both ends"}
+                            : Fault{};
+     },
+     [](const Sizes& s) { return mesh::make_capsule(s[0], s[1]); }},
+};
+
 class PrimitiveReader {
   public:
     explicit PrimitiveReader(JsonReader* json) : json_(*json) {}
 
     std::optional<mesh::Mesh> make(const JsonMember& source, const std::string& name) {
-        const JsonValue& value = source.value;
-        if (source.key == "extrusion") return extrusion(value, name);
-        if (source.key == "revolution") return revolution(value, name);
-        if (source.key == "box") {
-            const std::vector<double> s = sizes(value, name, 3);
-            return mesh::make_box({s[0], s[1], s[2]});
-        }
-        if (source.key == "sphere")
-            return mesh::make_sphere(json_.number(value, name, 1e-6, kLargestPrimitive_mm));
-        if (source.key == "cone") {
-            const std::vector<double> s = sizes(value, name, 3, {0, 1});
-            if (json_.ok() && s[0] == 0 && s[1] == 0)
-                json_.fail(value, name + " has no diameter above 0 mm");
-            if (!json_.ok()) return {};
-            return mesh::make_cone(s[0], s[1], s[2]);
-        }
-        const std::vector<double> s = sizes(value, name, 2);
-        if (source.key == "torus") {
-            if (json_.ok() && !(s[1] < s[0]))
-                json_.fail(value, name + " has a section as wide as its ring, or wider");
-            if (!json_.ok()) return {};
-            return mesh::make_torus(s[0], s[1]);
-        }
-        if (source.key == "capsule") {
-            if (json_.ok() && s[1] < s[0])
-                json_.fail(value, name + " is shorter than its diameter",
-                           "give the diameter, then the length with both ends");
-            if (!json_.ok()) return {};
-            return mesh::make_capsule(s[0], s[1]);
-        }
-        return source.key == "cylinder" ? mesh::make_cylinder(s[0], s[1])
-                                        : mesh::make_plane(s[0], s[1]);
+        if (source.key == "extrusion") return extrusion(source.value, name);
+        if (source.key == "revolution") return revolution(source.value, name);
+        const auto row = std::ranges::find(kSized, source.key, &SizedPrimitive::key);
+        const Sizes read = sizes(*row, source.value, name);
+        if (!json_.ok()) return {};
+        const Fault fault = row->fault == nullptr ? Fault{} : row->fault(read);
+        if (fault.what != nullptr) json_.fail(source.value, name + fault.what, fault.help);
+        return json_.ok() ? std::optional(row->make(read)) : std::nullopt;
     }
 
   private:
-    /// Reads `count` numbers of 0 ... kLargestPrimitive_mm; only those at `may_be_zero` may be 0.
-    std::vector<double> sizes(const JsonValue& value, const std::string& name, size_t count,
-                              const std::vector<size_t>& may_be_zero = {}) {
-        std::vector<double> out = json_.numbers(value, name, count, kLargestPrimitive_mm);
-        for (size_t i = 0; i < count && json_.ok(); ++i) {
-            const bool zero = std::ranges::find(may_be_zero, i) != may_be_zero.end();
-            if (!(out[i] > 0 || (zero && out[i] == 0)))
+    Sizes sizes(const SizedPrimitive& row, const JsonValue& value, const std::string& name) {
+        if (row.count == 1) return {json_.number(value, name, 1e-6, kLargestPrimitive_mm)};
+        Sizes out = json_.numbers(value, name, row.count, kLargestPrimitive_mm);
+        for (size_t i = 0; i < row.count && json_.ok(); ++i) {
+            if (!(out[i] > 0 || (i < row.may_be_zero && out[i] == 0)))
                 json_.fail(value.items[i], name + " has a size that is not above 0 mm");
         }
         return out;
@@ -125,9 +143,13 @@ class PrimitiveReader {
 }  // namespace
 
 const std::vector<std::string>& primitive_keys() {
-    static const std::vector<std::string> keys = {"box",     "sphere",    "cylinder",
-                                                  "plane",   "cone",      "torus",
-                                                  "capsule", "extrusion", "revolution"};
+    static const std::vector<std::string> keys = [] {
+        std::vector<std::string> all;
+        for (const SizedPrimitive& row : kSized)
+            all.emplace_back(row.key);
+        all.insert(all.end(), {"extrusion", "revolution"});
+        return all;
+    }();
     return keys;
 }
 

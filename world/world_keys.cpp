@@ -5,8 +5,18 @@
 #include <algorithm>
 
 #include "base/check.h"
+#include "world/primitive_reader.h"
 
 namespace openfab::world {
+
+namespace {
+
+std::vector<std::string_view> with_primitives(std::vector<std::string_view> keys) {
+    keys.insert(keys.end(), primitive_keys().begin(), primitive_keys().end());
+    return keys;
+}
+
+}  // namespace
 
 const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
@@ -22,8 +32,7 @@ const std::vector<KeySet>& world_key_sets() {
           "pitch_mm", "outside", "time"},
          {"file"}},
         {"mesh",
-         {"file", "body", "unit", "up", "origin_mm", "groups", "groups_attribute", "box", "sphere",
-          "cylinder", "plane", "cone", "torus", "capsule", "extrusion", "revolution"},
+         with_primitives({"file", "body", "unit", "up", "origin_mm", "groups", "groups_attribute"}),
          {}},
         {"extrusion", {"polygons", "height"}, {"polygons", "height"}},
         {"object",

@@ -208,9 +208,13 @@ int openflc_main(int argc, char** argv) {
         "  openflc describe postcard.fl");
     int code = kExitDone;
     try {
-        app.parse(argc, argv);
-        common.json_diagnostics = diagnostics == "json";
-        code = action ? action() : kExitUsage;
+        if (argc == 1) {
+            show(app.help());  // who gives no command wants to know them
+        } else {
+            app.parse(argc, argv);
+            common.json_diagnostics = diagnostics == "json";
+            code = action ? action() : kExitUsage;
+        }
     } catch (const CLI::CallForHelp&) {
         show(app.help());
     } catch (const CLI::CallForVersion& version) {

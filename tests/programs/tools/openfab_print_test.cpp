@@ -197,6 +197,15 @@ TEST_F(OpenfabPrint, AWorldChoosesADitherRule) {
                 HasSubstr("`Mix` was compiled without the world's dither rule `stripes`"));
 }
 
+TEST(Programs, ListTheirCommandsWithoutAWord) {
+    for (const char* const name : {"openfab", "openflc", "openfab-color"}) {
+        const Outcome out = run({program(name)});
+        EXPECT_EQ(out.exit_code, 0) << name;
+        EXPECT_THAT(out.out, HasSubstr("Subcommands:")) << name;
+        EXPECT_EQ(out.err, "") << name;
+    }
+}
+
 TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
     const fs::path temporary = path("temporary");
     fs::create_directory(temporary);
