@@ -26,7 +26,7 @@ std::vector<std::string> function_names() {
     for (const IntrinsicInfo& info : kIntrinsics)
         names.emplace_back(info.name);
     for (const char* name : {"mul", "transpose", "determinant", "inverse", "over", "nearest",
-                             "distance_to", "printf", "assert"}) {
+                             "distance_to", "gradient", "mean_curvature", "printf", "assert"}) {
         names.emplace_back(name);
     }
     return names;

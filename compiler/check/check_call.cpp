@@ -174,12 +174,15 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
     const bool asks = is_query(callee.text);
     const bool known = info != nullptr || matrix || is_over || asks;
     if (candidates.empty() && is_printf(callee.text)) return printf_call(expr);
-    if (candidates.empty() && type.is_error() && !known) return unknown_function(expr);
+    if (candidates.empty() && is_of_field(callee.text)) return field_call(expr);
+    if (candidates.empty() && type.is_error() && !known) {
+        return unknown_function(callee, expr.span);
+    }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
     // Falls back to a built-in function if none of the program fits.
     if (!candidates.empty() && (!known || any_match(candidates, args))) {
-        return user_call(expr, candidates, std::move(args));
+        return user_call(callee, expr.span, candidates, std::move(args));
     }
     if (!type.is_error()) return construct(expr, type, std::move(args));
     if (matrix) return matrix_call(expr, *matrix, std::move(args));
@@ -192,16 +195,15 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
 }
 
 /// The arguments are not checked: one cause, one message.
-ExprPtr ExpressionChecker::unknown_function(const ast::Expr& expr) {
-    const ast::Expr& callee = *expr.args[0];
+ExprPtr ExpressionChecker::unknown_function(const ast::Expr& callee, const source::Span& span) {
     diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
-    if (help_with_private(callee.text, &d)) return poison(expr.span);
+    if (help_with_private(callee.text, &d)) return poison(span);
     if (const std::string foreign_help = foreign_function_help(callee.text);
         !foreign_help.empty()) {
         d.help(foreign_help);
         const std::string ours = renamed_function(callee.text);
         if (!ours.empty()) d.replace(callee.span, ours);
-        return poison(expr.span);
+        return poison(span);
     }
     std::vector<std::string> names = function_names();
     for (const auto* list : {&visible_functions_, &imported_functions_}) {
@@ -213,7 +215,7 @@ ExprPtr ExpressionChecker::unknown_function(const ast::Expr& expr) {
     d.suggest(callee.span, callee.text, names,
               "library functions need an `import`; OPENFL.md lists the built-in functions in "
               "section 8");
-    return poison(expr.span);
+    return poison(span);
 }
 
 ExprPtr ExpressionChecker::construct(const ast::Expr& expr, const Type& type,
@@ -316,10 +318,9 @@ ExprPtr ExpressionChecker::intrinsic(const ast::Expr& expr, const IntrinsicInfo&
     return out;
 }
 
-ExprPtr ExpressionChecker::user_call(const ast::Expr& expr,
+ExprPtr ExpressionChecker::user_call(const ast::Expr& callee, const source::Span& span,
                                      const std::vector<const Function*>& candidates,
                                      std::vector<ExprPtr> args) {
-    const ast::Expr& callee = *expr.args[0];
     const Function* best = nullptr;
     const Function* rival = nullptr;
     int best_cost = kNoMatch;
@@ -335,27 +336,27 @@ ExprPtr ExpressionChecker::user_call(const ast::Expr& expr,
             sink_->report(callee.span, diag::kNoOverload, callee.text, type_list(args));
         for (const Function* f : candidates)
             d.note(f->span, fmt::format("`{}` is here", signature(*f)));
-        return poison(expr.span);
+        return poison(span);
     }
     if (rival != nullptr) {
         sink_->report(callee.span, diag::kAmbiguousCall, callee.text)
             .note(rival->span, fmt::format("candidate `{}`", signature(*rival)))
             .note(best->span, fmt::format("candidate `{}`", signature(*best)));
-        return poison(expr.span);
+        return poison(span);
     }
-    ExprPtr out = make(ExprKind::kCall, best->return_type, expr.span);
+    ExprPtr out = make(ExprKind::kCall, best->return_type, span);
     out->function = best;
     record_use(callee.span, *best);
     if (function_ != nullptr) function_->calls.push_back({best, callee.span});
     for (size_t i = args.size(); i < best->parameters.size(); ++i) {
         const Symbol& fallback = *best->parameters[i]->fallback;
-        args.push_back(make(ExprKind::kVariable, fallback.type, expr.span));
+        args.push_back(make(ExprKind::kVariable, fallback.type, span));
         args.back()->symbol = &fallback;
     }
     for (size_t i = 0; i < args.size(); ++i) {
         const Symbol& p = *best->parameters[i];
         if (p.is_out) {
-            if (!assignable(*args[i])) return poison(expr.span);
+            if (!assignable(*args[i])) return poison(span);
         } else {
             args[i] = convert(std::move(args[i]), p.type);
         }

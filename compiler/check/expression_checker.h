@@ -104,12 +104,14 @@ class ExpressionChecker {
     std::vector<ExprPtr> arguments(const ast::Expr& expr);
     ExprPtr construct(const ast::Expr& expr, const Type& type, std::vector<ExprPtr> args);
     ExprPtr intrinsic(const ast::Expr& expr, const IntrinsicInfo& info, std::vector<ExprPtr> args);
-    ExprPtr user_call(const ast::Expr& expr, const std::vector<const Function*>& candidates,
-                      std::vector<ExprPtr> args);
+    /// `callee`: the name; `span`: of the call.
+    ExprPtr user_call(const ast::Expr& callee, const source::Span& span,
+                      const std::vector<const Function*>& candidates, std::vector<ExprPtr> args);
     ExprPtr method(const ast::Expr& expr);
     ExprPtr composition_method(const ast::Expr& expr, ExprPtr object, std::vector<ExprPtr> args);
     ExprPtr dither_method(const ast::Expr& expr, std::vector<ExprPtr> args);
-    ExprPtr unknown_function(const ast::Expr& expr);
+    /// `callee`: the name of no function.
+    ExprPtr unknown_function(const ast::Expr& callee, const source::Span& span);
 
     ExprPtr construct_struct(const ast::Expr& expr, const Type& type);
 
@@ -120,6 +122,10 @@ class ExpressionChecker {
                                   const char* parameters, char result, int size,
                                   std::vector<ExprPtr> args);
     ExprPtr bits_call(const ast::Expr& expr, const IntrinsicInfo& info, std::vector<ExprPtr> args);
+
+    // check_field.cpp
+    static bool is_of_field(std::string_view name);
+    ExprPtr field_call(const ast::Expr& expr);
 
     // check_query.cpp
     static bool is_query(std::string_view name);

@@ -102,6 +102,7 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Intrinsic    intrinsic, args
 ///   Matrix       matrix_op, args
 ///   Call         function; args, one per parameter and of its type, targets for `out`
+///   Gradient     function, of a float of a point; args, one per parameter; MeanCurvature the same
 ///   Sample       args {texture, channel, width, coordinates: a float2 or two floats, of an
 ///                ImageTexture3D a float3}; type.size channels
 ///   Distance     args {point}; NearestPoint the same; DistanceTo args {object, point}

@@ -6,7 +6,7 @@
 #include <map>
 #include <utility>
 
-#include "compiler/passes/differentiate_function.h"
+#include "compiler/functions/differentiate.h"
 
 namespace openfab::passes {
 
@@ -98,7 +98,7 @@ class Differentiator {
                 const ValueId loop = old_.instrs[instr.args[0]].args[0];
                 pending.push_back(loop + 1 + static_cast<ValueId>(instr.a));
             } else {
-                const std::vector<ValueId> args = relevant_args(instr);
+                const std::vector<ValueId> args = functions::differentiable_args(instr);
                 pending.insert(pending.end(), args.begin(), args.end());
             }
         }
@@ -185,7 +185,7 @@ class Differentiator {
                 continue;
             }
             const size_t before = pending.size();
-            for (const ValueId arg : relevant_args(new_.instrs[next])) {
+            for (const ValueId arg : functions::differentiable_args(new_.instrs[next])) {
                 if (!known_.contains({arg, axis})) pending.push_back(arg);
             }
             if (pending.size() > before) continue;
@@ -195,96 +195,18 @@ class Differentiator {
         return known_[{value, axis}];
     }
 
-    static std::vector<ValueId> relevant_args(const ir::Instr& instr) {
-        if (instr.type != Type::kFloat || instr.op == Op::kSample || instr.op == Op::kConvert) {
-            return {};
-        }
-        if (instr.op == Op::kLoopVar || instr.op == Op::kLoopResult ||
-            instr.op == Op::kQueryResult) {
-            return {};
-        }
-        if (instr.op == Op::kSelect) return {instr.args[1], instr.args[2]};
-        return instr.args;
-    }
-
-    ValueId of(ValueId arg, int32_t axis) const { return known_.at({arg, axis}); }
-    ValueId add(ValueId a, ValueId b) {
-        if (a == kNoValue) return b;
-        return b == kNoValue ? a : builder_.emit(Op::kAdd, {a, b});
-    }
-    ValueId subtract(ValueId a, ValueId b) {
-        if (b == kNoValue) return a;
-        return a == kNoValue ? builder_.emit(Op::kNeg, {b}) : builder_.emit(Op::kSub, {a, b});
-    }
-    ValueId times(ValueId a, ValueId factor) {
-        return a == kNoValue ? kNoValue : builder_.emit(Op::kMul, {a, factor});
-    }
-    ValueId choose(ValueId condition, ValueId a, ValueId b) {
-        if (a == kNoValue && b == kNoValue) return kNoValue;
-        if (a == kNoValue) a = builder_.constant(0.0f);
-        if (b == kNoValue) b = builder_.constant(0.0f);
-        return builder_.select(condition, a, b);
-    }
-
     ValueId differentiate(ValueId value, int32_t axis) {
         const ir::Instr instr = new_.instrs[value];
         if (instr.type != Type::kFloat) return kNoValue;
         if (instr.op == Op::kInput) return input(instr, axis);
         if (instr.op == Op::kLoopResult) return result_derivative(instr, axis);
-        if (relevant_args(instr).empty()) return kNoValue;
-        if (ir::is_function(instr.op)) {
-            std::vector<ValueId> changes;
-            for (const ValueId arg : instr.args)
-                changes.push_back(of(arg, axis));
-            return differentiate_function(value, instr, changes, &builder_);
+        std::vector<ValueId> changes;
+        for (const ValueId arg : instr.args) {
+            const auto found = known_.find({arg, axis});
+            changes.push_back(found == known_.end() ? kNoValue : found->second);
         }
-        const bool select = instr.op == Op::kSelect;
-        const ValueId a = instr.args[select ? 1 : 0];
-        const ValueId b = instr.args.size() > 1 ? instr.args[select ? 2 : 1] : a;
-        const ValueId da = of(a, axis);
-        const ValueId db = of(b, axis);
-        switch (instr.op) {
-            case Op::kAdd:
-                return add(da, db);
-            case Op::kSub:
-                return subtract(da, db);
-            case Op::kMul:
-                return add(times(da, b), times(db, a));
-            case Op::kDiv:
-                return over(subtract(da, times(db, value)), b);
-            case Op::kMod:
-                return subtract(da, times_quotient(db, a, b));
-            case Op::kNeg:
-                return subtract(kNoValue, da);
-            case Op::kMin:
-                return choose(builder_.emit(Op::kLt, {a, b}), da, db);
-            case Op::kMax:
-                return choose(builder_.emit(Op::kGt, {a, b}), da, db);
-            case Op::kAbs:
-                return da == kNoValue ? kNoValue : of_abs(a, da);
-            case Op::kSqrt:
-                return da == kNoValue ? kNoValue : of_sqrt(value, da);
-            case Op::kSelect:
-                return choose(instr.args[0], da, db);
-            default:
-                return kNoValue;
-        }
-    }
-
-    ValueId over(ValueId a, ValueId divisor) {
-        return a == kNoValue ? kNoValue : builder_.emit(Op::kDiv, {a, divisor});
-    }
-    ValueId times_quotient(ValueId db, ValueId a, ValueId b) {
-        if (db == kNoValue) return kNoValue;
-        const ValueId whole = builder_.emit(Op::kTrunc, {builder_.emit(Op::kDiv, {a, b})});
-        return times(db, whole);
-    }
-    ValueId of_abs(ValueId a, ValueId da) {
-        const ValueId below = builder_.emit(Op::kLt, {a, builder_.constant(0.0f)});
-        return builder_.select(below, builder_.emit(Op::kNeg, {da}), da);
-    }
-    ValueId of_sqrt(ValueId root, ValueId da) {
-        return over(da, builder_.emit(Op::kMul, {root, builder_.constant(2.0f)}));
+        return functions::differentiate(value, instr, changes, functions::AtZero::kQuotient,
+                                        &builder_);
     }
 
     ValueId input(const ir::Instr& instr, int32_t axis) {

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "compiler/ir/ir.h"
@@ -25,6 +26,7 @@ enum Unknown : int32_t {
     kArgument = -3,    ///< a component of its parameters
     kCallResult = -4,  ///< a result of another function
     kChange = -5,      ///< a derivative
+    kSeed = -6,        ///< what a field is differentiated by, until its values are put in
 };
 
 class Emitter : public ir::Builder {
@@ -37,6 +39,8 @@ class Emitter : public ir::Builder {
     /// Returns an unknown value that is a function of `args`: equal arguments give the same value.
     ir::ValueId unknown(ir::Type type, int32_t kind, int32_t a, int32_t b,
                         std::vector<ir::ValueId> args);
+    /// Emits an operation of other instructions, which may fold.
+    ir::ValueId again(ir::Instr instr) { return add(std::move(instr)); }
     /// Removes all instructions from number `size` on.
     void truncate(size_t size);
 

@@ -148,6 +148,9 @@ Value StageTranslator::expression(const check::Expr& expr) {
             return matrix(expr);
         case check::ExprKind::kCall:
             return inline_call(expr);
+        case check::ExprKind::kGradient:
+        case check::ExprKind::kMeanCurvature:
+            return field(expr);
         case check::ExprKind::kSample:
             return sample(expr);
         case check::ExprKind::kFraction:

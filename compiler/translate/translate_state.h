@@ -88,7 +88,9 @@ class StageTranslator : private Paths {
     void statements(const std::vector<check::StmtPtr>& list);
     void declare(const check::Stmt& stmt);
     void return_statement(const check::Stmt& stmt);
+    Value nested(const source::Span& span, const std::function<Value()>& body);
     Value inline_call(const check::Expr& expr);
+    Value call(const check::Expr& expr);
     Value run_body(const check::Function& f, std::vector<Variable> arguments,
                    std::vector<Value>* results);
     Value call_result(const check::Function& f, const check::Type& type, int32_t number,
@@ -182,6 +184,10 @@ class StageTranslator : private Paths {
     Value function_call(const check::Expr& expr);
     Value several_results(const check::Expr& expr);
     Value derivatives(const check::Expr& expr, const Value& x);
+
+    // translate_gradient.cpp
+    Value field(const check::Expr& expr);
+    void report_field(const check::Expr& expr, const ir::Instr& fault);
 
     // translate_query.cpp
     bool asks_in_volume(const check::Expr& expr, const char* name);

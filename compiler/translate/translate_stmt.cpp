@@ -138,16 +138,28 @@ void StageTranslator::check_returned(const source::Span& span, const std::string
     sink_->report(span, diag::kMissingReturn, what);
 }
 
-Value StageTranslator::inline_call(const check::Expr& expr) {
-    const check::Function& f = *expr.function;
-    if (too_complex(expr.span)) return zero(expr.type);
+/// Returns what `body` does one call deeper; empty if that is too deep.
+Value StageTranslator::nested(const source::Span& span, const std::function<Value()>& body) {
+    Value out;
     if (++inline_depth_ > kMaxInlineDepth) {
-        sink_->report(expr.span, diag::kTooComplex,
+        sink_->report(span, diag::kTooComplex,
                       fmt::format("calls nested deeper than {} levels", kMaxInlineDepth));
         gave_up_ = true;
-        --inline_depth_;
-        return zero(expr.type);
+    } else {
+        out = body();
     }
+    --inline_depth_;
+    return out;
+}
+
+Value StageTranslator::inline_call(const check::Expr& expr) {
+    if (too_complex(expr.span)) return zero(expr.type);
+    Value out = nested(expr.span, [&] { return call(expr); });
+    return gave_up_ ? zero(expr.type) : out;
+}
+
+Value StageTranslator::call(const check::Expr& expr) {
+    const check::Function& f = *expr.function;
     std::vector<Variable> arguments;
     std::vector<Target> targets(f.parameters.size());
     for (size_t i = 0; i < f.parameters.size(); ++i) {
@@ -178,7 +190,6 @@ Value StageTranslator::inline_call(const check::Expr& expr) {
     for (size_t i = 0; i < f.parameters.size(); ++i) {
         if (f.parameters[i]->is_out) store(targets[i], results[i]);
     }
-    --inline_depth_;
     return result;
 }
 

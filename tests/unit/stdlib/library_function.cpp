@@ -12,12 +12,14 @@
 
 namespace openfab::testing {
 
-LibraryFunction::LibraryFunction(const std::string& modules, const std::string& body) {
+LibraryFunction::LibraryFunction(const std::string& modules, const std::string& body,
+                                 const std::string& functions) {
     std::string text;
     std::istringstream names(modules);
     for (std::string name; names >> name;)
         text += "import " + name + ";\n";
-    text += "fablet T { @uniform { float3 p; float t; Material m; }\nfloat f() { " + body +
+    text += "fablet T { @uniform { float3 p; float t; Material m; }\n" + functions +
+            "\nfloat f() { " + body +
             " }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
     source::SourceManager sources;
     diag::Sink sink;

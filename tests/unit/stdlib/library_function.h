@@ -30,8 +30,10 @@ class PointEnvironment : public interp::Environment {
 class LibraryFunction {
   public:
     /// Takes the body of a function that returns a float, with float3 p and float t in scope, and the names of the
-    /// modules that it imports, with spaces between them. Where it does not compile the test fails.
-    LibraryFunction(const std::string& modules, const std::string& body);
+    /// modules that it imports, with spaces between them, and functions of its own. Where it does not compile the test
+    /// fails.
+    LibraryFunction(const std::string& modules, const std::string& body,
+                    const std::string& functions = "");
     /// Takes an expression in place of a body.
     static LibraryFunction of(const std::string& modules, const std::string& expression) {
         return {modules, "return " + expression + ";"};

@@ -1,16 +1,15 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/passes/differentiate_function.h"
+#include "compiler/functions/differentiate_function.h"
 
 #include <algorithm>
 
 #include "compiler/functions/machine.h"
 
-namespace openfab::passes {
+namespace openfab::functions {
 
 namespace {
 
-using functions::Emit;
 using ir::kNoValue;
 using ir::Op;
 using ir::Type;
@@ -168,4 +167,4 @@ ValueId differentiate_function(ValueId value, const ir::Instr& function,
     return Rules({builder, value}, function, changes, builder).run();
 }
 
-}  // namespace openfab::passes
+}  // namespace openfab::functions

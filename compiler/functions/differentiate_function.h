@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Derivatives of the IR's functions, for attach_footprints.
+// Derivatives of the IR's functions, for differentiate.
 
 #include <vector>
 
 #include "compiler/ir/ir.h"
 
-namespace openfab::passes {
+namespace openfab::functions {
 
 /// Returns the change of `value`, a function (ir::is_function) in the stage that `builder` writes,
 /// when its arguments change by `changes`; kNoValue means no change, in both. Gradients of a noise
@@ -16,4 +16,4 @@ namespace openfab::passes {
 ir::ValueId differentiate_function(ir::ValueId value, const ir::Instr& function,
                                    const std::vector<ir::ValueId>& changes, ir::Builder* builder);
 
-}  // namespace openfab::passes
+}  // namespace openfab::functions
