@@ -55,6 +55,7 @@ constexpr Exhibit kExhibits[] = {
     {"library", "fields", "fields", "0.25mm"},
     {"library", "surfaces", "surfaces", "0.25mm", true},
     {"library", "trusses", "trusses", "0.25mm", true},
+    {"library", "shapes", "shapes", "0.25mm", true},
     {"library", "patterns", "patterns", "0.25mm"},
     {"library", "textures", "textures", "0.25mm"},
     {"library", "dithers", "dithers", "0.25mm"},

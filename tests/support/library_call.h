@@ -25,12 +25,14 @@ struct LibraryCall {
 inline const std::vector<std::string>& components_of(const std::string& type) {
     static const std::map<std::string, std::vector<std::string>> all = {
         {"int", {""}},
+        {"int3", {".x", ".y", ".z"}},
         {"float", {""}},
         {"float2", {".x", ".y"}},
         {"float3", {".x", ".y", ".z"}},
         {"float4", {".x", ".y", ".z", ".w"}},
         {"Cells", {".at.x", ".at.y", ".at.z", ".size.x", ".size.y", ".size.z"}},
         {"Joint", {".fillet", ".least", ".square"}},
+        {"Path", {".off.x", ".way.x", ".square", ".at", ".pieces"}},
         {"Polygon", {".p.x", ".p.y", ".square", ".inside ? 1 : 0"}},
         {"Voronoi", {".site.x", ".site.y", ".site.z", ".face", ".edge"}},
     };
@@ -52,6 +54,12 @@ inline std::string fablet_of(const LibraryCall& call) {
             "float2(4.8, -1.5), float2(7, -9.7), float2(0, -5), float2(-7, -9.7),\n"
             "float2(-4.8, -1.5), float2(-11.4, 3.7), float2(-2.9, 4),\n"
             "0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};\n";
+    }
+    if (call.module == "sweeps") {
+        text +=
+            "const float3 HOOK[32] = {float3(-9, -6, 0), float3(0, -7, 2), float3(8, -2, 0),\n"
+            "float3(5, 7, -3), float3(-4, 8, 0), float3(-6, 2, 4),\n"
+            "0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};\n";
     }
     const bool rule = call.type == "rule", mixture = call.type == "MaterialComposition";
     const std::string type = rule ? "float3" : call.type;
