@@ -209,6 +209,13 @@ class Rule : public Kernel {
     std::vector<std::vector<uint16_t>> fractions_;
 };
 
+/// Half of the range of the middle two quarters.
+double half_of_middle(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const size_t quarter = values.size() / 4;
+    return (values[values.size() - 1 - quarter] - values[quarter]) / 2;
+}
+
 double seconds_of(Kernel* kernel, int repeats) {
     const double begin = thread_processor_seconds();
     for (int k = 0; k < repeats; ++k)
@@ -231,7 +238,7 @@ Cost compare(Kernel* kernel, Kernel* copy) {
         beyond.push_back((time - base) / double{kVoxels} * 1e9);
         ratios.push_back(time / base);
     }
-    return {tuner::median(beyond), tuner::spread(beyond), tuner::median(ratios)};
+    return {tuner::median(beyond), half_of_middle(beyond), tuner::median(ratios)};
 }
 
 /// A copy of the position into so many amounts.
