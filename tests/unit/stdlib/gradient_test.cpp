@@ -46,9 +46,9 @@ void expect_near(const Vec& found, const Vec& exact, double error, const Vec& p)
 TEST(Gradients, AreClosedForms) {
     const Gradient polynomial("", "gradient(f, p, 3)",
                               "float f(float3 q, float by) { return q.x * q.x * q.y - by * q.z; }");
-    const Gradient functions(
-        "", "gradient(f, p)",
-        "float f(float3 q) { return sin(q.x) * exp(q.y / 4) + atan2(q.z, 5) + sqrt(q.x * q.x + 1); }");
+    const Gradient functions("", "gradient(f, p)",
+                             "float f(float3 q) { return sin(q.x) * exp(q.y / 4) + atan2(q.z, 5) + "
+                             "sqrt(q.x * q.x + 1); }");
     const Gradient ball("solids", "gradient(solid_ball, p, 2)");
     for (const Vec& p : places(200)) {
         expect_near(polynomial(p), {2 * p[0] * p[1], p[0] * p[0], -3}, 1e-5, p);
@@ -66,8 +66,9 @@ TEST(Gradients, AreClosedForms) {
 }
 
 TEST(Gradients, OfConstantAndEqualComponents) {
-    EXPECT_EQ(LibraryFunction("", "return gradient(f, 3.0);", "float f(float x) { return x * x; }")({}),
-              6);
+    EXPECT_EQ(
+        LibraryFunction("", "return gradient(f, 3.0);", "float f(float x) { return x * x; }")({}),
+        6);
     const LibraryFunction y("", "return gradient(f, float2(t, t)).y;",
                             "float f(float2 q) { return q.x * q.x + 5 * q.y; }");
     EXPECT_EQ(y({}, 2), 5);
@@ -103,7 +104,8 @@ TEST(Gradients, OfGradients) {
 TEST(Curvatures, AreClosedForms) {
     const LibraryFunction ball = LibraryFunction::of("solids", "mean_curvature(solid_ball, p, 1)");
     // Of a cylinder half as much as of a ball; of a torus 1 / tube and what its ring adds.
-    const LibraryFunction cylinder = LibraryFunction::of("solids", "mean_curvature(solid_cylinder, p, 2, 90)");
+    const LibraryFunction cylinder =
+        LibraryFunction::of("solids", "mean_curvature(solid_cylinder, p, 2, 90)");
     const LibraryFunction torus =
         LibraryFunction::of("solids", "mean_curvature(solid_torus, p, 6, 1)");
     const LibraryFunction circle("", "return mean_curvature(f, p.xy);",
@@ -155,7 +157,8 @@ TEST(Gradients, OfTheLibraryAreDifferences) {
         const std::string module = member_of(row, "module")->text;
         if (given == nullptr || !signature.starts_with("float ") || module == "voronoi") continue;
         // These cut their intervals off by bits: refused.
-        const bool by_bits = module == "lattice" && signature.find("_distance(") != std::string::npos;
+        const bool by_bits =
+            module == "lattice" && signature.find("_distance(") != std::string::npos;
         if (by_bits && given->text.find("gyroid") == std::string::npos) continue;
         if (by_bits && given->text.find("float3") != std::string::npos) continue;
         const size_t open = given->text.find("(p, ");

@@ -59,9 +59,11 @@ class Of {
   public:
     explicit Of(const std::string& expression) {
         const std::string text =
-            "import streams;\nfablet T { @uniform { float3 p; float t; Material m; ImageTexture3D field; }\n"
+            "import streams;\nfablet T { @uniform { float3 p; float t; Material m; ImageTexture3D "
+            "field; }\n"
             "float f() { return " +
-            expression + "; }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
+            expression +
+            "; }\n@Volume() { MaterialComposition mc; mc.Set(m, f()); return mc; } }\n";
         source::SourceManager sources;
         diag::Sink sink;
         const auto module = frontend::compile_to_ir(sources, sources.add("test.fl", text), sink);
@@ -109,8 +111,7 @@ TEST(Streams, GoAroundInCircles) {
 
 TEST(Streams, KeepTheProductOfASaddle) {
     FieldVolume field(saddle, kClamp);
-    const Of product(
-        "stream_trace(field, p, 0.05, t).at.x * stream_trace(field, p, 0.05, t).at.y");
+    const Of product("stream_trace(field, p, 0.05, t).at.x * stream_trace(field, p, 0.05, t).at.y");
     EXPECT_NEAR(product(field, {0.5, 5, 0}, 7), 2.5, 2e-3);
     EXPECT_NEAR(product(field, {-2, 3, 0}, 4), -6, 2e-3);
 }
@@ -143,9 +144,10 @@ TEST(Streams, AreCutOffAtAPlane) {
         EXPECT_NEAR(x(field, p), 3, 2e-3);
         EXPECT_EQ(ended(field, p), 0);
     }
-    EXPECT_EQ(Of("stream_to_plane(field, p, float3(0, 8, 0), float3(0, 1, 0), 0.1, 50).ended ? 1 : 0")(
-                  field, {3, 0, 0}),
-              1);
+    EXPECT_EQ(
+        Of("stream_to_plane(field, p, float3(0, 8, 0), float3(0, 1, 0), 0.1, 50).ended ? 1 : 0")(
+            field, {3, 0, 0}),
+        1);
 }
 
 /// The nearest of all lines' dense points, which are circles about z.
