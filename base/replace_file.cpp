@@ -44,4 +44,13 @@ Result<void> replace_file(const fs::path& file, const std::string& text) {
     return {};
 }
 
+Result<void> check_replaceable(const fs::path& file) {
+    struct stat there {};
+    if (::stat(file.c_str(), &there) != 0 || S_ISREG(there.st_mode)) return {};
+    const char* what = S_ISDIR(there.st_mode)    ? "folder"
+                       : S_ISFIFO(there.st_mode) ? "pipe"
+                                                 : "device";
+    return user_error(fmt::format("`{}` is a {}; the output is a file", file.string(), what));
+}
+
 }  // namespace openfab

@@ -12,4 +12,8 @@ namespace openfab {
 /// Replaces a file's content at once, so that nobody reads half of it; it keeps its permissions.
 Result<void> replace_file(const std::filesystem::path& file, const std::string& text);
 
+/// Refuses a folder, pipe or device as the name of a file that is made under another name and
+/// renamed: `-o /dev/null` would replace the device.
+Result<void> check_replaceable(const std::filesystem::path& file);
+
 }  // namespace openfab

@@ -6,10 +6,7 @@
 #include <rapidjson/prettywriter.h>
 #include <rapidjson/stringbuffer.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-
+#include "backends/common/output_file.h"
 #include "base/text.h"
 
 namespace openfab::program {
@@ -153,19 +150,7 @@ std::string statistics_json(const pipeline::PrintStatistics& s, const pipeline::
 Result<void> write_statistics(const std::filesystem::path& file,
                               const pipeline::PrintStatistics& statistics,
                               const pipeline::PrintInfo& info) {
-    const std::string text = statistics_json(statistics, info);
-    std::FILE* out = std::fopen(file.c_str(), "wb");
-    if (out == nullptr) {
-        return outside_error(
-            fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
-    }
-    const bool written = std::fwrite(text.data(), 1, text.size(), out) == text.size();
-    const int write_error = errno;
-    if (std::fclose(out) != 0 || !written) {
-        return outside_error(fmt::format("{}: cannot be written: {}", file.string(),
-                                         std::strerror(written ? errno : write_error)));
-    }
-    return {};
+    return backends::write_whole_file(file, statistics_json(statistics, info));
 }
 
 }  // namespace openfab::program

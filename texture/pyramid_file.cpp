@@ -19,6 +19,7 @@
 #include "base/check.h"
 #include "base/hash.h"
 #include "base/own_folder.h"
+#include "base/replace_file.h"
 #include "texture/pyramid.h"
 
 namespace openfab::texture {
@@ -125,6 +126,7 @@ int64_t pyramid_file_bytes(const PyramidLayout& layout) {
 Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesystem::path& file,
                                                              const PyramidLayout& layout,
                                                              uint64_t content_key) {
+    if (const auto replaceable = check_replaceable(file); !replaceable) return replaceable.error();
     std::unique_ptr<PyramidWriter> writer(new PyramidWriter);
     writer->file_ = file;
     writer->layout_ = layout;

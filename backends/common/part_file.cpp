@@ -7,6 +7,8 @@
 #include <system_error>
 #include <utility>
 
+#include "base/replace_file.h"
+
 namespace openfab::backends {
 
 namespace {
@@ -26,10 +28,7 @@ PartFile::~PartFile() {
 }
 
 Result<std::unique_ptr<PartFile>> PartFile::create(const std::filesystem::path& path) {
-    std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored)) {
-        return user_error(fmt::format("`{}` is a folder; the output is a file", path.string()));
-    }
+    if (Result<void> file = check_replaceable(path); !file) return file.error();
     Result<OutputFile> file = OutputFile::create(path.string() + ".part");
     if (!file) return file.error();
     // Libraries may write it by its name: what was left of an earlier one goes now.

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/own_folder.h"
+#include "base/replace_file.h"
 #include "compiler/driver/compilation.h"
 
 namespace openfab::driver {
@@ -62,6 +63,8 @@ class Build {
                             kExitUserInput);
             }
         }
+        if (const Result<void> output = check_replaceable(options_.output); !output)
+            return fail(output.error().text(), kExitUserInput);
         // Without a folder that can be trusted every kernel is compiled.
         const Result<fs::path> kept = lower::KernelCache::own_folder();
         lower::KernelCache cache(kept ? *kept : fs::path());
@@ -90,7 +93,9 @@ class Build {
         std::error_code error;
         const fs::path output = fs::absolute(options_.output, error);
         const auto not_linked = [&](const std::string& why) {
-            return fail(fmt::format("{}: cannot be linked: {}", options_.output, why),
+            const std::string remedy = lower::remedy_of(why);
+            return fail(fmt::format("{}: cannot be linked: {}", options_.output,
+                                    remedy.empty() ? why : remedy),
                         kExitOutside);
         };
         const Result<std::unique_ptr<TemporaryFolder>> beside =

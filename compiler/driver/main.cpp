@@ -4,6 +4,7 @@
 // openflc: the OpenFL compiler.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -16,6 +17,7 @@
 #include "base/run_main.h"
 #include "base/say.h"
 #include "compiler/driver/commands.h"
+#include "compiler/lower/fatal_errors.h"
 #include "compiler/passes/pipeline.h"
 #include "program/options.h"
 
@@ -179,9 +181,17 @@ void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
     });
 }
 
+void end_by_fault(const lower::Fault& fault) {
+    const int code = fail(fault.trouble, fault.is_outside ? kExitOutside : kExitBug);
+    end_cleanly(code);
+    for (;;)
+        ::pause();
+}
+
 int openflc_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
+    lower::end_fatal_errors_by(end_by_fault);
     CLI::App app{"The OpenFL compiler: fablets in, kernels or a print program out.", "openflc"};
     app.require_subcommand(1);
     app.set_version_flag("--version", "openflc " OPENFAB_VERSION);

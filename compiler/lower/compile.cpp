@@ -283,7 +283,7 @@ std::string code_source(const KernelRequest& request) {
                        dump(request.inside.demand), dump(request.inside.dither));
 }
 
-Fault fault_of(std::string trouble) {
+std::string remedy_of(const std::string& trouble) {
     struct Shortage {
         const char* says;
         const char* remedy;
@@ -303,14 +303,18 @@ Fault fault_of(std::string trouble) {
         {"Resource temporarily unavailable",
          "the system starts no more processes or threads (`ulimit -u`)"},
     }};
-    Fault fault;
     for (const auto& [says, remedy] : shortages) {
-        if (trouble.find(says) == std::string::npos) continue;
-        fault.is_outside = true;
-        fault.trouble = fmt::format("the kernels cannot be compiled: {}", remedy);
-        return fault;
+        if (trouble.find(says) != std::string::npos) return remedy;
     }
-    fault.trouble = std::move(trouble);
+    return {};
+}
+
+Fault fault_of(std::string trouble) {
+    Fault fault;
+    const std::string remedy = remedy_of(trouble);
+    fault.is_outside = !remedy.empty();
+    fault.trouble = fault.is_outside ? fmt::format("the kernels cannot be compiled: {}", remedy)
+                                     : std::move(trouble);
     return fault;
 }
 

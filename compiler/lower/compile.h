@@ -40,6 +40,10 @@ struct KernelRequest {
     bool profiled = false;                         ///< see kernel_profile.h
 };
 
+/// Returns what to do where a library or tool says that the system gave no memory, no descriptors or
+/// no space; else an empty text.
+std::string remedy_of(const std::string& trouble);
+
 /// Makes a fault of what a library or tool says: the machine's where the system gave no memory, no
 /// descriptors or no space, with what to do; else one of ours.
 Fault fault_of(std::string trouble);

@@ -5,6 +5,7 @@
 // needs at run time.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -41,6 +42,17 @@ std::string errors_of(const std::string& name, const std::string& schedule, int 
     return text;
 }
 
+/// A program takes the place of its output: a pipe would be one no more.
+TEST(BuildCommand, APipeIsNoPlaceForAProgram) {
+    const ScratchFolder folder;
+    const std::string pipe = folder / "pipe";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    const Outcome out = openflc({"build", kPostcard, "-o", pipe});
+    EXPECT_EQ(out.exit_code, 1) << out.err;
+    EXPECT_NE(out.err.find("is a pipe; the output is a file"), std::string::npos) << out.err;
+    EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+}
+
 TEST(BuildCommand, WhatTheMachineRefusesIsNoBugAndHasARemedy) {
     const ScratchFolder folder;
     int caches = 0;
@@ -61,7 +73,10 @@ TEST(BuildCommand, WhatTheMachineRefusesIsNoBugAndHasARemedy) {
 #ifndef OPENFAB_SANITIZED
                             Case{"ulimit -v 1000000; ", "memory"},
 #endif
-                            Case{"ulimit -n 6; ", "open"}}) {
+                            Case{"ulimit -n 6; ", "open"},
+                            // Before the first byte of an object, within one, and in linking all.
+                            Case{"ulimit -f 0; ", "ulimit -f"}, Case{"ulimit -f 8; ", "ulimit -f"},
+                            Case{"ulimit -f 400; ", "ulimit -f"}}) {
         const Outcome out = build(one.before);
         EXPECT_EQ(out.exit_code, 3) << out.err;
         EXPECT_NE(out.err.find(one.remedy), std::string::npos) << out.err;

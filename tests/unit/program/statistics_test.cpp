@@ -4,6 +4,11 @@
 
 #include <gtest/gtest.h>
 #include <rapidjson/document.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
 
 namespace openfab::program {
 namespace {
@@ -72,6 +77,16 @@ TEST(StatisticsFile, AnUnwritablePlaceIsNamed) {
     EXPECT_EQ(r.error().code, ErrorCode::kOutside);
     EXPECT_NE(r.error().text().find("/nowhere/at/all/stats.json"), std::string::npos);
     EXPECT_FALSE(write_statistics("/dev/full", {}, info()).has_value());
+}
+
+TEST(StatisticsFile, APipeThatNobodyReadsIsRefused) {
+    const std::string pipe =
+        std::filesystem::temp_directory_path() / ("stats." + std::to_string(::getpid()));
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    const Result<void> r = write_statistics(pipe, {}, info());
+    std::filesystem::remove(pipe);
+    ASSERT_FALSE(r.has_value());
+    EXPECT_NE(r.error().text().find("is a pipe that nobody reads"), std::string::npos);
 }
 
 }  // namespace
