@@ -103,11 +103,11 @@ class Viewer:
 class Page:
     """A page whose console must stay empty."""
 
-    def __init__(self, browser, options, scheme="light", size=(1440, 860)):
+    def __init__(self, browser, options, scheme="light", size=(1440, 860), allowed="409"):
         self.options = options
         self.page = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme).new_page()
         # 409: what was asked for is of a print that another one has just replaced.
-        self.page.on("console", lambda m: None if "409" in m.text else check(f"console: {m.text}", False))
+        self.page.on("console", lambda m: None if "409" in m.text or allowed in m.text else check(f"console: {m.text}", False))
         self.page.on("pageerror", lambda e: check(f"page error: {e}", False))
         self.page.on("request", lambda r: None if r.url.startswith(("http://127.0.0.1:", "blob:")) else check(f"asks {r.url}", False))
 
@@ -315,6 +315,20 @@ def look_by_keyboard(browser, options, url):
     at.close()
 
 
+def look_at_a_server_that_ends(browser, options, print_a):
+    at = Page(browser, options, allowed="ERR_")
+    with Viewer(options, print_a) as url:
+        at.open(url)
+        check("while the server answers, nothing is said of it", not at.page.is_visible("#connection"))
+        stranger = Page(browser, options, allowed="403")
+        stranger.page.goto(url.split("#")[0])
+        stranger.page.wait_for_function("() => document.getElementById('notice').innerText.includes('the token is wrong')")
+        stranger.close()
+    at.page.wait_for_selector("#connection:not([hidden])", timeout=60_000)
+    check("a server that ended is told, over a picture that stays", at.colors("#plane") >= 4 and not at.page.is_visible("#notice"))
+    at.close()
+
+
 def look_at_what_opens(browser, options):
     """A blank sheet with a picture on top, as a postcard is."""
     folder = options.out / "sheet"
@@ -466,6 +480,7 @@ def main():
             look_at_a_print(browser, options, url)
             look_in_3d(browser, options, url)
             look_by_keyboard(browser, options, url)
+        look_at_a_server_that_ends(browser, options, prints[0])
         look_at_what_opens(browser, options)
         look_at_the_rest(browser, options, *prints)
         look_at_a_world(browser, options, world)
