@@ -101,6 +101,7 @@ void TableBuilder::list_triangles() {
         }
         patch.kind = PatchKind::kLattice;
         const int32_t n = base_.lattice_factor(t);
+        patch.factor = static_cast<uint16_t>(n);  // check_factors
         for (int32_t row = 0; row < tile_rows(n); ++row) {
             for (int32_t column = 0; column + row < tile_rows(n); ++column) {
                 const Tile tile = tile_at(n, column, row);

@@ -80,6 +80,7 @@ enum class PatchKind : uint8_t {
 struct Patch {
     PatchKind kind = PatchKind::kIdentity;
     uint8_t use = kForQuery | kForCoverage;
+    uint16_t factor = 0;    ///< kLattice: N of the base triangle
     int32_t triangle = -1;  ///< base triangle; -1 for seams
     /// kLattice: first a, first b, last a, last b (vertices); kFan: first and end of the fan's
     /// triangles in [0] and [2]

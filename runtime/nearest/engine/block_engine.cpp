@@ -14,6 +14,7 @@
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/engine/patch_cache.h"
 #include "runtime/nearest/kernel/kernel.h"
+#include "runtime/nearest/tree/patch_units.h"
 #include "runtime/nearest/tree/treelets.h"
 #include "runtime/nearest/voxel_center.h"
 #include "runtime/surface/crowding.h"
@@ -165,12 +166,15 @@ class BlockIndex {
           surface_id_(cache_->new_surface_id()),
           treelets_(surface, morton),
           boxes_(surface.patches().size()) {
-        root_ = build_tree(treelets_.triangles(), treelets_.boxes());
-        ranges_ = std::make_unique<const NodeRanges>(root_, surface.ranges(), &treelets_);
         crowded_ = surface::crowding(surface.patches()) > surface::kCrowded;
         for (const InputPatch& box : treelets_.boxes())
             diced_patches_ += treelets_.has(box.patch) ? 0 : 1;
+        units_ = std::make_unique<PatchUnits>(surface, &treelets_.boxes());
+        root_ = build_tree(treelets_.triangles(), treelets_.boxes());
+        ranges_ =
+            std::make_unique<const NodeRanges>(root_, surface.ranges(), &treelets_, units_.get());
         treelets_.release_input();
+        units_->release_input();
     }
 
     const KernelTable& kernels() const { return kernels_; }
@@ -183,8 +187,13 @@ class BlockIndex {
     }
     TreeSources sources() const {
         const auto first = static_cast<size_t>(treelets_.first_id()) + treelets_.count();
-        return {cache_.get(), &surface_, surface_id_,
-                &treelets_,   &boxes_,   PieceIds::from(first, surface_.patches().size()),
+        return {cache_.get(),
+                &surface_,
+                surface_id_,
+                &treelets_,
+                units_.get(),
+                &boxes_,
+                PieceIds::from(first, surface_.patches().size()),
                 crowded_};
     }
 
@@ -194,6 +203,7 @@ class BlockIndex {
     const std::shared_ptr<PatchCache> cache_;
     const int32_t surface_id_;
     LazyTreelets treelets_;
+    std::unique_ptr<PatchUnits> units_;
     mutable PatchBoxes boxes_;
     size_t diced_patches_ = 0;  ///< patches that may get a cached box
     bool crowded_ = false;      ///< surface/crowding.h

@@ -42,29 +42,30 @@ size_t PatchPins::slot_of(int32_t id) const {
     return slot;
 }
 
-std::shared_ptr<const PatchTree> PatchPins::get(int32_t id) const {
+std::shared_ptr<const PatchTree> PatchPins::get(int32_t id) {
     const TreeSources& from = sources_;
     if (!from.pieces.has(id)) {
         return from.cache->get(from.surface_id, id, [&] {
+            const std::span<const int32_t> unit = from.units->patches(id);
+            if (unit.size() > 1) return make_unit_tree(*from.surface, unit, &builder_);
             // A patch with a box had a tree that was evicted: there is not room for whole ones.
             const bool cut = from.crowded || from.boxes->has(id);
-            const PieceIds pieces = cut ? from.pieces : PieceIds{};
-            return make_patch_tree(*from.surface->micro(id), id, pieces);
+            return make_patch_tree(*from.surface, id, from.pieces, cut, &builder_);
         });
     }
     const int32_t patch = from.pieces.patch(id);
     const int32_t whole = table_[slot_of(patch)];
     OPENFAB_CHECK_NE(whole, 0);
     return from.cache->get(from.surface_id, id, [&] {
-        return make_piece_tree(*from.surface->micro(patch), patch, *pins_[whole - 1].second,
-                               from.pieces.piece(id));
+        return make_piece_tree(*from.surface, patch, *pins_[whole - 1].second,
+                               from.pieces.piece(id), &builder_);
     });
 }
 
 const TreeView* PatchPins::pin(int32_t id) {
     if (table_.size() < 2 * (pins_.size() + 1)) rehash(std::max<size_t>(64, table_.size() * 2));
     const size_t slot = slot_of(id);
-    if (table_[slot] != 0) return &pins_[table_[slot] - 1].second->view;
+    if (table_[slot] != 0) return &pins_[table_[slot] - 1].second->view();
     if (bytes_ >= max_bytes_) {
         static const TreeView kNothing;
         left_out_ = true;
@@ -72,7 +73,7 @@ const TreeView* PatchPins::pin(int32_t id) {
     }
     pins_.emplace_back(id, get(id));
     table_[slot] = static_cast<int32_t>(pins_.size());
-    const TreeView& view = pins_.back().second->view;
+    const TreeView& view = pins_.back().second->view();
     bytes_ += pins_.back().second->bytes();
     if (view.nodes != nullptr && !sources_.pieces.has(id)) sources_.boxes->put(id, view.nodes[0]);
     return &view;

@@ -12,6 +12,7 @@
 #include "base/lru_cache.h"
 #include "runtime/nearest/engine/patch_boxes.h"
 #include "runtime/nearest/engine/patch_tree.h"
+#include "runtime/nearest/tree/patch_units.h"
 #include "runtime/nearest/tree/treelets.h"
 #include "runtime/surface/surface.h"
 
@@ -56,6 +57,7 @@ struct TreeSources {
     const surface::Surface* surface;
     int32_t surface_id;  ///< from PatchCache::new_surface_id()
     const LazyTreelets* treelets;
+    const PatchUnits* units;
     PatchBoxes* boxes;
     PieceIds pieces;
     bool crowded = false;  ///< patches are cut at once: their trees will not stay cached
@@ -81,11 +83,12 @@ class PatchPins {
     /// Returns the slot of an id in table_: its own, or the empty one where it would go.
     size_t slot_of(int32_t id) const;
     /// Gets a tree from the cache.
-    std::shared_ptr<const PatchTree> get(int32_t id) const;
+    std::shared_ptr<const PatchTree> get(int32_t id);
     void release();
     void rehash(size_t slots);
 
     TreeSources sources_{};
+    LatticeTreeBuilder builder_;
     std::vector<std::pair<int32_t, std::shared_ptr<const PatchTree>>> pins_;
     size_t bytes_ = 0;      // of the pinned trees
     size_t max_bytes_ = 0;  // their limit in this call

@@ -95,10 +95,6 @@ std::array<Vec3f, 8> box_corners(const std::vector<InputTriangle>& triangles, do
     return frame.box(spread).grown(margin).corners();
 }
 
-void set_view(PatchTree* made) {
-    if (!made->tree.nodes.empty()) made->view = made->tree.view();
-}
-
 }  // namespace
 
 void append_triangles(const surface::MicroMesh& mesh, int32_t patch,
@@ -107,15 +103,29 @@ void append_triangles(const surface::MicroMesh& mesh, int32_t patch,
         out->push_back(input_triangle(mesh, patch, t));
 }
 
-std::shared_ptr<const PatchTree> make_patch_tree(const surface::MicroMesh& mesh, int32_t patch,
-                                                 const PieceIds& ids) {
+std::shared_ptr<const PatchTree> make_patch_tree(const surface::Surface& surface, int32_t patch,
+                                                 const PieceIds& ids, bool cut,
+                                                 LatticeTreeBuilder* builder) {
+    const std::shared_ptr<const surface::MicroMesh> diced = surface.micro(patch);
+    const surface::MicroMesh& mesh = *diced;
     const size_t n = mesh.triangles.size(), pieces = piece_count(n);
+    const bool can_cut = ids.first != PieceIds::kNone;
     auto made = std::make_shared<PatchTree>();
-    if (ids.first == PieceIds::kNone || pieces < 2 || pieces > kMaxPieces) {
+    if (const surface::Patch& of = surface.patches()[static_cast<size_t>(patch)];
+        of.kind == surface::PatchKind::kLattice) {
+        const LatticePatch lattice{&mesh, &of, patch};
+        const bool in_pieces = can_cut && n > LatticeTreeBuilder::kWholeTriangles;
+        if (const Tree* built = in_pieces ? builder->build_pieces(lattice, ids.id(patch, 0))
+                                          : builder->build({&lattice, 1})) {
+            made->tree = PackedTree(*built);
+            made->lattice = in_pieces;
+            return made;
+        }
+    }
+    if (!cut || !can_cut || pieces < 2 || pieces > kMaxPieces) {
         std::vector<InputTriangle> triangles;
         append_triangles(mesh, patch, &triangles);
-        made->tree = build_tree(triangles, {}, {.diced = true});
-        set_view(made.get());
+        made->tree = PackedTree(build_tree(triangles, {}, {.diced = true}));
         return made;
     }
     made->order = PieceCutter(mesh).order();
@@ -140,23 +150,47 @@ std::shared_ptr<const PatchTree> make_patch_tree(const surface::MicroMesh& mesh,
         }
         corners[k] = box_corners(triangles, margin);
     }
-    made->tree = build_tree({}, boxes, {.diced = true});
-    set_view(made.get());
+    made->tree = PackedTree(build_tree({}, boxes, {.diced = true}));
     return made;
 }
 
-std::shared_ptr<const PatchTree> make_piece_tree(const surface::MicroMesh& mesh, int32_t patch,
-                                                 const PatchTree& whole, int32_t piece) {
-    const size_t n = mesh.triangles.size(), pieces = piece_count(n), k = static_cast<size_t>(piece);
+std::shared_ptr<const PatchTree> make_unit_tree(const surface::Surface& surface,
+                                                std::span<const int32_t> unit,
+                                                LatticeTreeBuilder* builder) {
+    std::vector<std::shared_ptr<const surface::MicroMesh>> meshes;
+    std::vector<LatticePatch> patches;
+    meshes.reserve(unit.size());
+    patches.reserve(unit.size());
+    for (const int32_t patch : unit) {
+        meshes.push_back(surface.micro(patch));
+        patches.push_back(
+            {meshes.back().get(), &surface.patches()[static_cast<size_t>(patch)], patch});
+    }
     auto made = std::make_shared<PatchTree>();
-    // A surface that is stopped dices nothing more.
-    if (n != whole.order.size()) return made;
+    if (const Tree* built = builder->build(patches)) made->tree = PackedTree(*built);
+    return made;
+}
+
+std::shared_ptr<const PatchTree> make_piece_tree(const surface::Surface& surface, int32_t patch,
+                                                 const PatchTree& whole, int32_t piece,
+                                                 LatticeTreeBuilder* builder) {
+    const std::shared_ptr<const surface::MicroMesh> diced = surface.micro(patch);
+    const surface::MicroMesh& mesh = *diced;
+    auto made = std::make_shared<PatchTree>();
+    if (whole.lattice) {
+        const surface::Patch& of = surface.patches()[static_cast<size_t>(patch)];
+        // A surface that is stopped dices nothing more.
+        if (const Tree* built = builder->build_piece({&mesh, &of, patch}, piece))
+            made->tree = PackedTree(*built);
+        return made;
+    }
+    const size_t n = mesh.triangles.size(), pieces = piece_count(n), k = static_cast<size_t>(piece);
+    if (n != whole.order.size()) return made;  // stopped
     std::vector<InputTriangle> triangles;
     triangles.reserve(kPieceTriangles);
     for (size_t i = first_of(k, n, pieces); i < first_of(k + 1, n, pieces); ++i)
         triangles.push_back(input_triangle(mesh, patch, whole.order[i]));
-    made->tree = build_tree(triangles, {}, {.whole = whole.bounds, .diced = true});
-    set_view(made.get());
+    made->tree = PackedTree(build_tree(triangles, {}, {.whole = whole.bounds, .diced = true}));
     return made;
 }
 

@@ -7,15 +7,12 @@
 
 #include "base/vec.h"
 #include "runtime/nearest/tree/hierarchy.h"
+#include "runtime/nearest/tree/leaf_half_spaces.h"
 
 namespace openfab::nearest {
 namespace {
 
-/// Widest read of the kernels, in lanes; the last ones may be unused.
-constexpr size_t kMaxLanes = 16;
-constexpr size_t kMaxFeatures = 64;  ///< per leaf
-static_assert(kMaxLeafTriangles * (1 + 3 + 3) <= kMaxFeatures);
-constexpr float kMaxValue = 32767;  ///< of a half-space
+static_assert(kMaxLeafTriangles * (1 + 3 + 3) <= kMaxLeafFeatures);
 
 Vec3f to_vec(const float* v) {
     return {v[0], v[1], v[2]};
@@ -25,86 +22,8 @@ size_t features_of(const LeafFeatures& leaf, const Node& node) {
     return node.count() + size_t{leaf.edges} + leaf.vertices;
 }
 
-/// Collects the half-spaces of one leaf before rounding, the same for all kinds of features.
-class LeafHalfSpaces {
-  public:
-    explicit LeafHalfSpaces(const LeafFeatures& leaf) : origin_(to_vec(leaf.origin)) {}
-
-    /// Adds the feature's next half-space: up to `at` along the unit vector `outwards`, or a
-    /// shorter one. A longer one, from an underflow of squared lengths, is left empty.
-    void add(const Vec3f& outwards, const Vec3f& at) {
-        const bool usable = dot(outwards, outwards) < 1.00001f;
-        const Vec3f from_origin = at - origin_;
-        for (int c = 0; c < 3; ++c) {
-            outwards_[half_space_][c][feature_] = usable ? outwards[c] : 0;
-            at_[half_space_][c][feature_] = from_origin[c];
-        }
-        ++half_space_;
-    }
-    void next_feature() {
-        for (; half_space_ < kHalfSpaces;)
-            add({0, 0, 0}, origin_);
-        half_space_ = 0;
-        ++feature_;
-    }
-    /// Writes the values row after row, and a few more beyond the end.
-    void write(float step, int16_t* values) {
-        const size_t features = feature_;
-        while (feature_ % kTogether != 0)
-            next_feature();
-        const float per_step = step > 0 ? 1 / step : 0;
-        for (size_t half_space = 0; half_space < kHalfSpaces; ++half_space) {
-            float offset[kMaxFeatures];
-            std::fill_n(offset, feature_, 0.0f);
-            for (size_t c = 0; c < 3; ++c, values += features) {
-                for (size_t l = 0; l < feature_; l += kTogether)
-                    round(outwards_[half_space][c] + l, at_[half_space][c] + l, offset + l,
-                          values + l);
-            }
-            for (size_t l = 0; l < feature_; l += kTogether)
-                round_offsets(offset + l, per_step, values + l);
-            values += features;
-        }
-    }
-
-  private:
-    static constexpr size_t kTogether = 4;
-
-    /// Rounds down a value in the range of a half-space, or 2^-8 beyond it.
-    static int32_t floor_of(float x) { return static_cast<int32_t>(x + 0x1p15f) - 0x8000; }
-    static void round(const float* outwards, const float* at, float* offset, int16_t* values) {
-        for (size_t l = 0; l < kTogether; ++l) {
-            const int32_t v = floor_of(outwards[l] * kMaxValue + 0.5f);
-            values[l] = static_cast<int16_t>(v);
-            offset[l] -= static_cast<float>(v) * (1 / HalfSpaces::kUnit) * at[l];
-        }
-    }
-    /// Rounds down, so that half-spaces do not grow.
-    static void round_offsets(const float* offset, float per_step, int16_t* values) {
-        for (size_t l = 0; l < kTogether; ++l)
-            values[l] = static_cast<int16_t>(floor_of(offset[l] * per_step));
-    }
-
-    Vec3f origin_;
-    size_t feature_ = 0, half_space_ = 0;
-    float outwards_[kHalfSpaces][3][kMaxFeatures], at_[kHalfSpaces][3][kMaxFeatures];
-};
-
-void add_face(const TriangleFrame& face, const TriangleDetail& detail, LeafHalfSpaces* to) {
-    const Vec3f v[3] = {to_vec(face.v0), to_vec(detail.v1), to_vec(detail.v2)};
-    for (int i = 0; i < 3; ++i)
-        to->add(to_vec(face.m[i]) * -1.0f, v[i]);
-    to->next_feature();
-}
-
 void add_edge(const EdgeFeature& edge, const EdgeHalfSpaces& half_spaces, LeafHalfSpaces* to) {
-    const Vec3f a = to_vec(edge.a), ab = to_vec(edge.ab);
-    const Vec3f along = ab * (1.0f / std::sqrt(edge.length2));
-    to->add(to_vec(half_spaces.wing[0]), a);
-    to->add(to_vec(half_spaces.wing[1]), a);
-    to->add(along * -1.0f, a);
-    to->add(along, a + ab);
-    to->next_feature();
+    to->add_edge(edge, to_vec(edge.ab) * (1.0f / std::sqrt(edge.length2)), half_spaces.wing);
 }
 
 /// Adds a vertex with its most useful edges: the one that leads most into the part, which excludes
@@ -149,14 +68,14 @@ float offset_step(const Tree& tree, const Node& node, const LeafFeatures& leaf) 
         add(to_vec(tree.details[i].v1));
         add(to_vec(tree.details[i].v2));
     }
-    return std::sqrt(farthest2) * 1.001f / kMaxValue;
+    return std::sqrt(farthest2) * 1.001f / LeafHalfSpaces::kMaxValue;
 }
 
 void write(const Tree& tree, const Features& f, const Node& node, const LeafFeatures& leaf,
            int16_t* values) {
-    LeafHalfSpaces all(leaf);
+    LeafHalfSpaces all(leaf.origin);
     for (size_t i = node.first(); i < node.first() + node.count(); ++i)
-        add_face(tree.frames[i], tree.details[i], &all);
+        all.add_face(tree.frames[i], tree.details[i]);
     for (size_t i = leaf.first_edge; i < leaf.first_edge + size_t{leaf.edges}; ++i)
         add_edge(f.edges[i], f.edge_half_spaces[i], &all);
     for (size_t i = leaf.first_vertex; i < leaf.first_vertex + size_t{leaf.vertices}; ++i)
@@ -198,7 +117,7 @@ void make_leaf_features(const Features& features, Tree* tree) {
         used += features_of(*leaf, node);
     });
     std::vector<int16_t>& values = tree->half_spaces.values;
-    values.resize(used * HalfSpaces::kValues + kMaxLanes);
+    values.resize(used * HalfSpaces::kValues + kHalfSpaceLanes);
     each_leaf([&](const Node& node, const LeafFeatures* leaf) {
         write(*tree, features, node, *leaf,
               values.data() + leaf->first_half_space * HalfSpaces::kValues);

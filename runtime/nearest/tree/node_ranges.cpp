@@ -6,12 +6,13 @@
 #include <limits>
 
 #include "base/infinity.h"
+#include "runtime/nearest/tree/patch_units.h"
 #include "runtime/nearest/tree/treelets.h"
 
 namespace openfab::nearest {
 
 NodeRanges::NodeRanges(const Tree& tree, const surface::PatchRanges& r,
-                       const LazyTreelets* treelets)
+                       const LazyTreelets* treelets, const PatchUnits* units)
     : floats_(static_cast<size_t>(r.float_components)),
       ints_(static_cast<size_t>(r.int_components)) {
     if (floats_ + ints_ == 0) return;
@@ -36,7 +37,8 @@ NodeRanges::NodeRanges(const Tree& tree, const surface::PatchRanges& r,
             for (const int32_t patch : treelets->patches(id))
                 add_patch(n, patch, r);
         } else {
-            add_patch(n, id, r);
+            for (const int32_t patch : units->patches(id))
+                add_patch(n, patch, r);
         }
     }
 }

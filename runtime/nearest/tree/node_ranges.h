@@ -16,13 +16,15 @@
 namespace openfab::nearest {
 
 class LazyTreelets;
+class PatchUnits;
 
 /// The ranges of all nodes of one tree.
 class NodeRanges {
   public:
-    /// Computes the ranges bottom-up. `chunks` are the treelets that leaves of the tree name, or
-    /// null.
-    NodeRanges(const Tree& tree, const surface::PatchRanges& patches, const LazyTreelets* treelets);
+    /// Computes the ranges bottom-up. `treelets` and `units` are those that leaves of the tree name,
+    /// or null.
+    NodeRanges(const Tree& tree, const surface::PatchRanges& patches, const LazyTreelets* treelets,
+               const PatchUnits* units);
 
     /// Adds the case of a node to `out`.
     void add_case(size_t node, float distance_lo, BoxBounds* out) const;

@@ -293,7 +293,7 @@ const TreeView* LazyTreelets::make(int32_t id) const {
     if (const Treelet* made = made_[c].load(std::memory_order_acquire)) return &made->view;
     const std::vector<InputTriangle> triangles = triangles_of(id);
     Tree tree = build_tree(triangles, {}, {whole_, one_ring_of(id, triangles)});
-    NodeRanges ranges(tree, surface_.ranges(), nullptr);
+    NodeRanges ranges(tree, surface_.ranges(), nullptr, nullptr);
     const size_t bytes = tree.bytes() + ranges.bytes();
     auto made = std::make_unique<Treelet>(Treelet{std::move(ranges), {}});
     if (!tree.nodes.empty()) made->view = trees_.keep(tree);

@@ -40,6 +40,7 @@ class LazyTreelets {
     /// of all other patches and of treelets.
     const std::vector<InputTriangle>& triangles() const { return triangles_; }
     const std::vector<InputPatch>& boxes() const { return boxes_; }
+    std::vector<InputPatch>& boxes() { return boxes_; }
     /// Frees both inputs.
     void release_input();
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <span>
 
 #include "runtime/nearest/engine/patch_cache.h"
 #include "tests/support/mesh_surface.h"
@@ -30,8 +31,9 @@ bool holds(const Node& box, const Vec3f& p) {
 
 TEST(PatchTree, SmallPatchesAreNotCut) {
     const MeshSurface surface = ball(static_cast<int32_t>(kPieceTriangles));
-    const auto made = make_patch_tree(*surface.micro(0), 0, PieceIds::from(100, 100));
-    EXPECT_EQ(made->tree.frames.size(), kPieceTriangles);
+    LatticeTreeBuilder builder;
+    const auto made = make_patch_tree(surface, 0, PieceIds::from(100, 100), true, &builder);
+    EXPECT_EQ(made->tree.triangles(), kPieceTriangles);
     EXPECT_TRUE(made->order.empty());
 }
 
@@ -39,27 +41,30 @@ TEST(PatchTree, PiecesHoldEachTriangleOnceInTheirBoxes) {
     const MeshSurface surface = ball(500);
     const auto mesh = surface.micro(0);
     const PieceIds ids = PieceIds::from(100, 100);
-    const int32_t patch = 7;
-    const auto whole = make_patch_tree(*mesh, patch, ids);
-    EXPECT_TRUE(whole->tree.frames.empty());
+    const int32_t patch = 0;
+    LatticeTreeBuilder builder;
+    const auto whole = make_patch_tree(surface, patch, ids, true, &builder);
+    EXPECT_EQ(whole->tree.triangles(), 0u);
     std::vector<int> seen(mesh->triangles.size());
     int pieces = 0;
-    for (const Node& node : whole->tree.nodes) {
+    const std::span nodes(whole->view().nodes, whole->tree.nodes());
+    for (const Node& node : nodes) {
         if (!node.is_leaf()) continue;
         ++pieces;
         ASSERT_EQ(node.count(), 0u);
         const auto id = static_cast<int32_t>(node.first());
         ASSERT_TRUE(ids.has(id));
         ASSERT_EQ(ids.patch(id), patch);
-        const auto piece = make_piece_tree(*mesh, patch, *whole, ids.piece(id));
-        EXPECT_LE(piece->tree.details.size(), kPieceTriangles);
-        for (const TriangleDetail& detail : piece->tree.details) {
+        const auto piece = make_piece_tree(surface, patch, *whole, ids.piece(id), &builder);
+        EXPECT_LE(piece->tree.triangles(), kPieceTriangles);
+        for (const TriangleDetail& detail :
+             std::span(piece->view().details, piece->tree.triangles())) {
             ASSERT_EQ(detail.patch, patch);
             ++seen[static_cast<size_t>(detail.triangle)];
             for (const int32_t v : mesh->triangles[static_cast<size_t>(detail.triangle)]) {
                 const Vec3f& p = mesh->positions[static_cast<size_t>(v)];
                 ASSERT_TRUE(holds(node, p));
-                ASSERT_TRUE(holds(whole->tree.nodes[0], p));
+                ASSERT_TRUE(holds(nodes[0], p));
             }
         }
     }
@@ -73,19 +78,21 @@ TEST(PatchTree, WithoutIdsForAllPiecesNoPatchIsCut) {
     const PieceIds none = PieceIds::from(100, most + 1);
     EXPECT_FALSE(none.has(kMaxItems - 1));
     const MeshSurface surface = ball(500);
-    const auto made = make_patch_tree(*surface.micro(0), 0, none);
-    EXPECT_EQ(made->tree.frames.size(), 500u);
+    LatticeTreeBuilder builder;
+    const auto made = make_patch_tree(surface, 0, none, true, &builder);
+    EXPECT_EQ(made->tree.triangles(), 500u);
 }
 
 TEST(PatchTree, IsCutOnceItWasEvicted) {
     const MeshSurface surface = ball(500);
-    const LazyTreelets treelets(surface);
+    LazyTreelets treelets(surface);
+    const PatchUnits units(surface, &treelets.boxes());
     const PieceIds ids = PieceIds::from(surface.patches().size(), surface.patches().size());
     for (const size_t cache_bytes : {size_t{0}, size_t{1} << 30}) {
         PatchCache cache(cache_bytes);
         PatchBoxes boxes(surface.patches().size());
-        const TreeSources sources{&cache,    &surface, PatchCache::new_surface_id(),
-                                  &treelets, &boxes,   ids};
+        const TreeSources sources{&cache, &surface, PatchCache::new_surface_id(), &treelets, &units,
+                                  &boxes, ids};
         PatchPins first, second;
         first.begin(sources);
         EXPECT_NE(PatchPins::fetch(&first, 0)->frames, nullptr);
@@ -96,12 +103,14 @@ TEST(PatchTree, IsCutOnceItWasEvicted) {
 
 TEST(PatchTree, OfACrowdedSurfaceIsCutAtOnce) {
     const MeshSurface surface = ball(500);
-    const LazyTreelets treelets(surface);
+    LazyTreelets treelets(surface);
+    const PatchUnits units(surface, &treelets.boxes());
     const PieceIds ids = PieceIds::from(surface.patches().size(), surface.patches().size());
     PatchCache cache(size_t{1} << 30);
     PatchBoxes boxes(surface.patches().size());
     PatchPins pins;
-    pins.begin({&cache, &surface, PatchCache::new_surface_id(), &treelets, &boxes, ids, true});
+    pins.begin(
+        {&cache, &surface, PatchCache::new_surface_id(), &treelets, &units, &boxes, ids, true});
     EXPECT_EQ(PatchPins::fetch(&pins, 0)->frames, nullptr);
     EXPECT_NE(PatchPins::fetch(&pins, ids.id(0, 1))->frames, nullptr);
 }
@@ -109,11 +118,12 @@ TEST(PatchTree, OfACrowdedSurfaceIsCutAtOnce) {
 TEST(PatchTree, OfASurfaceThatStopsNoMorePiecesCome) {
     MeshSurface surface = ball(500);
     PatchCache cache(0);
-    const LazyTreelets treelets(surface);
+    LazyTreelets treelets(surface);
+    const PatchUnits units(surface, &treelets.boxes());
     PatchBoxes boxes(surface.patches().size());
     const PieceIds ids = PieceIds::from(surface.patches().size(), surface.patches().size());
-    const TreeSources sources{&cache,    &surface, PatchCache::new_surface_id(),
-                              &treelets, &boxes,   ids};
+    const TreeSources sources{&cache, &surface, PatchCache::new_surface_id(), &treelets, &units,
+                              &boxes, ids};
     PatchPins before, pins;
     before.begin(sources);
     PatchPins::fetch(&before, 0);
