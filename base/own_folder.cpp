@@ -147,7 +147,10 @@ Result<void> check_writable(const fs::path& folder) {
 Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& base_folder) {
     std::error_code status;
     const fs::path parent = base_folder.empty() ? fs::temp_directory_path(status) : base_folder;
-    if (status) return outside_error("no folder for temporary files: " + status.message());
+    if (status) {
+        return outside_error("there is no folder for temporary files: " + status.message() +
+                             "; TMPDIR names one");
+    }
     const fs::path plain = fs::canonical(parent, status);
     if (!status && is_apart(plain)) clear(plain, is_temporary_folder, true);
     std::unique_ptr<TemporaryFolder> folder(new TemporaryFolder);

@@ -365,7 +365,11 @@ std::variant<std::string, Fault> emit_text(const KernelRequest& request, TextFor
                                             : Halide::OutputFileType::assembly;
     // Halide writes to files only, and requires this suffix.
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
-    if (!folder) return fault_of(folder.error().message);
+    if (!folder) {
+        Fault fault = fault_of(folder.error().message);
+        fault.is_outside = true;
+        return fault;
+    }
     const std::string name = ((*folder)->path() / "text").string();
     auto written = write_kernel(request, type, name);
     std::ifstream file(name, std::ios::binary);

@@ -42,6 +42,16 @@ std::string errors_of(const std::string& name, const std::string& schedule, int 
     return text;
 }
 
+TEST(BuildCommand, WithoutAFolderForTemporaryFilesNoBugIsReported) {
+    RunOptions options;
+    options.environment = {{"TMPDIR", "/nowhere/at/all"}};
+    const Outcome out =
+        run({program("openflc"), "emit", "--stage", "slab", "--as", "llvm", kPostcard}, options);
+    EXPECT_EQ(out.exit_code, 3) << out.err;
+    EXPECT_NE(out.err.find("TMPDIR names one"), std::string::npos) << out.err;
+    EXPECT_EQ(out.err.find("internal error"), std::string::npos) << out.err;
+}
+
 /// A program takes the place of its output: a pipe would be one no more.
 TEST(BuildCommand, APipeIsNoPlaceForAProgram) {
     const ScratchFolder folder;
