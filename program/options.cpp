@@ -201,7 +201,9 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("PICTURE");
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
     app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
-    app.add_option("--memory", raw.memory, "memory budget of the whole process (default: 1.5GB)")
+    app.add_option("--memory", raw.memory,
+                   "memory budget of the whole process (default: 1.5GB, or what "
+                   "the print needs at least, up to half of what is free)")
         ->type_name("SIZE");
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")
         ->check(CLI::Range(1, 1024))
@@ -312,6 +314,7 @@ Result<void> validate_options(const Raw& raw, Options* o) {
     const Result<int64_t> bytes = parse_memory_option(raw.memory);
     if (!bytes) return bytes.error();
     o->memory_bytes = *bytes;
+    o->memory_given = !raw.memory.empty();
     for (const std::string& text : o->settings) {
         const size_t equals = text.find('=');
         if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;

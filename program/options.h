@@ -50,6 +50,8 @@ struct Options {
     std::optional<Vec2<double>> z_range_mm;
     std::optional<Vec2<int32_t>> slices;
     int64_t memory_bytes = kDefaultMemoryBytes;
+    bool memory_given =
+        false;  ///< otherwise a print that needs more gets it, if the machine has it
     int32_t threads = 0;
     std::string dither;  ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "abi/kernel_call.h"
+#include "base/clock.h"
 #include "program/build_volume.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
@@ -27,6 +28,8 @@ pipeline::PrintOptions pipeline_options(const Options& options, const backends::
     result.began_seconds = hooks.began_seconds;
     result.reserved_bytes = preview_bytes(options) + queue_bytes(options);
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
+    if (!options.memory_given)
+        result.most_memory_bytes = available_memory_bytes() / 2 - result.reserved_bytes;
     result.threads = options.threads;
     // A mesh of dithered voxels would consist of specks, which printers of meshes cannot print.
     if (is_mesh_format(format)) result.dither = "majority";

@@ -19,6 +19,7 @@
 #include "world/build_reader.h"
 #include "world/dither_ref.h"
 #include "world/json_reader.h"
+#include "world/nearly_equal_stretch.h"
 #include "world/primitive_reader.h"
 #include "world/uniform_values.h"
 #include "world/world_files.h"
@@ -78,6 +79,13 @@ class WorldReader {
                       arrange != nullptr ? &arrange->value : nullptr);
         }
         if (!json_.ok()) return json_.error();
+        if (const size_t changed = equalise_stretches(&world_); changed > 0) {
+            world_.warnings.push_back(
+                fmt::format("{} of {} placements are rotations, or have the scale of others, to "
+                            "six decimals only: "
+                            "they are taken as exact, so that they share a shape",
+                            changed, world_.build.size()));
+        }
         world_.files = files_.take();
         world_.roots = files_.roots();
         return std::move(world_);

@@ -64,7 +64,7 @@ int64_t resident_caches(const CacheBudgets& caches, const SurfaceCounts& diced) 
 
 Error MemoryPlanner::too_small(const std::string& why, const std::string& way_out) const {
     return user_error(fmt::format("a memory budget of {} is too small: {}; raise `--memory`{}",
-                                  format_bytes(budget_.bytes + budget_.reserved), why, way_out));
+                                  format_bytes(most() + budget_.reserved), why, way_out));
 }
 
 std::string MemoryPlanner::sufficient(int64_t bytes) const {
@@ -73,7 +73,7 @@ std::string MemoryPlanner::sufficient(int64_t bytes) const {
 
 Result<void> MemoryPlanner::check(int64_t bytes, int64_t resident) const {
     const int64_t needed = resident + bytes;
-    if (bytes < kWorthRefusing || needed <= budget_.bytes) return {};
+    if (bytes < kWorthRefusing || needed <= most()) return {};
     return too_small(fmt::format("the displaced surfaces of this print take about {} to set up",
                                  sufficient(needed)),
                      ", or print simpler meshes");
@@ -107,7 +107,8 @@ Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const Cach
         return needs.fixed + resident_caches(caches, diced) + in_flight * slab +
                threads_ * needs.per_thread;
     };
-    if (total(1) > budget_.bytes) {
+    const int64_t limit = total(1) > budget_.bytes ? most() : budget_.bytes;
+    if (total(1) > limit) {
         const bool one = threads_ == 1;
         return too_small(fmt::format("this print needs at least {} with {} thread{}",
                                      sufficient(total(1)), threads_, one ? "" : "s"),
@@ -119,7 +120,7 @@ Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const Cach
     const int32_t usual = threads_ + (waits ? 1 : 0);
     plan.slabs_in_flight =
         std::clamp(max_slabs_in_flight > 0 ? max_slabs_in_flight : usual, 1, std::max(slabs, 1));
-    while (plan.slabs_in_flight > 1 && total(plan.slabs_in_flight) > budget_.bytes)
+    while (plan.slabs_in_flight > 1 && total(plan.slabs_in_flight) > limit)
         --plan.slabs_in_flight;
     plan.total_bytes = total(plan.slabs_in_flight);
     return plan;
@@ -139,7 +140,7 @@ Result<MemoryPlan> MemoryPlanner::plan(const MemoryNeeds& needs, const CacheBudg
     if (plan && diced.parts > 0) {
         // Trees get a share of what the plan leaves: a slab needs those of the previous one, and
         // rebuilding them takes longer than anything else.
-        const int64_t over = (budget_.bytes - plan->total_bytes) / 3;
+        const int64_t over = std::max<int64_t>(budget_.bytes - plan->total_bytes, 0) / 3;
         plan->total_bytes += resident_trees(static_cast<size_t>(over));
         plan->caches.trees += static_cast<size_t>(over);
     }

@@ -5,6 +5,7 @@
 // Divides the memory budget of a print between caches, slabs in flight and threads. The
 // budget is for the whole process; it decides how much is kept, never what is printed.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -45,6 +46,8 @@ class MemoryPlanner {
     struct Budget {
         int64_t bytes = 0;     ///< without the reserved part
         int64_t reserved = 0;  ///< part of the user's budget, for previews
+        /// What a print that needs more than `bytes` may take; caches are sized by `bytes`. 0: no more.
+        int64_t most = 0;
     };
 
     MemoryPlanner(const Budget& budget, int32_t threads) : budget_(budget), threads_(threads) {}
@@ -72,6 +75,7 @@ class MemoryPlanner {
                                  const SurfaceCounts& diced, int32_t slabs,
                                  int32_t max_slabs_in_flight) const;
     Error too_small(const std::string& why, const std::string& way_out) const;
+    int64_t most() const { return std::max(budget_.bytes, budget_.most); }
     /// Returns, as text, a budget that suffices for `bytes`.
     std::string sufficient(int64_t bytes) const;
 

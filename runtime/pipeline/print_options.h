@@ -21,7 +21,9 @@ namespace openfab::pipeline {
 struct PrintOptions {
     int64_t memory_bytes = kDefaultMemoryBytes;  ///< without the reserved part
     int64_t reserved_bytes = 0;                  ///< part of the user's budget, for previews
-    int32_t threads = 0;                         ///< 0: all cores
+    /// What a print that needs more than memory_bytes may take instead of being refused; 0: no more.
+    int64_t most_memory_bytes = 0;
+    int32_t threads = 0;  ///< 0: all cores
     std::string dither = dither::kOwnDitherName;
     uint64_t seed = 0;
     std::optional<Vec2<double>> z_range_mm;  ///< --z, above the grid's lowest corner

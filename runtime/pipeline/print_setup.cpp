@@ -161,7 +161,8 @@ Result<void> set_up_support(PrintSetup* p) {
             supported.push_back({part->part, part->surface.get(), part->patches.get(), part->box});
     }
     Result<support_material::DepthMap> map = support_material::DepthMap::create(
-        supported, p->grid, p->options.memory_bytes - resident_bytes());
+        supported, p->grid,
+        std::max(p->options.memory_bytes, p->options.most_memory_bytes) - resident_bytes());
     if (!map) return map.error();
     p->support = std::make_unique<const support_material::DepthMap>(std::move(*map));
     p->slabs.support = {p->support.get(), static_cast<uint8_t>(p->input.support_code)};
@@ -173,7 +174,9 @@ Result<void> set_up(PrintSetup* p) {
     p->threads = p->options.threads > 0 ? p->options.threads : tbb::info::default_concurrency();
     p->options.isa = abi::best_isa(p->options.isa);
     if (const Result<void> checked = check_input(p->input, p->options); !checked) return checked;
-    const MemoryPlanner planner({p->options.memory_bytes, p->options.reserved_bytes}, p->threads);
+    const MemoryPlanner planner(
+        {p->options.memory_bytes, p->options.reserved_bytes, p->options.most_memory_bytes},
+        p->threads);
     const int64_t textures = texture_bytes(p->input.parts);
 
     p->owners = volume::surface_owners(p->input.parts);
@@ -197,6 +200,12 @@ Result<void> set_up(PrintSetup* p) {
     const Result<MemoryPlan> plan = plan_memory(p, planner, caches, displaced, textures);
     if (!plan) return plan.error();
     p->plan = *plan;
+    if (plan->total_bytes > p->options.memory_bytes) {
+        p->warnings.push_back(
+            fmt::format("the print takes {}, more than the {} that it takes by default; `--memory` "
+                        "sets a limit",
+                        format_bytes(plan->total_bytes), format_bytes(p->options.memory_bytes)));
+    }
     for (const auto& surface : p->surfaces)
         surface->set_cache_bytes(p->plan.caches.micropolygons);
     nearest::set_budget(p->trees.get(), p->plan.caches.trees);

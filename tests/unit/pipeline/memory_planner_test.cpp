@@ -65,6 +65,29 @@ TEST(MemoryPlanner, ABudgetThatAnErrorNamesIsEnough) {
     }
 }
 
+TEST(MemoryPlanner, WhereNoLimitWasGivenAPrintGetsWhatItNeeds) {
+    const MemoryPlanner planner({20 * kMB, 0, 500 * kMB}, 1);
+    EXPECT_TRUE(planner.check(300 * kMB, 100 * kMB));
+    EXPECT_FALSE(planner.check(500 * kMB, 100 * kMB));
+    const SurfaceCounts counts{1, 1};
+    const CacheBudgets caches = planner.caches(counts, 40 * kMB, 0);
+    const Result<MemoryPlan> plan = planner.plan(small_needs(), caches, counts, counts, 100, 0);
+    ASSERT_TRUE(plan) << plan.error().text();
+    EXPECT_GT(plan->total_bytes, 20 * kMB);
+    // Caches stay at their least: what is beyond the default is for what the print needs.
+    EXPECT_LE(plan->total_bytes, 120 * kMB);
+    // Where the default is enough, nothing differs.
+    const Result<MemoryPlan> usual =
+        planner_of(400 * kMB, 2)
+            .plan(small_needs(), planner_of(400 * kMB, 2).caches(counts, 40 * kMB, 0), counts,
+                  counts, 100, 0);
+    const MemoryPlanner wide({400 * kMB, 0, 4000 * kMB}, 2);
+    const Result<MemoryPlan> same =
+        wide.plan(small_needs(), wide.caches(counts, 40 * kMB, 0), counts, counts, 100, 0);
+    ASSERT_TRUE(usual && same);
+    EXPECT_EQ(usual->total_bytes, same->total_bytes);
+}
+
 TEST(MemoryPlanner, ReservedBytesCountInWhatPeopleAreTold) {
     const Result<MemoryPlan> refused =
         planner_of(20 * kMB, 1, 100 * kMB).plan(small_needs(), {}, {}, {}, 1, 0);

@@ -4,17 +4,25 @@
 // Placement: groups, grids, transform files, the bed; and which files a world may read.
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <random>
+#include <set>
 
+#include "base/polar.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "world/transforms_file.h"
 #include "world/world.h"
 
 namespace openfab::world {
 namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
 
@@ -74,6 +82,45 @@ TEST_F(BuildTest, AShearIsAMatrixInAGroup) {
         R"([{"group": "g", "scale": [1, 1, -3]}])");
     ASSERT_EQ(all.size(), 1u);
     EXPECT_EQ(all[0].transform.apply({1, 2, 3}), (Vec3d{2, 2, -9}));
+}
+
+// As other programs write transforms: rotations, alone and times a scale, to six decimals.
+TEST_F(BuildTest, SixDecimalsOfARotationAreOne) {
+    const double angles[] = {0.1, 0.62, 1.9, 2.7};
+    std::string lines;
+    for (const double scale : {1.0, 0.72}) {
+        for (const double a : angles) {
+            const double c = scale * std::cos(a), s = scale * std::sin(a);
+            lines += fmt::format("{:.6f} {:.6f} 0 1  {:.6f} {:.6f} 0 2  0 0 {:.6f} 3\n", c, -s, s,
+                                 c, scale);
+        }
+    }
+    folder_.write("t.txt", lines);
+    const std::string text = world_text("", R"([{"object": "box", "transforms": "t.txt"}])");
+    const Result<World> world = load_world(folder_.write("w.fab.json", text));
+    ASSERT_TRUE(world) << world.error().text();
+    ASSERT_EQ(world->build.size(), 8u);
+    std::set<std::array<double, 9>> shapes;
+    for (size_t i = 0; i < 8; ++i) {
+        const Affine3d& transform = world->build[i].transform;
+        shapes.insert(polar_factors(transform.m)->s);
+        const double scale = i < 4 ? 1 : 0.72;
+        EXPECT_NEAR(transform.m[0], scale * std::cos(angles[i % 4]), 2e-6) << i;
+        EXPECT_EQ(transform.t, (Vec3d{1, 2, 3}));
+    }
+    EXPECT_EQ(shapes.size(), 2u);
+    EXPECT_THAT(world->warnings, ElementsAre(HasSubstr("to six decimals only")));
+}
+
+TEST_F(BuildTest, ScalesThatAreMeantStay) {
+    const std::vector<Placement> all = placements(
+        "",
+        R"([{"object": "box", "scale": 1.00001}, {"object": "box", "scale": [0.5, 0.5, 0.500002]},
+                {"object": "box", "scale": 0.5}])");
+    ASSERT_EQ(all.size(), 3u);
+    EXPECT_EQ(all[0].transform.m[0], 1.00001);
+    EXPECT_EQ(all[1].transform.m[8], 0.500002);
+    EXPECT_EQ(all[2].transform.m[8], 0.5);
 }
 
 TEST_F(BuildTest, TwoNumbersStandOnTheBed) {
