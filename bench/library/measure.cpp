@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <map>
 #include <memory>
@@ -90,9 +91,11 @@ class Amounts : public Kernel, segments::Arguments, segments::Handler {
         const passes::PipelineResult made = passed(module);
         passes::KernelStages stages;
         stages.volume = made.stages.volume;
-        stages.volume_segments = made.stages.volume_segments.steps.empty()
-                                     ? passes::cut_segments(stages.volume)
-                                     : made.stages.volume_segments;
+        ir::drop_dead_values(&stages.volume);
+        for (size_t k = 0; k < stages.volume.outputs.size(); ++k)
+            stages.volume.outputs[k].a = static_cast<int32_t>(k);
+        stages.volume_segments = passes::cut_segments(stages.volume, passes::kMaxSegmentOperations,
+                                                      passes::Amounts::kStates);
         bounds_ = made.stages.volume_bounds;
         lower::ProgramOptions options;
         options.isas = {kIsa};
@@ -100,8 +103,6 @@ class Amounts : public Kernel, segments::Arguments, segments::Handler {
             loaded(lower::load_program({{&module.fablets[0], &stages, "sample.fl", 1}}, options),
                    sample.call);
         values_.assign(stages.volume.outputs.size(), std::vector<float>(kVoxels));
-        for (const ir::Output& output : stages.volume.outputs)
-            slots_.push_back(output.a);
     }
 
     void run() override {
@@ -110,6 +111,12 @@ class Amounts : public Kernel, segments::Arguments, segments::Handler {
         for (first_ = 0; first_ < kBlocks; first_ += kBatch) {
             buffers_.clear();
             if (!driver_.run(segments, kIsa, wanted, this, this).ok()) std::exit(4);
+            // Of as many values from the kernel that is subtracted.
+            for (size_t k = 0; k < values_.size(); ++k) {
+                std::memcpy(&values_[k][static_cast<size_t>(first_) * kBlockVoxels],
+                            driver_.states()[1 + static_cast<int32_t>(k)],
+                            sizeof(float) * kBatch * kBlockVoxels);
+            }
         }
     }
 
@@ -124,11 +131,8 @@ class Amounts : public Kernel, segments::Arguments, segments::Handler {
                          {3, kBatch});
         return buffer.raw();
     }
-    segments::OutputView output(const openfab_arg& arg) override {
-        const auto index = std::find(slots_.begin(), slots_.end(), arg.a) - slots_.begin();
-        return {reinterpret_cast<uint32_t*>(
-            &values_[static_cast<size_t>(index)][static_cast<size_t>(first_ * kBlockVoxels)])};
-    }
+    /// Amounts are states.
+    segments::OutputView output(const openfab_arg& /*arg*/) override { return {}; }
     abi::KernelStatus query(const openfab_query& /*query*/, std::span<const int32_t> /*groups*/,
                             const segments::States& /*states*/) override {
         return {};
@@ -139,7 +143,6 @@ class Amounts : public Kernel, segments::Arguments, segments::Handler {
     std::unique_ptr<lower::LoadedProgram> program_;
     ir::Stage bounds_;
     segments::Driver driver_;
-    std::vector<int32_t> slots_;
     std::vector<std::vector<float>> values_;  ///< [output][voxel]
     std::deque<abi::KernelBuffer> buffers_;
     int32_t first_ = 0;

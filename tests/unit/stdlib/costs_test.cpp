@@ -177,7 +177,10 @@ TEST(Costs, IntervalsOfCallsHoldWhatTheyGive) {
             }
         }
         known += any ? 1 : 0;
-        EXPECT_EQ(any, member_of(row, "bounded")->boolean);
+        // A print drops an interval form that is too long.
+        const bool long_form = bounds.instrs.size() > 700;
+        const bool bounded = member_of(row, "bounded")->boolean;
+        EXPECT_TRUE(any == bounded || (long_form && !bounded)) << bounds.instrs.size();
     }
     EXPECT_GT(calls, 190U);
     EXPECT_GT(known + 10, calls);
