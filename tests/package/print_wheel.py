@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Prints with the installed package where no compiler and no build is: print_wheel.py parts | postcard WORLD HASH.
 
-`parts` prints a ball, whose kernels are compiled here, and wants a plain message for a picture while OpenImageIO is not
-installed; `postcard` wants the recorded hash of the postcard.
+`parts` prints a ball, whose kernels are compiled here, and one by an array, and wants a plain message for a picture with alpha
+while OpenImageIO is not installed; `postcard` wants the recorded hash of the postcard.
 """
 import shutil
 import sys
@@ -39,8 +39,12 @@ def parts():
     volumes = sorted((codes == code).sum() * 0.25**3 for code in (1, 2))
     core, whole = (4 / 3 * numpy.pi * radius**3 for radius in (2, 3))
     assert numpy.allclose(volumes, [core, whole - core], rtol=0.05), volumes
+    # An array is converted in this process, unless it has alpha.
+    picture = numpy.full((4, 4, 4), 255, numpy.uint8)
+    looked_up = ball(("ImageTexture2D", picture[..., :3]), "tone.Sample1(float2(0.5, 0.5), 0)")
+    assert (looked_up == codes).all()
     try:
-        ball(("ImageTexture2D", numpy.full((4, 4), 255, numpy.uint8)), "tone.Sample1(float2(0.5, 0.5), 0)")
+        ball(("ImageTexture2D", picture), "tone.Sample1(float2(0.5, 0.5), 0)")
     except openfab.Error as error:
         assert "OpenImageIO" in str(error), error
         print("print_wheel: without OpenImageIO a picture is refused:", error)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import re
 import subprocess
@@ -25,6 +26,7 @@ import dask  # noqa: E402
 
 from openfab import distributed as over  # noqa: E402
 from openfab.distributed import cluster, costs, printing, wanted  # noqa: E402
+from openfab.distributed.inputs import Inputs  # noqa: E402
 
 
 class Clock:
@@ -177,6 +179,28 @@ def test_a_print_waits_for_workers_and_says_so(
         with pytest.raises(over.ClusterError, match="`workers_timeout`"):
             over.print_world(ball, client, tmp_path / "x.ofr", voxel=0.5, workers_timeout=20)
         assert not (tmp_path / "x.ofr").exists()
+
+
+def test_files_whose_workers_died_are_made_again_for_the_next_print(tmp_path: Path) -> None:
+    """An earlier print failed, since workers that had its files died."""
+    with (
+        dask.config.set({"distributed.scheduler.allowed-failures": 0}),
+        distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as made,
+        distributed.Client(made) as client,
+    ):
+        (tmp_path / "flag").touch()
+        printing._files[client] = failed = client.submit(dies_once, tmp_path / "flag", key="openfab-files-0")
+        distributed.wait([failed])
+        assert failed.status == "error"
+        again = printing._send_files(client, Inputs("", b"", {}, (), "0", (), {}))
+        assert again.result() == 3
+
+
+def dies_once(flag: Path) -> int:
+    if flag.exists():
+        flag.unlink()
+        os._exit(1)
+    return 3
 
 
 class Mortals:

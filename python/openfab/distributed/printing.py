@@ -222,7 +222,10 @@ def _send_files(client: distributed.Client, inputs: Inputs) -> Any:
     They are a task's argument, not scattered: what is scattered is lost with the worker that has it.
     """
     key = f"openfab-files-{inputs.digest}"
-    if client not in _files or _files[client].key != key or _files[client].status not in ("pending", "finished"):
+    known = _files.get(client)
+    if known is not None and known.key == key and known.status == "error":
+        known.retry()  # workers that had it died, of an earlier print; submitted again, it would stay what it is
+    elif known is None or known.key != key or known.status == "cancelled":
         # Dask warns of large tasks; this one is meant.
         with dask.config.set({"distributed.admin.large-graph-warning-threshold": 1 << 60}):
             _files[client] = client.submit(worker.hold, inputs.files, key=key, priority=1)

@@ -142,5 +142,5 @@ def wait_for(wanted: Iterable[Wanted], seconds: float) -> None:
     elif not any(future.done() for future in tasks):
         try:
             _wait(tasks, timeout=seconds, return_when="FIRST_COMPLETED")
-        except (TimeoutError, distributed.CancelledError):
+        except (TimeoutError, asyncio.TimeoutError, distributed.CancelledError):  # two kinds of it before Python 3.11
             pass
