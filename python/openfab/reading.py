@@ -235,6 +235,9 @@ class Voxels:
     def _repr_html_(self) -> str:
         return print_html(self)
 
+    def __reduce__(self) -> Any:
+        return read, (self.path,)
+
     def __repr__(self) -> str:
         state = "" if self.is_complete else ", not complete"
         return f"Voxels({str(self.path)!r}, shape={self.shape}{state})"
@@ -274,10 +277,10 @@ def read(file: str | os.PathLike[str], *, memory: Whole = _MEMORY) -> Voxels | S
     InputError
         Where the file is none that OpenFab has written, or is damaged. A slice that is damaged raises when it is read.
     """
-    path = Path(file)
+    path = Path(os.fsdecode(file)).absolute()
     if path.suffix == ".npy" and not path.is_dir():
         return _read_array(path)
-    found = _core.open_print_file(os.fsdecode(file), int(number(memory, "`memory`")))
+    found = _core.open_print_file(str(path), int(number(memory, "`memory`")))
     if isinstance(found, _core.Error):
         raise_error(found)
     return Voxels(path, _Kept(found))

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import pickle
 import shutil
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,7 @@ def test_a_box_in_millimetres(ball: openfab.World, tmp_path: Path, codes: Any) -
     assert np.array_equal(every.codes, codes)
     with pytest.raises(openfab.InputError, match="beyond the voxels, which are from 0 to 6 mm along z"):
         found.box((x0, y0, z0 - 0.1), (x0 + 1, y0 + 1, z0 + 1))
+    assert np.array_equal(pickle.loads(pickle.dumps(found))[3], codes[3])  # which opens the file again
     with pytest.raises(openfab.InputError, match="is none; give its lowest and its highest corner"):
         found.box((0, 0, 1), (1, 1, 1))
 
