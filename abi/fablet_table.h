@@ -34,7 +34,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 10
+#define OPENFAB_ABI_VERSION 11
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -214,6 +214,8 @@ enum openfab_arg_kind {
     OPENFAB_ARG_BLUE_NOISE = 47, /* 16 bits (8, pixel), a mask of abi/blue_noise.h; a = 0: inside a
                                     region, 1: of its sides. The rule reads thresholds as int32, with
                                     a = openfab::abi::BlueNoiseFace */
+    OPENFAB_ARG_VALUES = 48,     /* 32 bits (n): all values of the object, see table_values; read at
+                                    indices that vary */
 };
 
 struct openfab_arg {
@@ -230,6 +232,10 @@ struct openfab_kernel {
     openfab_kernel_fn fn[OPENFAB_ISA_COUNT];
     int32_t arg_count;
     const struct openfab_arg* args;
+    /* 1: the outputs, which come last, are one argument, in the place of the first of them: a buffer
+     * of 32-bit uints (8, output, m) of a kernel that lists groups, (n, output) of others. What a
+     * compiler does with a buffer for each takes a time that grows with the square of how many. */
+    int32_t packed;
 };
 
 /* The results of a query (openfab_query). */
@@ -306,6 +312,13 @@ struct openfab_segments {
     const enum openfab_scalar_type* states; /* type of each */
 };
 
+/* A value that a table of an object holds: a copy of value `from`, a uniform's or a derived one; or,
+ * where that is -1, these bits. */
+struct openfab_table_value {
+    int32_t from;
+    uint32_t bits;
+};
+
 struct openfab_fablet {
     int32_t abi_version;
     const char* name;
@@ -345,6 +358,10 @@ struct openfab_fablet {
      * uniform_value_count on) and the kernel that computes them from those, once per object. */
     int32_t derived_count;
     struct openfab_kernel derived;
+
+    /* 32-bit values that follow those. */
+    int32_t table_value_count;
+    const struct openfab_table_value* table_values;
 
     /* What the volume stage reads of the nearest surface point of each voxel: arguments of kind
      * NEAREST, NEAREST_GRAD or DISTANCE. */

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/functions/differentiate.h"
 
+#include <algorithm>
+
 #include "compiler/functions/differentiate_function.h"
 
 namespace openfab::functions {
@@ -17,6 +19,7 @@ class Arithmetic {
     Arithmetic(AtZero at_zero, ir::Builder* builder) : at_zero_(at_zero), builder_(*builder) {}
 
     ValueId of(ValueId value, const ir::Instr& instr, const std::vector<ValueId>& changes) {
+        if (instr.op == Op::kPick) return of_pick(instr, changes);
         const bool select = instr.op == Op::kSelect;
         const size_t first = select ? 1 : 0;
         const size_t second = instr.args.size() > 1 ? first + 1 : first;
@@ -53,6 +56,15 @@ class Arithmetic {
     }
 
   private:
+    ValueId of_pick(const ir::Instr& pick, const std::vector<ValueId>& changes) {
+        std::vector<ValueId> elements(changes.begin() + 1, changes.end());
+        if (std::all_of(elements.begin(), elements.end(),
+                        [](ValueId change) { return change == kNoValue; }))
+            return kNoValue;
+        const ValueId zero = builder_.constant(0.0f);
+        std::replace(elements.begin(), elements.end(), kNoValue, zero);
+        return builder_.pick(pick.args[0], elements);
+    }
     ValueId add(ValueId a, ValueId b) {
         if (a == kNoValue) return b;
         return b == kNoValue ? a : builder_.emit(Op::kAdd, {a, b});
@@ -106,6 +118,8 @@ std::vector<ValueId> differentiable_args(const ir::Instr& instr) {
             return {};
         case Op::kSelect:
             return {instr.args[1], instr.args[2]};
+        case Op::kPick:
+            return {instr.args.begin() + 1, instr.args.end()};
         default:
             return instr.args;
     }

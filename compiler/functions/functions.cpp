@@ -8,6 +8,7 @@
 #include "compiler/functions/exponential.h"
 #include "compiler/functions/simplex.h"
 #include "compiler/functions/trigonometry.h"
+#include "compiler/ir/arithmetic.h"
 
 namespace openfab::functions {
 
@@ -137,6 +138,7 @@ bool is_operation(Op op) {
         case Op::kQuery:
         case Op::kQueryResult:
         case Op::kPrintf:
+        case Op::kTable:
             return false;
         default:
             return true;
@@ -159,6 +161,13 @@ uint32_t evaluate(const ir::Instr& instr, std::span<const uint32_t> args) {
 std::optional<uint32_t> fold(const ir::Stage& stage, const ir::Instr& instr) {
     if (!is_operation(instr.op) || instr.args.empty()) return std::nullopt;
     std::vector<uint32_t> bits;
+    if (instr.op == Op::kPick) {
+        const ir::Instr& index = stage.instrs[instr.args[0]];
+        if (index.op != Op::kConst) return std::nullopt;
+        const size_t element = ir::picked_element(index.type, index.bits, instr.args.size() - 1);
+        const ir::Instr& value = stage.instrs[instr.args[1 + element]];
+        return value.op == Op::kConst ? std::optional(value.bits) : std::nullopt;
+    }
     for (const ir::ValueId arg : instr.args) {
         if (stage.instrs[arg].op != Op::kConst) return std::nullopt;
         bits.push_back(stage.instrs[arg].bits);

@@ -103,6 +103,11 @@ class Evaluator {
         if (args_[1] != 0) at_ = end.args[0] + 1;
     }
 
+    /// Returns which of `count` elements the first argument names.
+    size_t picked(const ir::Instr& instr, size_t count) const {
+        return ir::picked_element(stage_.instrs[instr.args[0]].type, args_[0], count);
+    }
+
     uint32_t evaluate_query_result(const ir::Instr& instr) const {
         const ir::Instr& query = stage_.instrs[instr.args[0]];
         std::array<uint32_t, 4> args{};
@@ -127,6 +132,12 @@ class Evaluator {
                 return evaluate_query_result(instr);
             case ir::Op::kConvert:
                 return ir::eval_convert(stage_.instrs[instr.args[0]].type, instr.type, args_[0]);
+            case ir::Op::kPick:
+                return args_[1 + picked(instr, args_.size() - 1)];
+            case ir::Op::kTable: {
+                const auto element = static_cast<int32_t>(picked(instr, instr.bits));
+                return environment_.input(OPENFAB_ARG_UNIFORM, instr.a + instr.b * element, 0);
+            }
             case ir::Op::kSelect:
                 return args_[0] != 0 ? args_[1] : args_[2];
             default:

@@ -6,6 +6,7 @@
 // and constant folding both call this; generated code must give the same bits. A NaN result may be
 // any NaN: which payload comes out depends on operand order in the machine's instructions.
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -242,6 +243,12 @@ inline uint32_t eval(Op op, Type type, uint32_t a, uint32_t b, uint32_t c) {
             return eval_bool(op, a, b);
     }
     return 0;
+}
+
+/// Returns which of `count` elements an index of this type names: the nearest where it names none.
+inline size_t picked_element(Type type, uint32_t index, size_t count) {
+    const bool below = type == Type::kInt && as_int(index) < 0;
+    return below ? 0 : std::min(static_cast<size_t>(index), count - 1);
 }
 
 }  // namespace openfab::ir

@@ -108,7 +108,7 @@ ValueId Builder::input(Type type, int32_t kind, int32_t a, int32_t b) {
 }
 
 ValueId Builder::emit(Op op, std::vector<ValueId> args) {
-    const Type operands = type(args[op == Op::kSelect ? 1 : 0]);
+    const Type operands = type(args[op == Op::kSelect || op == Op::kPick ? 1 : 0]);
     return add(make(op, gives_bool(op) ? Type::kBool : operands, std::move(args)));
 }
 
@@ -122,6 +122,12 @@ ValueId Builder::bit_cast(ValueId value, Type to) {
 
 ValueId Builder::select(ValueId condition, ValueId if_true, ValueId if_false) {
     return emit(Op::kSelect, {condition, if_true, if_false});
+}
+
+ValueId Builder::pick(ValueId index, const std::vector<ValueId>& elements) {
+    std::vector<ValueId> args = {index};
+    args.insert(args.end(), elements.begin(), elements.end());
+    return emit(Op::kPick, std::move(args));
 }
 
 ValueId Builder::function(Op op, int32_t which, std::vector<ValueId> args) {

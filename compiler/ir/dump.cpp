@@ -63,8 +63,9 @@ constexpr const char* kKindNames[] = {
     "grid",
     "choice",
     "blue_noise",
+    "values",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_BLUE_NOISE + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_VALUES + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",        "surface_bounds", "volume",        "volume_bounds", "surface_segment",
@@ -90,6 +91,7 @@ void print_instr(const Instr& instr, size_t id, std::string* out) {
         fmt::format_to(to, " {} {} {}", query_result_name(instr.kind), instr.a, instr.b);
     }
     if (instr.op == Op::kSampleBound) fmt::format_to(to, " {}", instr.bits);
+    if (instr.op == Op::kTable) fmt::format_to(to, " {} {} {}", instr.a, instr.b, instr.bits);
     for (ValueId arg : instr.args)
         fmt::format_to(to, " %{}", arg);
     *out += '\n';
@@ -137,7 +139,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_BLUE_NOISE) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_VALUES) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelIndex) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }

@@ -52,6 +52,11 @@ constexpr int32_t kOwnColor = 128;
 ///           |dv| upper ends along the three axes (6); in a volume: guard, x lo, x hi, y lo, y hi,
 ///           z lo, z hi, width hi, then |dx|, |dy| and |dz| upper ends along the three axes (9)
 ///   BitCast args {value}: its 32 bits as another type; never to or from bool
+///   Pick    args {index, element 0, …}: the element that an int or a uint names, the nearest one
+///           where it names none. After expand_picks all elements are values of uniforms, more than
+///           a few; form_tables makes these Tables
+///   Table   a = which of the object's values (OPENFAB_ARG_UNIFORM) is element 0, b = how many of
+///           them an element is from the next, bits = how many elements; args {index}, as of Pick
 ///   Sin … Cellular are functions (compiler/functions): one operation to passes and the
 ///           interpreter; expand_functions expands them before lowering
 ///   Hash    a = which result; args {1 or more uints}. A uint
@@ -260,6 +265,8 @@ class Builder {
     ValueId convert(ValueId value, Type to);
     ValueId bit_cast(ValueId value, Type to);
     ValueId select(ValueId condition, ValueId if_true, ValueId if_false);
+    /// Emits a Pick: `elements` of one type, at least one.
+    ValueId pick(ValueId index, const std::vector<ValueId>& elements);
     /// Emits a function or a Derivative; `which` is Instr::a.
     ValueId function(Op op, int32_t which, std::vector<ValueId> args);
     /// Emits a lookup in a picture or a volume; args as for Op::kSample.

@@ -193,6 +193,12 @@ class Verifier {
                     return "a bool has no bits";
                 }
                 return "";
+            case Op::kPick:
+                return check_pick(instr);
+            case Op::kTable:
+                if (!obeys(Rule::kIntegers, type_of(instr, 0))) return "the index is no integer";
+                if (instr.a < 0 || instr.b < 1 || instr.bits < 1) return "no such values";
+                return "";
             case Op::kHash:
                 if (instr.args.empty() || instr.type != Type::kUint) return "a uint of uints";
                 return check_operands(instr);
@@ -274,6 +280,15 @@ class Verifier {
         if (type_of(instr, 0) != Type::kBool) return "the condition is not a bool";
         if (type_of(instr, 1) != instr.type || type_of(instr, 2) != instr.type) {
             return "the two sides and the result differ in type";
+        }
+        return "";
+    }
+
+    std::string check_pick(const Instr& instr) const {
+        if (instr.args.size() < 2) return "no elements";
+        if (!obeys(Rule::kIntegers, type_of(instr, 0))) return "the index is no integer";
+        for (size_t i = 1; i < instr.args.size(); ++i) {
+            if (type_of(instr, i) != instr.type) return "elements and result differ in type";
         }
         return "";
     }

@@ -49,6 +49,8 @@ void add_instr(const ir::Instr& instr, std::vector<openfab_arg>* out) {
                 return;
         }
     }
+    if (instr.op == ir::Op::kTable)
+        out->push_back(make_arg(OPENFAB_ARG_VALUES, OPENFAB_UINT, 0, 0));
     if (instr.op == ir::Op::kSample || instr.op == ir::Op::kSampleBound) {
         const bool bound = instr.op == ir::Op::kSampleBound;
         out->push_back(make_arg(OPENFAB_ARG_TEXTURE, OPENFAB_FLOAT, instr.a,
@@ -70,6 +72,13 @@ std::vector<openfab_arg> slab_outputs(const ir::Stage& volume, bool chooses) {
 }
 
 }  // namespace
+
+/// Returns whether a kernel may have many outputs.
+static bool may_be_packed(ir::StageKind kind) {
+    return kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeBounds ||
+           kind == ir::StageKind::kVolumeSegment || kind == ir::StageKind::kSurfaceSegment ||
+           kind == ir::StageKind::kDerived;
+}
 
 bool lists_groups(ir::StageKind kind) {
     return kind == ir::StageKind::kSurfaceSegment || kind == ir::StageKind::kVolumeSegment ||
@@ -163,6 +172,7 @@ KernelArgs collect_args(const ir::Stage& stage, const SlabStages& inside) {
         args.inputs.insert(args.inputs.end(), more.begin(), more.end());
     }
     sort_and_merge(&args.inputs);
+    args.packed = may_be_packed(stage.kind) && stage.outputs.size() > kMostResults;
     if (slab) {
         args.outputs = slab_outputs(stage, inside.dither != nullptr);
         return args;

@@ -22,6 +22,7 @@ struct KernelArgs {
         outputs;  ///< in the order of Stage::outputs; of the slab: codes, unusable, fractions, choice
 
     std::vector<openfab_arg> all() const;
+    bool packed = false;  ///< openfab_kernel::packed
 };
 
 /// The stages that a slab kernel has inside, beside the volume; each may be null.
@@ -33,7 +34,9 @@ struct SlabStages {
     bool after_segments = false;
 };
 
-/// `inside`: of a slab kernel.
+/// `inside`: of a slab kernel. Outputs of a kernel that may have many are packed where there are more
+/// than kMostResults.
+constexpr size_t kMostResults = 16;
 KernelArgs collect_args(const ir::Stage& stage, const SlabStages& inside = {});
 
 /// True for what is read of a voxel's nearest surface point.

@@ -19,9 +19,32 @@ using ir::Instr;
 using ir::Op;
 using ir::ValueId;
 
+/// Loads the elements of a table that an index names, which may be a vector.
+Value load_element(const Instr& table, const Value& index, const Halide::ImageParam& values) {
+    const int lanes = index.expr.type().lanes();
+    const Halide::Type ints = Halide::Int(32, lanes);
+    const auto number = [&](const Halide::Type& type, uint32_t value) {
+        return internal::make_const(type, static_cast<int64_t>(value));
+    };
+    Expr at = internal::Min::make(index.expr, number(index.expr.type(), table.bits - 1));
+    if (index.type == ir::Type::kInt) at = internal::Max::make(at, number(ints, 0));
+    at = Halide::cast(ints, at);
+    at = at * number(ints, static_cast<uint32_t>(table.b)) +
+         number(ints, static_cast<uint32_t>(table.a));
+    const Expr bits =
+        internal::Load::make(Halide::UInt(32, lanes), values.name(), at, Halide::Buffer<>(),
+                             values.parameter(), internal::const_true(lanes), {});
+    const Halide::Type stored = storage_type(table.type).with_lanes(lanes);
+    return from_storage(table.type,
+                        stored == bits.type() ? bits : Halide::reinterpret(stored, bits));
+}
+
 /// Computes one operation from its arguments, which may be vectors.
-Value compute(const Instr& instr, const std::vector<Value>& args) {
+Value compute(const Instr& instr, const std::vector<Value>& args,
+              const Halide::ImageParam& values) {
     switch (instr.op) {
+        case Op::kTable:
+            return load_element(instr, args[0], values);
         case Op::kConst:
             return constant_bits(instr.type, instr.bits);
         case Op::kConvert:
@@ -56,6 +79,35 @@ class Effects : public internal::IRVisitor {
 
     std::set<std::string> loads_;
     bool is_pure_ = true;
+};
+
+/// The variable that a loop is written out for, if something in it is chosen by that: see
+/// Deferred::one_of.
+class ChoosesBy : public internal::IRVisitor {
+  public:
+    ChoosesBy(const Deferred& deferred, const internal::For& loop)
+        : deferred_(deferred), name_(loop.name) {
+        loop.body.accept(this);
+    }
+    bool found() const { return found_; }
+
+  private:
+    using internal::IRVisitor::visit;
+
+    void visit(const internal::Call* op) override {
+        const DeferredValue* value = deferred_.find(op->name);
+        if (value != nullptr && !value->choices.empty()) {
+            const Expr& first = op->args[0];
+            const auto* spread = first.as<internal::Broadcast>();
+            const auto* by = (spread != nullptr ? spread->value : first).as<internal::Variable>();
+            found_ = found_ || (by != nullptr && by->name == name_);
+        }
+        IRVisitor::visit(op);
+    }
+
+    const Deferred& deferred_;
+    const std::string name_;
+    bool found_ = false;
 };
 
 bool is_atom(const Expr& e) {
@@ -113,6 +165,10 @@ class Expander : public internal::IRMutator {
             append(block->rest);
         } else if (const auto* let = s.as<internal::LetStmt>()) {
             append(let);
+        } else if (const auto* loop = s.as<internal::For>();
+                   loop != nullptr && loop->for_type == internal::ForType::Serial &&
+                   ChoosesBy(*deferred_, *loop).found() && append_each(*loop)) {
+            return;
         } else if (const auto* store = s.as<internal::Store>()) {
             Stmt changed = IRMutator::visit(store);
             if (now_.loads.count(store->name) != 0) forget_loads();
@@ -122,6 +178,19 @@ class Expander : public internal::IRMutator {
             forget_loads();
             now_.items.push_back({"", Expr(), std::move(changed)});
         }
+    }
+
+    /// Writes a loop out, if its trips are known.
+    bool append_each(const internal::For& loop) {
+        const auto* first = loop.min.as<internal::IntImm>();
+        const auto* count = loop.extent.as<internal::IntImm>();
+        if (first == nullptr || count == nullptr) return false;
+        for (int64_t k = 0; k < count->value; ++k) {
+            const Renamed renamed(this, loop.name,
+                                  internal::make_const(Halide::Int(32), first->value + k));
+            append(loop.body);
+        }
+        return true;
     }
 
     void append(const internal::LetStmt* let) {
@@ -219,24 +288,62 @@ class Expander : public internal::IRMutator {
 
     Expr expand(const DeferredValue& value, const std::vector<Expr>& args) {
         std::vector<Expr> reads;
-        for (const Expr& arg : args) {
-            const Expr changed = mutate(arg);
+        for (size_t k = 0; k < args.size(); ++k) {
+            if (value.reads[k] == ir::kNoValue) {
+                reads.emplace_back();
+                continue;
+            }
+            const Expr changed = mutate(args[k]);
             const auto* same = changed.as<internal::Broadcast>();
             reads.push_back(bind(same != nullptr ? same->value : changed));
         }
         Known& known = now_.known[value.stage];
         for (size_t k = 0; k < reads.size(); ++k) {
+            if (!reads[k].defined()) continue;
             const auto before = known.reads.find(value.reads[k]);
             // Of other lanes, or of memory that was written since.
             if (before != known.reads.end() && !internal::equal(before->second, reads[k]))
                 known = {};
         }
         for (size_t k = 0; k < reads.size(); ++k) {
+            if (!reads[k].defined()) continue;
             const ValueId id = value.reads[k];
             known.reads[id] = reads[k];
             known.values[id] = {value.stage->instrs[id].type, reads[k]};
         }
-        return compute_all(*value.stage, value.id, &known.values);
+        if (value.choices.empty()) return compute_all(*value.stage, value.id, &known.values);
+        return choose(value, mutate(args[0]), &known.values);
+    }
+
+    /// Computes the bits of the one of several values that has a number; of all, where the number is
+    /// not known.
+    Expr choose(const DeferredValue& value, const Expr& number, std::map<ValueId, Value>* values) {
+        const auto* spread = number.as<internal::Broadcast>();
+        const Expr& at = spread != nullptr ? spread->value : number;
+        const auto bits = [&](size_t k) {
+            const ValueId id = value.choices[k];
+            compute_all(*value.stage, id, values);
+            const Expr stored = to_storage(values->at(id));
+            const Halide::Type type = Halide::UInt(32, stored.type().lanes());
+            return stored.type() == type ? stored : Halide::reinterpret(type, stored);
+        };
+        if (const auto* known = at.as<internal::IntImm>())
+            return bits(static_cast<size_t>(known->value));
+        const Expr chosen = bind(number);
+        Expr out = bits(value.choices.size() - 1);
+        for (size_t k = value.choices.size() - 1; k-- > 0;) {
+            Expr one = bits(k);
+            const int lanes =
+                std::max({chosen.type().lanes(), one.type().lanes(), out.type().lanes()});
+            const auto widened = [&](const Expr& e) {
+                return e.type().lanes() == lanes ? e : internal::Broadcast::make(e, lanes);
+            };
+            const Expr by = widened(chosen);
+            out = add_let(
+                Halide::select(by == internal::make_const(by.type(), static_cast<int64_t>(k)),
+                               widened(one), widened(out)));
+        }
+        return out;
     }
 
     /// Computes a value and what it needs, the latter just before its first use.
@@ -256,7 +363,7 @@ class Expander : public internal::IRMutator {
             std::vector<Value> args;
             for (const ValueId arg : instr.args)
                 args.push_back(values->at(arg));
-            Value value = compute(instr, args);
+            Value value = compute(instr, args, deferred_->object_values());
             // Of all that is inside, too: the target feature marks what Halide's passes see.
             if (!internal::is_const(value.expr) && instr.op != Op::kConst)
                 value.expr = add_let(Halide::strict_float(value.expr));
@@ -275,37 +382,64 @@ class Expander : public internal::IRMutator {
 
 }  // namespace
 
+/// Lists what values are computed from, as far as that is known to Halide.
+void Deferred::collect_reads(const ir::Stage& stage, std::vector<ValueId> open,
+                             const std::vector<Value>& known, DeferredValue* value,
+                             std::vector<Expr>* args) const {
+    std::set<ValueId> seen(open.begin(), open.end());
+    bool loads = false;
+    while (!open.empty()) {
+        const ValueId next = open.back();
+        open.pop_back();
+        if (known[next].expr.defined()) {
+            value->reads.push_back(next);
+            args->push_back(known[next].expr);
+            continue;
+        }
+        loads = loads || stage.instrs[next].op == Op::kTable;
+        for (const ValueId arg : stage.instrs[next].args) {
+            if (seen.insert(arg).second) open.push_back(arg);
+        }
+    }
+    if (!loads) return;
+    // Halide passes on only those buffers that it sees a load of.
+    value->reads.push_back(ir::kNoValue);
+    args->push_back(object_values_(0));
+}
+
+/// Returns the name under which a value is kept. The same value may be asked for before and after
+/// some of what it needs is stored.
+std::string Deferred::add(const std::string& name, const DeferredValue& value) {
+    std::string unique = name;
+    for (int k = 1;; ++k) {
+        const auto [place, is_new] = values_.emplace(unique, value);
+        if (is_new || place->second.reads == value.reads) return unique;
+        unique = fmt::format("{}_{}", name, k);
+    }
+}
+
 Value Deferred::value(const ir::Stage& stage, const std::string& prefix, ValueId id,
                       const std::vector<Value>& known) {
     const Instr& wanted = stage.instrs[id];
     if (known[id].expr.defined()) return known[id];
     if (wanted.op == Op::kConst) return constant_bits(wanted.type, wanted.bits);
-    DeferredValue value{&stage, id, {}};
+    DeferredValue value{&stage, id, {}, {}};
     std::vector<Expr> args;
-    std::set<ValueId> seen = {id};
-    std::vector<ValueId> open = {id};
-    while (!open.empty()) {
-        const ValueId next = open.back();
-        open.pop_back();
-        if (known[next].expr.defined()) {
-            value.reads.push_back(next);
-            args.push_back(known[next].expr);
-            continue;
-        }
-        for (const ValueId arg : stage.instrs[next].args) {
-            if (seen.insert(arg).second) open.push_back(arg);
-        }
-    }
-    // The same value may be asked for before and after some of what it needs is stored.
-    const std::string name = fmt::format("{}.{}", prefix, id);
-    std::string unique = name;
-    for (int k = 1;; ++k) {
-        const auto [place, is_new] = values_.emplace(unique, value);
-        if (is_new || place->second.reads == value.reads) break;
-        unique = fmt::format("{}_{}", name, k);
-    }
-    return {wanted.type, internal::Call::make(halide_type(wanted.type), unique, args,
-                                              internal::Call::PureExtern)};
+    collect_reads(stage, {id}, known, &value, &args);
+    const std::string name = add(fmt::format("{}.{}", prefix, id), value);
+    return {wanted.type,
+            internal::Call::make(halide_type(wanted.type), name, args, internal::Call::PureExtern)};
+}
+
+Expr Deferred::one_of(const ir::Stage& stage, const std::string& prefix, std::vector<ValueId> ids,
+                      const std::vector<Value>& known, const Expr& number) {
+    DeferredValue value{&stage, ir::kNoValue, ids, {ir::kNoValue}};
+    std::vector<Expr> args = {number};
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    collect_reads(stage, std::move(ids), known, &value, &args);
+    const std::string name = add(fmt::format("{}.all", prefix), value);
+    return internal::Call::make(Halide::UInt(32), name, args, internal::Call::PureExtern);
 }
 
 const DeferredValue* Deferred::find(const std::string& name) const {

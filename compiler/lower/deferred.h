@@ -26,7 +26,8 @@ namespace openfab::lower {
 struct DeferredValue {
     const ir::Stage* stage = nullptr;
     ir::ValueId id = ir::kNoValue;
-    std::vector<ir::ValueId> reads;  ///< the value that each argument is
+    std::vector<ir::ValueId> choices;  ///< one of these instead, by the first argument
+    std::vector<ir::ValueId> reads;    ///< the value that each argument is; kNoValue: none
 };
 
 /// The calls of one kernel by name. The stages must outlive it.
@@ -37,9 +38,26 @@ class Deferred {
     Value value(const ir::Stage& stage, const std::string& prefix, ir::ValueId id,
                 const std::vector<Value>& known);
 
+    /// Returns a call that stands for the bits of one of the values `ids`, by number. A loop over
+    /// `number` is written out where the calls are replaced, so that Halide sees one value instead of
+    /// many: several of its passes take the square of how many there are.
+    Halide::Expr one_of(const ir::Stage& stage, const std::string& prefix,
+                        std::vector<ir::ValueId> ids, const std::vector<Value>& known,
+                        const Halide::Expr& number);
+
     const DeferredValue* find(const std::string& name) const;
 
+    /// Sets the buffer that Tables load from.
+    void set_values(const Halide::ImageParam& values) { object_values_ = values; }
+    const Halide::ImageParam& object_values() const { return object_values_; }
+
   private:
+    void collect_reads(const ir::Stage& stage, std::vector<ir::ValueId> open,
+                       const std::vector<Value>& known, DeferredValue* value,
+                       std::vector<Halide::Expr>* args) const;
+    std::string add(const std::string& name, const DeferredValue& value);
+
+    Halide::ImageParam object_values_;
     std::map<std::string, DeferredValue> values_;
 };
 

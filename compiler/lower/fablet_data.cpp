@@ -72,8 +72,9 @@ const openfab_varying* FabletData::keep_varyings(const std::vector<ir::Varying>&
 }
 
 openfab_kernel FabletData::make_kernel_entry(const ir::Stage& stage, const SlabStages& inside) {
-    const std::vector<openfab_arg>& args = args_.emplace_back(collect_args(stage, inside).all());
-    return {{}, static_cast<int32_t>(args.size()), args.data()};
+    const KernelArgs collected = collect_args(stage, inside);
+    const std::vector<openfab_arg>& args = args_.emplace_back(collected.all());
+    return {{}, static_cast<int32_t>(args.size()), args.data(), collected.packed ? 1 : 0};
 }
 
 openfab_segments FabletData::make_segments(const passes::SegmentedStage& segmented) {
@@ -137,6 +138,9 @@ FabletData::FabletData(const FabletUnit& unit) {
             table_.*slot.kernel = make_kernel_entry(*slot.stage, slot.inside);
     }
     table_.derived_count = static_cast<int32_t>(stages.derived.outputs.size());
+    table_values_ = stages.table_values;
+    table_.table_value_count = static_cast<int32_t>(table_values_.size());
+    table_.table_values = table_values_.empty() ? nullptr : table_values_.data();
     const std::vector<openfab_arg>& fields = args_.emplace_back(collect_fields(stages.volume));
     table_.field_count = static_cast<int32_t>(fields.size());
     table_.fields = fields.data();

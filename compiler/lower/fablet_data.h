@@ -74,6 +74,7 @@ class FabletData {
     std::deque<std::vector<uint32_t>> bits_;
     std::deque<std::array<double, 2>> limits_;
     std::vector<openfab_uniform> uniforms_;
+    std::vector<openfab_table_value> table_values_;
     std::deque<std::vector<openfab_varying>> varyings_;
     std::deque<std::vector<openfab_arg>> args_;
     std::deque<std::vector<openfab_kernel>> kernels_;

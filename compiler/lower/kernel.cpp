@@ -121,6 +121,7 @@ class StageLowering {
         if (blocks) image.dim(0).set_extent(3);
         if (mask) shape_blue_noise(&image);
         arguments_.push_back(image);
+        if (arg.kind == OPENFAB_ARG_VALUES) deferred_->set_values(image);
         if (texture) {
             context_.textures.emplace(std::pair(arg.a, arg.b), image);
         } else {
@@ -358,6 +359,7 @@ class StageLowering {
     }
 
     void define_outputs(Kernel* kernel) {
+        if (args_.packed) return define_packed(kernel);
         std::vector<Expr> results;
         for (const ir::Output& output : stage_->outputs) {
             const Expr result = to_storage(value(output.value));
@@ -391,6 +393,43 @@ class StageLowering {
         kernel->funcs.insert(kernel->funcs.end(), sample_funcs_.rbegin(), sample_funcs_.rend());
     }
 
+    /// Stores all results in one buffer, by number.
+    void define_packed(Kernel* kernel) {
+        const auto count = static_cast<int>(stage_->outputs.size());
+        std::vector<ir::ValueId> ids;
+        for (const ir::Output& output : stage_->outputs)
+            ids.push_back(output.value);
+        Halide::Func result(names_.result);
+        const std::vector<Var> vars = {lane_, output_, group_};
+        result(vars) = deferred_->one_of(*stage_, values_name_, ids, values_, output_);
+        result.bound(lane_, 0, kLanes).bound(output_, 0, count);
+        const NamedFunc result_named = named(names_.result, result, vars);
+        if (is_slab()) {
+            define_slab(result, static_cast<size_t>(count), kernel);
+        } else if (has_list()) {
+            kernel->output = result;
+            shape_packed(result.output_buffer(), count);
+        } else {
+            Halide::Func store("store");
+            store(n_, output_) = result(n_ % kLanes, output_, n_ / kLanes);
+            // All results of a group are there before the first is stored.
+            store.bound(output_, 0, count).reorder(output_, n_);
+            store.output_buffer().dim(0).set_min(0);
+            store.output_buffer().dim(1).set_bounds(0, count);
+            kernel->output = store;
+            kernel->funcs.push_back(named("store", store, {n_, output_}));
+        }
+        kernel->funcs.push_back(result_named);
+        kernel->funcs.insert(kernel->funcs.end(), sample_funcs_.rbegin(), sample_funcs_.rend());
+    }
+
+    /// Lanes in order, every result of as many groups as are listed.
+    static void shape_packed(Halide::OutputImageParam buffer, int count) {
+        buffer.dim(0).set_stride(1).set_bounds(0, kLanes);
+        buffer.dim(1).set_bounds(0, count);
+        buffer.dim(2).set_min(0);
+    }
+
     /// Asks for what the stage reads of the nearest surface point, where the stage of demand says.
     void define_nearest() {
         if (fields_.empty()) return;
@@ -422,37 +461,70 @@ class StageLowering {
         shape_channels(&channels, count);
         const Var slot("slot");
         Halide::Func amounts("amounts");
-        Expr amount = element(weights, {lane_, group_}, slots - 1);
-        for (size_t k = slots - 1; k-- > 0;) {
-            amount = Halide::select(slot == static_cast<int>(k),
-                                    element(weights, {lane_, group_}, k), amount);
+        if (args_.packed) {
+            const Expr bits = weights(lane_, slot, group_);
+            amounts(lane_, slot, group_) = Halide::reinterpret(Halide::Float(32), bits);
+            amounts.bound(slot, 0, count);
+        } else {
+            Expr amount = element(weights, {lane_, group_}, slots - 1);
+            for (size_t k = slots - 1; k-- > 0;) {
+                amount = Halide::select(slot == static_cast<int>(k),
+                                        element(weights, {lane_, group_}, k), amount);
+            }
+            amounts(lane_, slot, group_) = amount;
+            amounts.bound(slot, 0, count).unroll(slot);
         }
-        amounts(lane_, slot, group_) = amount;
-        amounts.bound(slot, 0, count).unroll(slot);
         amounts.compute_root().store_in(Halide::MemoryType::Stack);
         const Normalised normalised = normalise(amounts, count, channels, lane_, group_);
         std::vector<NamedFunc> rule;
         const std::optional<Expr> choice = define_choice(normalised, slots, &rule);
-        std::vector<Expr> results = {normalised.code, normalised.unusable};
-        for (size_t channel = 0; channel <= slots; ++channel)
-            results.push_back(normalised.fraction(static_cast<int>(channel)));
-        if (choice) results.push_back(*choice);
         Halide::Func slab("slab");
-        slab(lane_, group_) = Halide::Tuple(results);
+        if (args_.packed) {
+            define_packed_slab(normalised, choice, static_cast<int>(slots), slab);
+        } else {
+            std::vector<Expr> results = {normalised.code, normalised.unusable};
+            for (size_t channel = 0; channel <= slots; ++channel)
+                results.push_back(normalised.fraction(static_cast<int>(channel)));
+            if (choice) results.push_back(*choice);
+            slab(lane_, group_) = Halide::Tuple(results);
+        }
         slab.bound(lane_, 0, kLanes);
         // A split by a factor of this needs no tail; for one, Halide makes the code of a batch twice,
         // which takes twice as long to compile.
         slab.align_extent(group_, OPENFAB_LISTED_COLUMNS);
         std::vector<Halide::OutputImageParam> buffers = slab.output_buffers();
-        shape_columns(buffers);
-        // Fractions go where the runtime keeps those of all materials.
-        for (size_t k = 0; k < 2; ++k)
-            buffers[k].dim(1).set_stride(kLanes);
         kernel->output = slab;
-        kernel->funcs.push_back(named("slab", slab, context_.vars));
+        if (args_.packed) {
+            shape_packed(buffers[0], static_cast<int>(args_.outputs.size()));
+            kernel->funcs.push_back(named("slab", slab, {lane_, output_, group_}));
+        } else {
+            shape_columns(buffers);
+            // Fractions go where the runtime keeps those of all materials.
+            for (size_t k = 0; k < 2; ++k)
+                buffers[k].dim(1).set_stride(kLanes);
+            kernel->funcs.push_back(named("slab", slab, context_.vars));
+        }
         kernel->funcs.insert(kernel->funcs.end(), rule.rbegin(), rule.rend());
         kernel->funcs.insert(kernel->funcs.end(), normalised.funcs.begin(), normalised.funcs.end());
         kernel->funcs.push_back(named("amounts", amounts, {lane_, slot, group_}));
+    }
+
+    /// Results in the order of the arguments, of 16 bits each.
+    void define_packed_slab(const Normalised& normalised, const std::optional<Expr>& choice,
+                            int slots, Halide::Func slab) const {
+        constexpr int kBefore = 2;
+        const int channels = slots + 1, results = kBefore + channels + (choice ? 1 : 0);
+        const Expr channel = Halide::clamp(output_ - kBefore, 0, slots);
+        const auto bits = [](const Expr& e) { return Halide::cast<uint16_t>(e); };
+        Expr value = bits(normalised.fraction(channel));
+        if (choice)
+            value =
+                Halide::select(Halide::likely(output_ < kBefore + channels), value, bits(*choice));
+        value = Halide::select(
+            Halide::likely(output_ >= kBefore), value,
+            Halide::select(output_ == 0, bits(normalised.code), bits(normalised.unusable)));
+        slab(lane_, output_, group_) = value;
+        slab.bound(output_, 0, results);
     }
 
     /// Defines the code that the dither rule chooses, if there is one: that of the fraction which
@@ -467,9 +539,16 @@ class StageLowering {
         const Expr number = to_storage(value(stage_->outputs[0].value));
         std::swap(stage_, dither_);
         Expr code = normalised.largest();
-        for (int channel = 0; channel <= static_cast<int>(slots); ++channel) {
+        if (args_.packed) {
+            const Expr channel = Halide::clamp(number, 0, static_cast<int>(slots));
             const Expr present = normalised.fraction(channel) > Halide::cast<uint16_t>(0);
             code = Halide::select(number == channel && present, normalised.material(channel), code);
+        } else {
+            for (int channel = 0; channel <= static_cast<int>(slots); ++channel) {
+                const Expr present = normalised.fraction(channel) > Halide::cast<uint16_t>(0);
+                code = Halide::select(number == channel && present, normalised.material(channel),
+                                      code);
+            }
         }
         const Halide::Func choice = new_func(&context_, "choice", context_.vars).func;
         context_.funcs = &sample_funcs_;
@@ -485,7 +564,7 @@ class StageLowering {
     const Normalised* normalised_ = nullptr;  ///< while the rule is lowered
     const KernelArgs args_;
     const StageNames names_;
-    const Var n_{"n"}, lane_, group_;
+    const Var n_{"n"}, output_{"output"}, lane_, group_;
     LoweringContext context_;
     std::vector<NamedFunc> sample_funcs_;  ///< producers first
     const std::vector<openfab_arg> fields_;

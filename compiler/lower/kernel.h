@@ -31,6 +31,9 @@
 //               taps_k(…)                iterations that the lanes of the 8 take; 0 where no path
 //                                        reaches it
 //               texture_k(lane, …)       the result; its update loops over trips
+// Where there are more than kMostResults results, weights, segment, bounds, derived, store and slab have a
+// dimension `output` between lane and group, and one value: the bits of the result of that number
+// (Deferred::one_of). Those of slab, of 16 bits each, are code, unusable, the fractions and the choice.
 // where lane is z where groups are columns, and the dots are the other loop. Values that a lookup in a
 // picture may need are named values_early_k, texture_early_k and so on: they are computed for as
 // many lanes at once as the lookup. What a Func stores of the stage's operations is a call like

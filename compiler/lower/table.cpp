@@ -87,6 +87,16 @@ class TableWriter {
         line("    {{0}}}};");
     }
 
+    /// Returns the name of the list, or 0.
+    std::string write_table_values(const std::string& name, const openfab_fablet& table) {
+        if (table.table_value_count == 0) return "0";
+        line("static const struct openfab_table_value {}[] = {{", name);
+        for (const openfab_table_value& v : listed(table.table_values, table.table_value_count))
+            line("    {{{}, {}u}},", v.from, v.bits);
+        line("}};");
+        return name;
+    }
+
     void write_varyings(const std::string& name, const openfab_varying* first, int32_t count) {
         const std::span<const openfab_varying> varyings(first, static_cast<size_t>(count));
         std::vector<std::string> bits;
@@ -121,8 +131,8 @@ class TableWriter {
                            const openfab_kernel& kernel) {
         if (kernel.arg_count == 0) return "{{0}, 0, 0}";
         const std::string args = write_list(name, listed(kernel.args, kernel.arg_count));
-        return fmt::format("{{{{{}}}, {}, {}}}", fmt::join(functions, ", "), kernel.arg_count,
-                           args);
+        return fmt::format("{{{{{}}}, {}, {}, {}}}", fmt::join(functions, ", "), kernel.arg_count,
+                           args, kernel.packed);
     }
 
     /// Name of a list of arguments, or 0.
@@ -226,6 +236,7 @@ class TableWriter {
         if (table.surface_segments.step_count > 0) {
             kernels[0] = write_args(prefix + "_surface_args", {"0", "0", "0"}, table.surface);
         }
+        const std::string values = write_table_values(prefix + "_values", table);
         const std::string fields =
             write_list(prefix + "_fields", listed(table.fields, table.field_count));
         const std::string surface_segments =
@@ -244,6 +255,7 @@ class TableWriter {
         line("    {},", fmt::join(kernels.begin(), kernels.begin() + 4, ",\n    "));
         line("    {}, {},", surface_segments, volume_segments);
         line("    {}, {},", table.derived_count, kernels[4]);
+        line("    {}, {},", table.table_value_count, values);
         line("    {}, {},", table.field_count, fields);
         line("    {}, {}}};", kernels[5], stored_bytes_[k]);
     }

@@ -22,7 +22,8 @@ bool can_move(Op op) {
     return !is_effectful(op) && op != Op::kSample && op != Op::kSampleBound;
 }
 
-/// Finds the values that depend on uniforms and constants alone.
+}  // namespace
+
 std::vector<bool> uniform_values(const ir::Stage& stage) {
     std::vector<bool> out(stage.instrs.size());
     for (ValueId id = 0; id < stage.instrs.size(); ++id) {
@@ -35,13 +36,10 @@ std::vector<bool> uniform_values(const ir::Stage& stage) {
     return out;
 }
 
+namespace {
+
 bool is_leaf(const Instr& instr) {
     return instr.op == Op::kConst || instr.op == Op::kInput;
-}
-
-bool same(const Instr& a, const Instr& b) {
-    return a.op == b.op && a.type == b.type && a.bits == b.bits && a.kind == b.kind && a.a == b.a &&
-           a.b == b.b && a.args == b.args;
 }
 
 }  // namespace
@@ -52,23 +50,21 @@ UniformHoister::UniformHoister(int32_t uniform_value_count)
 }
 
 ValueId UniformHoister::add(Instr instr) {
-    const auto known = std::find_if(derived_.instrs.begin(), derived_.instrs.end(),
-                                    [&](const Instr& other) { return same(other, instr); });
-    const auto id = static_cast<ValueId>(known - derived_.instrs.begin());
-    if (known == derived_.instrs.end()) derived_.instrs.push_back(std::move(instr));
-    return id;
+    const auto id = static_cast<ValueId>(derived_.instrs.size());
+    const Key key{instr.op, instr.type, instr.bits, instr.kind, instr.a, instr.b, instr.args};
+    const auto [place, is_new] = known_.emplace(key, id);
+    if (is_new) derived_.instrs.push_back(std::move(instr));
+    return place->second;
 }
 
 int32_t UniformHoister::index_of(ValueId value) {
-    const auto known =
-        std::find_if(derived_.outputs.begin(), derived_.outputs.end(),
-                     [&](const ir::Output& output) { return output.value == value; });
-    const auto index = static_cast<int32_t>(known - derived_.outputs.begin());
-    if (known == derived_.outputs.end()) {
+    const auto index = static_cast<int32_t>(derived_.outputs.size());
+    const auto [place, is_new] = indices_.emplace(value, index);
+    if (is_new) {
         derived_.outputs.push_back(
             {fmt::format("derived_{}", index), OPENFAB_ARG_DERIVED, index, 0, value});
     }
-    return index;
+    return place->second;
 }
 
 void UniformHoister::hoist(ir::Stage* stage) {

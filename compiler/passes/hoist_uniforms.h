@@ -2,9 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
+#include <tuple>
+#include <vector>
+
 #include "compiler/ir/ir.h"
 
 namespace openfab::passes {
+
+/// Returns which values of a stage depend on uniforms and constants alone, by id.
+std::vector<bool> uniform_values(const ir::Stage& stage);
 
 /// Collects the values that the stages of a fablet compute from uniforms alone, so that they are
 /// computed once per object (openfab_fablet::derived) and not once per block.
@@ -22,11 +29,16 @@ class UniformHoister {
     const ir::Stage& derived() const { return derived_; }
 
   private:
+    using Key =
+        std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
+
     ir::ValueId add(ir::Instr instr);
     int32_t index_of(ir::ValueId value);
 
     int32_t uniform_value_count_;
     ir::Stage derived_;
+    std::map<Key, ir::ValueId> known_;
+    std::map<ir::ValueId, int32_t> indices_;
 };
 
 }  // namespace openfab::passes

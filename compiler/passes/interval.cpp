@@ -114,6 +114,8 @@ Interval IntervalForm::interval_of(const Instr& instr) {
             return convert_interval(instr);
         case Op::kSelect:
             return select_interval(instr);
+        case Op::kPick:
+            return pick_interval(instr);
         case Op::kBitCast:
             return unknown(instr.type);
         case Op::kAnd:

@@ -90,6 +90,8 @@ class IntervalForm {
     Id magnitude(Id value) { return magnitude_interval(values_[value]).hi; }
     Interval convert_interval(const ir::Instr& instr);
     Interval select_interval(const ir::Instr& instr);
+    Interval pick_interval(const ir::Instr& instr);
+    Interval all_elements(const ir::Instr& pick);
     Interval bool_interval(Op op, const Interval& a, const Interval& b);
     Interval comparison_interval(Op op, const Interval& a, const Interval& b);
     Interval float_interval(const ir::Instr& instr);

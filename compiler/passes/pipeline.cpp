@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <iterator>
+#include <optional>
 
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
@@ -12,8 +13,10 @@
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/expand_functions.h"
+#include "compiler/passes/expand_picks.h"
 #include "compiler/passes/form_demand.h"
 #include "compiler/passes/form_surface_bounds.h"
+#include "compiler/passes/form_tables.h"
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/hoist_uniforms.h"
@@ -30,9 +33,6 @@ using ir::StageKind;
 /// A query takes about 0.1 us (docs/measurements). This many operations, on eight voxels at once,
 /// take less; more would cost, first of all in compile time.
 constexpr size_t kMaxDemandOperations = 400;
-// A slab kernel for more slots takes longer to compile than all segments before it, 6 s for 64.
-// Amounts of so many are normalised by the kernel that is there for any number.
-constexpr size_t kMostSlabSlots = 16;
 // An interval form has two outputs for each material.
 constexpr size_t kMaxBoundsOutputs = 192;
 
@@ -41,6 +41,8 @@ struct Work {
     const PipelineOptions& options;
     KernelStages& stages;
     UniformHoister hoister;
+    int32_t uniforms;                   ///< values of the object before any pass
+    std::optional<TableFormer> tables;  ///< once all derived values are known
     size_t& longest;
     size_t& dither;
 };
@@ -107,14 +109,23 @@ Written uniforms(Work* work, Stage* stage) {
     return {stage};
 }
 
+Written tables(Work* work, Stage* stage) {
+    Stage& derived = work->stages.derived;
+    if (!work->tables)
+        work->tables.emplace(work->uniforms + static_cast<int32_t>(derived.outputs.size()));
+    work->tables->form(&derived);
+    work->tables->form(stage);
+    work->stages.table_values = work->tables->values();
+    return {stage};
+}
+
 Written cut(Work* work, Stage* stage) {
     if (!needs_segments(*stage)) return {};
     const bool volume = stage->kind == StageKind::kVolume;
     SegmentedStage& out = volume ? work->stages.volume_segments : work->stages.surface_segments;
     Stage live = *stage;
     ir::drop_dead_values(&live);
-    const bool many = live.outputs.size() > kMostSlabSlots && work->stages.dither.outputs.empty();
-    out = cut_segments(live, kMaxSegmentOperations, many ? Amounts::kStates : Amounts::kLast);
+    out = cut_segments(live);
     // What made it need segments may have been dead.
     if (out.steps.empty()) {
         out = {};
@@ -180,6 +191,9 @@ constexpr Pass kPasses[] = {
     {"eliminate_dead_values", kOptional, Cleaning::kIs, kGiven | kDither,
      rewrites<eliminate_dead_values>},
 
+    // Before attach_footprints, bounds and demand, which know Picks of uniform values only.
+    {"expand_picks", kRequired, Cleaning::kFollows, kGiven | kDither, rewrites<expand_picks>},
+
     // Before bounds and demand: the footprint of a lookup decides what it may return, and
     // footprints use nearest inputs, too. Before expand_functions: derivatives are known for
     // functions.
@@ -212,6 +226,9 @@ constexpr Pass kPasses[] = {
     // before.
     {"hoist_uniforms", kOptional, Cleaning::kNone, kGiven | kFormed | kDither, uniforms},
 
+    // After hoist_uniforms, which makes elements that are computed values of the object.
+    {"form_tables", kRequired, Cleaning::kNone, kGiven | kFormed | kDither, tables},
+
     // Last: segments are straight-line code, and no pass above knows states.
     {"cut_segments", kRequired, Cleaning::kFollows, kGiven, cut},
 };
@@ -219,8 +236,13 @@ constexpr Pass kPasses[] = {
 class Runner {
   public:
     Runner(const ir::Fablet& fablet, const PipelineOptions& options, PipelineResult* result)
-        : work_{options, result->stages, UniformHoister(fablet.uniform_value_count),
-                result->longest, result->dither},
+        : work_{options,
+                result->stages,
+                UniformHoister(fablet.uniform_value_count),
+                fablet.uniform_value_count,
+                {},
+                result->longest,
+                result->dither},
           has_surface_(fablet.has_surface),
           has_dither_(fablet.has_dither),
           result_(*result) {}

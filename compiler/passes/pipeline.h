@@ -37,6 +37,7 @@ struct KernelStages {
     ir::Stage volume_demand;   ///< output DEMAND; none if every voxel needs its point
     ir::Stage dither;          ///< output CHOICE; none without a rule
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
+    std::vector<openfab_table_value> table_values;  ///< of the object, behind those
     /// Compiled instead of a stage that must be cut; no steps otherwise.
     SegmentedStage surface_segments;
     SegmentedStage volume_segments;

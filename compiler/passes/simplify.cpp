@@ -104,6 +104,7 @@ class Simplifier {
     std::optional<ValueId> identity(const Instr& instr) const {
         if (instr.op == Op::kConvert && arg(instr, 0).type == instr.type) return instr.args[0];
         if (instr.op == Op::kSelect) return identity_of_select(instr);
+        if (instr.op == Op::kPick) return identity_of_pick(instr);
         if (instr.op == Op::kNot && arg(instr, 0).op == Op::kNot) return arg(instr, 0).args[0];
         if (instr.args.size() != 2) return std::nullopt;
         const ValueId a = instr.args[0];
@@ -113,6 +114,17 @@ class Simplifier {
                               instr.op != Op::kShl && instr.op != Op::kShr;
         if (commutes && keeps(instr.op, instr.type, a)) return b;
         return std::nullopt;
+    }
+
+    std::optional<ValueId> identity_of_pick(const Instr& instr) const {
+        const Instr& index = arg(instr, 0);
+        if (is_const(index)) {
+            const size_t count = instr.args.size() - 1;
+            return instr.args[1 + ir::picked_element(index.type, index.bits, count)];
+        }
+        const bool same = std::all_of(instr.args.begin() + 1, instr.args.end(),
+                                      [&](ValueId element) { return element == instr.args[1]; });
+        return same ? std::optional(instr.args[1]) : std::nullopt;
     }
 
     std::optional<ValueId> identity_of_select(const Instr& instr) const {

@@ -17,7 +17,7 @@ using ir::kNoValue;
 using ir::Op;
 using ir::ValueId;
 
-constexpr size_t kMaxOutputs = 64;
+constexpr size_t kMaxOutputs = 320;
 constexpr size_t kPieceOutputs = 32;
 constexpr size_t kMaxInputs = 96;  // states that it reads
 constexpr size_t kPieceInputs = 48;

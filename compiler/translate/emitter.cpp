@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/translate/emitter.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "compiler/functions/functions.h"
+#include "compiler/ir/arithmetic.h"
 
 namespace openfab::translate {
 
@@ -39,10 +41,20 @@ size_t Emitter::cost(const ir::Instr& instr) {
         default:
             break;
     }
+    if (instr.op == Op::kPick) return pick_cost(instr);
     if (!ir::is_function(instr.op)) return 1;
     size_t& known = function_sizes_[{instr.op, instr.a, instr.args.size()}];
     if (known == 0) known = functions::operations(instr);
     return known;
+}
+
+/// A table is one load; elements that differ from voxel to voxel are compared and chosen one by one.
+size_t Emitter::pick_cost(const ir::Instr& pick) const {
+    const bool table = std::all_of(pick.args.begin() + 1, pick.args.end(), [&](ValueId element) {
+        const ir::Instr& of = instr(element);
+        return of.op == Op::kConst || (of.op == Op::kInput && of.kind == OPENFAB_ARG_UNIFORM);
+    });
+    return table ? 1 : 2 * (pick.args.size() - 1);
 }
 
 size_t Emitter::operations(size_t size) {
@@ -92,6 +104,7 @@ std::optional<ValueId> Emitter::simplified(const ir::Instr& made) {
     if (made.op == Op::kAnd) same = simplified_and(args[0], args[1]);
     if (made.op == Op::kOr) same = simplified_or(args[0], args[1]);
     if (made.op == Op::kSelect) same = simplified_select(args[0], args[1], args[2]);
+    if (made.op == Op::kPick) same = simplified_pick(made);
     if (made.op == Op::kNot && instr(args[0]).op == Op::kNot) same = instr(args[0]).args[0];
     if (same) return same;
     const std::optional<uint32_t> bits = functions::fold(*stage_, made);
@@ -154,6 +167,15 @@ std::optional<ValueId> Emitter::simplified_select(ValueId condition, ValueId if_
     if (is_false(if_true)) return logical_and(logical_not(condition), if_false);
     if (is_true(if_false)) return logical_or(logical_not(condition), if_true);
     return std::nullopt;
+}
+
+std::optional<ValueId> Emitter::simplified_pick(const ir::Instr& pick) const {
+    const ir::Instr& index = instr(pick.args[0]);
+    if (index.op == Op::kConst)
+        return pick.args[1 + ir::picked_element(index.type, index.bits, pick.args.size() - 1)];
+    const bool same = std::all_of(pick.args.begin() + 1, pick.args.end(),
+                                  [&](ValueId element) { return element == pick.args[1]; });
+    return same ? std::optional(pick.args[1]) : std::nullopt;
 }
 
 bool Emitter::implies(ValueId condition, ValueId fact) const {

@@ -72,6 +72,8 @@ class Emitter : public ir::Builder {
     std::optional<ir::ValueId> simplified_or(ir::ValueId a, ir::ValueId b);
     std::optional<ir::ValueId> simplified_select(ir::ValueId condition, ir::ValueId if_true,
                                                  ir::ValueId if_false);
+    std::optional<ir::ValueId> simplified_pick(const ir::Instr& pick) const;
+    size_t pick_cost(const ir::Instr& pick) const;
     void forget_from(ir::ValueId first);
     size_t cost(const ir::Instr& instr);
     bool is_one_of(ir::Op op, ir::ValueId value, ir::ValueId part) const;

@@ -231,6 +231,15 @@ class Analysis {
             case Op::kMin:
             case Op::kMax:
                 return extreme(instr, depth);
+            case Op::kPick: {
+                std::optional<Range> all = arg(1);
+                for (size_t k = 2; k < instr.args.size() && all; ++k) {
+                    const std::optional<Range> one = arg(k);
+                    if (!one) return std::nullopt;
+                    *all = {std::min(all->lo, one->lo), std::max(all->hi, one->hi)};
+                }
+                return all;
+            }
             case Op::kSelect: {
                 const auto a = chosen(instr, true, depth);
                 const auto b = chosen(instr, false, depth);

@@ -43,8 +43,13 @@ class StageTranslator : private Paths {
   private:
     /// Components of a variable or value, selected where `condition` holds.
     struct Alternative {
-        ir::ValueId condition = 0;
+        ir::ValueId condition = 0;  ///< kNoValue until make_conditions
         std::vector<size_t> lanes;
+    };
+    /// A varying index, of so many elements.
+    struct VaryingIndex {
+        ir::ValueId value = 0;
+        size_t count = 0;
     };
     /// The target of an assignment or a selection: one of several alternatives, of which exactly
     /// one condition holds. Without alternatives after an error.
@@ -52,6 +57,7 @@ class StageTranslator : private Paths {
         const check::Symbol* symbol = nullptr;  ///< the variable, or null: `value`
         Value value;
         std::vector<Alternative> alternatives;
+        std::vector<VaryingIndex> indices;  ///< whose product is how many there are
     };
     /// One section of a `switch`.
     struct Section {
@@ -155,13 +161,15 @@ class StageTranslator : private Paths {
     std::pair<size_t, size_t> member_range(const check::Type& type, size_t index) const;
     ir::ValueId index_is(ir::ValueId index, int k, int count);
     void pick_element(const check::Expr& expr, Target* target);
+    void make_conditions(Target* target);
+    ir::ValueId picked_alternative(const Target& target);
     Target target(const check::Expr& expr);
-    void check_read(const Target& target, const source::Span& span);
+    void check_read(const Target& of, const source::Span& span);
     void doubt(const Target& target, const source::Span& span);
     void report_maybe(const check::Symbol& symbol, const source::Span& span);
     void take_as_assigned(const Target& target);
     Value read(const Target& target, const check::Expr& expr);
-    void store(const Target& target, const Value& value);
+    void store(Target target, const Value& value);
     std::vector<int32_t> possible_indices(ir::ValueId value, int32_t all) const;
 
     // translate_matrix.cpp

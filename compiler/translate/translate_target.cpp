@@ -19,7 +19,9 @@ using ir::ValueId;
 
 namespace {
 
-constexpr size_t kMaxAlternatives = 4096;
+constexpr size_t kMaxAlternatives = 16384;
+// Of more than these a read is one Pick, and conditions are only made for those who ask.
+constexpr size_t kMostChosen = 8;
 
 }  // namespace
 
@@ -74,15 +76,52 @@ void StageTranslator::pick_element(const check::Expr& expr, Target* target) {
         gave_up_ = true;
         return;
     }
+    target->indices.push_back({index, count});
     std::vector<Alternative> alternatives;
     for (size_t k = 0; k < count; ++k) {
-        const ValueId here = index_is(index, static_cast<int>(k), static_cast<int>(count));
-        for (const Alternative& alternative : target->alternatives) {
-            alternatives.push_back(
-                {emit_.logical_and(alternative.condition, here), element(alternative, k)});
-        }
+        for (const Alternative& alternative : target->alternatives)
+            alternatives.push_back({ir::kNoValue, element(alternative, k)});
     }
     target->alternatives = std::move(alternatives);
+    if (target->alternatives.size() <= kMostChosen) make_conditions(target);
+}
+
+/// Emits the condition of each alternative, unless they are there: those of the first index change
+/// fastest.
+void StageTranslator::make_conditions(Target* target) {
+    std::vector<Alternative>& alternatives = target->alternatives;
+    if (alternatives.empty() || alternatives[0].condition != ir::kNoValue) return;
+    std::vector<ValueId> conditions = {emit_.constant(true)};
+    for (const auto& [index, count] : target->indices) {
+        std::vector<ValueId> next;
+        for (size_t k = 0; k < count; ++k) {
+            const ValueId here = index_is(index, static_cast<int>(k), static_cast<int>(count));
+            for (const ValueId condition : conditions)
+                next.push_back(emit_.logical_and(condition, here));
+        }
+        conditions = std::move(next);
+    }
+    for (size_t k = 0; k < conditions.size(); ++k)
+        alternatives[k].condition = conditions[k];
+}
+
+/// Returns which alternative of a target with indices is picked, within their number.
+ValueId StageTranslator::picked_alternative(const Target& target) {
+    if (target.indices.size() == 1) return target.indices[0].value;
+    ValueId sum = emit_.constant(0);
+    size_t apart = 1;
+    for (const auto& [index, count] : target.indices) {
+        // Clamped as they are: a uint above 2^31 is the far end.
+        const ir::Type type = emit_.type(index);
+        const ValueId last = emit_.constant(type, static_cast<uint32_t>(count - 1));
+        ValueId at = emit_.binary(Op::kMin, index, last);
+        if (type == ir::Type::kInt) at = emit_.binary(Op::kMax, at, emit_.constant(0));
+        at = emit_.convert(at, ir::Type::kInt);
+        at = emit_.binary(Op::kMul, at, emit_.constant(static_cast<int32_t>(apart)));
+        sum = emit_.binary(Op::kAdd, sum, at);
+        apart *= count;
+    }
+    return sum;
 }
 
 /// Called once per occurrence in the program, since an index may have side effects.
@@ -126,10 +165,17 @@ StageTranslator::Target StageTranslator::target(const check::Expr& expr) {
 }
 
 /// Reports a read of a variable before it has a value.
-void StageTranslator::check_read(const Target& target, const source::Span& span) {
-    const check::Symbol& symbol = *target.symbol;
+void StageTranslator::check_read(const Target& of, const source::Span& span) {
+    const check::Symbol& symbol = *of.symbol;
     const Variable& v = variables_[variable_of(symbol)];
     if (v.assigned.empty()) return;
+    const auto is_assigned = [&](size_t lane) { return emit_.is_true(v.assigned[lane]); };
+    if (std::all_of(of.alternatives.begin(), of.alternatives.end(), [&](const Alternative& one) {
+            return std::all_of(one.lanes.begin(), one.lanes.end(), is_assigned);
+        }))
+        return;
+    Target target = of;
+    make_conditions(&target);
     const bool first_trip = first_trip_comes_here();
     bool never = true;
     bool maybe = false;
@@ -189,8 +235,18 @@ Value StageTranslator::read(const Target& target, const check::Expr& expr) {
     if (target.symbol != nullptr) check_read(target, expr.span);
     const Value& whole =
         target.symbol != nullptr ? variables_[variable_of(*target.symbol)].value : target.value;
-    // The last alternative applies where no condition before it holds.
     Value out;
+    if (target.alternatives.size() > kMostChosen) {
+        const ValueId picked = picked_alternative(target);
+        for (size_t i = 0; i < target.alternatives[0].lanes.size(); ++i) {
+            Value elements;
+            for (const Alternative& alternative : target.alternatives)
+                elements.push_back(whole[alternative.lanes[i]]);
+            out.push_back(emit_.pick(picked, elements));
+        }
+        return out;
+    }
+    // The last alternative applies where no condition before it holds.
     for (size_t lane : target.alternatives.back().lanes)
         out.push_back(whole[lane]);
     for (size_t p = target.alternatives.size() - 1; p-- > 0;) {
@@ -201,8 +257,9 @@ Value StageTranslator::read(const Target& target, const check::Expr& expr) {
     return out;
 }
 
-void StageTranslator::store(const Target& target, const Value& value) {
+void StageTranslator::store(Target target, const Value& value) {
     if (target.symbol == nullptr) return;
+    make_conditions(&target);
     const VariableId id = variable_of(*target.symbol);
     Variable v = variables_[id];
     for (const Alternative& alternative : target.alternatives) {
@@ -233,6 +290,8 @@ std::vector<int32_t> StageTranslator::possible_indices(ValueId value, int32_t al
         } else if (instr.op == Op::kSelect) {
             open.push_back(instr.args[1]);
             open.push_back(instr.args[2]);
+        } else if (instr.op == Op::kPick) {
+            open.insert(open.end(), instr.args.begin() + 1, instr.args.end());
         } else {
             out.resize(static_cast<size_t>(all));
             std::iota(out.begin(), out.end(), 0);

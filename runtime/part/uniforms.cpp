@@ -273,11 +273,26 @@ std::string declaration(const openfab_uniform& u) {
                                : fmt::format("{} {}[{}]", u.type_name, u.name, u.array_length);
 }
 
+namespace {
+
+void fill_tables(const openfab_fablet& fablet, std::vector<uint32_t>* values) {
+    size_t to = static_cast<size_t>(fablet.uniform_value_count + fablet.derived_count);
+    for (int32_t k = 0; k < fablet.table_value_count; ++k) {
+        const openfab_table_value& value = fablet.table_values[k];
+        (*values)[to++] = value.from < 0 ? value.bits : (*values)[static_cast<size_t>(value.from)];
+    }
+}
+
+}  // namespace
+
 void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values) {
     const openfab_kernel& kernel = fablet.derived;
-    if (fablet.derived_count == 0) return;
     const auto count = static_cast<size_t>(fablet.uniform_value_count);
-    values->resize(count + static_cast<size_t>(fablet.derived_count));
+    if (fablet.derived_count + fablet.table_value_count == 0) return;
+    values->resize(count + static_cast<size_t>(fablet.derived_count + fablet.table_value_count));
+    // Derived values may be read from tables of uniforms, and tables hold derived values.
+    fill_tables(fablet, values);
+    if (fablet.derived_count == 0) return;
     abi::KernelCall call(kernel, abi::best_isa());
     const auto buffers =
         std::make_unique<abi::KernelBuffer[]>(static_cast<size_t>(kernel.arg_count));
@@ -286,14 +301,27 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
         const auto a = static_cast<size_t>(arg.a);
         if (arg.kind == OPENFAB_ARG_UNIFORM) {
             call.set(i, &(*values)[a]);
+            continue;
+        }
+        abi::KernelBuffer& buffer = buffers[i];
+        if (kernel.packed != 0 && arg.kind == OPENFAB_ARG_DERIVED) {
+            buffer.set_dense(abi::halide_type(OPENFAB_UINT), &(*values)[count],
+                             {1, fablet.derived_count});
+            call.set(i, buffer.raw());
+            break;
+        }
+        if (arg.kind == OPENFAB_ARG_VALUES) {
+            buffer.set_dense(abi::halide_type(arg), values->data(),
+                             {static_cast<int32_t>(values->size())});
+            call.set(i, buffer.raw());
         } else {
-            abi::KernelBuffer& buffer = buffers[i];
             buffer.set_dense(abi::halide_type(arg.scalar), &(*values)[count + a], {1});
             call.set(i, buffer.raw());
         }
     }
     // The kernel reads scalars and writes single values: nothing can fail.
     OPENFAB_CHECK(call.run().ok());
+    fill_tables(fablet, values);
 }
 
 Result<BoundUniforms> bind_uniforms(const world::World& world, const openfab_fablet& fablet,

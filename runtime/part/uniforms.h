@@ -15,7 +15,8 @@
 namespace openfab::part {
 
 struct BoundUniforms {
-    std::vector<uint32_t> values;         ///< uniform_value_count bit patterns, then derived_count
+    std::vector<uint32_t>
+        values;  ///< uniform_value_count bit patterns, then derived_count, then those of tables
     std::vector<int32_t> textures;        ///< texture index -> index in world.textures
     std::vector<bool> texture_is_volume;  ///< bound to an ImageTexture3D
     std::vector<int32_t> objects;         ///< Object uniform -> index in world.objects

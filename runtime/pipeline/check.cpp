@@ -18,7 +18,8 @@ namespace {
 bool common_argument(openfab_arg_kind kind) {
     return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_TEXTURE ||
            kind == OPENFAB_ARG_FRAME || kind == OPENFAB_ARG_INSTANCE ||
-           kind == OPENFAB_ARG_BLOCKS || kind == OPENFAB_ARG_BLOCK_SIZE;
+           kind == OPENFAB_ARG_BLOCKS || kind == OPENFAB_ARG_BLOCK_SIZE ||
+           kind == OPENFAB_ARG_VALUES;
 }
 
 bool volume_argument(openfab_arg_kind kind) {

@@ -60,7 +60,9 @@ void Driver::bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Argument
                 output.view = arguments->output(arg);
                 output.direct = output.view.block_stride == kBlockGroups * kLanes;
             }
+            if (kernel.packed != 0) output.direct = false;
             out->outputs.push_back(output);
+            if (kernel.packed != 0 && i > out->first_output) continue;
             out->args[i] = buffer.raw();
         } else if (arg.kind == OPENFAB_ARG_GROUPS) {
             out->args[i] = buffer.raw();
@@ -99,6 +101,13 @@ abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound
         abi::KernelBuffer& buffer = bound->buffers[i];
         if (arg.kind == OPENFAB_ARG_GROUPS) {
             buffer.set_dense(abi::halide_type(OPENFAB_INT), list.data(), {listed});
+        } else if (kernel.packed != 0 && i >= bound->first_output) {
+            const auto apart = groups_ * kLanes;
+            buffer.set_dim(0, kLanes, 1);
+            buffer.set_dim(1, static_cast<int32_t>(bound->outputs.size()), apart);
+            buffer.set_dim(2, listed, kLanes);
+            buffer.set(abi::halide_type(OPENFAB_UINT), bound->outputs[0].compact, 3);
+            break;
         } else if (i >= bound->first_output) {
             const Output& output = bound->outputs[i - bound->first_output];
             const uint32_t* to = all && output.direct ? output.view.data : output.compact;

@@ -13,6 +13,8 @@ StaticArgs::StaticArgs(const part::Part& part)
             static_cast<float>(part.mesh->center_part_mm[axis]);
     }
     frame_[OPENFAB_FRAME_MAX_DISPLACEMENT] = part.max_displacement_mm;
+    values_.set_dense(abi::halide_type(OPENFAB_UINT), part.uniform_values.data(),
+                      {static_cast<int32_t>(part.uniform_values.size())});
     for (size_t i = 0; i < part.textures.size(); ++i) {
         const texture::Pyramid& p = *part.textures[i];
         const auto count = [](size_t n) { return static_cast<int32_t>(n); };
@@ -29,6 +31,8 @@ const void* StaticArgs::find(const openfab_arg& arg) const {
     switch (arg.kind) {
         case OPENFAB_ARG_UNIFORM:
             return &part_.uniform_values[arg.a];
+        case OPENFAB_ARG_VALUES:
+            return values_.raw();
         case OPENFAB_ARG_FRAME:
             return &frame_[arg.a];
         case OPENFAB_ARG_INSTANCE:
@@ -114,7 +118,7 @@ Result<void> check_surface_kernels(const part::Part& part) {
                                 "depends on the grid",
                                 fablet.name, arg.a));
             }
-            const bool scalar = arg.kind <= OPENFAB_ARG_INSTANCE;
+            const bool scalar = arg.kind <= OPENFAB_ARG_INSTANCE || arg.kind == OPENFAB_ARG_VALUES;
             const bool batch =
                 arg.kind >= OPENFAB_ARG_SURFACE_IN && arg.kind <= OPENFAB_ARG_SURFACE_OUT_HI;
             if (!scalar && !batch) {

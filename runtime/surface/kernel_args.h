@@ -32,6 +32,7 @@ class StaticArgs {
     const part::Part& part_;
     std::array<float, OPENFAB_FRAME_COUNT> frame_{};
     std::unique_ptr<abi::KernelBuffer[]> textures_;  ///< 3 per texture
+    mutable abi::KernelBuffer values_;               ///< kernels take a pointer that may write
 };
 
 /// One component of a @nearest input.

@@ -248,8 +248,15 @@ abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, c
     const openfab_kernel& kernel = part.part->fablet->volume_bounds;
     KernelArguments& arguments = *tools.arguments;
     arguments.begin(kernel, part, corners_.data(), static_cast<int32_t>(n), size);
+    int32_t first_output = kernel.arg_count;
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
+        const bool is_output =
+            arg.kind == OPENFAB_ARG_WEIGHT_LO || arg.kind == OPENFAB_ARG_WEIGHT_HI;
+        if (kernel.packed != 0 && is_output) {
+            first_output = i;
+            break;
+        }
         const auto slot = static_cast<size_t>(arg.a) * n;
         const bool lo = arg.kind == OPENFAB_ARG_NEAREST_LO;
         switch (arg.kind) {
@@ -279,7 +286,17 @@ abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, c
                 break;
         }
     }
-    return arguments.run(tools.isa);
+    if (kernel.packed == 0) return arguments.run(tools.isa);
+    const auto outputs = static_cast<size_t>(kernel.arg_count - first_output);
+    packed_.resize(outputs * n);
+    arguments.set_packed(first_output, packed_.data(), static_cast<int32_t>(outputs));
+    const abi::KernelStatus status = arguments.run(tools.isa);
+    for (size_t k = 0; k < outputs; ++k) {
+        const openfab_arg& arg = kernel.args[static_cast<size_t>(first_output) + k];
+        std::vector<float>& to = arg.kind == OPENFAB_ARG_WEIGHT_LO ? weight_lo_ : weight_hi_;
+        std::memcpy(&to[static_cast<size_t>(arg.a) * n], &packed_[k * n], n * sizeof(float));
+    }
+    return status;
 }
 
 bool CubeBounds::is_uniform(size_t cube, std::vector<float>* weights) const {

@@ -93,6 +93,7 @@ class CubeBounds {
     std::vector<float> float_lo_, float_hi_;  ///< [component][entry], as the kernel reads them
     std::vector<int32_t> int_lo_, int_hi_;
     std::vector<float> weight_lo_, weight_hi_;  ///< [slot][entry]
+    std::vector<uint32_t> packed_;              ///< [output][entry], of a kernel with many outputs
     nearest::NearestCase unknown_;              ///< of a part without queries or without a surface
     nearest::BoxBounds box_;
     std::vector<nearest::PointPacket> points_, near_;

@@ -89,6 +89,8 @@ abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t first
     arguments_.set_groups(columns);
     for (int32_t i = 0; i < kernel.arg_count; ++i) {
         const openfab_arg& arg = kernel.args[i];
+        if (kernel.packed != 0 && arg.kind == OPENFAB_ARG_CODE)
+            return run_packed_slab(part, i, column, columns.size(), channels, fractions);
         switch (arg.kind) {
             case OPENFAB_ARG_CODE:
                 arguments_.set_columns(i, &codes_[8 * column]);
@@ -125,6 +127,30 @@ abi::KernelStatus BlockEvaluator::run_slab(const PlacedPart& part, int32_t first
         }
     }
     return arguments_.run(isa_);
+}
+
+// Runs a slab kernel whose outputs, from argument `first` on, are one buffer, and takes them apart.
+abi::KernelStatus BlockEvaluator::run_packed_slab(const PlacedPart& part, int32_t first,
+                                                  size_t column, size_t count, int32_t channels,
+                                                  uint16_t* fractions) {
+    const openfab_kernel& kernel = part.part->fablet->slab;
+    const auto outputs = static_cast<size_t>(kernel.arg_count - first);
+    grow(&packed_, 8 * outputs * count);
+    arguments_.set_packed_columns(first, packed_.data(), static_cast<int32_t>(outputs));
+    const abi::KernelStatus status = arguments_.run(isa_);
+    const bool chooses = kernel.args[kernel.arg_count - 1].kind == OPENFAB_ARG_CHOICE;
+    for (size_t i = 0; i < count && status.ok(); ++i) {
+        const uint16_t* from = &packed_[8 * outputs * i];
+        const size_t to = 8 * (column + i);
+        for (size_t z = 0; z < 8; ++z) {
+            codes_[to + z] = static_cast<uint8_t>(from[z]);
+            unusable_[to + z] = from[8 + z];
+            if (chooses) choices_[to + z] = static_cast<uint8_t>(from[8 * (outputs - 1) + z]);
+        }
+        if (fractions == nullptr) continue;
+        place_fractions(part.channels, from + 16, fractions + static_cast<size_t>(channels) * to);
+    }
+    return status;
 }
 
 // Answers what the segments read of nearest surface points, for whole blocks.

@@ -79,6 +79,8 @@ class BlockEvaluator {
     abi::KernelStatus run_slab(const PlacedPart& part, int32_t first, int32_t count,
                                std::span<const int32_t> columns, int32_t channels,
                                uint16_t* fractions);
+    abi::KernelStatus run_packed_slab(const PlacedPart& part, int32_t first, size_t column,
+                                      size_t count, int32_t channels, uint16_t* fractions);
     /// Does the same with what segments give, which it runs before.
     abi::KernelStatus run_segments(const PlacedPart& part, int32_t n, int32_t channels,
                                    uint16_t* fractions, segments::PrintfLog* log);
@@ -114,6 +116,7 @@ class BlockEvaluator {
     /// Of amounts in states fractions, [column][channel][8]; of the slab kernel those that nobody
     /// wants, [channel][8], one column over another.
     std::vector<uint16_t> fractions_;
+    std::vector<uint16_t> packed_;  ///< of a slab kernel with many outputs, [column][output][8]
     /// Of a stage of segments.
     std::vector<int32_t> all_columns_;
     std::vector<int32_t> listed_;  ///< of the blocks that they run on at once, from their first on

@@ -15,6 +15,10 @@ const void* part_argument(const PlacedPart& part, const openfab_arg& arg,
     switch (arg.kind) {
         case OPENFAB_ARG_UNIFORM:
             return &part.part->uniform_values[a];
+        case OPENFAB_ARG_VALUES:
+            buffer->set_dense(abi::halide_type(arg), part.part->uniform_values.data(),
+                              {static_cast<int32_t>(part.part->uniform_values.size())});
+            return buffer->raw();
         case OPENFAB_ARG_FRAME:
             return &part.frame[a];
         case OPENFAB_ARG_INSTANCE:
@@ -101,6 +105,20 @@ void KernelArguments::set_values(int32_t i, const void* data, int32_t count) {
     const auto index = static_cast<size_t>(i);
     buffers_[index].set_dense(abi::halide_type(kernel_->args[i].scalar), data, {count});
     args_[index] = buffers_[index].raw();
+}
+
+void KernelArguments::set_packed(int32_t i, const void* data, int32_t count) {
+    const auto index = static_cast<size_t>(i);
+    buffers_[index].set_dense(abi::halide_type(OPENFAB_UINT), data, {n_, count});
+    args_[index] = buffers_[index].raw();
+    args_.resize(index + 1);
+}
+
+void KernelArguments::set_packed_columns(int32_t i, const void* data, int32_t count) {
+    const auto index = static_cast<size_t>(i);
+    buffers_[index].set_dense({halide_type_uint, 16, 1}, data, {8, count, columns_});
+    args_[index] = buffers_[index].raw();
+    args_.resize(index + 1);
 }
 
 abi::KernelStatus KernelArguments::run(openfab_isa isa) {

@@ -38,6 +38,12 @@ class KernelArguments {
     void set_columns(int32_t i, const void* data, int32_t stride = 8);
     /// Sets an input of `count` values.
     void set_values(int32_t i, const void* data, int32_t count);
+    /// Sets the outputs of a packed kernel: `count` values of each cube, those of all cubes one after
+    /// the other.
+    void set_packed(int32_t i, const void* data, int32_t count);
+    /// Sets the outputs of a packed slab kernel: 8 values of each listed column, `count` times one
+    /// after the other.
+    void set_packed_columns(int32_t i, const void* data, int32_t count);
     /// Sets a buffer of one value for each cube.
     void set_list(int32_t i, const void* data);
 

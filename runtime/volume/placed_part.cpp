@@ -212,6 +212,9 @@ bool same_arguments(const openfab_kernel& kernel, const part::Part& a, const par
             case OPENFAB_ARG_UNIFORM:
                 if (a.uniform_values[index] != b.uniform_values[index]) return false;
                 break;
+            case OPENFAB_ARG_VALUES:
+                if (a.uniform_values != b.uniform_values) return false;
+                break;
             case OPENFAB_ARG_TEXTURE:
                 if (a.textures[index] != b.textures[index]) return false;
                 break;

@@ -64,8 +64,9 @@ const void* VolumeSegments::input(const openfab_arg& arg) {
         buffer->set_dense(abi::halide_type(OPENFAB_INT), corners_, {3, count_});
         return buffer->raw();
     }
-    if (arg.kind <= OPENFAB_ARG_INSTANCE) {
-        abi::KernelBuffer* buffer = arg.kind == OPENFAB_ARG_TEXTURE ? next_buffer() : nullptr;
+    if (arg.kind <= OPENFAB_ARG_INSTANCE || arg.kind == OPENFAB_ARG_VALUES) {
+        const bool filled = arg.kind == OPENFAB_ARG_TEXTURE || arg.kind == OPENFAB_ARG_VALUES;
+        abi::KernelBuffer* buffer = filled ? next_buffer() : nullptr;
         return part_argument(*part_, arg, buffer);
     }
     abi::KernelBuffer* buffer = next_buffer();

@@ -166,6 +166,19 @@ class SegmentWalk : public interp::Environment {
     std::vector<uint32_t> states_;
 };
 
+/// Returns all values of the object, by number; what no test gives is a NaN.
+const std::vector<uint32_t>& object_values(const StageInputs& inputs,
+                                           std::deque<std::vector<uint32_t>>* kept) {
+    std::vector<uint32_t>& out = kept->emplace_back();
+    for (const auto& [key, bits] : inputs.values) {
+        if (key[0] != OPENFAB_ARG_UNIFORM) continue;
+        const auto a = static_cast<size_t>(key[1]);
+        if (out.size() <= a) out.resize(a + 1, 0x7fc00000u);
+        out[a] = bits[0];
+    }
+    return out;
+}
+
 /// Returns the texels, info or min-max values of the texture that `arg` names.
 void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelBuffer* buffer) {
     const TestTexture& t = inputs.textures.at(static_cast<size_t>(arg.a));
@@ -180,11 +193,15 @@ void set_texture(const openfab_arg& arg, const StageInputs& inputs, abi::KernelB
 /// has one per element.
 const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
                            const std::vector<int32_t>& columns, size_t count,
-                           std::deque<abi::KernelBuffer>* buffers) {
+                           std::deque<abi::KernelBuffer>* buffers,
+                           std::deque<std::vector<uint32_t>>* kept) {
     if (is_scalar(arg.kind)) return inputs.values.at({arg.kind, arg.a, arg.b}).data();
     abi::KernelBuffer& buffer = buffers->emplace_back();
     const halide_type_t type = abi::halide_type(arg);
-    if (arg.kind == OPENFAB_ARG_TEXTURE) {
+    if (arg.kind == OPENFAB_ARG_VALUES) {
+        const std::vector<uint32_t>& values = object_values(inputs, kept);
+        buffer.set_dense(type, values.data(), {static_cast<int32_t>(values.size())});
+    } else if (arg.kind == OPENFAB_ARG_TEXTURE) {
         set_texture(arg, inputs, &buffer);
     } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
         buffer.set_dense(type, inputs.values.at({arg.kind, 0, 0}).data(), {3, inputs.elements});
@@ -207,7 +224,10 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
         if (is_scalar(arg.kind)) return inputs_.values.at({arg.kind, arg.a, arg.b}).data();
         abi::KernelBuffer& buffer = buffers_.emplace_back();
         const halide_type_t type = abi::halide_type(arg.scalar);
-        if (arg.kind == OPENFAB_ARG_TEXTURE) {
+        if (arg.kind == OPENFAB_ARG_VALUES) {
+            const std::vector<uint32_t>& values = object_values(inputs_, &padded_);
+            buffer.set_dense(type, values.data(), {static_cast<int32_t>(values.size())});
+        } else if (arg.kind == OPENFAB_ARG_TEXTURE) {
             set_texture(arg, inputs_, &buffer);
         } else if (arg.kind == OPENFAB_ARG_BLOCKS) {
             buffer.set_dense(type, inputs_.values.at({arg.kind, 0, 0}).data(),
@@ -303,12 +323,21 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     std::vector<int32_t> columns((count + 7) / 8);
     std::iota(columns.begin(), columns.end(), 0);
     std::deque<abi::KernelBuffer> buffers;
+    std::deque<std::vector<uint32_t>> kept;
+    std::vector<uint32_t> packed(results.size() * count + 1, kUnwritten);
     abi::KernelCall call(kernel, isa);
     for (int32_t k = 0; k < kernel.arg_count; ++k) {
         const openfab_arg& arg = kernel.args[k];
         if (static_cast<size_t>(k) < first_output) {
-            call.set(k, input_argument(arg, inputs, columns, count, &buffers));
+            call.set(k, input_argument(arg, inputs, columns, count, &buffers, &kept));
             continue;
+        }
+        if (kernel.packed != 0) {
+            abi::KernelBuffer& all = buffers.emplace_back();
+            all.set_dense(abi::halide_type(OPENFAB_UINT), packed.data(),
+                          {inputs.elements, static_cast<int32_t>(results.size())});
+            call.set(k, all.raw());
+            break;
         }
         abi::KernelBuffer& buffer = buffers.emplace_back();
         const uint32_t* data = results[static_cast<size_t>(k) - first_output].data();
@@ -323,6 +352,9 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
     }
     EXPECT_TRUE(call.run().ok());
     std::copy(demand.begin(), demand.end(), results[0].begin());
+    EXPECT_EQ(packed.back(), kUnwritten) << "written past the end";
+    for (size_t k = 0; k < results.size() && kernel.packed != 0; ++k)
+        std::copy_n(&packed[k * count], count, results[k].begin());
     for (auto& result : results) {
         EXPECT_EQ(result.back(), kUnwritten) << "written past the end";
         result.pop_back();
@@ -496,7 +528,10 @@ SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageI
     InputSource source(fablet, inputs, columns);
     openfab_nearest_source* const source_address = &source;
     SlabResults out;
+    std::deque<std::vector<uint32_t>> kept;
     const size_t m = columns.size();
+    const auto outputs = static_cast<size_t>(channels.count()) + 2;
+    std::vector<uint16_t> packed(8 * outputs * m);
     out.codes.resize(8 * m);
     out.unusable.resize(8 * m);
     out.fractions.assign(static_cast<size_t>(channels.count()), std::vector<uint16_t>(16 * m));
@@ -517,10 +552,20 @@ SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageI
             continue;
         }
         if (arg.kind < OPENFAB_ARG_CHANNELS) {
-            call.set(k, input_argument(arg, inputs, columns, voxels, &buffers));
+            call.set(k, input_argument(arg, inputs, columns, voxels, &buffers, &kept));
             continue;
         }
         abi::KernelBuffer& buffer = buffers.emplace_back();
+        if (arg.kind == OPENFAB_ARG_VALUES) {
+            const std::vector<uint32_t>& values = object_values(inputs, &kept);
+            buffer.set_dense(type, values.data(), {static_cast<int32_t>(values.size())});
+        }
+        if (kernel.packed != 0 && arg.kind == OPENFAB_ARG_CODE) {
+            buffer.set_dense({halide_type_uint, 16, 1}, packed.data(),
+                             {8, static_cast<int32_t>(outputs), count});
+            call.set(k, buffer.raw());
+            break;
+        }
         if (arg.kind == OPENFAB_ARG_CHANNELS)
             buffer.set_dense(type, channels.table(), {OPENFAB_CHANNEL_ROWS, channels.count()});
         if (arg.kind == OPENFAB_ARG_CODE) buffer.set_columns(type, out.codes.data(), count);
@@ -530,6 +575,13 @@ SlabResults run_slab(const openfab_fablet& fablet, openfab_isa isa, const StageI
         call.set(k, buffer.raw());
     }
     EXPECT_TRUE(call.run().ok());
+    for (size_t i = 0; i < 8 * m && kernel.packed != 0; ++i) {
+        const uint16_t* from = &packed[i / 8 * 8 * outputs + i % 8];
+        out.codes[i] = static_cast<uint8_t>(from[0]);
+        out.unusable[i] = from[8];
+        for (size_t c = 0; c < out.fractions.size(); ++c)
+            out.fractions[c][i / 8 * 16 + i % 8] = from[8 * (2 + c)];
+    }
     return out;
 }
 

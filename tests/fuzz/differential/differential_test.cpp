@@ -20,7 +20,9 @@
 #include "compiler/frontend/frontend.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/expand_functions.h"
+#include "compiler/passes/expand_picks.h"
 #include "compiler/passes/form_demand.h"
+#include "compiler/passes/form_tables.h"
 #include "compiler/passes/pipeline.h"
 #include "compiler/passes/simplify.h"
 #include "tests/exec/compiled_stage.h"
@@ -101,13 +103,30 @@ StageInputs inputs_for(const ir::Fablet& fablet, uint64_t seed) {
     return inputs;
 }
 
-/// Appends the derived uniforms.
-void add_derived(const ir::Fablet& fablet, const ir::Stage& derived, StageInputs* inputs) {
+/// Appends the values of tables.
+void add_tables(const ir::Fablet& fablet, const passes::KernelStages& stages, StageInputs* inputs) {
+    const auto first =
+        fablet.uniform_value_count + static_cast<int32_t>(stages.derived.outputs.size());
+    for (size_t k = 0; k < stages.table_values.size(); ++k) {
+        const openfab_table_value& value = stages.table_values[k];
+        const auto from = inputs->values.find({OPENFAB_ARG_UNIFORM, value.from, 0});
+        const bool known = value.from >= 0 && from != inputs->values.end();
+        inputs->set(OPENFAB_ARG_UNIFORM, first + static_cast<int32_t>(k), 0,
+                    {known ? from->second[0] : value.bits});
+    }
+}
+
+/// Appends the derived uniforms, and tables, from which they may be derived and which may hold them.
+void add_derived(const ir::Fablet& fablet, const passes::KernelStages& stages,
+                 StageInputs* inputs) {
+    add_tables(fablet, stages, inputs);
+    const ir::Stage& derived = stages.derived;
     const StageResults values = interpret(derived, *inputs);
     for (size_t k = 0; k < values.size(); ++k) {
         inputs->set(OPENFAB_ARG_UNIFORM, fablet.uniform_value_count + derived.outputs[k].a, 0,
                     {values[k][0]});
     }
+    add_tables(fablet, stages, inputs);
 }
 
 /// Fails the test if the fablet has an error.
@@ -129,7 +148,7 @@ void check(const std::string& text, uint64_t seed) {
     const StageResults expected = interpret(fablet.volume, inputs);
     const passes::PipelineResult made = passes::run_pipeline(fablet, {});
     ASSERT_EQ(made.fault, "") << text;
-    add_derived(fablet, made.stages.derived, &inputs);
+    add_derived(fablet, made.stages, &inputs);
     // One instruction set for each; other tests check that both agree.
     const openfab_isa isa = seed % 2 == 0 ? OPENFAB_ISA_SSE41 : OPENFAB_ISA_AVX2;
     lower::ProgramOptions options;
@@ -235,7 +254,7 @@ TEST(Differential, IntervalsHoldEverySample) {
         const passes::PipelineResult made = passes::run_pipeline(fablet, options);
         ASSERT_EQ(made.fault, "") << text;
         BoxInputs inputs = box_inputs(fablet, seed);
-        add_derived(fablet, made.stages.derived, &inputs.box);
+        add_derived(fablet, made.stages, &inputs.box);
         const StageResults samples = interpret(fablet.volume, inputs.voxels);
         const StageResults ends = interpret(made.stages.volume_bounds, inputs.box);
         ASSERT_EQ(ends.size(), 2 * samples.size());
@@ -276,7 +295,7 @@ TEST(Differential, NoPassChangesAResult) {
             const passes::PipelineResult made = passes::run_pipeline(fablet, options);
             ASSERT_EQ(made.fault, "") << text;
             StageInputs inputs = plain;
-            add_derived(fablet, made.stages.derived, &inputs);
+            add_derived(fablet, made.stages, &inputs);
             expect_equal(fablet.volume, expected, interpret(made.stages.volume, inputs), pass.name);
             if (HasFailure()) FAIL() << text;
         }
@@ -287,6 +306,7 @@ TEST(Differential, NoPassChangesAResult) {
 ir::Stage program_of(const ir::Fablet& fablet, size_t k) {
     ir::Stage stage = fablet.volume;
     stage.outputs = {stage.outputs[k]};
+    passes::expand_picks(&stage);
     passes::simplify(&stage);
     passes::eliminate_common_values(&stage);
     ir::drop_dead_values(&stage);
@@ -326,13 +346,19 @@ TEST(Differential, WhatIsNotAskedForChangesNothing) {
             spared += static_cast<size_t>(std::count(asked[0].begin(), asked[0].end(), 0u));
             if (++stages > kMostCompiled) continue;
             passes::expand_functions(&demand);
+            passes::TableFormer tables(fablet.uniform_value_count);
+            tables.form(&demand);
+            passes::KernelStages with_tables;
+            with_tables.table_values = tables.values();
+            StageInputs with_values = inputs;
+            add_tables(fablet, with_tables, &with_values);
             for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2}) {
                 lower::ProgramOptions options;
                 options.isas = {isa};
                 const std::unique_ptr<CompiledStage> compiled =
                     CompiledStage::make(demand, options);
                 ASSERT_NE(compiled, nullptr);
-                expect_equal(demand, asked, compiled->run(isa, inputs), "compiled");
+                expect_equal(demand, asked, compiled->run(isa, with_values), "compiled");
             }
         }
     }

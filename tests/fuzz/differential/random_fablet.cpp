@@ -104,9 +104,15 @@ class Writer {
             "fablet Random {\n    @uniform {\n        float scale = 1.5;\n"
             "        int3 counts = int3(2, 3, -5);\n"
             "        float table[5] = {0.5, -2.0, 3.25, 0.0, 1e20};\n";
+        // Of more than a few elements a varying index loads one.
+        list("        ", "float wide[40]", 40, ";");
+        list("        ", "int many[24]", 24, ";");
+        list("        ", "float3 points[12]", 36, ";");
         for (int k = 0; k < kProgramsPerFablet; ++k)
             out_ += fill("        Material m{};\n", {k});
         out_ += "    }\n    struct Pair { float a; int2 b; float3 c[2]; };\n";
+        list("    static const ", "float fixed[20]", 20, ";");
+        list("    static const ", "int2 steps[10]", 20, ";");
         for (int k = 0; k < 4; ++k)
             write_helper();
         for (int k = 0; k < kProgramsPerFablet; ++k)
@@ -560,6 +566,15 @@ class Writer {
         helpers_.push_back(std::move(h));
     }
 
+    /// A declaration with so many small numbers.
+    void list(const std::string& before, const std::string& declarator, int count,
+              const char* after) {
+        out_ += before + declarator + " = {";
+        for (int k = 0; k < count; ++k)
+            out_ += fill(k == 0 ? "{}" : ", {}", {random_.below(9) - 3});
+        out_ += std::string("}") + after + "\n";
+    }
+
     void write_program(int k) {
         scope_ = {{"f", {Base::kFloat, 4}, 0, true},
                   {"i", {Base::kInt, 2}, 0, true},
@@ -567,7 +582,12 @@ class Writer {
                   {"p", {Base::kFloat, 3}, 0, true},
                   {"scale", kFloat, 0, false},
                   {"counts", {Base::kInt, 3}, 0, false},
-                  {"table", kFloat, 5, false}};
+                  {"table", kFloat, 5, false},
+                  {"wide", kFloat, 40, false},
+                  {"many", {Base::kInt, 1}, 24, false},
+                  {"points", {Base::kFloat, 3}, 12, false},
+                  {"fixed", kFloat, 20, false},
+                  {"steps", {Base::kInt, 2}, 10, false}};
         open(fill("float program{}(float4 f, int2 i, int wild, float d, float3 p) {{", {k}));
         if (random_.chance(25)) {
             const std::string name = fresh("s");

@@ -35,8 +35,10 @@
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
 #include "compiler/passes/expand_functions.h"
+#include "compiler/passes/expand_picks.h"
 #include "compiler/passes/form_demand.h"
 #include "compiler/passes/form_surface_bounds.h"
+#include "compiler/passes/form_tables.h"
 #include "compiler/passes/form_volume_bounds.h"
 #include "compiler/passes/hoist_invariants.h"
 #include "compiler/passes/hoist_uniforms.h"
@@ -148,6 +150,16 @@ std::string hoisted(Input in) {
     return out + without_dead(in.fablet.volume) + text_of(hoister.derived());
 }
 
+/// Values in the order of the object, behind its uniforms.
+std::string tabled(Input in) {
+    TableFormer former(in.fablet.uniform_value_count);
+    former.form(&in.fablet.volume);
+    std::string out = text_of(in.fablet.volume);
+    for (const openfab_table_value& value : former.values())
+        out += fmt::format("  value from {} bits {}\n", value.from, value.bits);
+    return out;
+}
+
 /// States beyond those of the kernel are appended.
 std::string split(const Input& in) {
     std::vector<ir::Type> states(8, ir::Type::kFloat);
@@ -175,7 +187,9 @@ const std::map<std::string, Run>& runs() {
          }},
         {"hoist_invariants", rewrites(hoist_invariants)},
         {"expand_functions", rewrites(expand_functions)},
+        {"expand_picks", rewrites(expand_picks)},
         {"hoist_uniforms", hoisted},
+        {"form_tables", tabled},
         {"cut_segments",
          [](const Input& in) { return segments_text(cut_segments(in.fablet.volume, in.longest)); }},
         {"split_kernel", split},

@@ -287,6 +287,11 @@ class Reader {
         if (wide || has_a(instr.op)) instr.a = next_int();
         if (wide || instr.op == Op::kSample || instr.op == Op::kSampleBound) instr.b = next_int();
         if (instr.op == Op::kSampleBound) instr.bits = static_cast<uint32_t>(next_int());
+        if (instr.op == Op::kTable) {
+            instr.a = next_int();
+            instr.b = next_int();
+            instr.bits = static_cast<uint32_t>(next_int());
+        }
         while (at_ < words_.size() && fault_.empty())
             instr.args.push_back(next_value());
         stage_->instrs.push_back(std::move(instr));

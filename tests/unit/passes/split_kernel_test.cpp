@@ -119,7 +119,7 @@ TEST(SplitKernel, PiecesComputeWhatTheWholeDoes) {
 }
 
 TEST(SplitKernel, ManyOutputsAreWrittenByMoreKernels) {
-    const ir::Stage whole = long_kernel(700, 256);
+    const ir::Stage whole = long_kernel(700, 400);
     ASSERT_TRUE(needs_splitting(whole));
     std::vector<ir::Type> types(kStates, ir::Type::kUint);
     for (const ir::Stage& piece : split_kernel(whole, &types))
@@ -193,7 +193,7 @@ TEST(SplitKernel, PiecesThatReadAnArrayReadFewStates) {
 TEST(SplitKernel, ShortKernelsStayWhole) {
     EXPECT_FALSE(needs_splitting(long_kernel(700, 20)));
     EXPECT_TRUE(needs_splitting(long_kernel(3600, 20)));
-    EXPECT_TRUE(needs_splitting(long_kernel(10, 100)));
+    EXPECT_TRUE(needs_splitting(long_kernel(10, 400)));
 }
 
 }  // namespace
