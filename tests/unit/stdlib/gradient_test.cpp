@@ -14,6 +14,7 @@
 
 #include "base/json.h"
 #include "base/json_text.h"
+#include "tests/support/places/places.h"
 #include "tests/unit/stdlib/library_function.h"
 
 namespace openfab::testing {
@@ -145,7 +146,7 @@ TEST(Curvatures, OfNoiseAreByDifferences) {
 
 /// Calls of the table of costs, `f(p, …)`, as fields: against differences that agree with each other.
 TEST(Gradients, OfTheLibraryAreDifferences) {
-    const std::string file = OPENFAB_SOURCE_DIR "/stdlib/costs.json";
+    const std::string file = source_dir() / "stdlib/costs.json";
     const Result<std::string> text = read_text_file(file, 1'000'000);
     ASSERT_TRUE(text);
     const Result<JsonValue> table = parse_json(*text, file);
