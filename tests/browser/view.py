@@ -242,6 +242,7 @@ def look_in_3d(browser, options, url):
     page.wait_for_function("() => document.getElementById('pick').innerText.includes('Position')")
     x, y, z = numbers_of(at.text("#pick").split("Position")[1])[:3]
     check("a click in 3-D picks the surface in front", abs(x) < 0.5 and -6.2 < y < -5.4 and abs(z - 6) < 0.5)
+    at.eventually("the slice's figures follow", lambda: at.text("#slice_title").split()[-1] == at.text("#pick").split("Voxel")[1].split()[2])
     check("which is solid", "void" not in at.text("#pick").split("Position")[0])
     before = at.pixels("#volume")
     page.click("[data-clip='1']")

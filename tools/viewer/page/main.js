@@ -137,6 +137,7 @@ async function pick(voxel, reach = 0) {
         axisNames.forEach((axis, a) => { if (axis !== model.view && !(model.view === "3" && volume.clip[a])) model.at[axis] = picked.voxel[a]; });
         panels.showPick(model.picked);
         showPlace();
+        settle();
         redraw();
         address.changed();
         if (picked.has_amounts) findAmounts();

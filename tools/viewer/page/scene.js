@@ -54,9 +54,13 @@ export class Scene {
     draw(look, what) {
         const style = getComputedStyle(document.body);
         const [under, over] = [this.below, this.above].map((canvas) => this.begin(canvas, look));
+        const cut = what.cuts.some(Boolean);
+        // Of what was cut away a trace.
+        over.globalAlpha = cut ? 0.3 : 1;
         for (const edge of edgesOf(what.size.map((s) => -s / 2), what.size.map((s) => s / 2), look.towards))
             this.line(edge.front ? over : under, look, [edge.from, edge.to], style.getPropertyValue("--line"), edge.front ? 1 : 0.8);
-        if (what.cuts.some(Boolean)) this.drawCuts(over, look, what, style);
+        over.globalAlpha = 1;
+        if (cut) this.drawCuts(over, look, what, style);
         this.drawLengths(over, look, what, style);
         this.drawPicked(over, look, what, style);
         this.drawMeasured(over, look, what, style);
