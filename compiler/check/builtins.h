@@ -26,6 +26,8 @@ enum class Shape : uint8_t {
     kDot,         ///< as kNumeric, result a scalar
     kReduce,      ///< as kFloat, result a scalar
     kFloat3,      ///< all float3
+    kBool,        ///< all arguments to bools of one size, which is that of the result
+    kSelect,      ///< a condition and two values of one type
     kBits,        ///< one numeric argument; the result type is in the name, or uint
     kOwn,         ///< see compiler/check/check_functions.cpp; arity is the maximum
 };

@@ -197,6 +197,7 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
             fmt::format("a uniform of type `{}` has no default: the world binds it", v.type.text));
     }
     check_annotations(v, symbol.get(), &uniform);
+    add_choices(v, symbol->type, &uniform);
     declare(symbol.get());
     to->ir.uniforms.push_back(std::move(uniform));
     to->uniforms.push_back(std::move(symbol));
@@ -279,6 +280,7 @@ void Checker::call_rule(const ast::Fablet& from, Fablet* to) {
 void Checker::check_stage_body(const ast::Stage& from, Stage* to, StageContext context,
                                const Type& result) {
     context_ = context;
+    unknown_names_.clear();
     stage_span_ = from.span;
     return_type_ = result;
     loops_ = 0;

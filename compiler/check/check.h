@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/check/tree.h"
@@ -22,6 +24,8 @@ struct Unit {
 struct CheckOptions {
     bool need_fablet = true;  ///< false: a file of functions is enough
     Uses* uses = nullptr;     ///< filled in if given
+    /// Returns the module of the standard library that has a function, constant or struct of a name; empty if none does.
+    std::function<std::string(std::string_view)> module_of;
     /// The dither rule of fablets without one: a function of the unit of this index.
     struct Rule {
         size_t unit = 0;

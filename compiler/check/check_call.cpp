@@ -6,7 +6,7 @@
 #include <string>
 
 #include "compiler/check/expression_checker.h"
-#include "compiler/check/foreign_names.h"
+#include "compiler/check/signatures.h"
 
 namespace openfab::check {
 
@@ -139,14 +139,20 @@ bool ExpressionChecker::help_with_private(std::string_view name, diag::Diagnosti
 
 bool ExpressionChecker::wrong_count(const ast::Expr& call, std::string_view name,
                                     const std::string& right, size_t count) {
-    sink_->report(call.args[0]->text_span, diag::kArgumentCount, name, right,
-                  static_cast<int>(count));
+    diag::Diagnostic& d = sink_->report(call.args[0]->text_span, diag::kArgumentCount, name, right,
+                                        static_cast<int>(count));
+    const std::vector<Signature> forms = signatures_of(name);
+    std::string list;
+    for (const Signature& one : forms)
+        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", one.form);
+    if (!forms.empty()) d.help((forms.size() == 1 ? "it is " : "there are ") + list);
     return false;
 }
 
 ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
     const ast::Expr& callee = *expr.args[0];
     if (callee.kind == ast::ExprKind::kMember) return method(expr);
+    if (report_array_constructor(expr)) return poison(expr.span);
     if (callee.kind != ast::ExprKind::kName) {
         ExprPtr value = expression(callee);
         if (!value->type.is_error()) {
@@ -160,6 +166,8 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
         if (symbol->kind == SymbolKind::kType && symbol->type.is(Base::kStruct)) {
             return construct_struct(expr, symbol->type);
         }
+        if (symbol->kind == SymbolKind::kType && symbol->type == kIntType)
+            return construct(expr, symbol->type, arguments(expr));
         if (!symbol->type.is_error()) {
             sink_->report(callee.span, diag::kNotAFunction, callee.text)
                 .note(symbol->span, fmt::format("`{}` is declared here", callee.text));
@@ -176,7 +184,7 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
     if (candidates.empty() && is_printf(callee.text)) return printf_call(expr);
     if (candidates.empty() && is_of_field(callee.text)) return field_call(expr);
     if (candidates.empty() && type.is_error() && !known) {
-        return unknown_function(callee, expr.span);
+        return unknown_function(callee, expr.span, &expr);
     }
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
@@ -194,39 +202,17 @@ ExprPtr ExpressionChecker::call(const ast::Expr& expr) {
     return intrinsic(expr, *info, std::move(args));
 }
 
-/// The arguments are not checked: one cause, one message.
-ExprPtr ExpressionChecker::unknown_function(const ast::Expr& callee, const source::Span& span) {
-    diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, callee.text);
-    if (help_with_private(callee.text, &d)) return poison(span);
-    if (const std::string foreign_help = foreign_function_help(callee.text);
-        !foreign_help.empty()) {
-        d.help(foreign_help);
-        const std::string ours = renamed_function(callee.text);
-        if (!ours.empty()) d.replace(callee.span, ours);
-        return poison(span);
-    }
-    std::vector<std::string> names = function_names();
-    for (const auto* list : {&visible_functions_, &imported_functions_}) {
-        for (const Function* f : *list)
-            names.push_back(f->name);
-    }
-    for (const std::string& type : type_names())
-        names.push_back(type);
-    d.suggest(callee.span, callee.text, names,
-              "library functions need an `import`; OPENFL.md lists the built-in functions in "
-              "section 8");
-    return poison(span);
-}
-
 ExprPtr ExpressionChecker::construct(const ast::Expr& expr, const Type& type,
                                      std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
+    if (any_error(args)) return poison(expr.span);
     if (!type.is_arithmetic()) {
         sink_->report(callee.span, diag::kNotAFunction, callee.text);
         return poison(expr.span);
     }
     const bool four = type.is_matrix() && args.size() == 1 && args[0]->type.is_vector();
     if (args.size() == 1 && !four) {
+        check_matrix_of(expr, type, *args[0]);
         ExprPtr out = convert_explicitly(std::move(args[0]), type);
         out->span = expr.span;
         return out;
@@ -279,6 +265,9 @@ ExprPtr ExpressionChecker::intrinsic(const ast::Expr& expr, const IntrinsicInfo&
         wrong_count(expr, info.name, right, args.size());
         return poison(expr.span);
     }
+    if (info.shape == Shape::kBool) return bools_call(expr, info, std::move(args));
+    if (info.shape == Shape::kSelect)
+        return choose(expr, expr.args[0]->span, info.name, std::move(args));
     const bool mixture = info.id == Intrinsic::kLerp && args[0]->type.is(Base::kComposition) &&
                          args[1]->type == args[0]->type && args[2]->type.is_scalar();
     const bool numbers = std::all_of(args.begin(), args.end(),
@@ -334,8 +323,15 @@ ExprPtr ExpressionChecker::user_call(const ast::Expr& callee, const source::Span
     if (best == nullptr) {
         diag::Diagnostic& d =
             sink_->report(callee.span, diag::kNoOverload, callee.text, type_list(args));
-        for (const Function* f : candidates)
+        for (const Function* f : candidates) {
             d.note(f->span, fmt::format("`{}` is here", signature(*f)));
+            for (size_t i = 0; i < std::min(args.size(), f->parameters.size()); ++i) {
+                const Symbol& p = *f->parameters[i];
+                if (!p.is_out || args[i]->type == p.type || candidates.size() > 1) continue;
+                d.help(fmt::format("an argument for `{}` is a variable of type `{}`", p.name,
+                                   type_name(p.type)));
+            }
+        }
         return poison(span);
     }
     if (rival != nullptr) {
@@ -372,13 +368,10 @@ ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
     const Type& type = object->type;
     if (!type.is(Base::kTexture2D) && !type.is(Base::kTexture3D) && !type.is(Base::kComposition) &&
         !type.is(Base::kDitherAttributes)) {
-        diag::Diagnostic& d = sink_->report(callee.text_span, diag::kUnknownMember,
-                                            type_name(object->type), callee.text);
-        if (type.is(Base::kMaterial)) {
-            d.help("amounts are set in a composition: `mc.Set(material, amount)`");
-        }
-        return poison(expr.span);
+        return unknown_method(expr, callee, type);
     }
+    const bool texture = type.is(Base::kTexture2D) || type.is(Base::kTexture3D);
+    if (texture && !is_lookup(callee.text)) return unknown_lookup(expr, type);
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
     if (type.is(Base::kDitherAttributes)) return dither_method(expr, std::move(args));

@@ -12,21 +12,26 @@ namespace openfab::check {
 
 namespace {
 
-/// A struct or a constant of a scope, in source order.
+/// A struct, an enum or a constant of a scope, in source order.
 struct Item {
     const ast::Struct* record = nullptr;
     const ast::Variable* constant = nullptr;
+    const ast::Enum* names = nullptr;
     uint32_t offset() const {
-        return record != nullptr ? record->span.begin : constant->span.begin;
+        return record != nullptr  ? record->span.begin
+               : names != nullptr ? names->span.begin
+                                  : constant->span.begin;
     }
 };
 
 std::vector<Item> items_of(const ast::Scope& scope) {
     std::vector<Item> out;
     for (const ast::Struct& record : scope.structs)
-        out.push_back({&record, nullptr});
+        out.push_back({&record, nullptr, nullptr});
     for (const ast::Variable& v : scope.constants)
-        out.push_back({nullptr, &v});
+        out.push_back({nullptr, &v, nullptr});
+    for (const ast::Enum& names : scope.enums)
+        out.push_back({nullptr, nullptr, &names});
     std::stable_sort(out.begin(), out.end(),
                      [](const Item& a, const Item& b) { return a.offset() < b.offset(); });
     return out;
@@ -70,6 +75,8 @@ void Checker::check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fab
     for (const Item& item : items_of(from)) {
         if (item.record != nullptr) {
             declare_struct(*item.record);
+        } else if (item.names != nullptr) {
+            declare_enum(*item.names, constants);
         } else if (mentions(item.constant->init.get(), later)) {
             later.insert(item.constant->name);
             late.push_back(item.constant);
@@ -112,8 +119,10 @@ void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr
                       : "nothing is kept from voxel to voxel: write `const`, or make it a uniform, "
                         "`@uniform { … }`");
     } else if (!type.is_error() && v.init == nullptr) {
-        sink_->report(v.span, diag::kBadDeclaration,
-                      fmt::format("constant `{}` has no value", v.name));
+        sink_
+            ->report(v.span, diag::kBadDeclaration,
+                     fmt::format("constant `{}` has no value", v.name))
+            .help(fmt::format("write `const {} {} = …;`", v.type.text, v.name));
         symbol->type = {};
     }
     if (v.init != nullptr && !symbol->type.is_error()) {
@@ -189,6 +198,7 @@ void Checker::check_functions(const std::vector<ast::Function>& from,
     const size_t first = to.size() - from.size();  // those of modules come first
     for (size_t i = 0; i < from.size(); ++i) {
         context_ = StageContext::kFunction;
+        unknown_names_.clear();
         function_ = to[first + i].get();
         return_type_ = function_->return_type;
         loops_ = switches_ = 0;

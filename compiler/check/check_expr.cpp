@@ -78,6 +78,22 @@ int lane_of(char c, int* set) {
     return at == std::string_view::npos ? -1 : static_cast<int>(at);
 }
 
+/// Returns a swizzle as OpenFL has it of one in capitals, of mixed sets, or with `stpq`; empty if that is none of a
+/// vector of this size.
+std::string foreign_swizzle(std::string_view text, int size) {
+    constexpr std::string_view kSets[] = {"xyzw", "rgba", "stpq", "XYZW", "RGBA"};
+    std::string out;
+    for (char c : text) {
+        for (std::string_view set : kSets) {
+            const size_t at = set.find(c);
+            if (at == std::string_view::npos || at >= static_cast<size_t>(size)) continue;
+            out += "xyzw"[at];
+            break;
+        }
+    }
+    return out.size() == text.size() && text.size() <= 4 ? out : "";
+}
+
 std::string both(const Type& a, const Type& b) {
     return fmt::format("`{}` and `{}`", type_name(a), type_name(b));
 }
@@ -184,20 +200,7 @@ ExprPtr ExpressionChecker::name(const ast::Expr& expr) {
         sink_->report(expr.span, diag::kNotAValue, expr.text, "function");
         return poison(expr.span);
     }
-    diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
-    if (help_with_private(expr.text, &d)) return poison(expr.span);
-    if (const std::string help = help_for_name(expr.text); !help.empty()) {
-        d.help(help);
-        return poison(expr.span);
-    }
-    std::vector<std::string> names;
-    for (const Scope& scope : scopes_) {
-        for (const auto& [text, symbol_] : scope)
-            names.push_back(text);
-    }
-    names.insert(names.end(), {"true", "false"});
-    d.suggest(expr.span, expr.text, names, "");
-    return poison(expr.span);
+    return unknown_name(expr, {});
 }
 
 bool ExpressionChecker::is_type_name(std::string_view name) const {
@@ -263,6 +266,8 @@ ExprPtr ExpressionChecker::bad_operand(const ast::Expr& expr, const std::string&
         d.help("compositions support `a + b`, `a * s`, `lerp(a, b, t)` and `over(a, b)`");
     } else if (expr.text == "^" && types.find("float") != std::string::npos) {
         d.help("a power is written `pow(x, y)`");
+    } else if (expr.text == "==" || expr.text == "!=") {
+        d.help("arrays, structs and matrices are compared element by element");
     }
     return poison(expr.span);
 }
@@ -314,6 +319,7 @@ ExprPtr ExpressionChecker::binary(const ast::Expr& expr) {
             .help("there are no pointers or references; an `out` parameter gives a value back");
         return poison(expr.span);
     }
+    if (report_cast_template(expr)) return poison(expr.span);
     ExprPtr left = expression(*expr.args[0]);
     ExprPtr right = expression(*expr.args[1]);
     if (left->type.is_error() || right->type.is_error()) return poison(expr.span);
@@ -350,7 +356,15 @@ ExprPtr ExpressionChecker::matrix_binary(const ast::Expr& expr, ExprPtr left, Ex
     if (!fits || is_bitwise(op) || is_comparison(op)) {
         diag::Diagnostic& d =
             sink_->report(expr.text_span, diag::kBadOperand, expr.text, both(a, b));
-        if (expr.text == "*") d.help("the product of linear algebra is `mul(a, b)`");
+        if (expr.text == "*") {
+            d.help("the product of linear algebra is `mul(a, b)`");
+            const bool product = a.is_matrix() ? b.is_vector() && a.size == b.size
+                                               : a.is_vector() && a.size == b.rows;
+            if (product)
+                d.insert_before(expr.args[0]->span, "mul(")
+                    .replace(expr.text_span, ",")
+                    .insert_after(expr.args[1]->span, ")");
+        }
         return poison(expr.span);
     }
     const Type type = common_type(a, b);
@@ -374,39 +388,6 @@ ExprPtr ExpressionChecker::composition_binary(const ast::Expr& expr, ExprPtr lef
     out->op = sum ? ir::Op::kAdd : ir::Op::kMul;
     out->args.push_back(std::move(left));
     out->args.push_back(std::move(right));
-    return out;
-}
-
-ExprPtr ExpressionChecker::logical(const ast::Expr& expr) {
-    ExprPtr out =
-        make(expr.text == "&&" ? ExprKind::kAndThen : ExprKind::kOrElse, kBoolType, expr.span);
-    for (const ast::ExprPtr& arg : expr.args)
-        out->args.push_back(condition(*arg));
-    return out;
-}
-
-ExprPtr ExpressionChecker::conditional(const ast::Expr& expr) {
-    ExprPtr test = condition(*expr.args[0]);
-    ExprPtr yes = expression(*expr.args[1]);
-    ExprPtr no = expression(*expr.args[2]);
-    if (test->type.is_error() || yes->type.is_error() || no->type.is_error()) {
-        return poison(expr.span);
-    }
-    Type type = yes->type;
-    if (type != no->type || type == kVoidType) {
-        const bool numbers = type.is_numeric() && no->type.is_numeric();
-        const bool scaled = (type.is_matrix() && no->type.is_scalar()) ||
-                            (type.is_scalar() && no->type.is_matrix());
-        if (!numbers && !scaled) return bad_operand(expr, both(type, no->type));
-        type = common_type(type, no->type);
-    }
-    if (type.is_attributes()) {
-        return bad_operand(expr, both(type, no->type));
-    }
-    ExprPtr out = make(ExprKind::kConditional, type, expr.span);
-    out->args.push_back(std::move(test));
-    out->args.push_back(convert(std::move(yes), type));
-    out->args.push_back(convert(std::move(no), type));
     return out;
 }
 
@@ -468,6 +449,7 @@ bool ExpressionChecker::assignable(const Expr& target) {
 }
 
 ExprPtr ExpressionChecker::assign(const ast::Expr& expr) {
+    if (report_undeclared_target(expr)) return poison(expr.span);
     ExprPtr target = expression(*expr.args[0]);
     const Type type = target->type;
     const bool plain = expr.text == "=";
@@ -577,6 +559,7 @@ ExprPtr ExpressionChecker::member(const ast::Expr& expr) {
         return struct_member(expr, std::move(object),
                              fablet_ != nullptr ? fablet_->point_members : common_point_members());
     }
+    if (object->type.is_array()) return unknown_method(expr, expr, object->type);
     diag::Diagnostic& d =
         sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
     if (object->type.is(Base::kComposition)) {
@@ -649,10 +632,17 @@ ExprPtr ExpressionChecker::swizzle(const ast::Expr& expr, ExprPtr object) {
         out->lanes[i] = static_cast<uint8_t>(lane);
     }
     if (!ok) {
-        const std::string_view set = first_set == 2 ? "rgba" : "xyzw";
-        sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type))
-            .help(fmt::format("its components are `{}`",
-                              set.substr(0, static_cast<size_t>(object->type.size))));
+        const std::string right = foreign_swizzle(text, object->type.size);
+        const std::string_view set =
+            first_set == 2 && lane_of(text[0], &first_set) >= 0 ? "rgba" : "xyzw";
+        const bool function = find_intrinsic(text) != nullptr || !overloads(text).empty() ||
+                              !renamed_function(text).empty();
+        if (right.empty() && function) return unknown_method(expr, expr, object->type);
+        diag::Diagnostic& d =
+            sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type))
+                .help(fmt::format("its components are `{}`",
+                                  set.substr(0, static_cast<size_t>(object->type.size))));
+        if (!right.empty()) d.replace(expr.text_span, right);
         return poison(expr.span);
     }
     out->type.size = static_cast<int>(text.size());
@@ -684,96 +674,6 @@ ExprPtr ExpressionChecker::matrix_swizzle(const ast::Expr& expr, ExprPtr object)
     }
     out->args.push_back(std::move(object));
     return out;
-}
-
-ExprPtr ExpressionChecker::cast(const ast::Expr& expr) {
-    const Type type = declared_type(ast::TypeRef{expr.text, expr.text_span});
-    ExprPtr value = expression(*expr.args[0]);
-    if (type.is_error() || value->type.is_error()) return poison(expr.span);
-    const Type from = value->type;
-    const bool numbers = !contains(type, Base::kMaterial) && !contains(type, Base::kComposition);
-    if (type.is(Base::kStruct) && from.is_scalar() && numbers) {
-        // `(Pair)0`: every component.
-        ExprPtr out = make(ExprKind::kConvert, type, expr.span);
-        out->args.push_back(std::move(value));
-        return out;
-    }
-    return convert_explicitly(std::move(value), type);
-}
-
-namespace {
-
-/// Returns whether a value can be converted to a type, possibly with loss.
-bool converts(const Type& from, const Type& to) {
-    if (!from.is_arithmetic() || !to.is_arithmetic()) return false;
-    if (from.is_scalar()) return true;
-    if (from.is_matrix() != to.is_matrix()) return false;
-    return from.size >= to.size && from.rows >= to.rows;
-}
-
-}  // namespace
-
-ExprPtr ExpressionChecker::convert_explicitly(ExprPtr value, const Type& to) {
-    const Type from = value->type;
-    if (from.is_error() || from == to) return value;
-    if (!converts(from, to)) {
-        diag::Diagnostic& d =
-            sink_->report(value->span, diag::kNoConversion, type_name(from), type_name(to));
-        help_with_conversion(from, to, &d);
-        return poison(value->span);
-    }
-    ExprPtr out = make(ExprKind::kConvert, to, value->span);
-    out->args.push_back(std::move(value));
-    return out;
-}
-
-ExprPtr ExpressionChecker::convert(ExprPtr value, const Type& to) {
-    const Type from = value->type;
-    if (from.is_error() || to.is_error() || from == to) return value;
-    const source::Span span = value->span;
-    check_division(*value, to);
-    check_fits(*value, to);
-    ExprPtr out = convert_explicitly(std::move(value), to);
-    if (out->type.is_error()) return out;
-    if (from.is_matrix()) {
-        if (from.size == to.size && from.rows == to.rows) return out;
-        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help(fmt::format("write the conversion: `({})`", type_name(to)))
-            .insert_before(span, type_name(to) + "(")
-            .insert_after(span, ")");
-    } else if (from.base == Base::kBool && to.base == Base::kBool && to.is_scalar()) {
-        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help("write `all(…)` or `any(…)`");
-    } else if (from.size > to.size) {
-        const std::string_view lanes =
-            std::string_view("xyzw").substr(0, static_cast<size_t>(to.size));
-        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help(fmt::format("write which components are meant: `.{}`", lanes))
-            .insert_before(span, "(")
-            .insert_after(span, fmt::format(").{}", lanes));
-    } else if (from.base == Base::kFloat && to.is_integer()) {
-        sink_->report(span, diag::kNarrowing, type_name(from), type_name(to))
-            .help(fmt::format("write the conversion: `{}(…)`", type_name(to)))
-            .insert_before(span, type_name(to) + "(")
-            .insert_after(span, ")");
-    }
-    return out;
-}
-
-ExprPtr ExpressionChecker::condition(const ast::Expr& expr) {
-    if (is_bare_assignment(expr)) {
-        sink_->report(expr.text_span, diag::kAssignedCondition)
-            .help("`==` compares; if the assignment is intended, put it in parentheses")
-            .replace(expr.text_span, "==");
-    }
-    ExprPtr out = expression(expr);
-    if (out->type.is_error()) return out;
-    if (!out->type.is_scalar()) {
-        diag::Diagnostic& d = sink_->report(expr.span, diag::kBadCondition, type_name(out->type));
-        if (out->type.is_vector()) d.help("write `all(…)` or `any(…)`");
-        return poison(expr.span);
-    }
-    return convert(std::move(out), kBoolType);
 }
 
 }  // namespace openfab::check

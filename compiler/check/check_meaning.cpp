@@ -75,7 +75,8 @@ void ExpressionChecker::check_foreign_operators(const ast::Expr& expr, const Exp
     if (expr.text == "^" && literal(*expr.args[0]) && literal(*expr.args[1])) {
         sink_->report(expr.text_span, diag::kXorPower, static_cast<int>(left.bits ^ right.bits))
             .help(fmt::format("a power is written `pow({}, {})`", expr.args[0]->text,
-                              expr.args[1]->text));
+                              expr.args[1]->text))
+            .replace(expr.span, fmt::format("pow({}, {})", expr.args[0]->text, expr.args[1]->text));
     }
     const ast::Expr& inner = *expr.args[0];
     const bool chained = is_order(expr.text) && inner.kind == ast::ExprKind::kBinary &&
@@ -88,6 +89,25 @@ void ExpressionChecker::check_foreign_operators(const ast::Expr& expr, const Exp
                         inner.text, expr.text));
 }
 
+/// Warns about `float3x3(1)`, which is the identity in GLSL. `(float3x3)1` says that all components are meant.
+void ExpressionChecker::check_matrix_of(const ast::Expr& expr, const Type& type,
+                                        const Expr& value) {
+    if (!type.is_matrix() || !value.type.is_scalar() || type.rows != type.size) return;
+    const std::optional<uint32_t> bits = known_bits(value);
+    if (bits && (*bits & 0x7fffffffu) == 0) return;
+    const std::string name = type_name(type);
+    std::string identity;
+    for (int i = 0; i < type.matrix_components(); ++i)
+        identity += fmt::format("{}{}", i == 0 ? "" : ", ", i % (type.size + 1) == 0 ? 1 : 0);
+    const bool one = value.kind == ExprKind::kConstant && bits &&
+                     *bits == (value.type.base == Base::kFloat ? 0x3f800000u : 1u);
+    diag::Diagnostic& d =
+        sink_->report(expr.span, diag::kMatrixOfOne, name, type.matrix_components());
+    d.help(fmt::format("the identity is `{0}({1})`; write `({0})x` if all components are meant",
+                       name, identity));
+    if (one) d.replace(expr.span, fmt::format("{}({})", name, identity));
+}
+
 void ExpressionChecker::help_with_conversion(const Type& from, const Type& to,
                                              diag::Diagnostic* d) const {
     if (to.is(Base::kComposition)) {
@@ -98,6 +118,13 @@ void ExpressionChecker::help_with_conversion(const Type& from, const Type& to,
     } else if (from.is_vector() && to.is_vector() && from.size < to.size) {
         const char* rest = to.size - from.size == 1 ? "0" : "0, 0";
         d->help(fmt::format("add the missing components: `{}(v, {})`", type_name(to), rest));
+    } else if (from.is(Base::kMaterial) && to.is_arithmetic()) {
+        d->help("a material is not a number: `mc.Get(m)` is how much of it a composition holds");
+    } else if (to.is_array() && from.is_scalar()) {
+        d->help(fmt::format("the same for all elements is `({})…`, a value for each `{{a, b, …}}`",
+                            type_name(to)));
+    } else if (to == kVoidType) {
+        d->help("a function that gives something back has its type: `float f(…)`");
     } else if (from.is(Base::kSurfacePoint)) {
         d->help("use one of its members, such as `.position`, `.normal` or `.distance`");
     }
@@ -140,7 +167,9 @@ void ExpressionChecker::check_division(const Expr& value, const Type& to) {
     sink_
         ->report(value.span, diag::kIntegerDivision, static_cast<int>(x), static_cast<int>(y),
                  y == 0 ? 0 : static_cast<int>(x / y))
-        .help(fmt::format("write `{0}.0 / {1}`, or `float({0} / {1})` if that is intended", x, y));
+        .help(fmt::format("write `{0}.0 / {1}`, or `float({0} / {1})` if that is intended", x, y))
+        .insert_after(value.args[0]->span,
+                      value.args[0]->kind == ExprKind::kConstant ? ".0" : " * 1.0");
 }
 
 }  // namespace openfab::check

@@ -37,6 +37,7 @@ Program Checker::run(const std::vector<Unit>& units, const CheckOptions& options
     Program program;
     program_ = &program;
     uses_ = options.uses;
+    module_of_ = options.module_of;
     std::vector<Exports> done;
     for (size_t i = 0; i < units.size(); ++i) {
         check_unit(units[i], &done, &program);
@@ -57,6 +58,12 @@ void Checker::check_unit(const Unit& unit, std::vector<Exports>* done, Program* 
     visible_functions_.clear();
     imported_functions_.clear();
     private_names_.clear();
+    file_begin_ = file.begin;
+    uniform_names_.clear();
+    for (const ast::Fablet& fablet : file.fablets) {
+        for (const ast::Variable& v : fablet.uniforms)
+            uniform_names_.emplace(v.name, v.span);
+    }
     import_names(unit, *done);
     scopes_.emplace_back();
     check_scope(file.scope, nullptr, nullptr, &program->constants, &program->functions);

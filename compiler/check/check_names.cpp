@@ -83,49 +83,57 @@ std::optional<int32_t> ExpressionChecker::constant_int(const ast::Expr& expr, co
     return static_cast<int32_t>(*bits);
 }
 
-std::optional<int> ExpressionChecker::extent(const ast::Variable& v, size_t dimension) {
-    const ast::Expr* expr = v.extents[dimension].get();
+/// Returns an array's extent: `written`, or as many as the list `counted` has, if it is one.
+std::optional<int> ExpressionChecker::extent(const ast::Expr* written, std::string_view name,
+                                             const source::Span& brackets,
+                                             const ast::Expr* counted) {
     std::optional<int32_t> count;
-    if (expr != nullptr) {
-        count = constant_int(*expr, "the size of an array");
+    if (written != nullptr) {
+        count = constant_int(*written, "the size of an array");
         if (!count) return std::nullopt;
-    } else if (dimension == 0 && v.init != nullptr && v.init->kind == ast::ExprKind::kInitList) {
-        count = static_cast<int32_t>(v.init->args.size());
+    } else if (counted != nullptr && counted->kind == ast::ExprKind::kInitList) {
+        count = static_cast<int32_t>(counted->args.size());
     } else {
-        sink_
-            ->report(v.array_span, diag::kBadDeclaration,
-                     fmt::format("array `{}` has no size", v.name))
+        sink_->report(brackets, diag::kBadDeclaration, fmt::format("array `{}` has no size", name))
             .help("only the outermost size can be left out, and only with an initializer list");
         return std::nullopt;
     }
     if (*count < 1 || *count > kMaxComponents) {
-        sink_->report(expr != nullptr ? expr->span : v.array_span, diag::kOutOfRange, "array size",
-                      *count, 1, kMaxComponents);
+        sink_->report(written != nullptr ? written->span : brackets, diag::kOutOfRange,
+                      "array size", *count, 1, kMaxComponents);
         return std::nullopt;
     }
     return *count;
 }
 
 Type ExpressionChecker::declared_type(const ast::Variable& v) {
-    Type type = declared_type(v.type);
-    if (type.is_error() || v.extents.empty()) return type;
+    return v.extents.empty() ? declared_type(v.type)
+                             : array_type(v.type, v.name, v.extents, v.array_span, v.init.get());
+}
+
+Type ExpressionChecker::array_type(const ast::TypeRef& of, std::string_view name,
+                                   std::span<const ast::ExprPtr> extents,
+                                   const source::Span& brackets, const ast::Expr* init) {
+    Type type = declared_type(of);
+    if (type.is_error()) return type;
     if (type == kVoidType || type.is_attributes()) {
-        sink_->report(v.type.span, diag::kBadDeclaration,
-                      fmt::format("an array cannot have elements of type `{}`", v.type.text));
+        sink_->report(of.span, diag::kBadDeclaration,
+                      fmt::format("an array cannot have elements of type `{}`", of.text));
         return {};
     }
-    if (v.extents.size() > static_cast<size_t>(kMaxDimensions)) {
-        sink_->report(v.array_span, diag::kTooComplex,
+    if (extents.size() > static_cast<size_t>(kMaxDimensions)) {
+        sink_->report(brackets, diag::kTooComplex,
                       fmt::format("an array has at most {} dimensions", kMaxDimensions));
         return {};
     }
-    for (size_t i = v.extents.size(); i-- > 0;) {
-        const std::optional<int> count = extent(v, i);
+    for (size_t i = extents.size(); i-- > 0;) {
+        const std::optional<int> count =
+            extent(extents[i].get(), name, brackets, i == 0 ? init : nullptr);
         if (!count) return {};
         type = array_of(type, *count);
         if (min_components(type) > kMaxComponents) {
-            sink_->report(v.array_span, diag::kTooComplex,
-                          fmt::format("`{}` has more than {} components", v.name, kMaxComponents));
+            sink_->report(brackets, diag::kTooComplex,
+                          fmt::format("`{}` has more than {} components", name, kMaxComponents));
             return {};
         }
     }

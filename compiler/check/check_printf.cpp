@@ -44,6 +44,28 @@ Type conversion_type(char letter) {
     return {};
 }
 
+/// Returns the conversions of a value: a vector's with spaces between; in braces, with commas, the rows of a matrix, the
+/// elements of an array, the members of a struct.
+std::string layout(const Type& type, std::string_view conversion) {
+    std::string out;
+    if (type.is_numeric()) {
+        for (int i = 0; i < type.size; ++i)
+            out += fmt::format("{}{}", i == 0 ? "" : " ", conversion);
+        return out;
+    }
+    const auto add = [&](const Type& part) {
+        out += (out.empty() ? "{" : ", ") + layout(part, conversion);
+    };
+    if (type.is(Base::kStruct)) {
+        for (const StructMember& member : type.record->members)
+            add(member.type);
+    } else {
+        for (int i = 0; i < type.length(); ++i)
+            add(type.element());
+    }
+    return out + "}";
+}
+
 char escaped(char c) {
     if (c == 'n') return '\n';
     return c == 't' ? '\t' : c;
@@ -80,8 +102,43 @@ const Expr* side_effect(const Expr& expr) {
     return nullptr;
 }
 
+/// Returns whether a conversion prints all components of a type; else reports it.
+bool ExpressionChecker::prints(const Type& type, Base wanted, const source::Span& at,
+                               std::string_view conversion) {
+    if (type.is_array()) return prints(type.element(), wanted, at, conversion);
+    if (type.is(Base::kStruct)) {
+        return std::all_of(
+            type.record->members.begin(), type.record->members.end(),
+            [&](const StructMember& m) { return prints(m.type, wanted, at, conversion); });
+    }
+    const bool number = type.is_arithmetic();
+    if (number && (type.base != Base::kFloat || wanted == Base::kFloat)) return true;
+    diag::Diagnostic& d =
+        sink_->report(at, diag::kBadOperand, conversion, fmt::format("`{}`", type_name(type)));
+    if (number) {
+        d.help("`%g` prints a float");
+    } else if (type.is(Base::kComposition)) {
+        d.help("print an amount of it: `mc.Get(material)`, or `mc.Total()`");
+    } else if (type.is(Base::kMaterial)) {
+        d.help("a material has no number; `m == core` is true or false");
+    } else if (type.is(Base::kSurfacePoint)) {
+        d.help("print one of its members, such as `.position` or `.distance`");
+    }
+    return false;
+}
+
+/// Makes a value that is printed one of as many components of a type.
+ExprPtr ExpressionChecker::flattened(ExprPtr value, Base to) {
+    const Type from = value->type;
+    if (from.is_numeric()) return convert(std::move(value), {to, from.size});
+    ExprPtr out = make(ExprKind::kConvert,
+                       array_of({to, 1}, static_cast<int>(min_components(from))), value->span);
+    out->args.push_back(std::move(value));
+    return out;
+}
+
 /// Matches a format with the values from `first` on, converting them to the types of their
-/// conversions. A vector is printed component by component, with the same conversion.
+/// conversions. What has components is printed one by one, with the same conversion.
 bool ExpressionChecker::match_format(const ast::Expr& literal, std::vector<ExprPtr>* values,
                                      size_t first, std::string* out) {
     const std::string_view text = literal.text;
@@ -119,18 +176,9 @@ bool ExpressionChecker::match_format(const ast::Expr& literal, std::vector<ExprP
         ++conversions;
         if (next < values->size()) {
             ExprPtr& value = (*values)[next++];
-            const Type given = value->type;
-            const bool fits =
-                given.is_numeric() && (given.base != Base::kFloat || wanted.base == Base::kFloat);
-            if (!fits) {
-                diag::Diagnostic& d = sink_->report(value->span, diag::kBadOperand, conversion,
-                                                    fmt::format("`{}`", type_name(given)));
-                if (given.is_numeric()) d.help("`%g` prints a float");
-                return false;
-            }
-            value = convert(std::move(value), {wanted.base, given.size});
-            for (int i = 0; i < given.size; ++i)
-                *out += fmt::format("{}{}", i == 0 ? "" : " ", conversion);
+            if (!prints(value->type, wanted.base, value->span, conversion)) return false;
+            *out += layout(value->type, conversion);
+            value = flattened(std::move(value), wanted.base);
         }
         at += length - 1;
     }
@@ -150,10 +198,15 @@ ExprPtr ExpressionChecker::printf_call(const ast::Expr& expr) {
         expr.args.size() > format && expr.args[format]->kind == ast::ExprKind::kStringLiteral;
     const bool right = is_assert ? expr.args.size() == 2 || has_format : has_format;
     if (!right) {
-        sink_->report(expr.args[0]->span, diag::kExpected,
-                      is_assert ? "`assert(condition)` or `assert(condition, \"format\", values)`"
-                                : "`printf(\"format\", values)`",
-                      "other arguments");
+        diag::Diagnostic& d = sink_->report(
+            expr.args[0]->span, diag::kExpected,
+            is_assert ? "`assert(condition)` or `assert(condition, \"format\", values)`"
+                      : "`printf(\"format\", values)`",
+            "other arguments");
+        if (!is_assert && expr.args.size() == 2) {
+            d.help("a value is printed by a format: `printf(\"%g\\n\", x)`")
+                .insert_before(expr.args[1]->span, "\"%g\\n\", ");
+        }
         return poison(expr.span);
     }
     if (context_ == StageContext::kGlobal) {
@@ -174,10 +227,10 @@ ExprPtr ExpressionChecker::printf_call(const ast::Expr& expr) {
             .help("the call is compiled only when printing is on: move the side effect out of it");
         return poison(expr.span);
     }
-    // Every value is buffered until the line is printed; a vector counts per component.
+    // Every value is buffered until the line is printed; what has components counts per component.
     size_t value_count = 0;
     for (size_t i = is_assert ? 1 : 0; i < out->args.size(); ++i)
-        value_count += static_cast<size_t>(out->args[i]->type.size);
+        value_count += static_cast<size_t>(min_components(out->args[i]->type));
     if (value_count > kMaxPrintedValues) {
         sink_
             ->report(expr.args[0]->span, diag::kTooComplex,

@@ -18,11 +18,11 @@ bool is_point(const Type& type) {
     return type.is_numeric() && type.size == 3;
 }
 
-bool is_sample(std::string_view name) {
+}  // namespace
+
+bool ExpressionChecker::is_lookup(std::string_view name) {
     return name.size() == 7 && name.substr(0, 6) == "Sample" && name[6] >= '1' && name[6] <= '4';
 }
-
-}  // namespace
 
 bool ExpressionChecker::is_query(std::string_view name) {
     return name == "nearest" || name == "distance_to" || name == "distanceTo";
@@ -101,7 +101,6 @@ ExprPtr ExpressionChecker::lookup(const ast::Expr& expr, ExprPtr texture,
                                   std::vector<ExprPtr> args) {
     const ast::Expr& callee = *expr.args[0];
     const std::string_view name = callee.text;
-    if (!is_sample(name)) return unknown_lookup(expr, texture->type);
     if (context_ == StageContext::kGlobal) {
         sink_->report(callee.text_span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
@@ -148,9 +147,25 @@ ExprPtr ExpressionChecker::lookup(const ast::Expr& expr, ExprPtr texture,
 ExprPtr ExpressionChecker::unknown_lookup(const ast::Expr& expr, const Type& texture) {
     const ast::Expr& callee = *expr.args[0];
     const std::vector<std::string> names = {"Sample1", "Sample2", "Sample3", "Sample4"};
-    sink_->report(callee.text_span, diag::kUnknownMember, type_name(texture), callee.text)
-        .suggest(callee.text_span, callee.text, names,
-                 "it has `Sample1` to `Sample4`, which read that many channels");
+    diag::Diagnostic& d =
+        sink_->report(callee.text_span, diag::kUnknownMember, type_name(texture), callee.text);
+    // `picture.Sample(uv)`, `picture.Sample(sampler, uv)`, `picture.SampleLevel(sampler, uv, 0)` of HLSL.
+    if (callee.text == "Sample" || callee.text == "SampleLevel" || callee.text == "Load") {
+        d.help(fmt::format(
+            "`Sample1` to `Sample4` read that many channels, without a sampler: "
+            "`{}.Sample4({}, 0)`",
+            callee.args[0]->kind == ast::ExprKind::kName ? callee.args[0]->text : "picture",
+            texture.is(Base::kTexture3D) ? "p" : "uv"));
+        const size_t count = expr.args.size() - 1;
+        const size_t point = callee.text == "Sample" ? count : callee.text == "SampleLevel" ? 2 : 0;
+        if (point == 0 || point > 2 || point >= expr.args.size()) return poison(expr.span);
+        const source::Span& at = expr.args[point]->span;
+        d.replace({at.file, callee.text_span.begin, at.begin}, "Sample4(")
+            .replace({at.file, at.end, expr.args.back()->span.end}, ", 0");
+        return poison(expr.span);
+    }
+    d.suggest(callee.text_span, callee.text, names,
+              "it has `Sample1` to `Sample4`, which read that many channels");
     return poison(expr.span);
 }
 

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "compiler/check/foreign_names.h"
 #include "compiler/check/limits.h"
 #include "compiler/check/statement_checker.h"
 
@@ -85,6 +86,23 @@ void StatementChecker::declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* 
         out->push_back(local(v));
 }
 
+/// Reports `auto x = 1;` with the type that the value has, which the variable is given; false at any other type.
+bool StatementChecker::infer(const ast::Variable& v, Stmt* out) {
+    const bool known = find(v.type.text) != nullptr || v.init == nullptr || !v.extents.empty() ||
+                       v.init->kind == ast::ExprKind::kInitList ||
+                       v.init->kind == ast::ExprKind::kStringLiteral;
+    if (known || !infers_type(v.type.text)) return false;
+    out->expr = expression(*v.init);
+    const Type type = out->expr->type;
+    diag::Diagnostic& d = sink_->report(v.type.span, diag::kUnknownType, v.type.text);
+    d.help(foreign_type_help(v.type.text));
+    if (!type.is_error() && type != kVoidType && !type.is_array())
+        d.replace(v.type.span, type_name(type));
+    out->symbol->type = type == kVoidType ? Type{} : type;
+    declare(out->symbol.get());
+    return true;
+}
+
 StmtPtr StatementChecker::local(const ast::Variable& v) {
     StmtPtr out = make_stmt(StmtKind::kDeclare, v.span);
     out->symbol = std::make_unique<Symbol>();
@@ -93,6 +111,7 @@ StmtPtr StatementChecker::local(const ast::Variable& v) {
     symbol.name = v.name;
     symbol.span = v.span;
     symbol.is_const = v.is_const;
+    if (infer(v, out.get())) return out;
     symbol.type = declared_type(v);
     const Type& type = symbol.type;
     if (type == kVoidType) {
@@ -178,7 +197,9 @@ StmtPtr StatementChecker::return_statement(const ast::Stmt& stmt) {
     ExprPtr value = expression(*stmt.expr);
     if (value->type.is_error() || return_type_.is_error()) return out;
     if (return_type_ == kVoidType && value->type != kVoidType) {
-        sink_->report(stmt.expr->span, diag::kNoConversion, type_name(value->type), "void");
+        diag::Diagnostic& d =
+            sink_->report(stmt.expr->span, diag::kNoConversion, type_name(value->type), "void");
+        help_with_conversion(value->type, kVoidType, &d);
         return out;
     }
     out->expr = convert(std::move(value), return_type_);

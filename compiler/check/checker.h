@@ -51,6 +51,10 @@ class Checker : private StatementChecker {
     void check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
                      std::vector<std::unique_ptr<Symbol>>* constants,
                      std::vector<std::unique_ptr<Function>>* functions);
+    // check_enum.cpp
+    void declare_enum(const ast::Enum& from, std::vector<std::unique_ptr<Symbol>>* constants);
+    void add_choices(const ast::Variable& v, const Type& element, ir::Uniform* uniform) const;
+
     void check_constant(const ast::Variable& v, std::vector<std::unique_ptr<Symbol>>* to);
     void declare_functions(const std::vector<ast::Function>& from,
                            std::vector<std::unique_ptr<Function>>* to);

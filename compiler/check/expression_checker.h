@@ -6,9 +6,12 @@
 // (statement_checker.h) and declarations (checker.h) build on it. A node with an error becomes an
 // Error node of error type, which reports nothing more.
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,7 +49,12 @@ class ExpressionChecker {
     Type declared_type(const ast::TypeRef& ref);
     /// Returns the type of a variable with its array extents; an error type after a message.
     Type declared_type(const ast::Variable& v);
-    std::optional<int> extent(const ast::Variable& v, size_t dimension);
+    /// The same of a type's name and its extents; `init` counts an outermost one that is left out, if it is a list.
+    Type array_type(const ast::TypeRef& of, std::string_view name,
+                    std::span<const ast::ExprPtr> extents, const source::Span& brackets,
+                    const ast::Expr* init);
+    std::optional<int> extent(const ast::Expr* written, std::string_view name,
+                              const source::Span& brackets, const ast::Expr* counted);
     std::optional<int32_t> constant_int(const ast::Expr& expr, const char* what);
     void declare_struct(const ast::Struct& from);
 
@@ -57,9 +65,7 @@ class ExpressionChecker {
     ExprPtr unary(const ast::Expr& expr);
     ExprPtr binary(const ast::Expr& expr);
     ExprPtr matrix_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right);
-    ExprPtr logical(const ast::Expr& expr);
     ExprPtr composition_binary(const ast::Expr& expr, ExprPtr left, ExprPtr right);
-    ExprPtr conditional(const ast::Expr& expr);
     ExprPtr assign(const ast::Expr& expr);
     ExprPtr increment(const ast::Expr& expr);
     ExprPtr index(const ast::Expr& expr);
@@ -69,7 +75,6 @@ class ExpressionChecker {
     ExprPtr matrix_swizzle(const ast::Expr& expr, ExprPtr object);
     ExprPtr attribute_member(const ast::Expr& expr, ExprPtr object);
     ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
-    ExprPtr cast(const ast::Expr& expr);
     std::string help_for_name(std::string_view name) const;
     bool is_type_name(std::string_view name) const;
     const Symbol* attributes() const;
@@ -77,14 +82,30 @@ class ExpressionChecker {
     bool assignable(const Expr& target);
     /// Returns the common type of an operator's operands; the shorter vector wins, with a warning.
     Type common_type(const Type& a, const Type& b) const;
-    ExprPtr convert(ExprPtr value, const Type& to);
+
+    // check_choice.cpp
+    ExprPtr tested(const ast::Expr& expr);
+    /// Checks a condition of one answer, as a bool.
     ExprPtr condition(const ast::Expr& expr);
+    ExprPtr logical(const ast::Expr& expr);
+    Type choice_type(int lanes, const Type& yes, const Type& no) const;
+    ExprPtr choose(const ast::Expr& expr, const source::Span& at, std::string_view name,
+                   std::vector<ExprPtr> args);
+    ExprPtr conditional(const ast::Expr& expr);
+    ExprPtr bools_call(const ast::Expr& expr, const IntrinsicInfo& info, std::vector<ExprPtr> args);
+
+    // check_convert.cpp
+    Type cast_type(const ast::Expr& expr);
+    ExprPtr cast(const ast::Expr& expr);
+    ExprPtr convert(ExprPtr value, const Type& to);
+    ExprPtr convert_explicitly(ExprPtr value, const Type& to);
 
     // check_meaning.cpp
     static bool is_bare_assignment(const ast::Expr& expr);
     void check_used(const ast::Expr& from, const Expr& expr);
     ExprPtr comma(const ast::Expr& expr);
     void check_division(const Expr& value, const Type& to);
+    void check_matrix_of(const ast::Expr& expr, const Type& type, const Expr& value);
     bool is_hidden_by_function(const Symbol& symbol) const;
     bool help_with_private(std::string_view name, diag::Diagnostic* d) const;
     void check_fits(const Expr& value, const Type& to);
@@ -97,7 +118,6 @@ class ExpressionChecker {
     ExprPtr list(const ast::Expr& expr, const Type& to);
     ExprPtr list_of(const ast::Expr& expr, const Type& to, const std::vector<Type>& parts);
     bool flatten(const ast::Expr& expr, const Type& to, std::vector<ExprPtr>* out);
-    ExprPtr convert_explicitly(ExprPtr value, const Type& to);
 
     // check_call.cpp
     ExprPtr call(const ast::Expr& expr);
@@ -110,8 +130,6 @@ class ExpressionChecker {
     ExprPtr method(const ast::Expr& expr);
     ExprPtr composition_method(const ast::Expr& expr, ExprPtr object, std::vector<ExprPtr> args);
     ExprPtr dither_method(const ast::Expr& expr, std::vector<ExprPtr> args);
-    /// `callee`: the name of no function.
-    ExprPtr unknown_function(const ast::Expr& callee, const source::Span& span);
 
     ExprPtr construct_struct(const ast::Expr& expr, const Type& type);
 
@@ -127,6 +145,21 @@ class ExpressionChecker {
     static bool is_of_field(std::string_view name);
     ExprPtr field_call(const ast::Expr& expr);
 
+    // check_foreign.cpp
+    bool help_with_library(std::string_view name, diag::Diagnostic* d) const;
+    bool help_with_library_name(const ast::Expr& callee, diag::Diagnostic* d) const;
+    bool help_with_length(const ast::Expr& call, diag::Diagnostic* d) const;
+    bool help_with_uniform(std::string_view name, diag::Diagnostic* d) const;
+    static void fix_lookup(const ast::Expr& expr, size_t at, diag::Diagnostic* d);
+    /// `callee`: the name of no function; `call` may be null.
+    ExprPtr unknown_function(const ast::Expr& callee, const source::Span& span,
+                             const ast::Expr* call = nullptr);
+    ExprPtr unknown_name(const ast::Expr& expr, const Type& value);
+    ExprPtr unknown_method(const ast::Expr& whole, const ast::Expr& member, const Type& type);
+    bool report_array_constructor(const ast::Expr& expr);
+    bool report_cast_template(const ast::Expr& expr);
+    bool report_undeclared_target(const ast::Expr& expr);
+
     // check_query.cpp
     static bool is_query(std::string_view name);
     bool query_is_in_volume(const ast::Expr& callee, const char* help);
@@ -135,6 +168,7 @@ class ExpressionChecker {
     ExprPtr surface_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr lookup(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);
     ExprPtr unknown_lookup(const ast::Expr& expr, const Type& texture);
+    static bool is_lookup(std::string_view name);
 
     // check_matrix.cpp
     ExprPtr matrix_call(const ast::Expr& expr, MatrixOp op, std::vector<ExprPtr> args);
@@ -143,6 +177,8 @@ class ExpressionChecker {
 
     // check_printf.cpp
     ExprPtr printf_call(const ast::Expr& expr);
+    bool prints(const Type& type, Base wanted, const source::Span& at, std::string_view conversion);
+    ExprPtr flattened(ExprPtr value, Base to);
     bool match_format(const ast::Expr& literal, std::vector<ExprPtr>* values, size_t first,
                       std::string* out);
 
@@ -160,6 +196,11 @@ class ExpressionChecker {
     std::vector<const Function*> imported_functions_;
     /// The names that imported modules keep to themselves, with the module.
     std::map<std::string, std::string, std::less<>> private_names_;
+    std::set<std::string, std::less<>>
+        unknown_names_;  ///< those that were reported in this function or stage
+    std::map<std::string, source::Span, std::less<>> uniform_names_;  ///< of the file's fablets
+    std::function<std::string(std::string_view)> module_of_;          ///< CheckOptions::module_of
+    source::Span file_begin_;  ///< where an import can be put
     StageContext context_ = StageContext::kGlobal;
     source::Span stage_span_;
     Function* function_ = nullptr;

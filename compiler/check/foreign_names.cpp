@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace openfab::check {
 
 namespace {
@@ -66,6 +68,26 @@ constexpr ForeignName kTypes[] = {
     {"half4", "float4"},
     {"double3", "float3"},
     {"dvec3", "float3"},
+    {"float1", "float"},
+    {"int1", "int"},
+    {"uint1", "uint"},
+    {"bool1", "bool"},
+    {"Vec2", "float2"},
+    {"Vec3", "float3"},
+    {"Vec4", "float4"},
+    {"half2x2", "float2x2"},
+    {"half3x3", "float3x3"},
+    {"half4x4", "float4x4"},
+    {"double2", "float2"},
+    {"double4", "float4"},
+    {"fixed", "float"},
+    {"fixed3", "float3"},
+    {"fixed4", "float4"},
+    {"min16float", "float"},
+    {"Float", "float"},
+    {"Texture2DArray", "ImageTexture3D"},
+    {"texture3D", "ImageTexture3D"},
+    {"Volume", "ImageTexture3D"},
     {"Vector2", "float2"},
     {"Vector3", "float3"},
     {"Vector4", "float4"},
@@ -104,7 +126,7 @@ constexpr ForeignName kTypeHelp[] = {
     {"goto", "there is no `goto`: leave a loop with `break`, a function with `return`"},
     {"using", "types cannot be renamed"},
     {"typedef", "types cannot be renamed"},
-    {"enum", "there are no enums: write constants, `const int RED = 0;`"},
+    {"enum", "an enum is declared in a file or a fablet: `enum Pattern { STRIPES, DOTS };`"},
     {"class", "there are no classes; a `struct` holds values"},
     {"uniform", "uniforms are declared in the fablet: `@uniform { float x = 1; }`"},
     {"sampler", "an `ImageTexture2D` is read without one: `picture.Sample4(uv, 0)`"},
@@ -118,11 +140,21 @@ constexpr ForeignName kTypeHelp[] = {
 
 /// Functions that are named differently here.
 constexpr ForeignName kFunctions[] = {
-    {"mix", "lerp"},       {"fract", "frac"},   {"inversesqrt", "rsqrt"}, {"fabs", "abs"},
-    {"fmin", "min"},       {"fmax", "max"},     {"sqrtf", "sqrt"},        {"powf", "pow"},
-    {"sinf", "sin"},       {"cosf", "cos"},     {"clamp01", "saturate"},  {"roundEven", "round"},
-    {"len", "length"},     {"dFdx", "ddx"},     {"dFdy", "ddy"},          {"fma", "mad"},
-    {"snoise", "simplex"}, {"print", "printf"},
+    {"mix", "lerp"},        {"fract", "frac"},       {"inversesqrt", "rsqrt"},
+    {"fabs", "abs"},        {"fmin", "min"},         {"fmax", "max"},
+    {"sqrtf", "sqrt"},      {"powf", "pow"},         {"sinf", "sin"},
+    {"cosf", "cos"},        {"clamp01", "saturate"}, {"roundEven", "round"},
+    {"len", "length"},      {"dFdx", "ddx"},         {"dFdy", "ddy"},
+    {"fma", "mad"},         {"snoise", "simplex"},   {"print", "printf"},
+    {"trace", "printf"},    {"absf", "abs"},         {"floorf", "floor"},
+    {"ceilf", "ceil"},      {"tanf", "tan"},         {"fmodf", "fmod"},
+    {"expf", "exp"},        {"logf", "log"},         {"log2f", "log2"},
+    {"arccos", "acos"},     {"arcsin", "asin"},      {"arctan", "atan"},
+    {"arctan2", "atan2"},   {"power", "pow"},        {"round_even", "round"},
+    {"truncate", "trunc"},  {"maximum", "max"},      {"minimum", "min"},
+    {"clip01", "saturate"}, {"deg2rad", "radians"},  {"rad2deg", "degrees"},
+    {"where", "select"},    {"logical_and", "and"},  {"logical_or", "or"},
+    {"isNan", "isnan"},     {"isInf", "isinf"},
 };
 
 constexpr std::string_view kSample =
@@ -164,12 +196,17 @@ constexpr ForeignName kFunctionHelp[] = {
     {"imageLoad", kSample},
     {"textureLod", kSample},
     {"cellnoise", "`hash(floor(p))` is a random number for each cell"},
-    {"voronoi", "`cellular(p)` gives the nearest two points and the cell"},
+    {"sizeof",
+     "nothing has a size that matters: a number has 32 bits, an array the elements of its "
+     "declaration"},
     {"mod", "`fmod(x, y)` truncates; what `mod` gives is `x - y * floor(x / y)`"},
     {"texture", kSample},
     {"texture2D", kSample},
     {"tex2D", kSample},
     {"tex3D", kSample},
+    {"texture3D", kSample},
+    {"textureLOD", kSample},
+    {"texture2DLod", kSample},
     {"Sample", kSample},
     {"f16tof32", "there are no 16-bit floats; `asfloat` takes the bits of a 32-bit one"},
     {"f32tof16", "there are no 16-bit floats; `asuint` gives the bits of a 32-bit one"},
@@ -187,6 +224,40 @@ constexpr ForeignName kFunctionHelp[] = {
     {"hypot", "write `length(float2(x, y))`"},
     {"perlin", "Perlin's noise is `noise(p)`"},
     {"clip", "a voxel is void where the stage returns an empty `MaterialComposition`"},
+};
+
+/// Functions that have another name in the library.
+struct OtherName {
+    std::string_view theirs;
+    LibraryName ours;
+};
+constexpr OtherName kLibraryNames[] = {
+    {"linearstep", {"grade_linear", "grade_linear(x, from, to)", false}},
+    {"linstep", {"grade_linear", "grade_linear(x, from, to)", false}},
+    {"smootherstep", {"grade_smoother", "grade_smoother(x, from, to)", false}},
+    {"smin", {"solid_union_smooth", "solid_union_smooth(a, b, radius)", true}},
+    {"smoothmin", {"solid_union_smooth", "solid_union_smooth(a, b, radius)", true}},
+    {"smooth_min", {"solid_union_smooth", "solid_union_smooth(a, b, radius)", true}},
+    {"opSmoothUnion", {"solid_union_smooth", "solid_union_smooth(a, b, radius)", true}},
+    {"smax", {"solid_intersection_smooth", "solid_intersection_smooth(a, b, radius)", true}},
+    {"smooth_max", {"solid_intersection_smooth", "solid_intersection_smooth(a, b, radius)", true}},
+    {"opSmoothIntersection",
+     {"solid_intersection_smooth", "solid_intersection_smooth(a, b, radius)", true}},
+    {"opSmoothSubtraction",
+     {"solid_difference_smooth", "solid_difference_smooth(a, b, radius)", false}},
+    {"sdSphere", {"solid_ball", "solid_ball(p, radius)", true}},
+    {"sdBox", {"solid_box", "solid_box(p, size, round)", false}},
+    {"sdTorus", {"solid_torus", "solid_torus(p, ring, radius)", false}},
+    {"sdCapsule", {"solid_capsule", "solid_capsule(p, from, to, radius)", true}},
+    {"sdCylinder", {"solid_cylinder", "solid_cylinder(p, radius, height)", false}},
+    {"sdCone", {"solid_cone", "solid_cone(p, low, high, height)", false}},
+    {"sdGyroid", {"gyroid", "gyroid(p, cell)", false}},
+    {"hsv2rgb", {"hsv_to_rgb", "hsv_to_rgb(c)", true}},
+    {"rgb2hsv", {"rgb_to_hsv", "rgb_to_hsv(c)", true}},
+    {"hsvtorgb", {"hsv_to_rgb", "hsv_to_rgb(c)", true}},
+    {"luma", {"luminance", "luminance(c)", true}},
+    {"checkerboard", {"checks", "checks(p, …)", false}},
+    {"brick", {"bricks", "bricks(p, …)", false}},
 };
 
 constexpr ForeignName kNameHelp[] = {
@@ -288,6 +359,11 @@ std::string foreign_type_help(std::string_view name) {
         return std::string(help);
     }
     // `int3x3`, `float1x4`, `float5x5`
+    for (std::string_view base : {"float", "int", "uint", "bool"}) {
+        const std::string_view rest = name.substr(std::min(base.size(), name.size()));
+        if (name.starts_with(base) && rest.size() == 1 && is_digit(rest[0]) && !is_side(rest[0]))
+            return "a vector has 2 to 4 components";
+    }
     const size_t cross = name.find('x');
     if (cross == std::string_view::npos || cross < 4 || cross + 2 != name.size()) return "";
     const char rows = name[cross - 1];
@@ -305,6 +381,28 @@ std::string foreign_function_help(std::string_view name) {
     }
     const std::string_view ours = find_help(kFunctions, name);
     return ours.empty() ? foreign_type_help(name) : fmt::format("OpenFL calls it `{}`", ours);
+}
+
+bool infers_type(std::string_view name) {
+    return name == "auto" || name == "var" || name == "let" || name == "val" || name == "def";
+}
+
+LibraryName library_name(std::string_view name) {
+    for (const OtherName& entry : kLibraryNames) {
+        if (entry.theirs == name) return entry.ours;
+    }
+    return {};
+}
+
+std::string constant_of(std::string_view name) {
+    if (name == "PI" || name == "M_PI" || name == "pi")
+        return fmt::format("const float {} = 3.14159265;", name);
+    if (name == "TAU") return "const float TAU = 6.28318531;";
+    return name == "E" ? "const float E = 2.71828183;" : "";
+}
+
+bool is_foreign_lookup(std::string_view name) {
+    return find_help(kFunctionHelp, name) == kSample;
 }
 
 std::string foreign_attribute_help(std::string_view name, const Type& attributes) {

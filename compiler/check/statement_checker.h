@@ -18,6 +18,7 @@ class StatementChecker : protected ExpressionChecker {
     StmtPtr block(const ast::Stmt& stmt);
     void declaration(const ast::Stmt& stmt, std::vector<StmtPtr>* out);
     StmtPtr local(const ast::Variable& v);
+    bool infer(const ast::Variable& v, Stmt* out);
     StmtPtr if_statement(const ast::Stmt& stmt);
     StmtPtr loop(const ast::Stmt& stmt);
     StmtPtr return_statement(const ast::Stmt& stmt);

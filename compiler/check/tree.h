@@ -34,7 +34,14 @@ enum class SymbolKind : uint8_t {
     kNearest,        ///< index: among the nearest inputs
     kAttributes,     ///< `attr`
     kVoid,           ///< the built-in material VOID
-    kType,           ///< a struct's name; type
+    kType,           ///< a struct's name, or an enum's; type
+};
+
+/// A name of an enum, or of a bool that has labels.
+struct Choice {
+    std::string name;
+    std::string label;  ///< for people; the name where there is none
+    int32_t value = 0;
 };
 
 struct Symbol {
@@ -54,6 +61,7 @@ struct Symbol {
         ExprPtr value;      ///< null unless it is an expression to compute
     };
     std::vector<Annotation> annotations;  ///< of a uniform, as ir::Uniform::annotations
+    std::vector<Choice> choices;          ///< of an enum's name
 };
 
 enum class ExprKind : uint8_t {

@@ -99,6 +99,16 @@ Node Formatter::record() {
     return out;
 }
 
+/// `enum Name { A, B = 4 };`
+Node Formatter::names_of_enum() {
+    Node out;
+    while (!at("{") && !at(";") && !at_end())
+        add(&out, word_node(take()), true);
+    if (at("{")) add(&out, list(1, true, true), true);
+    if (at(";")) add(&out, word_node(take()), false);
+    return out;
+}
+
 /// Statements in braces as a list, for where they stand on one line.
 Node Formatter::statement_list() {
     Node out = make(Node::Kind::kList);
@@ -152,10 +162,13 @@ Node Formatter::unary() {
         add(&out, unary(), false);
         return out;
     }
-    if (!syntax::starts_cast(peek().token, peek(1).token, peek(2).token, peek(3).token))
+    if (syntax::cast_length([&](size_t i) -> const syntax::Token& { return peek(i).token; }) == 0)
         return postfix();
-    for (int i = 0; i < 3; ++i)
-        add(&out, word_node(take()), false);
+    add(&out, word_node(take()), false);
+    add(&out, word_node(take()), false);
+    while (at("["))
+        add(&out, list(1, false, false), false);
+    add(&out, word_node(take()), false);
     add(&out, unary(), false);
     return out;
 }

@@ -54,6 +54,7 @@ class Formatter {
     Node simple_up_to(std::string_view end);
     Node item();
     Node record();
+    Node names_of_enum();
     bool at_prefix() const;
     Node prefix();
     Node assignment();

@@ -57,6 +57,8 @@ void Formatter::declaration(int indent) {
         out_.node(simple(), names, 0);
         return;
     }
+    if (peek().is_identifier() && peek().text == "enum" && peek(1).is_identifier())
+        return out_.node(names_of_enum(), false, 0);
     if (at("@")) {
         Node header = prefix();
         if (at("(")) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 
 #include "base/input_file.h"
@@ -28,6 +29,27 @@ const EmbeddedText* find_in_library(const std::string& name) {
     return module == std::end(kLibraryModules) ? nullptr : module;
 }
 
+/// Returns the module of each name that the standard library exports.
+std::map<std::string, std::string, std::less<>> names_of_library() {
+    std::map<std::string, std::string, std::less<>> out;
+    for (const EmbeddedText& module : kLibraryModules) {
+        source::SourceManager sources;
+        diag::Sink quiet;
+        const uint32_t file = sources.add(std::string(module.name), std::string(module.text));
+        const ast::File tree = syntax::parse(sources, syntax::lex(sources, file, &quiet), &quiet);
+        const std::string name(module.name.substr(0, module.name.size() - kSuffix.size()));
+        const auto add = [&](const auto& list) {
+            for (const auto& item : list) {
+                if (!item.name.starts_with('_')) out.emplace(item.name, name);
+            }
+        };
+        add(tree.scope.functions);
+        add(tree.scope.constants);
+        add(tree.scope.structs);
+    }
+    return out;
+}
+
 std::string listed(const std::vector<std::string>& names) {
     std::string out;
     for (const std::string& name : names)
@@ -47,6 +69,12 @@ std::vector<std::string> library_modules() {
 std::string library_text(std::string_view name) {
     const EmbeddedText* module = find_in_library(std::string(name));
     return module == nullptr ? std::string() : std::string(module->text);
+}
+
+std::string library_module_of(std::string_view name) {
+    static const std::map<std::string, std::string, std::less<>> known = names_of_library();
+    const auto found = known.find(name);
+    return found == known.end() ? std::string() : found->second;
 }
 
 std::vector<std::string> modules_beside(const fs::path& folder) {
@@ -73,15 +101,19 @@ const std::vector<check::Unit>& Modules::load(uint32_t program) {
 
 std::optional<size_t> Modules::parse(uint32_t file, const std::string& name) {
     const size_t errors = sink_->errors();
-    const std::vector<syntax::Token> tokens = syntax::lex(*sources_, file, sink_);
+    syntax::Lost lost;
+    const std::vector<syntax::Token> tokens = syntax::lex(*sources_, file, sink_, &lost);
     const bool stop = on_error_ == OnError::kStop;
-    if (stop && sink_->errors() != errors) return std::nullopt;
-    const ast::File& tree = files_.emplace_back(syntax::parse(*sources_, tokens, sink_));
+    const bool program = name.empty();
+    if (stop && sink_->errors() != errors && !(program && lost.whole)) return std::nullopt;
+    ast::File& tree = files_.emplace_back(syntax::parse(*sources_, tokens, sink_));
+    tree.damaged.insert(tree.damaged.end(), lost.lines.begin(), lost.lines.end());
     check::Unit unit{&tree, name, {}};
     for (const ast::Import& item : tree.imports) {
         if (const std::optional<size_t> at = import(item, file)) unit.imports.push_back(*at);
     }
-    if (stop && sink_->errors() != errors) return std::nullopt;
+    if (stop && !program && sink_->errors() != errors) return std::nullopt;
+    can_check_ = program && unit.imports.size() == tree.imports.size();
     units_.push_back(std::move(unit));
     return units_.size() - 1;
 }

@@ -23,6 +23,8 @@ namespace openfab::frontend {
 std::vector<std::string> library_modules();
 /// Returns the text of one; empty if there is none of this name.
 std::string library_text(std::string_view name);
+/// Returns the module of the standard library that has a function, constant or struct of a name; empty if none does.
+std::string library_module_of(std::string_view name);
 /// Returns the names of the modules beside a file, which is in `folder`.
 std::vector<std::string> modules_beside(const std::filesystem::path& folder);
 
@@ -34,10 +36,15 @@ class Modules {
     Modules(source::SourceManager* sources, diag::Sink* sink, OnError on_error = OnError::kStop)
         : sources_(sources), sink_(sink), on_error_(on_error) {}
 
-    /// Parses a file and all that it imports. With kStop the result is usable only if the sink has no errors; with
+    /// Parses a file and all that it imports. With kStop the result is usable only if the sink has no errors, or
+    /// as can_check() says; with
     /// kContinue it holds what could be parsed, the program always.
     /// The units point into this object.
     const std::vector<check::Unit>& load(uint32_t program);
+
+    /// True if the program's tree holds all but its `damaged` parts, and its imports are whole: it can be checked,
+    /// whatever the sink holds.
+    bool can_check() const { return can_check_; }
 
     /// Parses a module that no program imports, and all that it imports, before the program; returns its unit's index.
     /// A file that cannot be read is reported in `fault`.
@@ -61,6 +68,7 @@ class Modules {
     source::SourceManager* sources_;
     diag::Sink* sink_;
     OnError on_error_;
+    bool can_check_ = false;
     std::deque<ast::File> files_;
     std::vector<check::Unit> units_;
     std::map<std::string, Entry> known_;  ///< by path, or by name in the library

@@ -44,7 +44,7 @@ Analysis::Analysis(const std::filesystem::path& path, const std::string& text,
     const uint32_t file = add_document(&sources_, path, text, open);
     tokens_ = syntax::lex(sources_, file, &lexer_);
     units_ = &modules_.load(file);
-    program_ = check::check(*units_, {false, &uses_}, &found_);
+    program_ = check::check(*units_, {false, &uses_, {}, {}}, &found_);
     if (found_.errors() == 0) {
         translate::translate(program_, {}, &found_);
     } else {

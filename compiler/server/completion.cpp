@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "compiler/check/signatures.h"
 #include "compiler/server/answers.h"
 #include "compiler/server/reference.h"
 
@@ -249,18 +250,12 @@ void signature_help(const Query& query, JsonText* out) {
         out->member("value", analysis.comment_above(f->span)).end_object().end_object();
     }
     for (const ReferenceEntry& entry : reference_of(name)) {
+        const std::vector<std::string_view> parameters = check::parameters_of(entry.form);
+        if (active < 0 && static_cast<size_t>(argument) < parameters.size()) active = count;
         ++count;
         out->begin_object().member("label", entry.form).key("parameters").begin_array();
-        const size_t open = entry.form.find('(');
-        std::string_view list = open == std::string::npos
-                                    ? std::string_view()
-                                    : std::string_view(entry.form).substr(open + 1);
-        list = list.substr(0, list.rfind(')'));
-        while (!list.empty()) {
-            const size_t comma = std::min(list.find(", "), list.size());
-            out->begin_object().member("label", std::string(list.substr(0, comma))).end_object();
-            list.remove_prefix(std::min(comma + 2, list.size()));
-        }
+        for (std::string_view p : parameters)
+            out->begin_object().member("label", std::string(p)).end_object();
         out->end_array().key("documentation").begin_object().member("kind", "markdown");
         out->member("value", entry.text).end_object().end_object();
     }

@@ -39,6 +39,30 @@ const char* name_of_kind(const check::Use& use) {
     return "";
 }
 
+/// Returns the declaration of an enum, one name a line; empty if it is none.
+std::string enum_text(const Analysis& analysis, const check::Use& use) {
+    for (const check::Unit& unit : analysis.units()) {
+        std::vector<const ast::Scope*> scopes = {&unit.file->scope};
+        for (const ast::Fablet& fablet : unit.file->fablets)
+            scopes.push_back(&fablet.scope);
+        for (const ast::Scope* scope : scopes) {
+            for (const ast::Enum& one : scope->enums) {
+                if (one.span != use.declared) continue;
+                std::string out = fmt::format("enum {} {{\n", one.name);
+                for (const ast::Variable& item : one.items) {
+                    const std::string value =
+                        item.init == nullptr
+                            ? ""
+                            : fmt::format(" = {}", analysis.sources().text(item.init->span));
+                    out += fmt::format("    {}{},\n", item.name, value);
+                }
+                return out + "};";
+            }
+        }
+    }
+    return "";
+}
+
 std::string record_text(const check::StructType& record) {
     std::string out = "struct " + record.name + " {\n";
     for (const check::StructMember& m : record.members)
@@ -104,6 +128,8 @@ std::string describe(const Analysis& analysis, const check::Use& use) {
                marked(comment);
     if (use.symbol == check::SymbolKind::kType && use.type.record != nullptr)
         return code(record_text(*use.type.record)) + marked(comment);
+    if (use.symbol == check::SymbolKind::kType && use.kind == check::UseKind::kSymbol)
+        return code(enum_text(analysis, use)) + marked(comment);
     return code(fmt::format("{} {}", check::type_name(use.type), use.name)) + name_of_kind(use) +
            "\n" + uniform_text(analysis, use) + marked(comment);
 }

@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What the language reference (compiler/OPENFL.md, section 8) says of built-in functions and methods, which is part of
-// the program, and short texts for markers and keywords.
+// What compiler/check/signatures.def says of built-in functions and methods, and short texts for markers.
 
 #include <string>
 #include <string_view>
@@ -12,11 +11,11 @@
 namespace openfab::server {
 
 struct ReferenceEntry {
-    std::string form;  ///< `lerp(a, b, t)`, or the name alone
-    std::string text;  ///< Markdown; may be empty
+    std::string form;  ///< `floatN lerp(floatN a, floatN b, floatN t)`
+    std::string text;  ///< Markdown
 };
 
-/// Returns the rows of the reference about a built-in function or method.
+/// Returns the ways to call a built-in function or method.
 std::vector<ReferenceEntry> reference_of(std::string_view name);
 
 /// Returns a line about a marker such as `@Volume`, given without its `@`; empty if there is none.

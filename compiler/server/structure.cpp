@@ -17,8 +17,10 @@ enum class Symbol : int32_t {
     kClass = 5,
     kMethod = 6,
     kProperty = 7,
+    kEnum = 10,
     kFunction = 12,
     kConstant = 14,
+    kEnumMember = 22,
     kStruct = 23,
 };
 
@@ -68,6 +70,12 @@ class Outline {
             begin(record.name, Symbol::kStruct, record.span, "struct");
             for (const ast::Variable& v : record.members)
                 leaf(v.name, Symbol::kProperty, v.span, std::string(v.type.text));
+            end();
+        }
+        for (const ast::Enum& names : scope.enums) {
+            begin(names.name, Symbol::kEnum, names.span, "enum");
+            for (const ast::Variable& v : names.items)
+                leaf(v.name, Symbol::kEnumMember, v.span, "int");
             end();
         }
         for (const ast::Variable& v : scope.constants)

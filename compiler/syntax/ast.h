@@ -42,7 +42,7 @@ using StmtPtr = std::unique_ptr<Stmt>;
 ///   Index           [              {object, index}
 ///   Member          member's name  {object}
 ///   Call            (              {callee: Name or Member, arguments…}
-///   Cast            type's name    {operand}
+///   Cast            type's name    {operand, extents of an array, outermost first…}
 ///   InitList        {              items
 struct Expr {
     ExprKind kind = ExprKind::kBad;
@@ -87,6 +87,13 @@ struct Struct {
     std::string_view name;
     source::Span span;  ///< of the name
     std::vector<Variable> members;
+};
+
+/// `enum Name { A, B = 4 };`
+struct Enum {
+    std::string_view name;
+    source::Span span;            ///< of the name
+    std::vector<Variable> items;  ///< without types; `init` is the value, if one is written
 };
 
 /// By kind:
@@ -139,6 +146,7 @@ struct Import {
 /// The declarations at file level or in a fablet.
 struct Scope {
     std::vector<Struct> structs;
+    std::vector<Enum> enums;
     std::vector<Variable> constants;
     std::vector<Function> functions;
 };
@@ -152,7 +160,10 @@ struct Fablet {
 };
 
 struct File {
-    source::Span end;  ///< just past the last character
+    source::Span begin;  ///< of the first token
+    source::Span end;    ///< just past the last character
+    std::vector<source::Span>
+        damaged;  ///< what could not be parsed, and names in it may be declared there
     std::vector<Import> imports;
     Scope scope;
     std::vector<Fablet> fablets;

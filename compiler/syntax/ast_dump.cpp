@@ -88,6 +88,11 @@ class Printer {
     void print_scope(const Scope& scope, int depth) {
         for (const Struct& record : scope.structs)
             print_struct(record, depth);
+        for (const Enum& item : scope.enums) {
+            line(depth, "Enum " + std::string(item.name));
+            for (const Variable& v : item.items)
+                print_variable("Name", v, depth + 1);
+        }
         for (const Variable& v : scope.constants)
             print_variable("Constant", v, depth);
         for (const Function& f : scope.functions) {

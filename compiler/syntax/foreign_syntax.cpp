@@ -21,6 +21,7 @@ namespace {
 struct ForeignWord {
     std::string_view word;
     const char* help;
+    const char* ours = nullptr;  ///< stands in its place, if nothing else changes
 };
 
 constexpr const char* kFunction =
@@ -33,26 +34,29 @@ constexpr const char* kModule = "write `import name;` at the top of the file";
 
 /// Help, by the unexpected word and the word before it.
 constexpr ForeignWord kFound[] = {
-    {"and", "write `&&`"},
-    {"or", "write `||`"},
+    {"and", "write `&&`", "&&"},
+    {"or", "write `||`", "||"},
     {"mod", "the remainder is `a % b` or `fmod(a, b)`"},
-    {"then", "the statement follows the condition: `if (x > 0) { … }`"},
+    {"then", "the statement follows the condition: `if (x > 0) { … }`", ""},
     {"as", "a conversion is written `float(x)`"},
     {"until", "write `while` with the opposite condition"},
     {"import", kModule},
 };
 constexpr ForeignWord kPrevious[] = {
-    {"not", "write `!`"},
-    {"new", "there is no `new`: write the value itself, `float3(1, 2, 3)`"},
-    {"unsigned", "write `uint`"},
+    {"assert", "it is called as a function: `assert(condition)`"},
+    {"print", "write `printf(\"%g\\n\", x)`"},
+    {"printf", "write `printf(\"%g\\n\", x)`"},
+    {"not", "write `!`", "!"},
+    {"new", "there is no `new`: write the value itself, `float3(1, 2, 3)`", ""},
+    {"unsigned", "write `uint`", "uint"},
     {"then", "the statement follows the condition: `if (x > 0) { … }`"},
 };
 /// Help, by the first word of a statement or declaration.
 constexpr ForeignWord kFirst[] = {
     {"unsigned", "write `uint`"},
-    {"elif", "write `else if`"},
-    {"elseif", "write `else if`"},
-    {"elsif", "write `else if`"},
+    {"elif", "write `else if`", "else if"},
+    {"elseif", "write `else if`", "else if"},
+    {"elsif", "write `else if`", "else if"},
     {"then", "the statement follows the condition: `if (x > 0) { … }`"},
     {"foreach", kLoop},
     {"loop", kLoop},
@@ -63,14 +67,13 @@ constexpr ForeignWord kFirst[] = {
     {"fn", kFunction},
     {"func", kFunction},
     {"function", kFunction},
-    {"inline", "remove `inline`: all functions are inlined"},
-    {"public", "remove `public`: all members of a fablet are public"},
-    {"private", "remove `private`; names that begin with `_` are private to their module"},
+    {"inline", "remove `inline`: all functions are inlined", ""},
+    {"public", "remove `public`: all members of a fablet are public", ""},
+    {"private", "remove `private`; names that begin with `_` are private to their module", ""},
     {"extern", "values from outside are uniforms: `@uniform { float x; }`"},
-    {"virtual", "remove `virtual`: there is no inheritance"},
+    {"virtual", "remove `virtual`: there is no inheritance", ""},
     {"template", "there are no templates: overload the function for each type"},
-    {"class", kNoTypes},
-    {"enum", "there are no enums: write constants, `const int RED = 0;`"},
+    {"class", kNoTypes, "struct"},
     {"typedef", "types cannot be renamed"},
     {"using", "types cannot be renamed"},
     {"union", "there are no unions; `asuint` and `asfloat` take the bits of a number"},
@@ -85,51 +88,74 @@ constexpr ForeignWord kFirst[] = {
 };
 
 template <size_t N>
-const char* find_help(const ForeignWord (&table)[N], std::string_view word) {
+const ForeignWord* find(const ForeignWord (&table)[N], std::string_view word) {
     for (const ForeignWord& entry : table) {
-        if (entry.word == word) return entry.help;
+        if (entry.word == word) return &entry;
     }
     return nullptr;
 }
 
-/// Returns help for character sequences that are operators in other languages.
-const char* foreign_operator_help(const Surroundings& at) {
+using Fix = ForeignSyntax::Fix;
+
+/// Returns what to write for character sequences that are operators in other languages.
+ForeignSyntax foreign_operator(const Surroundings& at) {
     const auto are = [&](std::string_view previous, std::string_view found) {
         return at.previous == previous && at.found == found;
     };
-    if (are("*", "*")) return "a power is written `pow(x, y)`";
-    if (are("-", ">")) return "members are written with a dot: `attr.voxelCenter`";
+    const auto digit = [](std::string_view text) {
+        return !text.empty() && text[0] >= '0' && text[0] <= '9';
+    };
+    if (are("*", "*")) return {"a power is written `pow(x, y)`"};
+    if (are("-", ">"))
+        return {"members are written with a dot: `attr.voxelCenter`", Fix::kBoth, "."};
+    if (are("<", ">") || are("!=", "=")) return {"write `!=`", Fix::kBoth, "!="};
+    if (are("==", "=")) return {"write `==`", Fix::kBoth, "=="};
     if (at.found == "-" && at.next == ">")
-        return "a result type comes first in a function, and a stage has none";
-    if (at.found == ":" && at.next == ":") return "there are no namespaces: use the name alone";
+        return {"a result type comes first in a function, and a stage has none"};
+    if (at.found == "=" && at.next == ">")
+        return {"a function's body stands in braces: `{ return x; }`"};
+    if (at.found == ":" && at.next == ":")
+        return {"there are no namespaces: use the name alone", Fix::kNamespace, ""};
     if (at.found == ":" && at.next == "=")
-        return "declare a variable with its type: `float x = 1;`";
+        return {"declare a variable with its type: `float x = 1;`", Fix::kDefinition, "="};
     if (are("%", ")") || are("%", ";") || are("%", ",")) {
-        return "amounts are fractions: write `0.5` for 50 %";
+        return {"amounts are fractions: write `0.5` for 50 %", Fix::kPercent, ""};
     }
-    if (are("=", "[") || are("(", "[")) return "write a list in braces: `{1, 2, 3}`";
-    if (are("=", "<")) return kVector;
-    if (are("=", "if") || are("return", "if") || are("(", "if")) {
-        return "a choice in an expression is written `condition ? a : b`";
+    if (are("=", "[") || are("(", "[") || are("return", "[")) {
+        return {"write a list in braces: `{1, 2, 3}`", Fix::kBrackets, ""};
     }
-    if (at.found == ":" && !at.previous.empty() && at.previous[0] >= '0' && at.previous[0] <= '9') {
-        return "a label is written `case 0:`";
+    if (are("=", "<")) return {kVector};
+    const bool in_expression =
+        at.previous == "=" || at.previous == "(" || at.previous == "," || at.previous == "return";
+    if (in_expression && at.found == "@" &&
+        (at.next == "Surface" || at.next == "Volume" || at.next == "Dither"))
+        return {"a stage cannot be called: put what two of them need into a function"};
+    if (are("=", "if") || are("return", "if") || are("(", "if") ||
+        (at.found == "if" && at.same_line && at.previous != ")" && at.previous != "else")) {
+        return {"a choice in an expression is written `condition ? a : b`"};
     }
-    if (are("=", "|")) return "a magnitude is written `abs(x)`";
+    if (are("=", "lambda") || at.previous == "lambda")
+        return {"there are no functions in expressions: define it outside of the stage"};
+    if (at.found == ":" && digit(at.previous)) return {"a label is written `case 0:`"};
+    if (are("=", "|")) return {"a magnitude is written `abs(x)`"};
     if (are("const", "=") || (at.first == "const" && at.found == "=")) {
-        return "a constant has a type: `const float x = 1;`";
+        return {"a constant has a type: `const float x = 1;`"};
     }
-    return nullptr;
+    return {};
 }
 
 }  // namespace
 
-std::string foreign_syntax_help(const Surroundings& at) {
-    if (const char* help = foreign_operator_help(at)) return help;
-    if (const char* help = find_help(kFound, at.found)) return help;
-    if (const char* help = find_help(kPrevious, at.previous)) return help;
-    if (const char* help = find_help(kFirst, at.first)) return help;
-    return "";
+ForeignSyntax foreign_syntax(const Surroundings& at) {
+    if (ForeignSyntax found = foreign_operator(at); !found.help.empty()) return found;
+    const auto made = [](const ForeignWord& word, Fix fix) {
+        return word.ours == nullptr ? ForeignSyntax{word.help}
+                                    : ForeignSyntax{word.help, fix, word.ours};
+    };
+    if (const ForeignWord* word = find(kFound, at.found)) return made(*word, Fix::kFound);
+    if (const ForeignWord* word = find(kPrevious, at.previous)) return made(*word, Fix::kPrevious);
+    if (const ForeignWord* word = find(kFirst, at.first)) return made(*word, Fix::kFirst);
+    return {};
 }
 
 }  // namespace openfab::syntax

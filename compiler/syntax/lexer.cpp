@@ -8,6 +8,7 @@
 #include <iterator>
 #include <string>
 
+#include "compiler/syntax/foreign_characters.h"
 #include "compiler/syntax/token.h"
 
 namespace openfab::syntax {
@@ -39,8 +40,8 @@ bool is_word(char c) {
 
 class Lexer {
   public:
-    Lexer(const source::SourceManager& sources, uint32_t file, diag::Sink* sink)
-        : text_(sources.text(file)), file_(file), sink_(sink) {}
+    Lexer(const source::SourceManager& sources, uint32_t file, diag::Sink* sink, Lost* lost)
+        : text_(sources.text(file)), file_(file), sink_(sink), lost_(*lost) {}
 
     std::vector<Token> run() {
         if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;
@@ -76,6 +77,7 @@ class Lexer {
                 at_ = begin + 2;
                 if (end == std::string_view::npos) {
                     sink_->report(span_from(begin), diag::kUnterminatedComment);
+                    lost_.whole = false;
                     at_ = text_.size();
                 } else {
                     at_ = end + 2;
@@ -102,7 +104,7 @@ class Lexer {
             string();
         } else if (c == '#') {
             preprocessor();
-        } else if (!punct()) {
+        } else if (!punct() && !char_literal() && !meant()) {
             invalid();
         }
     }
@@ -118,6 +120,70 @@ class Lexer {
         return false;
     }
 
+    void add_as(TokenKind kind, size_t begin, std::string_view text) {
+        tokens_.push_back({kind, span_from(begin), text, 0});
+    }
+
+    /// `'a'` and `'text'` on one line.
+    bool char_literal() {
+        if (peek() != '\'') return false;
+        const size_t begin = at_;
+        const size_t close = text_.find('\'', at_ + 1);
+        if (close == std::string_view::npos || close == at_ + 1) return false;
+        const std::string_view inside = text_.substr(at_ + 1, close - at_ - 1);
+        if (inside.find_first_of("\"\n\\") != std::string_view::npos) return false;
+        at_ = close + 1;
+        diag::Diagnostic& d = sink_->report(span_from(begin), diag::kInvalidCharacter, "`'`");
+        d.help("there is no character type; strings are written in double quotes");
+        if (inside.size() > 1) {
+            d.replace(span_from(begin), "\"" + std::string(inside) + "\"");
+            add_as(TokenKind::kString, begin, inside);
+        } else {
+            add(TokenKind::kInt, begin);
+        }
+        return true;
+    }
+
+    /// A character of which is known what it stands for: a minus sign that is not ASCII's, a no-break space.
+    bool meant() {
+        const ForeignCharacter c = foreign_character(text_, at_);
+        const bool mended = c.help.empty() && !c.name.empty();
+        if (c.is_quote) return curved_quotes();
+        if (!mended) return false;
+        const size_t begin = at_;
+        at_ += source::code_point_bytes(text_, at_);
+        const std::string bytes(text_.substr(begin, at_ - begin));
+        diag::Diagnostic& d =
+            sink_->report(span_from(begin), diag::kInvalidCharacter, described(c, bytes));
+        const bool blank = c.ours.empty() || c.ours == " ";
+        d.help(blank ? (c.ours.empty() ? "remove it" : "write a space")
+                     : "write `" + std::string(c.ours) + "`");
+        d.replace(span_from(begin), std::string(c.ours));
+        if (!blank) add_as(TokenKind::kPunct, begin, c.ours);
+        return true;
+    }
+
+    /// A string in the quotes of a word processor, on one line.
+    bool curved_quotes() {
+        const size_t begin = at_;
+        size_t close = at_ + source::code_point_bytes(text_, at_);
+        const size_t inside = close;
+        while (close < text_.size() && text_[close] != '\n' && text_[close] != '"' &&
+               !foreign_character(text_, close).is_quote)
+            close += source::code_point_bytes(text_, close);
+        if (close >= text_.size() || text_[close] == '\n') return false;
+        const std::string_view text = text_.substr(inside, close - inside);
+        at_ = close + source::code_point_bytes(text_, close);
+        const std::string bytes(text_.substr(begin, inside - begin));
+        sink_
+            ->report(span_from(begin), diag::kInvalidCharacter,
+                     described(foreign_character(text_, begin), bytes))
+            .help("strings are written in straight double quotes")
+            .replace(span_from(begin), "\"" + std::string(text) + "\"");
+        add_as(TokenKind::kString, begin, text);
+        return true;
+    }
+
     /// One message for a run of such characters.
     void invalid() {
         const size_t begin = at_;
@@ -125,7 +191,7 @@ class Lexer {
             const char c = peek();
             const bool known =
                 c == ' ' || (c >= '\t' && c <= '\r') || is_word(c) || c == '"' || c == '#';
-            if (known) break;
+            if (known || (at_ > begin && !foreign_character(text_, at_).name.empty())) break;
             const size_t before = at_;
             if (punct()) {
                 at_ = before;
@@ -139,9 +205,13 @@ class Lexer {
             return static_cast<unsigned char>(c) > 0x20 && static_cast<unsigned char>(c) < 0x7f;
         });
         const std::string what = printable && run.size() <= 20 ? "`" + std::string(run) + "`"
-                                 : source::count_code_points(run) == 1 ? "this character"
-                                                                       : "this text";
+                                 : source::count_code_points(run) == 1
+                                     ? described(foreign_character(text_, begin), run)
+                                     : "this text";
         diag::Diagnostic& d = sink_->report(span_from(begin), diag::kInvalidCharacter, what);
+        lost_.whole = false;
+        if (const ForeignCharacter c = foreign_character(text_, begin); !c.help.empty())
+            d.help(std::string(c.help));
         if (run.find('\'') != std::string_view::npos) {
             d.help("there is no character type; strings are written in double quotes");
         }
@@ -156,14 +226,58 @@ class Lexer {
             ++at_;
         const std::string word(text_.substr(word_begin, at_ - word_begin));
         diag::Diagnostic& d = sink_->report(span_from(begin), diag::kPreprocessor, "#" + word);
-        if (word == "define") d.help("write a constant: `const float name = value;`");
-        if (word == "include") d.help("write `import name;`");
+        const size_t value = at_;
         // A backslash at the end of a line continues it.
         bool goes_on = true;
         while (goes_on && at_ < text_.size()) {
             const size_t end = std::min(text_.find('\n', at_), text_.size());
             goes_on = end > at_ && text_[end - 1] == '\\';
             at_ = std::min(end + 1, text_.size());
+        }
+        source::Span line = span_from(begin);
+        if (line.end > line.begin && text_[line.end - 1] == '\n') --line.end;
+        lost_.lines.push_back(line);
+        help_with_directive(word, std::string(text_.substr(value, line.end - value)), line, &d);
+    }
+
+    /// Says what stands for a directive, or that `#` begins no comment.
+    static void help_with_directive(const std::string& word, const std::string& rest,
+                                    const source::Span& line, diag::Diagnostic* d) {
+        constexpr std::string_view kConditions[] = {"if",   "ifdef", "ifndef",
+                                                    "else", "elif",  "endif"};
+        const auto trimmed = [](std::string text) {
+            text.erase(0, std::min(text.find_first_not_of(" \t"), text.size()));
+            text.erase(text.find_last_not_of(" \t\r") + 1);
+            return text;
+        };
+        const std::string value = trimmed(rest);
+        if (word == "define") {
+            d->help("write a constant: `const float name = value;`");
+            const size_t space = value.find_first_of(" \t(");
+            if (space == std::string::npos || value[space] == '(') return;
+            const std::string number = trimmed(value.substr(space));
+            const bool real = number.find_first_of(".e") != std::string::npos;
+            if (number.find_first_not_of("0123456789.-+ef") == std::string::npos)
+                d->replace(line, std::string("const ") + (real ? "float " : "int ") +
+                                     value.substr(0, space) + " = " + number + ";");
+        } else if (word == "include") {
+            d->help("functions such as `sin` are built in; a module is imported, `import name;`");
+            if (value.starts_with('<')) {
+                d->replace(line, "");
+                return;
+            }
+            std::string name = value.size() > 2 ? value.substr(1, value.size() - 2) : "";
+            name = name.substr(name.rfind('/') + 1);
+            name = name.substr(0, name.find('.'));
+            if (!name.empty() && std::all_of(name.begin(), name.end(), is_word))
+                d->replace(line, "import " + name + ";");
+        } else if (std::find(std::begin(kConditions), std::end(kConditions), word) !=
+                   std::end(kConditions)) {
+            d->help("a choice is made by a constant: `const bool FINE = true; … if (FINE) { … }`");
+        } else if (word != "undef" && word != "pragma" && word != "error" && word != "line" &&
+                   word != "version" && word != "extension") {
+            d->help("a comment begins with `//`")
+                .replace({line.file, line.begin, line.begin + 1}, "//");
         }
     }
 
@@ -174,6 +288,7 @@ class Lexer {
         }
         if (peek() != '"') {
             sink_->report(span_from(begin), diag::kUnterminatedString);
+            lost_.whole = false;
             return;
         }
         ++at_;
@@ -189,9 +304,9 @@ class Lexer {
             const char c = peek();
             if (is_word(c)) {
                 real = real || (!hex && (c == 'e' || c == 'E'));
-            } else if (c == '.' && !hex) {
+            } else if (c == '.') {
                 // `1.xxx` is a swizzle of a literal in HLSL; here `1.` and `.5` are numbers.
-                real = true;
+                real = real || !hex;
             } else if (!((c == '+' || c == '-') && !hex &&
                          (text_[at_ - 1] == 'e' || text_[at_ - 1] == 'E'))) {
                 break;
@@ -209,8 +324,17 @@ class Lexer {
     }
 
     void bad_number(size_t begin, std::string_view why) {
-        sink_->report(span_from(begin), diag::kBadNumber,
-                      text_.substr(begin, std::min<size_t>(at_ - begin, 40)), why);
+        diag::Diagnostic& d =
+            sink_->report(span_from(begin), diag::kBadNumber,
+                          text_.substr(begin, std::min<size_t>(at_ - begin, 40)), why);
+        // A suffix of C or of a unit behind a number.
+        const std::string_view written = text_.substr(begin, at_ - begin);
+        const size_t digits = std::min(written.find_first_not_of("0123456789."), written.size());
+        constexpr std::string_view kSuffixes[] = {"d", "D", "l", "L", "lf", "LF", "ll", "LL", "mm"};
+        const bool suffix = std::find(std::begin(kSuffixes), std::end(kSuffixes),
+                                      written.substr(digits)) != std::end(kSuffixes);
+        if (suffix && digits > 0)
+            d.replace(span_from(begin), std::string(written.substr(0, digits)));
         add(TokenKind::kInt, begin);  // a placeholder, so that the parser reports no second error
     }
 
@@ -257,6 +381,7 @@ class Lexer {
     std::string_view text_;
     uint32_t file_;
     diag::Sink* sink_;
+    Lost& lost_;
     size_t at_ = 0;
     std::vector<Token> tokens_;
 };
@@ -285,8 +410,10 @@ const char* spelling(TokenKind kind) {
     return "?";
 }
 
-std::vector<Token> lex(const source::SourceManager& sources, uint32_t file, diag::Sink* sink) {
-    return Lexer(sources, file, sink).run();
+std::vector<Token> lex(const source::SourceManager& sources, uint32_t file, diag::Sink* sink,
+                       Lost* lost) {
+    Lost unasked;
+    return Lexer(sources, file, sink, lost == nullptr ? &unasked : lost).run();
 }
 
 }  // namespace openfab::syntax

@@ -4,6 +4,7 @@
 
 // What the parser and the formatter both know of operators.
 
+#include <functional>
 #include <string_view>
 
 #include "compiler/syntax/token.h"
@@ -22,7 +23,8 @@ bool is_assignment(const Token& token);
 /// True for `float`, `int3`, `bool2x2`, `Material` and the like: `(name)` then starts a cast.
 bool is_builtin_type_name(std::string_view name);
 
-/// True if `(name)` and the token after it begin a cast.
-bool starts_cast(const Token& open, const Token& name, const Token& close, const Token& next);
+/// Returns the number of tokens of `(name)` or `(name[2][3])` if that begins a cast, else 0. `peek(i)` is the i-th
+/// token from here on; behind the last it may be any that ends a file.
+size_t cast_length(const std::function<const Token&(size_t)>& peek);
 
 }  // namespace openfab::syntax

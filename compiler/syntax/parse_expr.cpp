@@ -25,6 +25,12 @@ constexpr Precedence kBinary[] = {
 constexpr std::string_view kAssignments[] = {
     "=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="};
 
+/// A bracket behind a number is no index.
+bool is_literal(const ast::Expr& expr) {
+    return expr.args.empty() && expr.kind != ast::ExprKind::kName &&
+           expr.kind != ast::ExprKind::kInitList && expr.kind != ast::ExprKind::kBad;
+}
+
 }  // namespace
 
 int precedence(const Token& token) {
@@ -131,31 +137,45 @@ ast::ExprPtr Parser::parse_unary() {
         const Token& token = take();
         return node(ast::ExprKind::kPrefix, token, parse_unary());
     }
-    if (at_cast()) {
-        const source::Span begin = take().span;
-        const Token& type = take();
-        take();
-        ast::ExprPtr out = node(ast::ExprKind::kCast, type, parse_unary());
-        out->span.begin = begin.begin;
-        return out;
-    }
+    if (at("(") && cast_length([&](size_t i) -> const Token& { return peek(i); }) != 0)
+        return parse_cast();
     return parse_postfix();
 }
 
-bool starts_cast(const Token& open, const Token& name, const Token& close, const Token& next) {
-    if (!open.is("(") || name.kind != TokenKind::kIdentifier || !close.is(")")) return false;
-    // A name that is not built in can only be a cast if no operator follows.
-    if (!is_builtin_type_name(name.text)) {
-        return next.kind != TokenKind::kPunct && next.kind != TokenKind::kKeyword &&
-               next.kind != TokenKind::kEnd;
+ast::ExprPtr Parser::parse_cast() {
+    const source::Span begin = take().span;
+    const Token& type = take();
+    std::vector<ast::ExprPtr> extents;
+    while (accept("[")) {
+        extents.push_back(parse_conditional());
+        expect("]", "the array's size");
     }
-    return next.kind == TokenKind::kPunct
-               ? next.is("(") || next.is("-") || next.is("!") || next.is("~")
-               : next.kind != TokenKind::kEnd;
+    expect(")", "the type of a cast");
+    ast::ExprPtr out = node(ast::ExprKind::kCast, type, parse_unary());
+    for (ast::ExprPtr& extent : extents)
+        add_arg(out.get(), std::move(extent));
+    out->span.begin = begin.begin;
+    return out;
 }
 
-bool Parser::at_cast() const {
-    return starts_cast(peek(), peek(1), peek(2), peek(3));
+size_t cast_length(const std::function<const Token&(size_t)>& peek) {
+    constexpr size_t kMaxLength = 64;  // of a type with its extents
+    if (!peek(0).is("(") || peek(1).kind != TokenKind::kIdentifier) return 0;
+    size_t close = 2;
+    for (int open = 0; open > 0 || peek(close).is("["); ++close) {
+        if (close > kMaxLength || peek(close).kind == TokenKind::kEnd || peek(close).is(";"))
+            return 0;
+        if (peek(close).is("[")) ++open;
+        if (peek(close).is("]")) --open;
+    }
+    if (!peek(close).is(")")) return 0;
+    const Token& next = peek(close + 1);
+    const bool operand = next.kind != TokenKind::kPunct && next.kind != TokenKind::kEnd;
+    // A name that is not built in can only be a cast if no operator follows.
+    const bool cast = is_builtin_type_name(peek(1).text)
+                          ? operand || next.is("(") || next.is("-") || next.is("!") || next.is("~")
+                          : operand && next.kind != TokenKind::kKeyword;
+    return cast ? close + 1 : 0;
 }
 
 ast::ExprPtr Parser::parse_postfix() {
@@ -163,7 +183,7 @@ ast::ExprPtr Parser::parse_postfix() {
     while (!gave_up_) {
         if (at("(")) {
             left = parse_call(std::move(left));
-        } else if (at("[") && !peek(1).is("[")) {
+        } else if (at("[") && !peek(1).is("[") && !is_literal(*left)) {
             const Token& token = take();
             left = node(ast::ExprKind::kIndex, token, std::move(left), parse_expression());
             expect("]", "the index");
@@ -190,12 +210,20 @@ ast::ExprPtr Parser::parse_call(ast::ExprPtr callee) {
     ast::ExprPtr call = node(ast::ExprKind::kCall, take(), std::move(callee));
     if (!at(")")) {
         do {
+            parse_argument_mark();
             add_arg(call.get(), parse_initializer());
         } while (accept(","));
     }
     if (!at(")") && last_error_ != at_ && !gave_up_) {
         diag::Diagnostic* d = expected("`,` or `)` after an argument");
-        if (location(open).line != location(at_).line) note_opening(open, d);
+        if (d != nullptr && d->helps.empty() && at(";"))
+            d->insert_after(tokens_[at_ - 1].span, ")");
+        const bool another = peek().kind != TokenKind::kPunct &&
+                             peek().kind != TokenKind::kKeyword &&
+                             peek().kind != TokenKind::kString && !at_end() && !on_fresh_line();
+        if (d != nullptr && d->helps.empty() && another)
+            d->insert_after(tokens_[at_ - 1].span, ",");
+        if (d != nullptr && location(open).line != location(at_).line) note_opening(open, d);
     } else {
         accept(")");
     }

@@ -40,7 +40,8 @@ ast::StmtPtr Parser::parse_block() {
 ast::StmtPtr Parser::parse_statement() {
     const Level level(this);
     if (!level.ok) return stmt(ast::StmtKind::kBad);
-    first_ = at_;
+    begin_item();
+    skip_attribute();
     if (at("{")) return parse_block();
     if (at("if")) return parse_if();
     if (at("for")) return parse_for();
@@ -64,7 +65,23 @@ ast::StmtPtr Parser::parse_body() {
 /// Parses a condition in parentheses; if both are missing, one message says so.
 void Parser::parse_condition(const char* after, ast::Stmt* out) {
     const size_t open = at_;
-    const bool bracket = expect("(", after);
+    const size_t errors = sink_->errors();
+    if (!at("(") && !is_follow_up()) {
+        // `if x > 0 {`
+        diag::Diagnostic& d = sink_->report(peek().span, diag::kExpected,
+                                            std::string("`(` after ") + after, describe(peek()));
+        d.help(std::string("a condition stands in parentheses, what follows in braces: ") +
+               "`if (x > 0) { … }`");
+        note_error(first_);
+        const size_t found = sink_->errors();
+        const size_t begin = at_;
+        out->expr = parse_expression();
+        if (found == errors + 1 && sink_->errors() == found && at_ > begin && at("{"))
+            d.insert_before(tokens_[begin].span, "(").insert_after(tokens_[at_ - 1].span, ")");
+        if (!accept(")")) accept(":");
+        return;
+    }
+    const bool bracket = accept("(");
     out->expr = parse_expression();
     if (bracket) {
         if (!expect_close(")", "the condition", open)) {
@@ -76,6 +93,13 @@ void Parser::parse_condition(const char* after, ast::Stmt* out) {
     } else {
         accept(")");
     }
+    if (!at(":")) return;
+    if (diag::Diagnostic* d = expected("a statement")) {
+        d->helps.clear();
+        d->help(std::string("what follows stands in braces: `") +
+                (std::string_view(after) == "`while`" ? "while" : "if") + " (x > 0) { … }`");
+    }
+    take();
 }
 
 ast::StmtPtr Parser::parse_if() {
@@ -94,6 +118,7 @@ ast::StmtPtr Parser::parse_if() {
 ast::StmtPtr Parser::parse_for() {
     ast::StmtPtr out = stmt(ast::StmtKind::kFor);
     take();
+    if (parse_foreign_loop(out.get())) return out;
     if (!at("(")) {
         diag::Diagnostic* d = expected("`(` after `for`");
         if (d != nullptr) d->help("a loop is written `for (int i = 0; i < 4; ++i) { … }`");
@@ -135,6 +160,7 @@ ast::StmtPtr Parser::parse_do() {
     out->body.push_back(parse_body());
     if (!accept("while")) {
         expected("`while` after the body of `do`");
+        if (!on_fresh_line()) skip_to_statement_end();
         return out;
     }
     parse_condition("`while`", out.get());
@@ -209,6 +235,10 @@ bool Parser::at_array_type() const {
 
 bool Parser::at_declaration() const {
     if (at_array_type()) return true;
+    // `float in = 1;`: a word of the language in place of a name
+    if (at_identifier() && peek(1).kind == TokenKind::kKeyword && !peek(1).is("const") &&
+        (peek(2).is("=") || peek(2).is(";")))
+        return true;
     return at("const") || (at_identifier() && (at_identifier(1) || peek(1).is("const")));
 }
 

@@ -3,6 +3,7 @@
 #include "compiler/syntax/parser.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include "base/near_miss.h"
 #include "compiler/syntax/foreign_syntax.h"
@@ -10,18 +11,6 @@
 #include "compiler/syntax/parser_state.h"
 
 namespace openfab::syntax {
-
-namespace {
-
-std::string describe(const Token& token) {
-    if (token.kind == TokenKind::kEnd) return "the end of the file";
-    if (token.kind == TokenKind::kString) return "a string";
-    constexpr size_t kMaxShown = 40;
-    const std::string_view shown = token.text.substr(0, kMaxShown);
-    return "`" + std::string(shown) + (shown.size() < token.text.size() ? "…`" : "`");
-}
-
-}  // namespace
 
 std::optional<ast::StageKind> stage_of(std::string_view marker) {
     for (const ast::StageKind kind :
@@ -31,133 +20,21 @@ std::optional<ast::StageKind> stage_of(std::string_view marker) {
     return std::nullopt;
 }
 
-// --- errors
-
-diag::Diagnostic* Parser::expected(std::string_view what) {
-    if (gave_up_ || last_error_ == at_) return nullptr;
-    last_error_ = at_;
-    diag::Diagnostic& d = sink_->report(peek().span, diag::kExpected, what, describe(peek()));
-    add_foreign_help(&d);
-    return &d;
-}
-
-void Parser::add_foreign_help(diag::Diagnostic* d) const {
-    const std::string_view previous = at_ > 0 ? tokens_[at_ - 1].text : std::string_view();
-    const std::string help =
-        foreign_syntax_help({tokens_[first_].text, previous, peek().text, peek(1).text});
-    if (!help.empty()) d->help(help);
-}
-
-bool Parser::expect(std::string_view text, const char* after) {
-    if (accept(text)) return true;
-    if (gave_up_ || last_error_ == at_) return false;
-    last_error_ = at_;
-    // Points just after the previous token, where the missing token belongs.
-    source::Span span = peek().span;
-    if (at_ > 0) span.begin = span.end = tokens_[at_ - 1].span.end;
-    const std::string what = "`" + std::string(text) + "` after " + after;
-    diag::Diagnostic& d = sink_->report(span, diag::kExpected, what, describe(peek()));
-    add_foreign_help(&d);
-    if (text == ";" && d.helps.empty()) d.insert_before(span, ";");
-    return false;
-}
-
-bool Parser::expect_close(std::string_view text, const char* after, size_t open, const char* help) {
-    if (at(text) || gave_up_ || last_error_ == at_) return accept(text);
-    diag::Diagnostic* d = expected("`" + std::string(text) + "` after " + after);
-    if (location(open).line != location(at_).line) note_opening(open, d);
-    if (help != nullptr) d->help(help);
-    if (text == "}") braces_differ_ = true;
-    return false;
-}
-
-source::Location Parser::location(size_t token) const {
-    return sources_.locate(tokens_[token].span.file, tokens_[token].span.begin);
-}
-
-/// Returns the column of the first token on a token's line.
-size_t Parser::indentation(size_t token) const {
-    const uint32_t line = location(token).line;
-    while (token > 0 && location(token - 1).line == line)
-        --token;
-    return location(token).column;
-}
-
-void Parser::note_opening(size_t open, diag::Diagnostic* d) const {
-    const size_t brace = suspicious_brace(open);
-    d->note(tokens_[open].span, "to match this `" + std::string(tokens_[open].text) + "`");
-    if (brace == open) return;
-    d->note(
-        tokens_[brace].span,
-        "this `{` may be the one that is never closed: the `}` matched with it is indented less");
-}
-
-/// Returns the first brace closed since `open` whose `}` begins a line that is indented less than
-/// the line of its `{`: it probably closes an enclosing brace. Otherwise returns `open`.
-size_t Parser::suspicious_brace(size_t open) const {
-    std::vector<size_t> braces;
-    for (size_t i = open + 1; i < at_; ++i) {
-        if (tokens_[i].is("{")) braces.push_back(i);
-        if (!tokens_[i].is("}") || braces.empty()) continue;
-        const size_t brace = braces.back();
-        braces.pop_back();
-        const bool own_line = location(i - 1).line != location(i).line;
-        if (!own_line || location(i).column >= indentation(brace)) continue;
-        return brace;
-    }
-    return open;
-}
-
-void Parser::give_up() {
-    if (!gave_up_) sink_->report(peek().span, diag::kTooDeep, kMaxDepth);
-    gave_up_ = true;
-    at_ = tokens_.size() - 1;
-}
-
-/// Skips one token, or everything from an opening bracket to its closing one.
-void Parser::skip_balanced() {
-    size_t open = 0;
-    do {
-        if (at("(") || at("{") || at("[")) ++open;
-        if (open > 0 && (at(")") || at("}") || at("]"))) --open;
-        take();
-    } while (open > 0 && !at_end());
-}
-
-void Parser::skip_to_statement_end() {
-    while (!at_end() && !at("}")) {
-        if (accept(";")) return;
-        const bool block = at("{");
-        skip_balanced();
-        if (block) return;
-    }
-}
-
-/// Skips to the next token that can start a member of a fablet.
-void Parser::skip_to_member() {
-    while (!at_end() && !at("}") && !at("@") && !at("fablet")) {
-        if (accept(";")) return;
-        const bool block = at("{");
-        skip_balanced();
-        if (block) return;
-    }
-}
-
-// --- declarations
-
 ast::File Parser::parse_file() {
     ast::File file;
+    file.begin = peek().span;
     while (!at_end()) {
         const size_t before = at_;
         if (at("fablet")) {
             parse_fablet(&file);
         } else if (at_foreign_fablet()) {
-            first_ = at_;
+            begin_item();
             if (diag::Diagnostic* d = expected("`fablet`")) d->replace(peek().span, "fablet");
             parse_fablet(&file);
-        } else if (at("import")) {
+        } else if (at("import") || at_from_import()) {
             parse_import(&file);
         } else if (at("@")) {
+            begin_item();
             if (diag::Diagnostic* d = expected("`fablet`")) {
                 d->help("stages and uniforms belong inside a fablet: `fablet Name { … }`");
             }
@@ -173,16 +50,46 @@ ast::File Parser::parse_file() {
         }
         if (at_ == before) take();
     }
+    begin_item();
     file.end = peek().span;
+    file.damaged = std::move(damaged_);
     return file;
 }
 
+/// `enum` is a word of the language only before what declares one, so that it may still be a name.
+bool Parser::at_enum() const {
+    return at_identifier() && peek().text == "enum" && (at_identifier(1) || peek(1).is("{"));
+}
+
+/// Recognizes `from color import skin_of`.
+bool Parser::at_from_import() const {
+    return at_identifier() && peek().text == "from" && at_identifier(1) && peek(2).is("import");
+}
+
 void Parser::parse_import(ast::File* file) {
-    first_ = at_;
+    begin_item();
+    if (at_from_import()) {
+        file->imports.push_back({peek(1).text, peek(1).span});
+        diag::Diagnostic* d = expected("`import`");
+        const size_t name = at_ + 1;
+        while (!at(";") && !at_end() && (at_ <= name + 1 || !on_fresh_line()))
+            take();
+        if (d != nullptr)
+            d->replace(between(first_, at_ - 1), "import " + std::string(tokens_[name].text));
+        accept(";");
+        return;
+    }
     take();
     if (!at_identifier()) {
         if (diag::Diagnostic* d = expected("a module's name after `import`")) {
             d->help("write the name alone: `import color;`");
+            std::string name(peek().text);
+            if (name.ends_with(".fl")) name.resize(name.size() - 3);
+            const bool word = std::all_of(name.begin(), name.end(), [](char c) {
+                return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
+            });
+            if (peek().kind == TokenKind::kString && word && !name.empty())
+                d->replace(peek().span, name);
         }
         // Reports `import "name"` and `import a.b`, the syntax of other languages.
         while (!at(";") && !at_end() && !on_fresh_line())
@@ -192,10 +99,12 @@ void Parser::parse_import(ast::File* file) {
     }
     file->imports.push_back({peek().text, peek().span});
     take();
+    parse_import_tail();
     expect(";", "the module's name");
 }
 
 void Parser::parse_fablet(ast::File* file) {
+    begin_item();
     take();
     ast::Fablet fablet;
     fablet.span = peek().span;
@@ -318,6 +227,7 @@ bool Parser::parse_bare_uniform(ast::Fablet* fablet) {
 bool Parser::at_foreign_fablet() const {
     if (!at_identifier() || !at_identifier(1) || !(peek(2).is("{") || peek(2).is("(")))
         return false;
+    if (at_enum() || peek().text == "class") return false;
     for (const char* word : {"Fablet", "FABLET", "shader", "surface", "material", "volume"}) {
         if (peek().text == word) return true;
     }
@@ -329,10 +239,25 @@ void Parser::parse_uniforms(ast::Fablet* fablet) {
     if (!expect("{", "`@uniform`")) return skip_to_member();
     while (!at("}") && !at_end()) {
         const size_t before = at_;
+        begin_item();
+        if (at_identifier() && peek().text == "uniform" && at_identifier(1) && at_identifier(2)) {
+            source::Span word = peek().span;
+            word.end = peek(1).span.begin;
+            if (diag::Diagnostic* d = expected("a uniform's type")) {
+                d->helps.clear();
+                d->help("all in this block are uniforms: leave out `uniform`").replace(word, "");
+            }
+            take();
+        }
+        if (at("const") && at_identifier(1)) {
+            source::Span word = peek().span;
+            word.end = peek(1).span.begin;
+            if (diag::Diagnostic* d = expected("a uniform's type"))
+                d->help("no stage changes a uniform: leave out `const`").replace(word, "");
+            take();
+        }
         if (!at_identifier()) {
-            diag::Diagnostic* d = expected("a uniform's type");
-            if (d != nullptr && at("const"))
-                d->help("no stage changes a uniform: leave out `const`");
+            expected("a uniform's type");
             skip_to_statement_end();
         } else if (!parse_variables(false, &fablet->uniforms)) {
             skip_to_statement_end();
@@ -348,7 +273,7 @@ void Parser::parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source:
     ast::Stage stage;
     stage.kind = kind;
     stage.span = span;
-    first_ = at_;
+    begin_item();
     if (at("(")) {
         take();
         parse_varyings(&stage);
@@ -412,13 +337,14 @@ void Parser::parse_varyings(ast::Stage* stage) {
 
 bool Parser::parse_varying(ast::Stage* stage) {
     ast::Variable v;
+    begin_item();
     if (marker_word({"nearest"}) == "nearest") v.nearest = true;
     parse_direction(&v);
     if (!at_identifier()) {
         expected("a varying's type");
         return false;
     }
-    first_ = at_;
+    begin_item();
     const ast::TypeRef type{peek().text, peek().span};
     take();
     if (!at_identifier()) {
@@ -454,6 +380,8 @@ bool Parser::parse_struct(ast::Struct* out, std::vector<ast::Variable>* variable
     if (!expect("{", "the struct's name")) return false;
     while (!at("}") && !at_end()) {
         const size_t before = at_;
+        begin_item();
+        if (parse_method(out->name)) continue;
         if (!at_identifier()) {
             expected("a member's type");
             skip_to_statement_end();
@@ -479,7 +407,8 @@ bool Parser::parse_static() {
 /// Parses a constant or a function, of a fablet or of the file (fablet null).
 void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     if (accept(";")) return;
-    first_ = at_;
+    begin_item();
+    if (parse_operator()) return;
     if (at("import")) {
         expected("a fablet's member");
         return skip_to_member();
@@ -491,10 +420,17 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
         take();
         return;
     }
+    if (at_enum()) {
+        ast::Enum item;
+        const bool ok = parse_enum(&item);
+        if (!item.name.empty()) scope->enums.push_back(std::move(item));
+        if (!ok) skip_to_member();
+        return;
+    }
     // `inline float f(…)`: a declaration follows the word.
-    const bool foreign_word = at_identifier() && at_identifier(1) && at_identifier(2) &&
-                              !foreign_syntax_help({peek().text, {}, {}, {}}).empty() &&
-                              peek().text != "uniform";
+    const bool foreign_word =
+        at_identifier() && at_identifier(1) && at_identifier(2) && peek().text != "class" &&
+        !foreign_syntax({peek().text, {}, {}, {}}).help.empty() && peek().text != "uniform";
     if (foreign_word) {
         expected("a declaration");
         take();
@@ -509,7 +445,10 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
     if (at_identifier() && at_identifier(1) && peek(2).is("(")) return parse_function(scope);
     const bool is_const = accept("const");
     if (is_const) parse_static();
-    if (at("struct")) {
+    const bool of_class =
+        at_identifier() && peek().text == "class" && at_identifier(1) && peek(2).is("{");
+    if (of_class) expected("`struct`");
+    if (at("struct") || of_class) {
         ast::Struct record;
         const bool ok = parse_struct(&record, &scope->constants, is_const);
         if (!record.name.empty()) scope->structs.push_back(std::move(record));
@@ -521,9 +460,9 @@ void Parser::parse_member(ast::Fablet* fablet, ast::Scope* scope) {
         return;
     }
     if (!braces_differ_) {
-        diag::Diagnostic* d =
-            expected(fablet != nullptr ? "a stage, `@uniform`, a constant, a struct or a function"
-                                       : "`fablet`, a constant, a struct or a function");
+        diag::Diagnostic* d = expected_declaration(
+            fablet != nullptr ? "a stage, `@uniform`, a constant, a struct or a function"
+                              : "`fablet`, a constant, a struct or a function");
         if (at("}")) braces_differ_ = true;
         if (d != nullptr && at_ > 0 && tokens_[at_ - 1].is("}") && d->helps.empty()) {
             d->note(tokens_[at_ - 1].span,
@@ -574,10 +513,16 @@ bool Parser::parse_parameter(ast::Function* function) {
     }
     const ast::TypeRef type{peek().text, peek().span};
     take();
+    parse_reference(type, &v);
     if (!at_identifier()) {
         diag::Diagnostic* d = expected("a name");
-        if (d != nullptr && d->helps.empty())
+        if (d != nullptr && d->helps.empty()) {
             d->help("a parameter is a type and a name: `float x`");
+            if (at(":") && at_identifier(1)) {
+                const std::string right = std::string(peek(1).text) + " " + std::string(type.text);
+                d->replace(between(at_ - 1, at_ + 1), right);
+            }
+        }
         return false;
     }
     const bool ok = parse_declarator(type, &v);
@@ -610,32 +555,53 @@ bool Parser::parse_declarators(const ast::TypeRef& type, bool is_const,
         if (!parse_declarator(type, &v)) return false;
         out->push_back(std::move(v));
     } while (accept(","));
-    if (!at("(") && !at("{")) return expect(";", "the declaration");
-    // Reports `float3 a(1, 2, 3)`, `float3 a = float3{1, 2, 3}` and functions inside a stage.
+    if (at(";")) return expect(";", "the declaration");
+    const ast::Variable& last = out->back();
+    const bool hyphen = at("-") && at_identifier(1) && touch(at_ - 1) && touch(at_);
+    const bool another = at_identifier() && !on_fresh_line() && last.init == nullptr;
+    const bool annotation = at("[");
+    const bool value = !on_fresh_line() && last.init == nullptr &&
+                       (peek().kind == TokenKind::kInt || peek().kind == TokenKind::kFloat);
+    if (!at("(") && !at("{") && !hyphen && !another && !annotation && !value)
+        return expect(";", "the declaration");
     diag::Diagnostic* d = expected("`;` after the declaration");
     if (d == nullptr || !d->helps.empty()) return false;
-    const std::string text(type.text);
-    if (at("(") && at_identifier(1) && at_identifier(2)) {
-        d->help("define functions outside stages and other functions");
-    } else if (at("(")) {
-        d->help("initialize a variable with `=`: `" + text + " " +
-                std::string(tokens_[at_ - 1].text) + " = " + text + "(…);`");
-    } else if (is_builtin_type_name(tokens_[at_ - 1].text)) {
-        d->help("write `" + std::string(tokens_[at_ - 1].text) + "(…)`");
+    if (hyphen) {
+        d->help("a name has letters, digits and `_`").replace(peek().span, "_");
+    } else if (annotation) {
+        d->help("annotations stand in two brackets, each with a type: `[[ float min = 0 ]]`");
+    } else if (value) {
+        d->help("a value stands behind `=`").insert_before(peek().span, "= ");
+    } else if (another && is_builtin_type_name(last.name) && out->size() > 1) {
+        // `float a, int b;`
+        d->help("a `;` stands between declarations of different types")
+            .replace({last.span.file, tokens_[at_ - 2].span.begin, tokens_[at_ - 2].span.end}, ";");
+    } else if (another) {
+        d->help("a comma stands between names").insert_after(tokens_[at_ - 1].span, ",");
+    } else {
+        help_with_initializer(type, last, d);
     }
     return false;
 }
 
 bool Parser::parse_declarator(const ast::TypeRef& type, ast::Variable* out) {
     out->type = type;
+    parse_type_parameters();
+    if (at("[") && !parse_size_first(out)) return false;
     out->span = peek().span;
     if (!at_identifier()) {
         diag::Diagnostic* d = expected("a name");
         if (d == nullptr) return false;
-        if (at("[")) d->help("the size of an array follows its name: `float a[3]`");
+        if (peek().kind == TokenKind::kKeyword && !at("const"))
+            d->help("`" + std::string(peek().text) +
+                    "` is a word of the language: choose another name");
+        if (at("*") || at("&")) d->help("there are no pointers or references");
         if (at("const")) d->help("`const` stands before the type: `const float a = 1`");
         if (peek().kind == TokenKind::kInt || peek().kind == TokenKind::kFloat) {
             d->help("a vector is written `float3(1, 2, 3)`, a decimal point is `.`");
+            const bool comma =
+                at_ > 1 && tokens_[at_ - 1].is(",") && tokens_[at_ - 2].kind == TokenKind::kInt;
+            if (comma) d->replace(tokens_[at_ - 1].span, ".");
         }
         return false;
     }
@@ -658,17 +624,28 @@ void Parser::parse_annotations(ast::Variable* variable) {
     while (!at("]") && !at_end()) {
         ast::Annotation a;
         a.type = {peek().text, peek().span};
-        if (!at_identifier() || !at_identifier(1)) {
+        if (at_identifier() && peek(1).is("=")) {
+            diag::Diagnostic* d = expected("an annotation, such as `float min = 0`");
+            const bool text = peek(2).kind == TokenKind::kString;
+            if (d != nullptr) d->insert_before(peek().span, text ? "string " : "float ");
+        } else if (!at_identifier() || !at_identifier(1)) {
             expected("an annotation, such as `float min = 0`");
             while (!at("]") && !at(";") && !at("}") && !at_end())
                 take();
             break;
+        } else {
+            take();
         }
-        take();
         a.span = peek().span;
         a.name = take().text;
         if (expect("=", "the annotation's name")) a.value = parse_assignment();
         variable->annotations.push_back(std::move(a));
+        if (at(";") && at_identifier(1)) {
+            if (diag::Diagnostic* d = expected("`,` between annotations"))
+                d->replace(peek().span, ",");
+            take();
+            continue;
+        }
         if (!accept(",")) break;
     }
     if (expect("]", "the annotations")) expect("]", "`]`: annotations end with `]]`");

@@ -11,12 +11,16 @@
 #include <string_view>
 #include <utility>
 
+#include "compiler/syntax/foreign_syntax.h"
 #include "compiler/syntax/parser.h"
 
 namespace openfab::syntax {
 
 /// Returns the stage that a marker begins, if any: "Surface" without its `@`.
 std::optional<ast::StageKind> stage_of(std::string_view marker);
+
+/// Returns a token as a message names it.
+std::string describe(const Token& token);
 
 class Parser {
   public:
@@ -75,7 +79,9 @@ class Parser {
                       const char* help = nullptr);
     /// Reports what was expected. Returns the message, to add help; null if it is suppressed.
     diag::Diagnostic* expected(std::string_view what);
-    void add_foreign_help(diag::Diagnostic* d) const;
+    void begin_item();
+    void note_error(size_t from);
+    bool is_follow_up();
     void note_opening(size_t open, diag::Diagnostic* d) const;
     size_t suspicious_brace(size_t open) const;
     source::Location location(size_t token) const;
@@ -97,6 +103,8 @@ class Parser {
     void parse_function(ast::Scope* scope);
     bool parse_parameter(ast::Function* function);
     bool parse_struct(ast::Struct* out, std::vector<ast::Variable>* variables, bool is_const);
+    bool parse_enum(ast::Enum* out);  ///< parse_enum.cpp
+    bool at_enum() const;
     bool parse_static();
     bool parse_local_qualifiers();
     void refuse_static();
@@ -109,6 +117,34 @@ class Parser {
     std::string_view marker_word(std::initializer_list<const char*> known);
     bool parse_bare_uniform(ast::Fablet* fablet);
     bool at_foreign_fablet() const;
+    bool at_from_import() const;
+
+    // parse_foreign.cpp: what other languages write, with its remedy.
+    void add_foreign_help(diag::Diagnostic* d) const;
+    void fix_foreign(const ForeignSyntax& found, diag::Diagnostic* d) const;
+    void skip_attribute();
+    void add_loop_fix(size_t header, diag::Diagnostic* d) const;
+    bool parse_foreign_loop(ast::Stmt* out);
+    void parse_reference(const ast::TypeRef& type, ast::Variable* out);
+    void parse_argument_mark();
+    bool parse_method(std::string_view record);
+    bool parse_operator();
+    void parse_import_tail();
+    bool parse_size_first(ast::Variable* out);
+    void parse_type_parameters();
+    /// As expected(), where a declaration should begin.
+    diag::Diagnostic* expected_declaration(std::string_view what);
+    void help_with_initializer(const ast::TypeRef& type, const ast::Variable& last,
+                               diag::Diagnostic* d) const;
+    source::Span between(size_t first, size_t last) const {
+        return {tokens_[first].span.file, tokens_[first].span.begin, tokens_[last].span.end};
+    }
+    bool touch(size_t left) const { return tokens_[left].span.end == tokens_[left + 1].span.begin; }
+    std::string text_between(size_t first, size_t last) const {
+        return std::string(sources_.text(between(first, last)));
+    }
+    /// Returns the bracket that closes the one at token `open`; the last token if there is none.
+    size_t closing(size_t open) const;
 
     ast::StmtPtr parse_statement();
     ast::StmtPtr parse_block();
@@ -139,7 +175,7 @@ class Parser {
     ast::ExprPtr parse_call(ast::ExprPtr callee);
     ast::ExprPtr parse_init_list();
     ast::ExprPtr parse_initializer();
-    bool at_cast() const;
+    ast::ExprPtr parse_cast();
     ast::ExprPtr literal(ast::ExprKind kind);
     ast::ExprPtr node(ast::ExprKind kind, const Token& text, ast::ExprPtr a = nullptr,
                       ast::ExprPtr b = nullptr, ast::ExprPtr c = nullptr);
@@ -151,8 +187,12 @@ class Parser {
     size_t at_ = 0;
     int depth_ = 0;
     size_t last_error_ = ~size_t{0};
-    size_t first_ = 0;            ///< token of the statement or declaration
-    bool braces_differ_ = false;  ///< unmatched braces were reported: no further errors
+    size_t error_item_ = ~size_t{0};  ///< `first_` at the last error
+    size_t error_at_ = 0;
+    size_t first_ = 0;  ///< token of the statement or declaration
+    std::vector<source::Span> damaged_;
+    std::optional<uint32_t> damage_;  ///< where the text begins that an error leaves not understood
+    bool braces_differ_ = false;      ///< unmatched braces were reported: no further errors
     bool gave_up_ = false;
 };
 

@@ -37,8 +37,16 @@ struct Token {
 /// Returns the name of a kind, for dumps.
 const char* spelling(TokenKind kind);
 
+/// What errors took out of the tokens.
+struct Lost {
+    bool whole =
+        true;  ///< nothing but directives; what else was wrong has a token that stands for it
+    std::vector<source::Span> lines;  ///< directives such as `#define`
+};
+
 /// Returns the tokens of a file, always with kEnd last. Comments and white space are dropped;
-/// invalid characters are reported and dropped.
-std::vector<Token> lex(const source::SourceManager& sources, uint32_t file, diag::Sink* sink);
+/// invalid characters are reported and dropped, unless it is clear what they mean. `lost` may be null.
+std::vector<Token> lex(const source::SourceManager& sources, uint32_t file, diag::Sink* sink,
+                       Lost* lost = nullptr);
 
 }  // namespace openfab::syntax

@@ -194,6 +194,12 @@ ValueId Formulas::component(check::Intrinsic id, const std::vector<ValueId>& x) 
         }
         case check::Intrinsic::kLerp:
             return bin(Op::kAdd, x[0], bin(Op::kMul, x[2], bin(Op::kSub, x[1], x[0])));
+        case check::Intrinsic::kSelect:
+            return emit_.select(x[0], x[1], x[2]);
+        case check::Intrinsic::kAnd:
+            return emit_.logical_and(x[0], x[1]);
+        case check::Intrinsic::kOr:
+            return emit_.logical_or(x[0], x[1]);
         case check::Intrinsic::kRadians:
             return bin(Op::kMul, x[0], emit_.constant(kRadiansPerDegree));
         case check::Intrinsic::kDegrees:

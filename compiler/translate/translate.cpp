@@ -238,9 +238,11 @@ void StageTranslator::run(const check::Stage& stage, const TranslateOptions& opt
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(result), {}});
     statements(stage.body->body);
-    check_returned(stage.span, surface  ? "the `@Surface` stage"
-                               : dither ? "the `@Dither` stage"
-                                        : "the `@Volume` stage");
+    check_returned(stage.span,
+                   surface  ? "the `@Surface` stage"
+                   : dither ? "the `@Dither` stage"
+                            : "the `@Volume` stage",
+                   result, *stage.body);
     if (surface) {
         finish_surface(stage);
     } else if (dither) {

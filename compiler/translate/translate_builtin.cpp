@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
@@ -23,8 +25,12 @@ Value StageTranslator::intrinsic(const check::Expr& expr) {
         args.push_back(expression(*arg));
     emit_.set_span(expr.span);
     if (Formulas::is_geometric(expr.intrinsic)) return formulas_.geometric(expr.intrinsic, args);
+    // A scalar goes with each component of the others: the `t` of a lerp of compositions, the condition of a select.
+    size_t count = 0;
+    for (const Value& arg : args)
+        count = std::max(count, arg.size());
     Value out;
-    for (size_t i = 0; i < args[0].size(); ++i) {
+    for (size_t i = 0; i < count; ++i) {
         std::vector<ValueId> component;
         for (const Value& arg : args)
             component.push_back(arg[arg.size() == 1 ? 0 : i]);

@@ -108,7 +108,8 @@ class StageTranslator : private Paths {
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
     /// Returns whether a condition holds on every path, by folding or by proof.
     bool always(ir::ValueId condition) const;
-    void check_returned(const source::Span& span, const std::string& what);
+    void check_returned(const source::Span& span, const std::string& what, const check::Type& type,
+                        const check::Stmt& body);
     void check_assigned(const Variable& v, const check::Symbol& symbol);
 
     // translate_loop.cpp

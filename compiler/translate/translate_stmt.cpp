@@ -133,9 +133,26 @@ void StageTranslator::check_assigned(const Variable& v, const check::Symbol& sym
     if (!all && !gave_up_) sink_->report(symbol.span, diag::kOutputUnassigned, symbol.name);
 }
 
-void StageTranslator::check_returned(const source::Span& span, const std::string& what) {
+/// Reports a path through a body that ends without `return`.
+void StageTranslator::check_returned(const source::Span& span, const std::string& what,
+                                     const check::Type& type, const check::Stmt& body) {
     if (always(flag(frame_.returned)) || gave_up_) return;
-    sink_->report(span, diag::kMissingReturn, what);
+    diag::Diagnostic& d = sink_->report(span, diag::kMissingReturn, what);
+    const check::Symbol* result = nullptr;
+    for (const check::StmtPtr& stmt : body.body) {
+        const bool fits = stmt->kind == check::StmtKind::kDeclare && stmt->symbol->type == type;
+        if (fits && type.is(check::Base::kComposition)) result = stmt->symbol.get();
+    }
+    if (result == nullptr) {
+        d.help(
+            type.is(check::Base::kComposition)
+                ? "every path ends with `return` of a `MaterialComposition`; an empty one is void"
+                : fmt::format("every path ends with `return` and a value of type `{}`",
+                              check::type_name(type)));
+        return;
+    }
+    d.help(fmt::format("end it with `return {};`", result->name))
+        .insert_before(body.span, fmt::format("    return {};\n    ", result->name));
 }
 
 /// Returns what `body` does one call deeper; empty if that is too deep.
@@ -204,7 +221,8 @@ Value StageTranslator::run_body(const check::Function& f, std::vector<Variable> 
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(f.return_type), {}});
     statements(f.body->body);
-    if (f.return_type != check::kVoidType) check_returned(f.span, fmt::format("`{}`", f.name));
+    if (f.return_type != check::kVoidType)
+        check_returned(f.span, fmt::format("`{}`", f.name), f.return_type, *f.body);
     Value result = variables_[frame_.result].value;
     for (const auto& p : f.parameters) {
         const Variable& v = variables_[frame_.variables[p.get()]];

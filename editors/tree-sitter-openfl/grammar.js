@@ -45,10 +45,14 @@ module.exports = grammar({
         varying: ($) =>
             seq(optional(seq("@", alias("nearest", $.marker))), repeat($.qualifier), field("type", $._type), $.declarator),
 
-        _declaration: ($) => choice($.function, $.struct, $.declaration),
+        _declaration: ($) => choice($.function, $.struct, $.enum, $.declaration),
         struct: ($) =>
             seq(repeat($.qualifier), "struct", field("name", alias($.identifier, $.type_identifier)), "{", repeat($.member), "}",
                 optional(list($.declarator)), ";"),
+        enum: ($) =>
+            seq("enum", field("name", alias($.identifier, $.type_identifier)), "{", optionalList($.enumerator), "}", ";"),
+        enumerator: ($) =>
+            seq(field("name", $.identifier), optional(seq("=", field("value", $._expression))), optional($.annotations)),
         member: ($) => seq(field("type", $._type), list($.declarator), ";"),
         function: ($) =>
             seq(repeat($.qualifier), field("type", $._type), field("name", $.identifier), field("parameters", $.parameters),
@@ -116,7 +120,7 @@ module.exports = grammar({
         // `(T)-x` and `(T)(x)` are casts where T is built in, else a difference and a call.
         cast: ($) =>
             choice(...[[0, $.primitive_type], [-1, $._named_type]].map(([likely, type]) =>
-                prec.dynamic(likely, prec(PRECEDENCE.cast, seq("(", field("type", type), ")", field("value", $._expression)))))),
+                prec.dynamic(likely, prec(PRECEDENCE.cast, seq("(", field("type", type), repeat($.extent), ")", field("value", $._expression)))))),
         call: ($) => prec(PRECEDENCE.postfix, seq(field("function", $._expression), field("arguments", $.arguments))),
         arguments: ($) => seq("(", optionalList($._initializer), ")"),
         index: ($) => prec(PRECEDENCE.postfix, seq($._expression, "[", $._any_expression, "]")),

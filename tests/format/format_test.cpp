@@ -159,6 +159,22 @@ fablet F {
     EXPECT_EQ(*formatted(expected), expected);
 }
 
+TEST(Format, EnumsAreListsOfNames) {
+    const std::string text =
+        "enum  Pattern{STRIPES,DOTS=1+2,PLAIN[[string label=\"no ink\"]]} ;\n"
+        "enum Kind {\nONE, // the first\nTWO\n};\nfloat f(){Hit h[2]=( Hit [ 2 ] )0; return "
+        "(float[2])1 ;}\n";
+    const Result<std::string> out = formatted(text);
+    ASSERT_TRUE(out) << out.error().text();
+    EXPECT_NE(
+        out->find(
+            "enum Pattern { STRIPES, DOTS = 1 + 2, PLAIN [[ string label = \"no ink\" ]] };\n"),
+        std::string::npos)
+        << *out;
+    EXPECT_NE(out->find("Hit h[2] = (Hit[2])0;"), std::string::npos) << *out;
+    expect_same_program(text, "enums");
+}
+
 TEST(Format, WhatDoesNotFitContinuesUnderItsFirstPart) {
     const std::string text = R"(
 float sum(float first_argument, float second_argument, float third_argument, float fourth_argument, float fifth) {

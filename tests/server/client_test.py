@@ -173,6 +173,13 @@ def session(openflc, print_times):
     help_ = client.ask("textDocument/signatureHelp", at("SKIN)", 0))
     check("signature help", (help_["signatures"][0]["label"], help_["activeParameter"]),
           ("float depth(float3 p, float more)", 1))
+    help_ = client.ask("textDocument/signatureHelp", at("distance(p", 0, 9))
+    check("signature help of a built-in function",
+          [(s["label"], [p["label"] for p in s["parameters"]]) for s in help_["signatures"]],
+          [("float distance(float3 p)", ["float3 p"]), ("float distance(floatN a, floatN b)", ["floatN a", "floatN b"])])
+    assert "surface" in help_["signatures"][0]["documentation"]["value"]
+    check("signature help of a method",
+          client.ask("textDocument/signatureHelp", at("core, 1"))["signatures"][0]["label"], "void Set(Material m, float amount)")
 
     symbols = client.ask("textDocument/documentSymbol", document)
     check("symbols", [s["name"] for s in symbols], ["Layer", "SKIN", "Ball"])

@@ -6,6 +6,8 @@
 #include "compiler/server/server.h"
 
 #include "compiler/check/builtins.h"
+#include "compiler/check/signatures.h"
+#include "compiler/server/answers.h"
 #include "compiler/server/reference.h"
 #include "compiler/server/text_document.h"
 #include "compiler/server/transport.h"
@@ -52,13 +54,31 @@ TEST(Uris, ArePathsAndBack) {
 
 TEST(Reference, HasEveryBuiltInFunction) {
     for (const std::string& name : check::function_names())
-        EXPECT_FALSE(reference_of(name).empty()) << name << " is not in section 8 of OPENFL.md";
-    for (const char* name :
-         {"Set", "Add", "Get", "Total", "Clear", "Sample1", "Sample3", "Sample4"})
+        EXPECT_FALSE(reference_of(name).empty()) << name << " is not in signatures.def";
+    for (const char* name : {"Set", "Add", "Get", "Total", "Clear", "Sample1", "Sample2", "Sample3",
+                             "Sample4", "Fraction", "BlueNoise"})
         EXPECT_FALSE(reference_of(name).empty()) << name;
-    EXPECT_EQ(reference_of("Sample3").at(0).form, "t.Sample3(u, v, c)");
+    EXPECT_EQ(reference_of("Sample3").at(0).form,
+              "float3 Sample3(float2 uv, int channel, float width = 1)");
     EXPECT_TRUE(reference_of("none").empty());
     EXPECT_TRUE(reference_of("").empty());
+}
+
+/// As many parameters as the checker takes, each with a type and a name.
+TEST(Reference, SignaturesAreThoseOfTheChecker) {
+    for (const check::Signature& one : check::signatures()) {
+        const std::vector<std::string_view> parameters = check::parameters_of(one.form);
+        for (std::string_view p : parameters)
+            EXPECT_NE(p.find(' '), std::string_view::npos) << one.form;
+        EXPECT_NE(one.form.find(" " + std::string(one.name) + "("), std::string_view::npos);
+        EXPECT_FALSE(one.text.empty()) << one.form;
+        const check::IntrinsicInfo* info = check::find_intrinsic(one.name);
+        if (info == nullptr || one.name == "distance") continue;
+        EXPECT_EQ(static_cast<int>(parameters.size()), info->arity) << one.form;
+    }
+    EXPECT_THAT(check::parameters_of("floatN lerp(floatN a, floatN b, floatN t)"),
+                testing::ElementsAre("floatN a", "floatN b", "floatN t"));
+    EXPECT_TRUE(check::parameters_of("float Total()").empty());
 }
 
 TEST(MessageReader, TakesMessagesFromAnyPieces) {
@@ -90,6 +110,37 @@ TEST(MessageReader, RefusesWhatIsNoHeaderOrTooLarge) {
         EXPECT_FALSE(reader.next()) << bytes.substr(0, 60);
         EXPECT_TRUE(reader.broken()) << bytes.substr(0, 60);
     }
+}
+
+/// A mistake in syntax hides none in meaning, before it or after it.
+TEST(Analysis, ShowsAllMistakes) {
+    const std::string text =
+        "fablet B {\n  @uniform { Material core, shell; }\n"
+        "  @Volume(@varying { VolumeAttributes attr })\n  {\n    MaterialComposition mc;\n"
+        "    float t = smothstep(0.5, 1, -distance(attr.voxelCenter));\n"
+        "    mc.Set(core, t)\n    mc.Set(shel, 1 - t);\n    return mc;\n  }\n}\n";
+    const Analysis analysis({}, text, {});
+    std::vector<std::string> found;
+    for (const diag::Diagnostic& d : analysis.diagnostics())
+        found.emplace_back(diag::id_text(d.id));
+    EXPECT_THAT(found, testing::ElementsAre("unknown-function", "expected", "unknown-name"));
+}
+
+TEST(Analysis, KnowsTheNamesOfEnums) {
+    const std::string text =
+        "enum Pattern { STRIPES, DOTS = 4 };\nfablet B {\n  @uniform { Material m; Pattern kind = "
+        "DOTS; }\n"
+        "  @Volume() { MaterialComposition mc; mc.Set(m, kind == STRIPES ? 1 : 0); return mc; "
+        "}\n}\n";
+    const Analysis analysis({}, text, {});
+    EXPECT_TRUE(analysis.diagnostics().empty());
+    const check::Use* type = analysis.name_at(static_cast<uint32_t>(text.rfind("Pattern")));
+    ASSERT_NE(type, nullptr);
+    EXPECT_EQ(describe(analysis, *type),
+              "```openfl\nenum Pattern {\n    STRIPES,\n    DOTS = 4,\n};\n```\n");
+    const check::Use* name = analysis.name_at(static_cast<uint32_t>(text.rfind("STRIPES")));
+    ASSERT_NE(name, nullptr);
+    EXPECT_EQ(name->declared.begin, text.find("STRIPES"));
 }
 
 TEST(Analysis, KnowsTheGoodPartsOfABadDocument) {

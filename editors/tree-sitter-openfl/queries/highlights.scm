@@ -17,7 +17,7 @@
 ["if" "else" "switch" "case" "default"] @keyword.conditional
 ["for" "while" "do"] @keyword.repeat
 ["return"] @keyword.return
-["fablet" "struct"] @keyword.type
+["fablet" "struct" "enum"] @keyword.type
 ["import"] @keyword.import
 (break) @keyword.repeat
 (continue) @keyword.repeat
@@ -42,6 +42,8 @@
 (import module: (identifier) @module)
 (fablet name: (identifier) @type.definition)
 (struct name: (type_identifier) @type.definition)
+(enum name: (type_identifier) @type.definition)
+(enumerator name: (identifier) @constant)
 (function name: (identifier) @function)
 (call function: (identifier) @function.call)
 (call function: (field member: (field_identifier) @function.method.call))

@@ -110,7 +110,9 @@ class Writer {
         list("        ", "float3 points[12]", 36, ";");
         for (int k = 0; k < kProgramsPerFablet; ++k)
             out_ += fill("        Material m{};\n", {k});
-        out_ += "    }\n    struct Pair { float a; int2 b; float3 c[2]; };\n";
+        out_ +=
+            "    }\n    struct Pair { float a; int2 b; float3 c[2]; };\n"
+            "    enum Kind { FIRST, SECOND = 5, THIRD };\n";
         list("    static const ", "float fixed[20]", 20, ";");
         list("    static const ", "int2 steps[10]", 20, ";");
         for (int k = 0; k < 4; ++k)
@@ -231,10 +233,13 @@ class Writer {
         if (depth <= 0) return leaf(type);
         const int pick = random_.below(100);
         if (pick < 10) return leaf(type);
-        if (pick < 18)
-            return fill("({} ? {} : {})",
-                        {expression(kBool, depth - 1), expression(type, depth - 1),
+        if (pick < 18) {
+            // A condition of as many components chooses one by one.
+            const Type condition{Base::kBool, random_.chance(40) ? type.size : 1};
+            return fill(random_.chance(30) ? "select({}, {}, {})" : "({} ? {} : {})",
+                        {expression(condition, depth - 1), expression(type, depth - 1),
                          expression(type, depth - 1)});
+        }
         if (pick < 26) {
             const std::string call = helper_call(type, depth);
             if (!call.empty()) return call;
@@ -316,6 +321,9 @@ class Writer {
                            type.size};
         static constexpr std::array<const char*, 6> comparisons = {"<",  "<=", ">",
                                                                    ">=", "==", "!="};
+        if (random_.chance(20))
+            return fill("{}({}, {})", {random_.chance(50) ? "and" : "or",
+                                       expression(type, depth - 1), expression(type, depth - 1)});
         switch (random_.below(type.size == 1 ? 7 : 4)) {
             case 0:
                 return "!" + atom(type, depth - 1);
@@ -591,7 +599,13 @@ class Writer {
         open(fill("float program{}(float4 f, int2 i, int wild, float d, float3 p) {{", {k}));
         if (random_.chance(25)) {
             const std::string name = fresh("s");
-            line(fill("Pair {};", {name}));
+            if (random_.chance(30)) {
+                const std::string pairs = fresh("s");
+                line(fill("Pair {}[2] = (Pair[2]){};", {pairs, literal(Base::kInt)}));
+                line(fill("Pair {0} = {1}[{2}];", {name, pairs, index(2, 1)}));
+            } else {
+                line(fill("Pair {};", {name}));
+            }
             line(fill("{}.a = {};", {name, expression(kFloat, 2)}));
             line(fill("{}.b = {};", {name, expression({Base::kInt, 2}, 2)}));
             line(fill("{0}.c[0] = {1};", {name, expression({Base::kFloat, 3}, 2)}));

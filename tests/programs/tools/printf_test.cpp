@@ -95,6 +95,19 @@ TEST_F(SurfacePrintf, IsTheSameForAnyThreads) {
                 HasSubstr("f.fl:3: " + std::to_string(all - 100) + " more lines not shown"));
 }
 
+TEST_F(SurfacePrintf, ShowsAllOfAMatrixAnArrayAndAStruct) {
+    const Outcome outcome = print(
+        "struct Hit { float depth; int2 cell; bool inside; };\n"
+        "float2x3 m = float2x3(1, 2, 3, 4, 5, 6); int a[2][2] = {1, 2, 3, 4}; Hit h[1];\n"
+        "h[0].depth = 0.5; h[0].cell = int2(7, 8); h[0].inside = true;\n"
+        "printf(\"%g %d %g %.1f\\n\", m, a, h, h[0]); return 0;",
+        "0.501mm", "2");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(
+        outcome.err,
+        HasSubstr("mm: {1 2 3, 4 5 6} {{1, 2}, {3, 4}} {{0.5, 7 8, 1}} {0.5, 7.0 8.0, 1.0}\n"));
+}
+
 TEST_F(SurfacePrintf, AFailedAssertionEndsThePrint) {
     const std::string surface = "assert(attr.p.z < 0.9, \"high: %g\", attr.p.z); return 0;";
     const Outcome outcome = print(surface, "0.501mm", "2");

@@ -229,6 +229,26 @@ TEST(Part, PlacesTheMeshWhereTheTransformPutsIt) {
     }
 }
 
+/// compiler/OPENFL.md, section 1: a mirror is part of how a part is turned. Part space is stretched by the magnitude of
+/// the scale, and has the mesh's own axes.
+TEST(Part, MirrorsAreTurningsAndNotOfPartSpace) {
+    const mesh::Mesh mesh = testing::torus(3, 1, 16, 8);
+    for (const Vec3d& scale : {Vec3d{-1.5, 2, -3}, Vec3d{-1, 1, 1}, Vec3d{2, -2, 0.5}}) {
+        testing::PartOptions options;
+        options.transform = placement_transform(scale, {25, 40, -70}, {3, -2, 5});
+        const part::Part part = make_part(testing::empty_fablet(), mesh, options);
+        for (size_t i = 0; i < mesh.positions.size(); ++i) {
+            const Vec3d at = part.mesh->positions[i] + part.mesh->center_part_mm;
+            const Vec3d placed = options.transform.apply(mesh.positions[i]);
+            for (int axis = 0; axis < 3; ++axis) {
+                EXPECT_NEAR(at[axis], std::abs(scale[axis]) * mesh.positions[i][axis], 1e-9);
+                EXPECT_NEAR(part.local_to_build.apply(part.mesh->positions[i])[axis], placed[axis],
+                            1e-9);
+            }
+        }
+    }
+}
+
 const openfab_varying kInputs[] = {
     {"uv", "float2", OPENFAB_FLOAT, 2, -1, nullptr},
     {"face", "int", OPENFAB_INT, 1, -1, nullptr},

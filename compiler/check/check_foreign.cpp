@@ -1,0 +1,244 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Help with names, calls and methods as other languages have them, and with those of the library that are not imported.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "compiler/check/expression_checker.h"
+#include "compiler/check/foreign_names.h"
+
+namespace openfab::check {
+
+namespace {
+
+constexpr std::string_view kStages[] = {"Surface", "Volume", "Dither"};
+constexpr std::string_view kLengths[] = {"length", "size",  "len",   "count",
+                                         "Length", "Count", "sizeof"};
+constexpr std::string_view kCasts[] = {"static_cast", "reinterpret_cast", "const_cast",
+                                       "dynamic_cast"};
+
+template <size_t N>
+bool is_one_of(const std::string_view (&names)[N], std::string_view name) {
+    return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
+
+source::Span between(const source::Span& left, const source::Span& right) {
+    return {left.file, left.end, right.begin};
+}
+
+}  // namespace
+
+/// Adds the import that a name of the standard library needs; returns whether it is one.
+bool ExpressionChecker::help_with_library(std::string_view name, diag::Diagnostic* d) const {
+    const std::string module = module_of_ ? module_of_(name) : std::string();
+    if (module.empty()) return false;
+    d->help(fmt::format("it is in the module `{0}`: write `import {0};` at the top of the file",
+                        module))
+        .insert_before(file_begin_, fmt::format("import {};\n", module));
+    return true;
+}
+
+/// Adds the help for a function that the library has under another name; returns whether there is one.
+bool ExpressionChecker::help_with_library_name(const ast::Expr& callee, diag::Diagnostic* d) const {
+    const LibraryName found = library_name(callee.text);
+    const std::string module =
+        module_of_ && !found.name.empty() ? module_of_(found.name) : std::string();
+    if (module.empty()) return false;
+    d->help(fmt::format("the library's is `{}`: write `import {};` at the top of the file",
+                        found.form, module));
+    if (!found.same_arguments) return true;
+    d->replace(callee.span, std::string(found.name));
+    const bool imported = std::any_of(imported_functions_.begin(), imported_functions_.end(),
+                                      [&](const Function* f) { return f->name == found.name; });
+    if (!imported) d->insert_before(file_begin_, fmt::format("import {};\n", module));
+    return true;
+}
+
+/// The arguments are not checked: one cause, one message.
+ExprPtr ExpressionChecker::unknown_function(const ast::Expr& callee, const source::Span& span,
+                                            const ast::Expr* call) {
+    const std::string_view name = callee.text;
+    diag::Diagnostic& d = sink_->report(callee.span, diag::kUnknownFunction, name);
+    if (help_with_private(name, &d) || help_with_library(name, &d) ||
+        help_with_library_name(callee, &d))
+        return poison(span);
+    if (is_one_of(kStages, name)) {
+        d.help("a stage cannot be called: put what two of them need into a function");
+        return poison(span);
+    }
+    if (name == "not" && call != nullptr && call->args.size() == 2) {
+        d.help("write `!`").replace(callee.span, "!");
+        return poison(span);
+    }
+    if (is_one_of(kLengths, name) && call != nullptr && call->args.size() == 2 &&
+        help_with_length(*call, &d))
+        return poison(span);
+    if (const std::string foreign_help = foreign_function_help(name); !foreign_help.empty()) {
+        d.help(foreign_help);
+        const std::string ours = renamed_function(name);
+        if (is_foreign_lookup(name)) {
+            if (call != nullptr) fix_lookup(*call, 1, &d);
+        } else if (!ours.empty()) {
+            d.replace(callee.span, ours);
+        }
+        return poison(span);
+    }
+    std::vector<std::string> names = function_names();
+    for (const auto* list : {&visible_functions_, &imported_functions_}) {
+        for (const Function* f : *list)
+            names.push_back(f->name);
+    }
+    for (const std::string& type : type_names())
+        names.push_back(type);
+    d.suggest(callee.span, name, names,
+              "library functions need an `import`; OPENFL.md lists the built-in functions in "
+              "section 8");
+    return poison(span);
+}
+
+/// `texture2D(picture, uv)` as `picture.Sample4(uv, 0)`; the texture is argument `at`.
+void ExpressionChecker::fix_lookup(const ast::Expr& expr, size_t at, diag::Diagnostic* d) {
+    if (expr.args.size() != at + 2 || expr.args[at]->kind != ast::ExprKind::kName) return;
+    const ast::Expr& texture = *expr.args[at];
+    const ast::Expr& point = *expr.args[at + 1];
+    const source::Span& call = expr.args[0]->span;
+    d->replace({call.file, call.begin, texture.span.begin}, "")
+        .replace(between(texture.span, point.span), ".Sample4(")
+        .insert_after(point.span, ", 0");
+}
+
+/// `len(list)`: what an array's length is, if the argument is an array that has a name.
+bool ExpressionChecker::help_with_length(const ast::Expr& call, diag::Diagnostic* d) const {
+    const ast::Expr& of = *call.args[1];
+    const Symbol* symbol = of.kind == ast::ExprKind::kName ? find(of.text) : nullptr;
+    if (symbol == nullptr || !symbol->type.is_array()) return false;
+    d->help(fmt::format("`{}` has the {} elements that it is declared with", of.text,
+                        symbol->type.length()))
+        .replace(call.span, std::to_string(symbol->type.length()));
+    return true;
+}
+
+/// Reports a member or method that a value does not have, where a function does what is meant.
+/// `whole` is the call, or the member alone.
+ExprPtr ExpressionChecker::unknown_method(const ast::Expr& whole, const ast::Expr& member,
+                                          const Type& type) {
+    diag::Diagnostic& d =
+        sink_->report(member.text_span, diag::kUnknownMember, type_name(type), member.text);
+    const ast::Expr& object = *member.args[0];
+    const bool call = &whole != &member;
+    if (type.is_array() && is_one_of(kLengths, member.text)) {
+        d.help(fmt::format("it has the {} elements that it is declared with", type.length()))
+            .replace(whole.span, std::to_string(type.length()));
+        return poison(whole.span);
+    }
+    if (type.is(Base::kMaterial)) {
+        d.help("amounts are set in a composition: `mc.Set(material, amount)`");
+        return poison(whole.span);
+    }
+    const std::string renamed = renamed_function(member.text);
+    const std::string name = renamed.empty() ? std::string(member.text) : renamed;
+    const bool known = find_intrinsic(name) != nullptr || !overloads(name).empty() ||
+                       name == "transpose" || name == "determinant" || name == "inverse";
+    if (!type.is_arithmetic() || (!known && !call)) return poison(whole.span);
+    if (known) {
+        d.help(fmt::format("functions are no methods: `{}(v)`", name))
+            .insert_before(object.span, name + "(");
+        const bool more = call && whole.args.size() > 1;
+        if (more) {
+            d.replace(between(object.span, whole.args[1]->span), ", ");
+        } else {
+            d.replace({object.span.file, object.span.end, whole.span.end}, ")");
+        }
+    } else if (member.text.size() <= 4 &&
+               member.text.find_first_not_of("xyzwrgba") == std::string_view::npos) {
+        d.help("components are not called: leave out `()`")
+            .replace({member.text_span.file, member.text_span.end, whole.span.end}, "");
+    }
+    return poison(whole.span);
+}
+
+/// `float[3](1, 2, 3)`, an array as GLSL makes it.
+bool ExpressionChecker::report_array_constructor(const ast::Expr& expr) {
+    const ast::Expr& callee = *expr.args[0];
+    const bool of_type = callee.kind == ast::ExprKind::kIndex &&
+                         callee.args[0]->kind == ast::ExprKind::kName &&
+                         is_type_name(callee.args[0]->text);
+    if (!of_type) return false;
+    diag::Diagnostic& d =
+        sink_->report(callee.args[0]->span, diag::kNotAValue, callee.args[0]->text, "type")
+            .help("write a list in braces: `{1, 2, 3}`");
+    if (expr.args.size() > 1) {
+        d.replace({callee.span.file, callee.span.begin, expr.args[1]->span.begin}, "{")
+            .replace({expr.span.file, expr.args.back()->span.end, expr.span.end}, "}");
+    }
+    return true;
+}
+
+/// `static_cast<int>(x)`
+bool ExpressionChecker::report_cast_template(const ast::Expr& expr) {
+    const ast::Expr* name = &expr;
+    while (name->kind == ast::ExprKind::kBinary)
+        name = name->args[0].get();
+    if (name->kind != ast::ExprKind::kName || !is_one_of(kCasts, name->text)) return false;
+    sink_->report(name->span, diag::kUnknownFunction, name->text)
+        .help("a conversion is written `int(x)`");
+    return true;
+}
+
+/// Reports a name once in a function or stage. `value` is the type of what is assigned to it, if something is.
+ExprPtr ExpressionChecker::unknown_name(const ast::Expr& expr, const Type& value) {
+    if (context_ != StageContext::kGlobal && !unknown_names_.emplace(expr.text).second)
+        return poison(expr.span);
+    diag::Diagnostic& d = sink_->report(expr.span, diag::kUnknownName, expr.text);
+    if (help_with_private(expr.text, &d)) return poison(expr.span);
+    if (const std::string help = help_for_name(expr.text); !help.empty()) {
+        d.help(help);
+        if (const std::string constant = constant_of(expr.text); !constant.empty())
+            d.insert_before(file_begin_, constant + "\n");
+        return poison(expr.span);
+    }
+    if (help_with_uniform(expr.text, &d) || help_with_library(expr.text, &d))
+        return poison(expr.span);
+    std::vector<std::string> names;
+    for (const Scope& scope : scopes_) {
+        for (const auto& [text, symbol] : scope)
+            names.push_back(text);
+    }
+    names.insert(names.end(), {"true", "false"});
+    const bool declares = !value.is_error() && !value.is_array();
+    const std::string type = declares ? type_name(value) : "";
+    d.suggest(
+        expr.span, expr.text, names,
+        declares ? fmt::format("declare it with its type: `{} {} = …`", type, expr.text) : "");
+    if (declares && d.fix.empty()) d.insert_before(expr.span, type + " ");
+    return poison(expr.span);
+}
+
+/// `x = 1` where no `x` is declared; false at any other assignment.
+bool ExpressionChecker::report_undeclared_target(const ast::Expr& expr) {
+    const ast::Expr& target = *expr.args[0];
+    const bool known = find(target.text) != nullptr || !find_type(target.text).is_error() ||
+                       !overloads(target.text).empty() || find_intrinsic(target.text) != nullptr;
+    if (expr.text != "=" || target.kind != ast::ExprKind::kName || known ||
+        expr.args[1]->kind == ast::ExprKind::kInitList)
+        return false;
+    const ExprPtr value = expression(*expr.args[1]);
+    unknown_name(target, value->type == kVoidType ? Type{} : value->type);
+    return true;
+}
+
+/// Adds that a uniform is declared in a fablet, and seen there alone; returns whether one of this name is.
+bool ExpressionChecker::help_with_uniform(std::string_view name, diag::Diagnostic* d) const {
+    const auto found = uniform_names_.find(name);
+    if (fablet_ != nullptr || found == uniform_names_.end()) return false;
+    d->note(found->second, fmt::format("the uniform `{}` is declared here", name))
+        .help(
+            "functions of the fablet see its uniforms: move this one into the fablet, or give it "
+            "the value as a parameter");
+    return true;
+}
+
+}  // namespace openfab::check
