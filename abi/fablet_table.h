@@ -75,7 +75,7 @@ enum openfab_uniform_kind {
  * object. An array of length L takes L times as many slots. */
 struct openfab_uniform {
     const char* name;
-    const char* type_name; /* as written in OpenFL: "float2", "ImageTexture2D" */
+    const char* type_name; /* as in OpenFL; then a line "name\tvalue\tlabel" per named value */
     enum openfab_uniform_kind kind;
     enum openfab_scalar_type scalar;
     int32_t components;

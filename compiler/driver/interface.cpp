@@ -4,12 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include "compiler/diag/json.h"
+#include "compiler/ir/choices.h"
 #include "compiler/ir/text.h"
 
 namespace openfab::driver {
@@ -42,16 +44,39 @@ std::string json_list(const std::vector<T>& list, const F& item) {
     return "[" + out + "]";
 }
 
+/// Returns the names of a uniform's values as members of its object; nothing if they have none.
+std::string json_choices(const ir::Uniform& u) {
+    std::string list;
+    const std::string lines = ir::choices(u);
+    for (size_t at = 0; at < lines.size();) {
+        const size_t end = std::min(lines.find('\n', at), lines.size());
+        const std::string line = lines.substr(at, end - at);
+        const size_t value = line.find('\t');
+        const size_t label = line.find('\t', value + 1);
+        list += fmt::format(R"({}{{"name":{},"label":{},"value":{}}})", list.empty() ? "" : ",",
+                            json_string(line.substr(0, value)), json_string(line.substr(label + 1)),
+                            line.substr(value + 1, label - value - 1));
+        at = end + 1;
+    }
+    if (list.empty()) return "";
+    const std::string of = u.type == ir::Type::kInt ? ",\"enum\":" + json_string(u.type_name) : "";
+    return of + ",\"choices\":[" + list + "]";
+}
+
 std::string json_uniform(const ir::Uniform& u) {
     std::string annotations;
+    const std::string choices = json_choices(u);
     for (const auto& [name, text] : u.annotations) {
+        if (name == ir::kChoices) continue;
         annotations += fmt::format("{}{}:{}", annotations.empty() ? "" : ",", json_string(name),
                                    json_string(text));
     }
     return fmt::format(
-        R"({{"name":{},"type":{},"kind":"{}","components":{},"array_length":{},"default":{},"annotations":{{{}}}}})",
-        json_string(u.name), json_string(u.type_name), ir::uniform_kind_name(u.kind), u.components,
-        u.array_length, json_default(u.type, u.default_bits), annotations);
+        R"({{"name":{},"type":{},"kind":"{}","components":{},"array_length":{},"default":{},"annotations":{{{}}}{}}})",
+        json_string(u.name),
+        json_string(!choices.empty() && u.type == ir::Type::kInt ? "int" : u.type_name),
+        ir::uniform_kind_name(u.kind), u.components, u.array_length,
+        json_default(u.type, u.default_bits), annotations, choices);
 }
 
 std::string json_source(const std::vector<ir::Varying>& list, int32_t source) {

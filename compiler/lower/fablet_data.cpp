@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 
+#include "compiler/ir/choices.h"
 #include "compiler/lower/args.h"
 #include "compiler/lower/compile.h"
 
@@ -109,8 +110,10 @@ openfab_segments FabletData::make_segments(const passes::SegmentedStage& segment
 FabletData::FabletData(const FabletUnit& unit) {
     const ir::Fablet& fablet = *unit.fablet;
     for (const ir::Uniform& u : fablet.uniforms) {
-        uniforms_.push_back({keep(u.name), keep(u.type_name), u.kind, scalar_type(u.type),
-                             u.components, u.array_length, u.first_index, keep_bits(u.default_bits),
+        const std::string choices = ir::choices(u);
+        const char* type = keep(choices.empty() ? u.type_name : u.type_name + "\n" + choices);
+        uniforms_.push_back({keep(u.name), type, u.kind, scalar_type(u.type), u.components,
+                             u.array_length, u.first_index, keep_bits(u.default_bits),
                              keep_limits(u)});
     }
     table_.abi_version = OPENFAB_ABI_VERSION;

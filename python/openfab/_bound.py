@@ -29,6 +29,8 @@ def check_bound(declared: Uniform, value: Any, encoded: Any) -> None:
         return
     scalar = re.match("[a-z]*", declared.type)
     kind = scalar.group() if scalar else ""
+    if declared.choices:
+        flat = [_chosen(declared, value, one) for one in flat]
     wrong = next((one for one in flat if isinstance(one, str) or isinstance(one, bool) != (kind == "bool")), None)
     if wrong is not None:
         raise InputError(
@@ -43,6 +45,15 @@ def check_bound(declared: Uniform, value: Any, encoded: Any) -> None:
         if kind == "float" and abs(one) > _LARGEST_FLOAT:
             raise InputError(f"{what} cannot be {short(value)}; that is beyond the range of a `float`")
         _check_limits(declared, value, float(one))
+
+
+def _chosen(declared: Uniform, value: Any, one: Any) -> Any:
+    """Returns the value that a name or label stands for, or the value itself."""
+    for name, label, number in declared.choices:
+        if one in (name, label) if isinstance(one, str) else one == number:
+            return bool(number) if declared.type == "bool" else number
+    labels = ", ".join(f"`{label}`" for _, label, _ in declared.choices)
+    raise InputError(f"`{declared.name}` cannot be {short(value)}", help=f"it is one of {labels}")
 
 
 def _check_count(declared: Uniform, value: Any, found: int, room: int) -> None:

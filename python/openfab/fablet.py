@@ -37,6 +37,8 @@ class Uniform:
         All elements in order; None where a world has to bind it.
     annotations : mapping of str to str
         The texts of `@min`, `@max`, `@help` and the like.
+    choices : tuple of tuple of str, str and int
+        Name, label and value of each of an enum's names, or of a `bool`'s that has labels; a value may be given by any.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Uniform:
     array_length: int
     default: tuple[float, ...] | None
     annotations: Mapping[str, str] = field(default_factory=dict)
+    choices: tuple[tuple[str, str, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -202,6 +205,7 @@ def _uniform(data: dict[str, Any]) -> Uniform:
     return Uniform(
         data["name"], data["type"], data["kind"], data["components"], data["array_length"], default,
         MappingProxyType(data["annotations"]),
+        tuple((one["name"], one["label"], one["value"]) for one in data.get("choices", ())),
     )
 
 

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <memory>
+#include <string_view>
 
 #include "abi/kernel_call.h"
 #include "base/check.h"
@@ -58,6 +60,29 @@ bool to_bits(double value, bool boolean, openfab_scalar_type scalar, uint32_t* b
             return true;
     }
     return false;
+}
+
+/// The name of a value: of an enum's, or of a bool's.
+struct Choice {
+    std::string name;
+    std::string label;
+    uint32_t bits = 0;
+};
+
+/// Returns the names of a uniform's values; none if any value of its type will do.
+std::vector<Choice> choices_of(const openfab_uniform& u) {
+    std::vector<Choice> out;
+    const std::string_view text = u.type_name;
+    for (size_t at = text.find('\n'); at < text.size();) {
+        const size_t end = std::min(text.find('\n', at + 1), text.size());
+        const std::string line(text.substr(at + 1, end - at - 1));
+        const size_t value = line.find('\t');
+        const size_t label = line.find('\t', value + 1);
+        out.push_back({line.substr(0, value), line.substr(label + 1),
+                       static_cast<uint32_t>(std::strtol(line.c_str() + value + 1, nullptr, 10))});
+        at = end;
+    }
+    return out;
 }
 
 class Binder {
@@ -123,6 +148,16 @@ class Binder {
         if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
             return n == 1 ? "the name of a material" : fmt::format("the names of {} materials", n);
         }
+        if (const std::vector<Choice> choices = choices_of(u); !choices.empty()) {
+            std::string names;
+            for (size_t i = 0; i < choices.size(); ++i)
+                names += fmt::format("{}`{}`",
+                                     i == 0                    ? ""
+                                     : i + 1 == choices.size() ? " or "
+                                                               : ", ",
+                                     choices[i].label);
+            return n == 1 ? names : fmt::format("an array of {}, each {}", n, names);
+        }
         return n == 1 ? what_fits(u.scalar)
                       : fmt::format("an array of {} {}", n,
                                     u.scalar == OPENFAB_BOOL ? "booleans" : "numbers");
@@ -157,6 +192,9 @@ class Binder {
 
     Result<void> bind_one(const openfab_uniform& u, const world::UniformBinding& b) {
         if (u.kind != OPENFAB_UNIFORM_VALUE) return bind_names(u, b);
+        const std::vector<Choice> choices = choices_of(u);
+        if (!choices.empty() && std::holds_alternative<std::vector<std::string>>(b.value))
+            return bind_choices(u, b, choices);
         const auto* numbers = std::get_if<std::vector<double>>(&b.value);
         if (numbers == nullptr || numbers->size() != value_count(u)) return mismatch(u, b);
         for (size_t i = 0; i < numbers->size(); ++i) {
@@ -173,7 +211,35 @@ class Binder {
                 !((*numbers)[i] >= u.limits[0] && (*numbers)[i] <= u.limits[1])) {
                 return beyond(u, b, (*numbers)[i]);
             }
+            const bool named = std::any_of(choices.begin(), choices.end(),
+                                           [&](const Choice& one) { return one.bits == bits; });
+            if (!choices.empty() && !named) return mismatch(u, b);
             out_.values[static_cast<size_t>(u.first_index) + i] = bits;
+        }
+        return Ok{};
+    }
+
+    /// Values by their names or labels.
+    Result<void> bind_choices(const openfab_uniform& u, const world::UniformBinding& b,
+                              const std::vector<Choice>& choices) {
+        const auto& names = std::get<std::vector<std::string>>(b.value);
+        if (names.size() != value_count(u)) return mismatch(u, b);
+        for (size_t i = 0; i < names.size(); ++i) {
+            const auto found = std::find_if(choices.begin(), choices.end(), [&](const Choice& one) {
+                return names[i] == one.name || names[i] == one.label;
+            });
+            if (found == choices.end()) {
+                std::vector<std::string> known;
+                for (const Choice& one : choices)
+                    known.insert(known.end(), {one.label, one.name});
+                const std::string near = near_miss(names[i], known);
+                return error_at(b.location,
+                                fmt::format("`{}` of fablet `{}` is given the string `{}`",
+                                            declaration(u), fablet_.name, names[i]),
+                                near.empty() ? fmt::format("it takes {}", what_is_needed(u))
+                                             : fmt::format("did you mean `{}`?", near));
+            }
+            out_.values[static_cast<size_t>(u.first_index) + i] = found->bits;
         }
         return Ok{};
     }
@@ -269,8 +335,10 @@ class Binder {
 }  // namespace
 
 std::string declaration(const openfab_uniform& u) {
-    return u.array_length == 1 ? fmt::format("{} {}", u.type_name, u.name)
-                               : fmt::format("{} {}[{}]", u.type_name, u.name, u.array_length);
+    const std::string_view written = u.type_name;
+    const std::string_view type = written.substr(0, written.find('\n'));
+    return u.array_length == 1 ? fmt::format("{} {}", type, u.name)
+                               : fmt::format("{} {}[{}]", type, u.name, u.array_length);
 }
 
 namespace {

@@ -79,3 +79,21 @@ def test_a_changed_file_is_compiled_again(tmp_path: Path) -> None:
     assert openfab.fablet.programs.find([file])[0] is first
     file.write_text(BALL.replace("float skin = 0.5", "float skin = 0.25"))
     assert openfab.fablet.programs.find([file])[0] is not first
+
+
+def test_values_that_have_names() -> None:
+    text = BALL.replace("fablet Ball {", 'enum Look { PLAIN, SPOTS = 4 [[ string label = "with spots" ]] };\nfablet Ball {').replace(
+        "float skin", 'Look look = SPOTS; bool hollow = false [[ string on = "hollow" ]]; float skin')
+    fablet = openfab.Fablet(text=text)
+    look = fablet.uniforms["look"]
+    assert (look.type, look.default) == ("int", (4,))
+    assert look.choices == (("PLAIN", "PLAIN", 0), ("SPOTS", "with spots", 4))
+    assert fablet.uniforms["hollow"].choices == (("false", "off", 0), ("true", "hollow", 1))
+    world = openfab.World(printer="j750")
+    white = openfab.Material("white", "#ffffff")
+    ball = world.add(openfab.sphere(3), fablet, {"core": white, "shell": white, "look": "with spots", "hollow": "hollow"})
+    ball["look"] = "PLAIN"
+    ball["look"] = 4
+    for wrong in ("spots", 3):
+        with pytest.raises(openfab.InputError, match="one of `PLAIN`, `with spots`"):
+            ball["look"] = wrong

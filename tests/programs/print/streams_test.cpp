@@ -190,6 +190,42 @@ TEST_F(Streams, SourcesCommandNoTerminalAndJsonStaysJson) {
     expect_harmless(shell("{openflc} emit {dir}/evil.fl"));
 }
 
+TEST_F(Streams, DescribeListsTheNamesOfValues) {
+    scratch_.write(
+        "names.fl",
+        "enum Look { PLAIN, SPOTS = 4 [[ string label = \"with \u00a7 spots\" ]] };\n"
+        "fablet F {\n    @uniform { Material a; Look look = SPOTS; Look two[2];\n"
+        "        bool hollow = false [[ string on = \"hollow\" ]]; bool plain; int number; }\n"
+        "    @Volume() { MaterialComposition mc; mc.Set(a, look); return mc; }\n}\n");
+    const Outcome described = shell("{openflc} describe {dir}/names.fl");
+    EXPECT_EQ(described.exit_code, 0) << described.err;
+    const std::string look =
+        R"("annotations":{},"enum":"Look","choices":[{"name":"PLAIN","label":"PLAIN","value":0},{"name":"SPOTS","label":"with § spots","value":4}]})";
+    EXPECT_NE(
+        described.out.find(
+            R"({"name":"look","type":"int","kind":"value","components":1,"array_length":1,"default":[4],)" +
+            look),
+        std::string::npos)
+        << described.out;
+    EXPECT_NE(described.out.find(R"("array_length":2,"default":null,)" + look), std::string::npos)
+        << described.out;
+    EXPECT_NE(
+        described.out.find(
+            R"("annotations":{"on":"hollow"},"choices":[{"name":"false","label":"off","value":0},{"name":"true","label":"hollow","value":1}]})"),
+        std::string::npos)
+        << described.out;
+    EXPECT_NE(
+        described.out.find(
+            R"({"name":"plain","type":"bool","kind":"value","components":1,"array_length":1,"default":null,"annotations":{}})"),
+        std::string::npos)
+        << described.out;
+    EXPECT_NE(
+        described.out.find(
+            R"({"name":"number","type":"int","kind":"value","components":1,"array_length":1,"default":null,"annotations":{}})"),
+        std::string::npos)
+        << described.out;
+}
+
 TEST_F(Streams, MisspeltCommandsAndOptionsAreNamed) {
     const std::pair<std::string, std::string> cases[] = {
         {"{openfab} prnt {dir}/world.fab.json -o a",

@@ -172,6 +172,60 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
               "takes a number");
 }
 
+/// Values that have names are bound by these, by what people read, or by the value.
+TEST_F(BindTest, TakesTheNamesOfValues) {
+    const char* pattern = "Pattern\nSTRIPES\t0\tStripes\nDOTS\t4\tpolka dots\nNONE\t-1\tNONE";
+    const char* hollow = "bool\nfalse\t0\tsolid\ntrue\t1\thollow";
+    const openfab_uniform uniforms[] = {
+        {"pattern", pattern, OPENFAB_UNIFORM_VALUE, OPENFAB_INT, 1, 1, 0, nullptr},
+        {"pair", pattern, OPENFAB_UNIFORM_VALUE, OPENFAB_INT, 1, 2, 1, nullptr},
+        {"hollow", hollow, OPENFAB_UNIFORM_VALUE, OPENFAB_BOOL, 1, 1, 3, nullptr},
+        kUniforms[7]};
+    fablet_.uniform_count = 4;
+    fablet_.uniforms = uniforms;
+    fablet_.uniform_value_count = 4;
+    fablet_.surface_input_count = 0;
+    const auto world = [](const std::string& pattern, const std::string& pair,
+                          const std::string& hollow) {
+        return R"({"openfab": 1, "fablets": {"coat": {"source": "coat.fl", "fablet": "Coat"}},
+"materials": {"red": {"key": "#ff0000"}}, "meshes": {"box": {"box": [10, 20, 30]}}, "objects": {"thing": {"mesh": "box",
+"fablet": "coat", "uniforms": {"skin": "red", "pattern": )" +
+               pattern + ", \"pair\": " + pair + ", \"hollow\": " + hollow +
+               R"(}}}, "build": [{"object": "thing"}]})";
+    };
+    const auto values = [&](const std::string& text) {
+        const Result<std::vector<Part>> parts = bind_text(text);
+        EXPECT_TRUE(parts) << parts.error().text();
+        return parts ? (*parts)[0].uniform_values : std::vector<uint32_t>();
+    };
+    EXPECT_EQ(values(world(R"("DOTS")", R"(["polka dots", "NONE"])", R"("hollow")")),
+              (std::vector<uint32_t>{4, 4, 0xffffffffu, 1}));
+    EXPECT_EQ(values(world("0", "[4, -1]", "false")),
+              (std::vector<uint32_t>{0, 4, 0xffffffffu, 0}));
+    const auto error_of = [&](const std::string& text) {
+        const Result<std::vector<Part>> parts = bind_text(text);
+        const std::string all = parts ? "no error" : parts.error().text();
+        return all.substr(std::min(all.find('`'), all.size()));
+    };
+    EXPECT_EQ(
+        error_of(world(R"("DOTTS")", "[0, 0]", "true")),
+        "`Pattern pattern` of fablet `Coat` is given the string `DOTTS`; did you mean `DOTS`?");
+    EXPECT_EQ(error_of(world(R"("checks")", "[0, 0]", "true")),
+              "`Pattern pattern` of fablet `Coat` is given the string `checks`; it takes "
+              "`Stripes`, `polka dots` or "
+              "`NONE`");
+    EXPECT_EQ(error_of(world("3", "[0, 0]", "true")),
+              "`Pattern pattern` of fablet `Coat` is given the number 3; it takes `Stripes`, "
+              "`polka dots` or `NONE`");
+    EXPECT_EQ(error_of(world("0", R"("DOTS")", "true")),
+              "`Pattern pair[2]` of fablet `Coat` is given the string `DOTS`; it takes an array of "
+              "2, each `Stripes`, "
+              "`polka dots` or `NONE`");
+    EXPECT_EQ(
+        error_of(world("0", "[0, 0]", R"("open")")),
+        "`bool hollow` of fablet `Coat` is given the string `open`; it takes `solid` or `hollow`");
+}
+
 TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
     const struct {
         const char* from;

@@ -13,6 +13,7 @@ const kControls = [
     { fits: (u) => u.array_length > 1, make: numbers },
     { fits: (u) => u.kind === "material", make: (of) => choice(of, of.names.materials) },
     { fits: (u) => u.kind === "texture2d" || u.kind === "texture3d", make: (of) => choice(of, of.names.textures) },
+    { fits: (u) => u.choices, make: named },
     { fits: (u) => u.type === "bool", make: checkbox },
     { fits: isColor, make: color },
     { fits: (u) => u.kind === "value" && u.components === 1, make: slider },
@@ -21,6 +22,13 @@ const kControls = [
 
 export function controlOf(of) {
     return kControls.find((kind) => kind.fits(of.uniform)).make(of);
+}
+
+function named(of) {
+    const { choices } = of.uniform;
+    const list = choice(of, choices.map((c) => c.label));
+    const labelOf = (value) => choices.find((c) => value === c.name || value === c.label || Number(value) === c.value)?.label;
+    return { ...list, show: (value) => list.show([labelOf(value?.[0])]) };
 }
 
 function choice({ label, set }, names) {
