@@ -21,14 +21,11 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 #ifdef OPENFAB_SANITIZED
 constexpr const char* kBlock = "[20, 20, 10]";
-constexpr const char* kTower = "[20, 20, 80]";  ///< little work before the first slice
 #else
 constexpr const char* kBlock = "[50, 50, 120]";  ///< 300 million voxels, 41 MB of them packed
-constexpr const char* kTower = kBlock;
 #endif
 
 class PipesAndDisks : public ::testing::Test {
@@ -36,7 +33,6 @@ class PipesAndDisks : public ::testing::Test {
     PipesAndDisks() {
         scratch_.write("f.fl", "fablet Tint {}\n");
         write_world("block.fab.json", fmt::format(R"({{"box": {}}})", kBlock));
-        write_world("tower.fab.json", fmt::format(R"({{"box": {}}})", kTower));
         write_world("ball.fab.json", R"({"sphere": 16})");
     }
     void write_world(const std::string& name, const std::string& mesh) {
@@ -91,22 +87,19 @@ TEST_F(PipesAndDisks, ASlowReaderOfAPipeHoldsThePrintBackInTheMemoryThatWasPlann
 #endif
 }
 
-// Slices are written as soon as they are made: a reader gets many of them before the last one is
-// printed.
-TEST_F(PipesAndDisks, AFastReaderOfAPipeIsNotKeptWaiting) {
+#ifndef OPENFAB_SANITIZED  // what may wait in memory is more than its block
+// Slices are written as soon as they are made: a reader that has got some can end the print long before its last one. No more
+// than 15 MB of its 36 wait in memory, as above.
+TEST_F(PipesAndDisks, AReaderOfAPipeIsNotKeptWaiting) {
     RunOptions watched;
-    const Clock::time_point start = Clock::now();
-    Clock::duration first{};
-    watched.before_read = [&](const Outcome& so_far) {
-        if (first == Clock::duration{} && so_far.out.size() > 100'000) first = Clock::now() - start;
-    };
-    const Outcome outcome = print("tower.fab.json", {"-o", "-"}, watched);
-    const Clock::duration whole = Clock::now() - start;
-    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    ASSERT_GT(outcome.out.size(), 300'000u);
-    EXPECT_GT(first, Clock::duration{});
-    EXPECT_LT(first, whole / 2);
+    watched.interrupt_when = [](int, const Outcome& so_far) { return so_far.out.size() > 100'000; };
+    const Outcome outcome =
+        print("block.fab.json", {"-o", "-", "--dither", "decorrelated"}, watched);
+    EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+    EXPECT_GT(outcome.out.size(), 100'000u);
+    EXPECT_LT(outcome.out.size(), 24'000'000u);
 }
+#endif
 
 TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
     const std::string command = fmt::format(
