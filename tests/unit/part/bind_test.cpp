@@ -184,6 +184,7 @@ TEST_F(BindTest, TakesTheNamesOfValues) {
     fablet_.uniform_count = 4;
     fablet_.uniforms = uniforms;
     fablet_.uniform_value_count = 4;
+    fablet_.texture_count = 0;
     fablet_.surface_input_count = 0;
     const auto world = [](const std::string& pattern, const std::string& pair,
                           const std::string& hollow) {
