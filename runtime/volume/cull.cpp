@@ -74,6 +74,8 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
     }
     const bool points = points_tell(part);
     const bool cases = !points || part.bounds.attributes;
+    // Distances of points dice patches and make their trees; cases need their boxes alone.
+    const bool cases_first = !part.surface->identity();
     abi::KernelStatus status;
     for (int32_t side : kSides) {
         cubes.clear();
@@ -82,12 +84,13 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
         }
         open.clear();
         if (cubes.empty()) break;
-        if (points)
-            status = fill_uniform_cubes(part, slab, side, BoundSource::kCenterDistance, evaluator,
-                                        room, &cubes);
-        if (status.ok() && cases)
-            status = fill_uniform_cubes(part, slab, side, BoundSource::kPerCase, evaluator, room,
-                                        &cubes);
+        const auto fill_by = [&](BoundSource source) {
+            if (!status.ok()) return;
+            status = fill_uniform_cubes(part, slab, side, source, evaluator, room, &cubes);
+        };
+        if (cases && cases_first) fill_by(BoundSource::kPerCase);
+        if (points) fill_by(BoundSource::kCenterDistance);
+        if (cases && !cases_first) fill_by(BoundSource::kPerCase);
         if (!status.ok()) break;
         const int32_t half = side / 2;
         if (half == 0) break;

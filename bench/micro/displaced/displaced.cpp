@@ -5,7 +5,8 @@
 // beforehand: nearest queries of the block engine at 150 x 150 dpi x 60 um, one micropolygon edge a
 // voxel, on one thread. "warm": all patches diced; "whole": with trees made and patches diced,
 // every block of the part once, as a print visits them. Interleaved rounds, medians, processor
-// time.
+// time. Then what each step costs by itself, for base triangles of few and of many micropolygons:
+// dicing and trees, in ns a micropolygon, and warm queries, in ns a voxel.
 //   bench_displaced [ROUNDS]
 
 #include <fmt/format.h>
@@ -18,6 +19,9 @@
 
 #include "base/infinity.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/nearest/tree/lattice_tree.h"
+#include "runtime/nearest/tree/packed_tree.h"
+#include "runtime/nearest/tree/patch_units.h"
 #include "runtime/voxel/coverage.h"
 #include "tests/support/mesh_surface.h"
 #include "tests/support/surface/worlds.h"
@@ -40,8 +44,8 @@ struct Scene {
     surface::SurfaceOptions options;
     std::vector<Block> blocks;
 
-    explicit Scene(float amplitude_mm)
-        : part(testing::make_part(testing::Scenario{"", testing::torus(14, 6, 96, 48),
+    explicit Scene(float amplitude_mm, int32_t around = 96)
+        : part(testing::make_part(testing::Scenario{"", testing::torus(14, 6, around, around / 2),
                                                     testing::HandMode::kBumps, amplitude_mm, 0})),
           grid(testing::grid_around(part, kPitch, 2 * static_cast<double>(amplitude_mm))) {
         options.micro_edge_mm = std::cbrt(kPitch.x * kPitch.y * kPitch.z);
@@ -180,6 +184,60 @@ void measure(float amplitude_mm, int rounds) {
     print_row(amplitude_mm, "whole, to 0.5 mm", voxels, demand, before);
 }
 
+/// The steps apart, on a torus of `around` x `around` / 2 squares.
+void measure_apart(int32_t around, int rounds) {
+    constexpr float kAmplitude = 0.5f;
+    const Scene scene(kAmplitude, around);
+    Timed dicing, trees, warm;
+    int64_t micropolygons = 0, voxels = 0;
+    size_t lattices = 0;
+    for (const Block& block : scene.blocks)
+        voxels += block.asked;
+    for (int round = 0; round < rounds; ++round) {
+        const auto surface = scene.make_surface();
+        std::vector<nearest::LatticePatch> diced;
+        std::vector<std::shared_ptr<const surface::MicroMesh>> meshes;
+        dicing.add([&] {
+            for (size_t p = 0; p < surface->patches().size(); ++p)
+                meshes.push_back(surface->micro(static_cast<int32_t>(p)));
+            return 0.0;
+        });
+        std::vector<nearest::InputPatch> boxes;
+        micropolygons = 0;
+        for (size_t p = 0; p < surface->patches().size(); ++p) {
+            micropolygons += static_cast<int64_t>(meshes[p]->triangles.size());
+            const auto id = static_cast<int32_t>(p);
+            if (surface->patches()[p].kind == surface::PatchKind::kLattice)
+                boxes.push_back({surface->patches()[p].bounds, id});
+        }
+        lattices = boxes.size();
+        const nearest::PatchUnits units(*surface, &boxes);
+        trees.add([&] {
+            nearest::LatticeTreeBuilder builder;
+            size_t bytes = 0;
+            for (const nearest::InputPatch& box : boxes) {
+                diced.clear();
+                for (const int32_t patch : units.patches(box.patch)) {
+                    const auto p = static_cast<size_t>(patch);
+                    diced.push_back({meshes[p].get(), &surface->patches()[p], patch});
+                }
+                bytes += nearest::PackedTree(*builder.build(diced)).bytes();
+            }
+            return static_cast<double>(bytes);
+        });
+        const auto engine = nearest::make_block_engine(
+            *surface, part::make_frame(scene.part, scene.grid), {.cache_bytes = size_t{2} << 30});
+        ask(*engine, scene.blocks, 1, 0.5f);
+        warm.add([&] { return ask(*engine, scene.blocks, 1, 0.5f); });
+    }
+    const auto ns = [](const Timed& t, int64_t of) {
+        return 1e9 * t.median() / static_cast<double>(of);
+    };
+    fmt::print("{:9} {:9} {:12.1f} {:9.1f} {:9.0f} {:12.1f}\n", lattices, micropolygons,
+               ns(dicing, micropolygons), ns(trees, micropolygons),
+               trees.sum / static_cast<double>(micropolygons), ns(warm, voxels));
+}
+
 }  // namespace
 }  // namespace openfab::bench
 
@@ -191,5 +249,11 @@ int main(int argc, char** argv) {
         "beforehand\n");
     for (const float amplitude : {0.1f, 0.5f, 2.0f})
         openfab::bench::measure(amplitude, rounds);
+    fmt::print(
+        "\n  patches, micropolygons, dicing and tree (ns a micropolygon), bytes of tree, warm "
+        "query to "
+        "0.5 mm (ns a voxel)\n");
+    for (const int32_t around : {24, 96, 384})
+        openfab::bench::measure_apart(around, rounds);
     return 0;
 }

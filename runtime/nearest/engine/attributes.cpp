@@ -101,6 +101,25 @@ void AttributeReader::set_steps(const std::array<float, OPENFAB_FRAME_COUNT>& fr
         steps_[i] = frame[OPENFAB_FRAME_STEP_I + i];
 }
 
+/// Returns a patch that has this triangle, which stays valid until the next call.
+const surface::MicroMesh& AttributeReader::held(int32_t patch, int32_t triangle,
+                                                Scratch* scratch) const {
+    Scratch::Held& slot = scratch->held_[static_cast<size_t>(patch) % Scratch::kPatches];
+    if (slot.patch == patch) return *slot.micro;
+    Scratch::Held& large = scratch->large_;
+    if (large.patch == patch) return *large.micro;
+    std::shared_ptr<const surface::MicroMesh> micro = surface_.micro(patch);
+    // A stopped surface has no triangles left; the caller discards the answer.
+    const bool stopped = micro->triangles.empty();
+    if (stopped) {
+        micro = blank(triangle, static_cast<size_t>(float_components_),
+                      static_cast<size_t>(int_components_));
+    }
+    Scratch::Held& into = micro->triangles.size() > Scratch::kSmall ? large : slot;
+    into = {stopped ? -1 : patch, std::move(micro)};
+    return *into.micro;
+}
+
 AttributeReader::Source AttributeReader::find(int32_t patch, int32_t triangle,
                                               Scratch* scratch) const {
     const auto floats = static_cast<size_t>(float_components_);
@@ -116,16 +135,7 @@ AttributeReader::Source AttributeReader::find(int32_t patch, int32_t triangle,
         s.flat = copies_->flat.data() + t * ints;
         return s;
     }
-    if (scratch->patch_ != patch) {
-        scratch->micro_ = surface_.micro(patch);
-        scratch->patch_ = patch;
-        // A stopped surface has no triangles left; the caller discards the answer.
-        if (scratch->micro_->triangles.empty()) {
-            scratch->micro_ = blank(triangle, floats, ints);
-            scratch->patch_ = -1;
-        }
-    }
-    const surface::MicroMesh& mesh = *scratch->micro_;
+    const surface::MicroMesh& mesh = held(patch, triangle, scratch);
     const std::array<int32_t, 3>& corners = mesh.triangles[triangle];
     for (size_t k = 0; k < 3; ++k) {
         const auto c = static_cast<size_t>(corners[k]);

@@ -48,11 +48,19 @@ class AttributeReader {
     AttributeReader(const AttributeReader& other,
                     const std::array<float, OPENFAB_FRAME_COUNT>& frame);
 
-    /// Scratch memory of one thread: holds the patch that was read last.
+    /// Scratch memory of one thread: holds patches that were read last, as neighbouring voxels
+    /// change between a few.
     class Scratch {
         friend class AttributeReader;
-        int32_t patch_ = -1;
-        std::shared_ptr<const surface::MicroMesh> micro_;
+        static constexpr size_t kPatches = 64;
+        /// Larger patches share one slot.
+        static constexpr size_t kSmall = 256;
+        struct Held {
+            int32_t patch = -1;
+            std::shared_ptr<const surface::MicroMesh> micro;
+        };
+        std::array<Held, kPatches> held_;  ///< by patch number
+        Held large_;
     };
 
     /// Writes the components at the answers of a block. Floats are a0 + bary1 (a1 - a0) + bary2 (a2
@@ -73,6 +81,7 @@ class AttributeReader {
         const uint32_t* flat;
     };
     void set_steps(const std::array<float, OPENFAB_FRAME_COUNT>& frame);
+    const surface::MicroMesh& held(int32_t patch, int32_t triangle, Scratch* scratch) const;
     Source find(int32_t patch, int32_t triangle, Scratch* scratch) const;
 
     const surface::Surface& surface_;

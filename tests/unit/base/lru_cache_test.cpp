@@ -5,6 +5,9 @@
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <vector>
+
 namespace openfab {
 namespace {
 
@@ -40,6 +43,26 @@ TEST(LruCache, NeverHoldsMoreThanItsBudget) {
         cache.insert(key, text(static_cast<size_t>(key) * 7 % 3000));
     EXPECT_LE(cache.counts().peak_bytes, 10000);
     EXPECT_GT(cache.counts().peak_bytes, 6000);
+}
+
+TEST(LruCache, HoldsTheKeysThatAListInOrderOfUseHolds) {
+    constexpr size_t kEntries = 50;
+    Cache cache(kEntries * 1500, kEntries * 1500);
+    std::vector<int32_t> recent;  // most recent first
+    uint32_t random = 1;
+    for (int i = 0; i < 20000; ++i) {
+        random = random * 1664525u + 1013904223u;
+        const auto key = static_cast<int32_t>((random >> 16) % 120 * 64);
+        const auto held = std::find(recent.begin(), recent.end(), key);
+        ASSERT_EQ(cache.find(key) != nullptr, held != recent.end()) << i;
+        if (held != recent.end()) {
+            recent.erase(held);
+        } else {
+            cache.insert(key, text(1400, key));
+            if (recent.size() == kEntries) recent.pop_back();
+        }
+        recent.insert(recent.begin(), key);
+    }
 }
 
 TEST(LruCache, ANewBudgetHoldsFromThenOn) {

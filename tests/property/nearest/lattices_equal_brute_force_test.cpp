@@ -1,0 +1,103 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Trees over diced lattices, however many micropolygons a base triangle has: units of small
+// patches, patches with a tree of their own, and patches in pieces give the answers of brute force,
+// ties included.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "base/infinity.h"
+#include "runtime/nearest/engine.h"
+#include "runtime/nearest/tree/patch_units.h"
+#include "runtime/nearest/tree/treelets.h"
+#include "tests/support/reference/brute_force.h"
+#include "tests/support/surface/grid_over.h"
+#include "tests/support/surface/worlds.h"
+
+namespace openfab::nearest {
+namespace {
+
+struct Case {
+    const char* name;
+    mesh::Mesh mesh;
+    testing::HandMode mode;
+    float amplitude_mm;
+    double micro_edge_mm;
+    double pitch_mm;
+    size_t least_units;  ///< units of more than one patch
+};
+
+size_t shared_trees(const surface::Surface& surface) {
+    LazyTreelets treelets(surface);
+    PatchUnits units(surface, &treelets.boxes());
+    size_t shared = 0;
+    for (const InputPatch& box : treelets.boxes())
+        shared += !treelets.has(box.patch) && units.patches(box.patch).size() > 1 ? 1 : 0;
+    return shared;
+}
+
+/// Compares some blocks, with a cache for all trees and with none, where each is made again.
+void check(const Case& of) {
+    SCOPED_TRACE(of.name);
+    const part::Part part =
+        testing::make_part(testing::Scenario{of.name, of.mesh, of.mode, of.amplitude_mm, 0.5});
+    surface::SurfaceOptions options;
+    options.micro_edge_mm = of.micro_edge_mm;
+    const auto surface = std::move(*surface::Surface::create(part, options));
+    EXPECT_GE(shared_trees(*surface), of.least_units);
+    const part::Grid grid = testing::grid_over(surface->exact_box(part.local_to_build), true,
+                                               {of.pitch_mm, of.pitch_mm, of.pitch_mm});
+    const auto frame = part::make_frame(part, grid);
+    const auto roomy = make_block_engine(*surface, frame);
+    const auto without = make_block_engine(*surface, frame, {.cache_bytes = 0});
+    const auto twin = reference::make_brute_force_engine(*surface, frame);
+    const auto scratch = roomy->make_scratch(), scratch_without = without->make_scratch(),
+               twin_scratch = twin->make_scratch();
+    const Vec3i base = part::part_base_voxel(part, grid);
+    BlockAnswer got, want;
+    const auto compare = [&] {
+        EXPECT_EQ(std::memcmp(got.distance2, want.distance2, sizeof got.distance2), 0);
+        EXPECT_EQ(std::memcmp(got.patch, want.patch, sizeof got.patch), 0);
+        EXPECT_EQ(std::memcmp(got.triangle, want.triangle, sizeof got.triangle), 0);
+        EXPECT_EQ(std::memcmp(got.bary1, want.bary1, sizeof got.bary1), 0);
+        EXPECT_EQ(std::memcmp(got.bary2, want.bary2, sizeof got.bary2), 0);
+    };
+    int32_t number = 0;
+    for (int32_t z = 0; z < grid.size.z; z += 8) {
+        for (int32_t y = 0; y < grid.size.y; y += 8) {
+            for (int32_t x = 0; x < grid.size.x; x += 8) {
+                if (++number % 5 != 0) continue;
+                BlockQuery query{Vec3i{x, y, z} - base};
+                query.radius_mm = number % 2 == 0 ? kInfinity : 1.0f;
+                twin->query(query, twin_scratch.get(), &want);
+                roomy->query(query, scratch.get(), &got);
+                compare();
+                without->query(query, scratch_without.get(), &got);
+                compare();
+                if (::testing::Test::HasFailure()) return;
+            }
+        }
+    }
+    EXPECT_GE(number, 6);
+}
+
+using testing::HandMode;
+
+TEST(Lattices, OfFewMicropolygonsShareATree) {
+    check({"two cells", testing::torus(4, 1.5, 24, 12), HandMode::kBumps, 0.3f, 0.6, 0.6, 2});
+    check({"one cell", testing::torus(4, 1.5, 24, 12), HandMode::kBumps, 0.3f, 9, 0.6, 2});
+}
+
+TEST(Lattices, OfManyMicropolygonsAreCut) {
+    check({"ball", testing::sphere(1.4, 5, 3), HandMode::kBumps, 0.2f, 0.07, 0.18, 0});
+}
+
+TEST(Lattices, OfBoxesMeetInStrips) {
+    check({"box", testing::card(2.6, 2.4, 1.2), HandMode::kBumps, 0.2f, 0.1, 0.18, 0});
+}
+
+}  // namespace
+}  // namespace openfab::nearest
