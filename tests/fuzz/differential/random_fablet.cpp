@@ -601,7 +601,7 @@ class Writer {
             const std::string name = fresh("s");
             if (random_.chance(30)) {
                 const std::string pairs = fresh("s");
-                line(fill("Pair {}[2] = (Pair[2]){};", {pairs, literal(Base::kInt)}));
+                line(fill("Pair {}[2] = (Pair[2]){};", {pairs, random_.below(9)}));
                 line(fill("Pair {0} = {1}[{2}];", {name, pairs, index(2, 1)}));
             } else {
                 line(fill("Pair {};", {name}));
