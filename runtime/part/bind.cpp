@@ -265,7 +265,7 @@ class WorldBinder {
     Result<std::shared_ptr<const PartMesh>> part_mesh(const world::Object& object,
                                                       const openfab_fablet& fablet,
                                                       const std::array<double, 9>& s) {
-        auto& known = meshes_[{object.mesh, &fablet, s}];
+        auto& known = meshes_[{object.mesh, is_plain(fablet) ? nullptr : &fablet, s}];
         if (known != nullptr) return known;
         memory_left_ -= part_mesh_bytes(world_.meshes[object.mesh], fablet);
         if (memory_left_ < 0) return known;  // reported by run

@@ -31,7 +31,7 @@ int64_t mapped_bytes(const texture::Pyramid& pyramid);
 
 /// Makes the parts in build order; slot_material holds 1 + the index in world.materials, or 0 for
 /// VOID. `fablets` must outlive them. Placements with the same mesh, fablet and bits of S share a
-/// PartMesh. Errors name the world's file:line:column (or the --set), the fablet's declared type,
+/// PartMesh, and so do those of different fablets that are plain (part_mesh.h). Errors name the world's file:line:column (or the --set), the fablet's declared type,
 /// and what would be right.
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options = {});

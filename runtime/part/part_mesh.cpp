@@ -174,6 +174,10 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const mesh::Mesh& mesh,
     return std::shared_ptr<const PartMesh>(std::move(part));
 }
 
+bool is_plain(const openfab_fablet& fablet) {
+    return fablet.has_surface == 0 && fablet.surface_input_count == 0 && fablet.nearest_count == 0;
+}
+
 int64_t part_mesh_bytes(const mesh::Mesh& mesh, const openfab_fablet& fablet) {
     int64_t corner_values = 3 + 2;  // normals and uv
     const auto add = [&](const openfab_varying& varying) {

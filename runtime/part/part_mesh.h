@@ -23,6 +23,10 @@ Result<std::shared_ptr<const PartMesh>> make_part_mesh(const mesh::Mesh& mesh,
                                                        const openfab_fablet& fablet,
                                                        const std::array<double, 9>& s);
 
+/// Returns whether a fablet neither moves the surface nor reads attributes of it: for all such fablets
+/// make_part_mesh gives the same.
+bool is_plain(const openfab_fablet& fablet);
+
 /// Returns an upper bound of the bytes that make_part_mesh allocates.
 int64_t part_mesh_bytes(const mesh::Mesh& mesh, const openfab_fablet& fablet);
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "runtime/part/part_mesh.h"
 #include "runtime/surface/long_triangles.h"
 #include "runtime/surface/morton_order.h"
 #include "simd/isa.h"
@@ -228,8 +229,17 @@ bool same_arguments(const openfab_kernel& kernel, const part::Part& a, const par
     return true;
 }
 
+/// Returns whether two fablets see one surface, and ask the same structures over it.
+bool ask_alike(const openfab_fablet& a, const openfab_fablet& b) {
+    if (&a == &b) return true;
+    const PointNeeds points_a = point_needs(a.volume_segments);
+    const PointNeeds points_b = point_needs(b.volume_segments);
+    return part::is_plain(a) && part::is_plain(b) && asks_surface(a) == asks_surface(b) &&
+           points_a.sign == points_b.sign && points_a.geometry == points_b.geometry;
+}
+
 bool share_surface(const part::Part& a, const part::Part& b) {
-    return a.mesh == b.mesh && a.fablet == b.fablet &&
+    return a.mesh == b.mesh && ask_alike(*a.fablet, *b.fablet) &&
            a.max_displacement_mm == b.max_displacement_mm &&
            same_arguments(a.fablet->surface, a, b) &&
            same_arguments(a.fablet->surface_bounds, a, b);

@@ -116,8 +116,8 @@ struct PlacedPart {
 void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts, openfab_isa isa,
                             const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
 
-/// Returns for each part the first one with the same surface: same mesh, fablet, bound, and
-/// arguments of the surface kernels.
+/// Returns for each part the first one with the same surface: same mesh, bound, and fablet with the
+/// same arguments of the surface kernels, or another plain one (part_mesh.h) with the same needs.
 std::vector<int32_t> surface_owners(const std::vector<part::Part>& parts);
 
 /// Replaces the meshes of displaced parts by those that are diced; parts share their owner's.
