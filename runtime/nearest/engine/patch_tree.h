@@ -26,7 +26,7 @@ namespace openfab::nearest {
 /// Maximum micropolygons of a piece of a patch that is no lattice.
 constexpr size_t kPieceTriangles = 128;
 /// Maximum pieces of a patch.
-constexpr int32_t kMaxPieces = 16;
+constexpr int32_t kMaxPieces = 32;
 static_assert(2 * surface::kTileEdges * surface::kTileEdges <= kMaxPieces * kPieceTriangles,
               "a full tile has that many pieces");
 

@@ -216,7 +216,8 @@ class Builder {
         for (;;) {
             const int32_t triangles = cells.count(block);
             if (pieces_ != nullptr && block.width <= kColumns) return add_piece(node, block);
-            if (triangles <= kMaxDicedLeafTriangles) {
+            // Of a patch in pieces only those become leaves, however few triangles a block has.
+            if (pieces_ == nullptr && triangles <= kMaxDicedLeafTriangles) {
                 const auto first = static_cast<uint32_t>(tree_.frames.size());
                 LeafFeatures leaf;
                 const Area area = leaves_.append(block, &leaf, &tree_);

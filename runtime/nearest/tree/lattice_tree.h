@@ -41,9 +41,9 @@ class LatticeTreeBuilder {
     /// Builds the tree of a piece; features on its border belong to the piece of their owner.
     const Tree* build_piece(const LatticePatch& patch, int32_t piece);
 
-    static constexpr int32_t kPieceColumns = 16, kPieceRows = 8;
+    static constexpr int32_t kPieceColumns = 8, kPieceRows = 4;
     /// Patches of more triangles are worth cutting.
-    static constexpr size_t kWholeTriangles = 4 * kPieceColumns * kPieceRows;
+    static constexpr size_t kWholeTriangles = 16 * kPieceColumns * kPieceRows;
 
   private:
     Tree tree_;

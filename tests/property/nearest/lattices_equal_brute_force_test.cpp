@@ -49,7 +49,7 @@ void check(const Case& of) {
     const auto surface = std::move(*surface::Surface::create(part, options));
     EXPECT_GE(shared_trees(*surface), of.least_units);
     const part::Grid grid = testing::grid_over(surface->exact_box(part.local_to_build), true,
-                                               {of.pitch_mm, of.pitch_mm, of.pitch_mm});
+                                               {of.pitch_mm, 2 * of.pitch_mm, of.pitch_mm / 2});
     const auto frame = part::make_frame(part, grid);
     const auto roomy = make_block_engine(*surface, frame);
     const auto without = make_block_engine(*surface, frame, {.cache_bytes = 0});
@@ -93,6 +93,10 @@ TEST(Lattices, OfFewMicropolygonsShareATree) {
 
 TEST(Lattices, OfManyMicropolygonsAreCut) {
     check({"ball", testing::sphere(1.4, 5, 3), HandMode::kBumps, 0.2f, 0.07, 0.18, 0});
+}
+
+TEST(Lattices, InPiecesHaveTipsOfFewTriangles) {
+    check({"card", testing::card(6, 4, 1), HandMode::kBack, 0.2f, 0.1, 0.15, 0});
 }
 
 TEST(Lattices, OfBoxesMeetInStrips) {
