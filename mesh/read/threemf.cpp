@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "base/affine.h"
 #include "base/scan_number.h"
@@ -44,6 +45,7 @@ class ThreemfReader {
         if (root == nullptr) return *error_;
         // Counts first: components may repeat objects, so the file's size is no bound.
         place_all(root, &ThreemfReader::count);
+        tell_of_unplaced();
         check_memory();
         if (error_) return *error_;
         mesh_.reserve(counts_);
@@ -134,6 +136,7 @@ class ThreemfReader {
                 leave_out("items of the build that are switched off",
                           fmt::format("object {}", item.object),
                           "switch them on in the slicer if they shall be printed");
+                mark_placed(root, item);
                 continue;
             }
             int64_t passed = 0;
@@ -145,6 +148,28 @@ class ThreemfReader {
             }
             place(root, item, at, use);
         }
+    }
+
+    /// Marks an object and its components as some that an item is about.
+    void mark_placed(ThreemfPart* from, const ThreemfPlacement& placement) {
+        ThreemfPart* in = placement.path.empty() ? from : part(from->name, placement.path);
+        if (in == nullptr) return;
+        const auto it = in->model.objects.find(placement.object);
+        if (it == in->model.objects.end() || !placed_.insert(&it->second).second) return;
+        for (const ThreemfPlacement& component : it->second.components)
+            mark_placed(in, component);
+    }
+
+    void tell_of_unplaced() {
+        is_counting_ = true;
+        for (const auto& [path, each] : parts_) {
+            for (const auto& [id, object] : each.model.objects) {
+                if (object.triangles.empty() || placed_.count(&object) > 0) continue;
+                leave_out("objects that the build does not place", name_of(object, id),
+                          "add them to the build if they shall be printed");
+            }
+        }
+        placed_.clear();
     }
 
     /// Tells once, of two times that all is placed.
@@ -179,6 +204,7 @@ class ThreemfReader {
                 fmt::format("an item or component refers to object {}, which does not exist",
                             placement.object));
         const ThreemfObject& object = it->second;
+        if (is_counting_) placed_.insert(&object);
         // An item without components is its only volume.
         if (at.project != nullptr && (at.depth > 0 || object.components.empty())) {
             const ThreemfVolume* volume = at.project->component(placement.object);
@@ -456,6 +482,7 @@ class ThreemfReader {
     std::optional<Error> error_;
     int64_t placements_ = 0;
     int32_t assemblies_ = 0;
+    std::set<const ThreemfObject*> placed_;  ///< while they are counted
     bool is_counting_ = false;
     int64_t memory_bytes_;  ///< besides the models
     MeshCounts counts_;     ///< of all placed objects

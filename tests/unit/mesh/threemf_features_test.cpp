@@ -292,6 +292,12 @@ std::vector<Feature> of_other_extensions() {
         {"beams", with_mesh(R"(<x:beamlattice minlength="1"/>)"), {}, "lattices of beams", 1, {}},
         {"volumetric data", with_mesh("<x:volumedata/>"), {}, "volumetric data of meshes", 1, {}},
         {"functions", cube(R"(<x:implicitfunction id="2"/>)"), {}, "`implicitfunction`", 1, {}},
+        {"objects without an item",
+         cube(R"(<object id="8" name="spare">)" + threemf_cube(0, 1) + "</object>"),
+         {},
+         "objects that the build does not place",
+         1,
+         has("cube", 10)},
         // Names of some triangles, for programs that edit them.
         {"sets of triangles", with_mesh("<x:trianglesets/>"), {}, "", 0, {}},
         {"cuts",
