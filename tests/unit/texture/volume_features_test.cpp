@@ -207,8 +207,12 @@ TEST_F(VolumeFeatures, AreCarriedOverOrTold) {
             EXPECT_THAT(told, HasSubstr(feature.told));
         }
         ASSERT_NE(p, nullptr);
-        if (feature.values != kSampled) EXPECT_EQ(level0(*p), feature.values);
-        if (!feature.domain.empty()) EXPECT_EQ(domain(*p), feature.domain);
+        if (feature.values != kSampled) {
+            EXPECT_EQ(level0(*p), feature.values);
+        }
+        if (!feature.domain.empty()) {
+            EXPECT_EQ(domain(*p), feature.domain);
+        }
     }
 }
 
