@@ -97,10 +97,14 @@ int LaterKernels::call(void** args, void* self) {
     for (int32_t k = 0; k < kernel.entry->arg_count; ++k) {
         if (!is_bound(kernel.entry->args[k].kind)) continue;
         const auto& buffer = *static_cast<const halide_buffer_t*>(args[k]);
-        OPENFAB_CHECK_EQ(buffer.dimensions, 1);
-        OPENFAB_CHECK_EQ(buffer.dim[0].stride, 1);
-        std::fill_n(reinterpret_cast<float*>(buffer.host), buffer.dim[0].extent,
+        int32_t count = 1;
+        for (int32_t d = 0; d < buffer.dimensions; ++d) {
+            OPENFAB_CHECK_EQ(buffer.dim[d].stride, count);
+            count *= buffer.dim[d].extent;
+        }
+        std::fill_n(reinterpret_cast<float*>(buffer.host), count,
                     std::numeric_limits<float>::quiet_NaN());
+        if (kernel.entry->packed != 0) break;  // all outputs are this one argument
     }
     return 0;
 }

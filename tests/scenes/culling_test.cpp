@@ -163,7 +163,8 @@ TEST_F(Culling, LayersThinnerThanABlock) {
 }
 
 TEST_F(Culling, AttributesOfADisplacedSkin) {
-    check("Rough", 200, 0.7);
+    // Boxes of displaced patches come before points: a few more voxels ask, and bounds cost less.
+    check("Rough", 200, 0.75);
 }
 
 TEST_F(Culling, LoopsOfQueriesNearTheSurface) {
