@@ -61,6 +61,10 @@ size_t binding_bytes(const std::string& name, const UniformBinding& binding) {
         for (const std::string& text : *names)
             bytes += sizeof text + text.size();
     }
+    if (const auto* curve = std::get_if<Curve>(&binding.value)) {
+        for (const std::vector<double>& key : curve->keys)
+            bytes += sizeof key + key.size() * sizeof(double);
+    }
     return bytes;
 }
 

@@ -4,6 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <vector>
+
+#include "base/near_miss.h"
+
 namespace openfab::world {
 namespace {
 
@@ -39,10 +44,82 @@ bool flatten(const JsonValue& value, int depth, UniformBinding* out, bool* first
     return true;
 }
 
+/// As [x, y], [x, r, g, b] or [x, [r, g, b]].
+Result<std::vector<double>> curve_key(const JsonValue& value, const SourceLocation& location,
+                                      const std::string& what) {
+    UniformBinding numbers;
+    bool first = true;
+    Kind kind = Kind::kNull;
+    const JsonValue* culprit = nullptr;
+    const bool flat =
+        value.is(Kind::kArray) && flatten(value, 0, &numbers, &first, &kind, &culprit);
+    if (!flat || first || kind != Kind::kNumber) {
+        return error_at({location.file, value.line, value.column},
+                        what + " has a key that is not an array of numbers",
+                        "a key is where it is and the value there, as `[0.5, 2]`, or three of a "
+                        "colour, as `[0.5, 1, 0, 0]`");
+    }
+    return std::get<std::vector<double>>(std::move(numbers.value));
+}
+
+/// Reads {"keys": [...], "interpolation": "cubic"}.
+Result<UniformBinding> curve_binding(const JsonValue& value, const SourceLocation& location,
+                                     const std::string& what) {
+    UniformBinding out;
+    out.location = location;
+    Curve curve;
+    const std::vector<std::string> known = {"keys", "interpolation"};
+    bool any = false;
+    for (const JsonMember& m : value.members) {
+        const SourceLocation at{location.file, m.value.line, m.value.column};
+        if (m.key == "keys") {
+            any = true;
+            if (!m.value.is(Kind::kArray))
+                return error_at(at, fmt::format("`keys` of {} is not an array", what));
+            for (const JsonValue& item : m.value.items) {
+                Result<std::vector<double>> key = curve_key(item, location, what);
+                if (!key) return key.error();
+                curve.keys.push_back(std::move(*key));
+            }
+        } else if (m.key == "interpolation") {
+            for (const auto how : {Curve::Interpolation::kStep, Curve::Interpolation::kLinear,
+                                   Curve::Interpolation::kCubic}) {
+                if (m.value.is(Kind::kString) && m.value.text == interpolation_name(how))
+                    curve.interpolation = how;
+            }
+            if (!curve.interpolation) {
+                return error_at(at, fmt::format("`interpolation` of {} is none", what),
+                                "it is `step`, `linear` or `cubic`");
+            }
+        } else {
+            return error_at(at, fmt::format("{} has no `{}`", what, m.key), suggest(m.key, known));
+        }
+    }
+    if (!any) {
+        return error_at(location, what + " is an object without `keys`",
+                        "a curve is given as `{\"keys\": [[0, 1], [5, 2]]}`");
+    }
+    out.value = std::move(curve);
+    return out;
+}
+
 }  // namespace
+
+const char* interpolation_name(Curve::Interpolation interpolation) {
+    switch (interpolation) {
+        case Curve::Interpolation::kStep:
+            return "step";
+        case Curve::Interpolation::kLinear:
+            return "linear";
+        case Curve::Interpolation::kCubic:
+            return "cubic";
+    }
+    return "cubic";
+}
 
 Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocation& location,
                                        const std::string& what) {
+    if (value.is(Kind::kObject)) return curve_binding(value, location, what);
     UniformBinding out;
     out.location = location;
     bool first = true;
@@ -56,8 +133,8 @@ Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocat
             fmt::format(
                 "{} {}", what,
                 mixed ? "mixes kinds of values" : fmt::format("holds {}", culprit->kind_name())),
-            "it must be a number, a boolean, the name of a texture or material, or an array of "
-            "these");
+            "it must be a number, a boolean, the name of a texture or material, an array of "
+            "these, or an object with the `keys` of a curve");
     }
     if (first) return error_at(location, what + " is an empty array", "give its values");
     return out;

@@ -58,9 +58,18 @@ struct Texture {
     SourceLocation location;
 };
 
-/// A uniform as bound in the world: numbers, or the name of a texture or material.
+/// A curve as bound in the world: keys, each a place and the values there.
+struct Curve {
+    enum class Interpolation : uint8_t { kStep, kLinear, kCubic };
+    std::vector<std::vector<double>> keys;
+    std::optional<Interpolation> interpolation;
+};
+/// Returns `step`, `linear` or `cubic`.
+const char* interpolation_name(Curve::Interpolation interpolation);
+
+/// A uniform as bound in the world: numbers, the name of a texture or material, or a curve.
 struct UniformBinding {
-    std::variant<std::vector<double>, std::vector<std::string>> value;
+    std::variant<std::vector<double>, std::vector<std::string>, Curve> value;
     bool boolean = false;  ///< the numbers were written as true/false
     SourceLocation location;
 };

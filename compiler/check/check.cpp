@@ -136,6 +136,11 @@ bool Checker::assign_uniform_index(const ast::Variable& v, const Type& type, ir:
             sink_->report(v.span, diag::kTooComplex,
                           fmt::format("more than {} uniforms of type `Material`", kMaxSlots));
         }
+    } else if (type.is_curve()) {
+        uniform->kind = OPENFAB_UNIFORM_CURVE;
+        uniform->components = static_cast<int32_t>(min_components(type));
+        uniform->first_index = to->ir.uniform_value_count;
+        to->ir.uniform_value_count += uniform->components;
     } else if (element.is_arithmetic()) {
         uniform->type = component_type(element);
         uniform->components = static_cast<int32_t>(min_components(element));
@@ -146,6 +151,7 @@ bool Checker::assign_uniform_index(const ast::Variable& v, const Type& type, ir:
             sink_->report(v.type.span, diag::kBadDeclaration,
                           fmt::format("a uniform cannot have type `{}`", type_name(type)));
         if (element.is_array()) d.help("a uniform array has one dimension");
+        if (element.is_curve()) d.help("give each a name of its own");
         if (element.is(Base::kStruct)) d.help("declare the members as uniforms of their own");
         return false;
     }

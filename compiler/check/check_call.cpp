@@ -367,13 +367,14 @@ ExprPtr ExpressionChecker::method(const ast::Expr& expr) {
     if (object->type.is_error()) return poison(expr.span);
     const Type& type = object->type;
     if (!type.is(Base::kTexture2D) && !type.is(Base::kTexture3D) && !type.is(Base::kComposition) &&
-        !type.is(Base::kDitherAttributes)) {
+        !type.is(Base::kDitherAttributes) && !type.is_curve()) {
         return unknown_method(expr, callee, type);
     }
     const bool texture = type.is(Base::kTexture2D) || type.is(Base::kTexture3D);
     if (texture && !is_lookup(callee.text)) return unknown_lookup(expr, type);
     std::vector<ExprPtr> args = arguments(expr);
     if (any_error(args)) return poison(expr.span);
+    if (type.is_curve()) return curve_method(expr, std::move(object), std::move(args));
     if (type.is(Base::kDitherAttributes)) return dither_method(expr, std::move(args));
     return type.is(Base::kComposition)
                ? composition_method(expr, std::move(object), std::move(args))

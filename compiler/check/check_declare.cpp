@@ -113,7 +113,7 @@ void Checker::check_constant(const ast::Variable& v, std::vector<std::unique_ptr
         sink_
             ->report(v.span, diag::kBadDeclaration,
                      fmt::format("`{}` is outside a function and not `const`", v.name))
-            .help(type.is_handle() || contains(type, Base::kMaterial)
+            .help(type.is_handle() || type.is_curve() || contains(type, Base::kMaterial)
                       ? fmt::format("the world binds it: `@uniform {{ {} {}; }}`", v.type.text,
                                     v.name)
                       : "nothing is kept from voxel to voxel: write `const`, or make it a uniform, "

@@ -160,6 +160,9 @@ class ExpressionChecker {
     bool report_cast_template(const ast::Expr& expr);
     bool report_undeclared_target(const ast::Expr& expr);
 
+    // check_curve.cpp
+    ExprPtr curve_method(const ast::Expr& expr, ExprPtr curve, std::vector<ExprPtr> args);
+
     // check_query.cpp
     static bool is_query(std::string_view name);
     bool query_is_in_volume(const ast::Expr& callee, const char* help);

@@ -113,6 +113,7 @@ enum class MatrixOp : uint8_t { kMul, kTranspose, kDeterminant, kInverse };
 ///   Gradient     function, of a float of a point; args, one per parameter; MeanCurvature the same
 ///   Sample       args {texture, channel, width, coordinates: a float2 or two floats, of an
 ///                ImageTexture3D a float3}; type.size channels
+///   Curve        args {Spline or ColorRamp, x}
 ///   Distance     args {point}; NearestPoint the same; DistanceTo args {object, point}
 ///   Set, Add     args {composition, material, weight}
 ///   Get          args {composition, material}

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "abi/curve_table.h"
+
 namespace openfab::check {
 
 namespace {
@@ -20,6 +22,8 @@ constexpr Named kOther[] = {
     {"ImageTexture3D", Base::kTexture3D},
     {"Material", Base::kMaterial},
     {"Object", Base::kObject},
+    {"Spline", Base::kSpline},
+    {"ColorRamp", Base::kColorRamp},
     {"MaterialComposition", Base::kComposition},
     {"SurfaceAttributes", Base::kSurfaceAttributes},
     {"VolumeAttributes", Base::kVolumeAttributes},
@@ -89,6 +93,8 @@ ir::Type component_type(const Type& type) {
         case Base::kUint:
             return ir::Type::kUint;
         case Base::kFloat:
+        case Base::kSpline:
+        case Base::kColorRamp:
         case Base::kComposition:
             return ir::Type::kFloat;
         default:
@@ -113,6 +119,8 @@ int64_t min_components(const Type& type, int64_t composition) {
         count = 0;
         for (const StructMember& member : type.record->members)
             count += min_components(member.type, composition);
+    } else if (type.base == Base::kSpline || type.base == Base::kColorRamp) {
+        count = abi::curve_size(curve_channels(type));
     } else if (type.base == Base::kComposition) {
         count = composition;
     }

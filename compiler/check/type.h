@@ -25,6 +25,8 @@ enum class Base : uint8_t {
     kTexture3D,
     kMaterial,
     kObject,
+    kSpline,
+    kColorRamp,
     kComposition,
     kSurfaceAttributes,
     kVolumeAttributes,
@@ -71,6 +73,8 @@ struct Type {
     bool is_handle() const {
         return is(Base::kTexture2D) || is(Base::kTexture3D) || is(Base::kObject);
     }
+    /// True for types of curves, which the world gives by keys.
+    bool is_curve() const { return is(Base::kSpline) || is(Base::kColorRamp); }
     int matrix_components() const { return rows * size; }
     /// The number of elements `[i]` of an array, matrix or vector, and the type of each.
     int length() const;
@@ -112,6 +116,11 @@ bool contains(const Type& type, Base base);
 /// Returns the components of a value: `composition` for each composition; 1 for a surface point,
 /// whose number only the fablet knows.
 int64_t min_components(const Type& type, int64_t composition = 1);
+
+/// Returns the numbers that a curve gives.
+constexpr int curve_channels(const Type& curve) {
+    return curve.base == Base::kColorRamp ? 3 : 1;
+}
 
 /// Returns the built-in type of a name; kErrorType if there is none.
 Type find_type(std::string_view name);

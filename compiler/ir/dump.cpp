@@ -71,9 +71,9 @@ constexpr const char* kStageNames[] = {
     "surface",        "surface_bounds", "volume",        "volume_bounds", "surface_segment",
     "volume_segment", "derived",        "volume_demand", "dither",
 };
-constexpr const char* kUniformKindNames[] = {"value", "texture2d", "material", "texture3d",
-                                             "object"};
-static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_OBJECT + 1);
+constexpr const char* kUniformKindNames[] = {"value",     "texture2d", "material",
+                                             "texture3d", "object",    "curve"};
+static_assert(std::size(kUniformKindNames) == OPENFAB_UNIFORM_CURVE + 1);
 constexpr const char* kQueryResultNames[] = {"distance", "position", "normal", "attribute"};
 constexpr const char* kVoxelCoordNames[] = {"voxel_coord", "voxel_coord_lo", "voxel_coord_hi",
                                             "voxel_index"};

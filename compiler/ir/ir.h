@@ -165,7 +165,7 @@ struct Uniform {
     source::Span span;
 };
 
-/// Returns the limits of each component that the annotations `min` and `max` give, the most
+/// Returns the limits of each component, or of a curve's values, that the annotations `min` and `max` give, the most
 /// extreme double where one is missing; nothing without either.
 std::optional<std::array<double, 2>> limits(const Uniform& uniform);
 

@@ -9,7 +9,9 @@
 namespace openfab::ir {
 
 std::optional<std::array<double, 2>> limits(const Uniform& uniform) {
-    if (uniform.kind != OPENFAB_UNIFORM_VALUE || uniform.type == Type::kBool) return std::nullopt;
+    const bool numbers =
+        uniform.kind == OPENFAB_UNIFORM_VALUE || uniform.kind == OPENFAB_UNIFORM_CURVE;
+    if (!numbers || uniform.type == Type::kBool) return std::nullopt;
     constexpr double kMax = std::numeric_limits<double>::max();
     std::array<double, 2> out{-kMax, kMax};
     bool any = false;

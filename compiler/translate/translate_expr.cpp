@@ -153,6 +153,8 @@ Value StageTranslator::expression(const check::Expr& expr) {
             return field(expr);
         case check::ExprKind::kSample:
             return sample(expr);
+        case check::ExprKind::kCurve:
+            return curve(expr);
         case check::ExprKind::kFraction:
             return numbered(expr, OPENFAB_ARG_FRACTION, fablet_.ir.slot_count + 1);
         case check::ExprKind::kBlueNoise:
@@ -183,7 +185,7 @@ Value StageTranslator::variable(const check::Expr& expr) {
         case check::SymbolKind::kUniform: {
             const ir::Uniform& u = fablet_.ir.uniforms[symbol.index];
             Value out;
-            if (u.kind != OPENFAB_UNIFORM_VALUE) {
+            if (u.kind != OPENFAB_UNIFORM_VALUE && u.kind != OPENFAB_UNIFORM_CURVE) {
                 for (int32_t i = 0; i < u.array_length; ++i) {
                     out.push_back(
                         emit_.constant(ir::Type::kInt, static_cast<uint32_t>(u.first_index + i)));

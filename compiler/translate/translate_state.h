@@ -194,6 +194,9 @@ class StageTranslator : private Paths {
     Value several_results(const check::Expr& expr);
     Value derivatives(const check::Expr& expr, const Value& x);
 
+    // translate_curve.cpp
+    Value curve(const check::Expr& expr);
+
     // translate_gradient.cpp
     Value field(const check::Expr& expr);
     void report_field(const check::Expr& expr, const ir::Instr& fault);

@@ -15,12 +15,16 @@ _INTEGERS = {"int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
 _LARGEST_FLOAT = 3.4028234663852886e38
 # The print compares with the limits of the kernel, which may be rounded.
 _SLACK = 1e-6
+_MOST_KEYS = 16
 
 
 def check_bound(declared: Uniform, value: Any, encoded: Any) -> None:
     """Raises where a uniform cannot have a value; `encoded` is what a world says of it."""
     flat = _flat(encoded)
     what, of = f"`{declared.name}`", _type(declared)
+    if declared.kind == "curve":
+        _check_curve(declared, value, encoded)
+        return
     if declared.kind != "value":
         wanted = {"material": "Material or VOID", "object": "Object"}.get(declared.kind, "Texture")
         if not all(isinstance(one, str) for one in flat):
@@ -54,6 +58,25 @@ def _chosen(declared: Uniform, value: Any, one: Any) -> Any:
             return bool(number) if declared.type == "bool" else number
     labels = ", ".join(f"`{label}`" for _, label, _ in declared.choices)
     raise InputError(f"`{declared.name}` cannot be {short(value)}", help=f"it is one of {labels}")
+
+
+def _check_curve(declared: Uniform, value: Any, encoded: Any) -> None:
+    ramp = declared.type == "ColorRamp"
+    help_ = f'give it a curve, as {{"keys": {"[[0, 1, 0, 0], [1, 0, 0, 1]]" if ramp else "[[0, 1], [5, 2]]"}}}'
+    keys = encoded.get("keys") if isinstance(encoded, dict) else None
+    wrong = f"`{declared.name}` cannot be {short(value)}"
+    if not isinstance(keys, list) or not all(isinstance(key, list) for key in keys):
+        raise InputError(f"{wrong}; it is a `{declared.type}`", help=help_)
+    if not 1 <= len(keys) <= _MOST_KEYS:
+        raise InputError(f"{wrong}; a curve has 1 to {_MOST_KEYS} keys, not {len(keys)}")
+    numbers = [_flat(key) for key in keys]
+    for key in numbers:
+        if len(key) != (4 if ramp else 2) or any(isinstance(one, (bool, str)) for one in key):
+            raise InputError(f"{wrong}; a key of a `{declared.type}` has {4 if ramp else 2} numbers", help=help_)
+        for one in key[1:]:
+            _check_limits(declared, value, float(one))
+    if any(after[0] <= before[0] for before, after in zip(numbers, numbers[1:], strict=False)):
+        raise InputError(f"{wrong}; the places of its keys do not rise")
 
 
 def _check_count(declared: Uniform, value: Any, found: int, room: int) -> None:

@@ -69,6 +69,11 @@ Result<SetValue> parse_set(const std::string& text) {
     const SourceLocation location{fmt::format("--set {}", text), 0, 0};
     Result<world::UniformBinding> binding =
         world::uniform_binding(json, location, fmt::format("uniform `{}`", out.uniform));
+    if (!binding && json.is(JsonValue::Kind::kObject)) {
+        return usage_error(fmt::format("{}{}{}", binding.error().message,
+                                       binding.error().help.empty() ? "" : ": ",
+                                       binding.error().help));
+    }
     if (!binding)
         return usage_error(
             fmt::format("--set {}: the value is not a number, a name or an array of these", text));

@@ -12,9 +12,11 @@
 #include <memory>
 #include <string_view>
 
+#include "abi/curve_table.h"
 #include "abi/kernel_call.h"
 #include "base/check.h"
 #include "base/near_miss.h"
+#include "runtime/part/curve.h"
 
 namespace openfab::part {
 namespace {
@@ -139,6 +141,8 @@ class Binder {
         return Ok{};
     }
 
+    static bool is_ramp(const openfab_uniform& u) { return abi::curve_channels(u.components) > 1; }
+
     static std::string what_is_needed(const openfab_uniform& u) {
         const size_t n = value_count(u);
         if (u.kind == OPENFAB_UNIFORM_OBJECT)
@@ -158,6 +162,10 @@ class Binder {
                                      choices[i].label);
             return n == 1 ? names : fmt::format("an array of {}, each {}", n, names);
         }
+        if (u.kind == OPENFAB_UNIFORM_CURVE) {
+            return is_ramp(u) ? "a curve of colours, as `{\"keys\": [[0, 1, 0, 0], [1, 0, 0, 1]]}`"
+                              : "a curve, as `{\"keys\": [[0, 1], [5, 2]]}`";
+        }
         return n == 1 ? what_fits(u.scalar)
                       : fmt::format("an array of {} {}", n,
                                     u.scalar == OPENFAB_BOOL ? "booleans" : "numbers");
@@ -168,6 +176,7 @@ class Binder {
             return names->size() == 1 ? fmt::format("the string `{}`", (*names)[0])
                                       : fmt::format("{} strings", names->size());
         }
+        if (std::holds_alternative<world::Curve>(b.value)) return "a curve";
         const auto& numbers = std::get<std::vector<double>>(b.value);
         if (numbers.size() != 1)
             return fmt::format("{} {}", numbers.size(), b.boolean ? "booleans" : "numbers");
@@ -191,6 +200,7 @@ class Binder {
     }
 
     Result<void> bind_one(const openfab_uniform& u, const world::UniformBinding& b) {
+        if (u.kind == OPENFAB_UNIFORM_CURVE) return bind_curve(u, b);
         if (u.kind != OPENFAB_UNIFORM_VALUE) return bind_names(u, b);
         const std::vector<Choice> choices = choices_of(u);
         if (!choices.empty() && std::holds_alternative<std::vector<std::string>>(b.value))
@@ -241,6 +251,27 @@ class Binder {
             }
             out_.values[static_cast<size_t>(u.first_index) + i] = found->bits;
         }
+        return Ok{};
+    }
+
+    Result<void> bind_curve(const openfab_uniform& u, const world::UniformBinding& b) {
+        const auto* curve = std::get_if<world::Curve>(&b.value);
+        if (curve == nullptr) return mismatch(u, b);
+        const int32_t channels = abi::curve_channels(u.components);
+        if (const std::string fault = curve_fault(*curve, channels); !fault.empty()) {
+            return error_at(
+                b.location,
+                fmt::format("`{}` of fablet `{}` {}", declaration(u), fablet_.name, fault),
+                fmt::format("it takes {}", what_is_needed(u)));
+        }
+        for (const std::vector<double>& key : curve->keys) {
+            for (size_t k = 1; u.limits != nullptr && k < key.size(); ++k) {
+                if (!(key[k] >= u.limits[0] && key[k] <= u.limits[1])) return beyond(u, b, key[k]);
+            }
+        }
+        auto to = out_.values.begin() + u.first_index;
+        for (const float value : curve_table(*curve, channels))
+            *to++ = std::bit_cast<uint32_t>(value);
         return Ok{};
     }
 

@@ -279,16 +279,23 @@ EVERY_KIND = """fablet Kinds {
         Material core;
         ImageTexture2D picture;
         ImageTexture3D field;
+        Spline curve [[ float max = 1 ]];
+        ColorRamp ramp;
     }
     @Volume(@varying { VolumeAttributes attr })
     {
         MaterialComposition mc;
         float t = skin + tint.x + count + code + (on ? 1 : 0) + steps[1] + picture.Sample1(0, 0, 0);
-        mc.Set(core, saturate(t + field.Sample1(attr.voxelCenter, 0, 0)));
+        mc.Set(core, saturate(t + field.Sample1(attr.voxelCenter, 0, 0)) * curve.At(0.5) * ramp.At(0.5).g);
         return mc;
     }
 }
 """
+
+CURVES = {
+    "curve": {"keys": np.array([[0, 0], [1, 1]]), "interpolation": "linear"},
+    "ramp": {"keys": [[0, 1, 0, 0], (1, (0, 1, 0))]},
+}
 
 
 @pytest.mark.parametrize(
@@ -306,12 +313,15 @@ EVERY_KIND = """fablet Kinds {
         ("core", [WHITE, BLACK], "has 1 value"), ("picture", np.zeros((2, 2, 2, 2)), "a picture has the shape"),
         ("picture", openfab.Texture.volume(np.zeros((2, 2, 2))), "`picture` cannot be a volume; it is a `ImageTexture2D`"),
         ("field", openfab.Texture(np.zeros((2, 2))), "`field` cannot be a picture; it is a `ImageTexture3D`"),
+        ("curve", 1, "it is a `Spline`"), ("curve", {"key": []}, "it is a `Spline`"), ("curve", {"keys": []}, "1 to 16 keys"),
+        ("curve", {"keys": [[0, 2]]}, "its `max` is 1"), ("curve", {"keys": [[0, 0], [0, 1]]}, "do not rise"),
+        ("curve", {"keys": [[0, 1, 1, 1]]}, "a `Spline` has 2 numbers"), ("ramp", {"keys": [[0, 1]]}, "has 4 numbers"),
     ],
 )
 def test_a_wrong_value_is_refused_where_it_is_given(name: str, value: Any, text: str) -> None:
     world = openfab.World(printer="generic")
     fablet = openfab.Fablet(text=EVERY_KIND)
-    good = {"core": WHITE, "picture": np.zeros((2, 2)), "field": np.zeros((2, 2, 2))}
+    good = {"core": WHITE, "picture": np.zeros((2, 2)), "field": np.zeros((2, 2, 2)), **CURVES}
     made = world.add(openfab.box(1, 1, 1), fablet, good)
     with pytest.raises(openfab.InputError, match=text):
         made[name] = value
@@ -327,6 +337,7 @@ def test_right_values_of_every_kind_are_printed() -> None:
     values = {
         "skin": np.float32(2), "tint": np.ones(3), "count": -(2**31), "code": np.uint32(2**32 - 1), "on": np.bool_(False),
         "steps": np.arange(4), "core": openfab.VOID, "picture": np.zeros((2, 2)), "field": np.zeros((2, 2, 2)),
+        **CURVES,
     }
     made = world.add(openfab.box(1, 1, 1), openfab.Fablet(text=EVERY_KIND), values)
     made["steps"] = [[0, 1], [2, 3]]

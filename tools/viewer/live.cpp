@@ -382,7 +382,7 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
 Result<void> Live::set(const std::string& object, const std::string& uniform,
                        const JsonValue& value) {
     if (!is_uniform_value(value))
-        return user_error("a value is a number, true, false, a name, or a list of such");
+        return user_error("a value is a number, true, false, a name, a list of such, or a curve");
     const std::lock_guard lock(mutex_);
     const auto found =
         read_.world == nullptr

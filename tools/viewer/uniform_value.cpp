@@ -6,15 +6,33 @@
 #include <variant>
 #include <vector>
 
+#include "world/uniform_values.h"
+
 namespace openfab::viewer {
 
 namespace {
 
 constexpr size_t kMostValues = 4096;
 
+void write_curve(const world::Curve& curve, JsonText* out) {
+    out->begin_object().key("keys").begin_array();
+    for (const std::vector<double>& key : curve.keys) {
+        out->begin_array();
+        for (const double number : key)
+            out->value(number);
+        out->end_array();
+    }
+    out->end_array();
+    if (curve.interpolation)
+        out->member("interpolation", world::interpolation_name(*curve.interpolation));
+    out->end_object();
+}
+
 }  // namespace
 
 bool is_uniform_value(const JsonValue& value) {
+    if (value.is(JsonValue::Kind::kObject))
+        return world::uniform_binding(value, {}, "the value").has_value();
     const auto single = [](const JsonValue& one) {
         return one.is(JsonValue::Kind::kNumber) || one.is(JsonValue::Kind::kBool) ||
                one.is(JsonValue::Kind::kString);
@@ -34,9 +52,11 @@ void write_binding(const world::UniformBinding& binding, JsonText* out) {
                 out->value(number);
             }
         }
-    } else {
-        for (const std::string& name : std::get<std::vector<std::string>>(binding.value))
+    } else if (const auto* names = std::get_if<std::vector<std::string>>(&binding.value)) {
+        for (const std::string& name : *names)
             out->value(name);
+    } else {
+        write_curve(std::get<world::Curve>(binding.value), out);
     }
     out->end_array();
 }

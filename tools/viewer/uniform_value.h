@@ -12,7 +12,7 @@
 
 namespace openfab::viewer {
 
-/// Whether a uniform can have this value: a number, truth, name, or a list of such.
+/// Whether a uniform can have this value: a number, truth, name, a list of such, or a curve.
 bool is_uniform_value(const JsonValue& value);
 
 /// Writes what the world binds, as a list in any case.

@@ -271,6 +271,38 @@ TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {
     EXPECT_NEAR(share(state), 0.75, 0.1);  // at the draft's pitch: 250 voxels
 }
 
+TEST_F(ViewWorld, ACurveIsShownByItsKeysAndSetByThem) {
+    std::string fablet = kFablet;
+    fablet.replace(fablet.find("float share = 0.5"), 17, "Spline curve");
+    const size_t body = fablet.find("MaterialComposition mc;");
+    fablet.insert(body, "float share = curve.At(attr.voxelCenter.x); ");
+    scratch_.write("halves.fl", fablet);
+    std::string text = kWorld;
+    text.insert(text.find("\"a\": \"white\""), R"("curve": {"keys": [[-1, 0.5], [1, 0.5]]}, )");
+    scratch_.write("cube.fab.json", text);
+    const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
+    JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    EXPECT_NEAR(share(state), 0.5, 0.02);
+    const JsonValue details = viewer.get("/api/live").json();
+    const JsonValue curve = uniform_of(details, "curve");
+    EXPECT_EQ(member(curve, "kind").text, "curve");
+    const JsonValue& keys = member(member(curve, "value").items.at(0), "keys");
+    ASSERT_EQ(keys.items.size(), 2u);
+    EXPECT_EQ(keys.items[1].items.at(0).number, 1);
+
+    const auto set = [&](const std::string& value) {
+        return viewer.post("/api/set",
+                           R"({"object": "cube", "uniform": "curve", "value": )" + value + "}");
+    };
+    EXPECT_EQ(set(R"({"keys": [[0, "a"]]})").status, 422);
+    const double before = member(state, "generation").number;
+    ASSERT_EQ(set(R"({"keys": [[0, 0.25], [9, 0.25]], "interpolation": "step"})").status, 200);
+    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    EXPECT_NEAR(share(state), 0.25, 0.02);
+    ASSERT_EQ(viewer.post("/api/write", "{}").status, 200);
+    EXPECT_THAT(read_file(world()), HasSubstr(R"("step")"));
+}
+
 TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     const Viewer viewer({world(), "--watch"}, cache());
     const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });

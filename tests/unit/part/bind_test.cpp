@@ -259,6 +259,8 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
          "0 to 4294967295"},
         {"true", "1",
          "9:86: `bool inverted` of fablet `Coat` is given the number 1; it takes true or false"},
+        {"[0.25, 2]", "{\"keys\": [[0, 1]]}",
+         "9:30: `float2 border` of fablet `Coat` is given a curve; it takes an array of 2 numbers"},
         {"\"photo\": \"photo\"", "\"photo\": \"red\"",
          "10:44: `red` is a material, but `ImageTexture2D photo` of fablet `Coat` takes the name "
          "of a texture"},

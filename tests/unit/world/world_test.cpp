@@ -267,12 +267,23 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "19:52: `repair` of object `a` is `glue`; known: `winding`"},
         {"\"n\": 2", "\"n\": null",
          "18:29: uniform `n` of object `b` holds null; it must be a number, a boolean, the name of "
-         "a texture or "
-         "material, or an array of these"},
+         "a texture or material, an array of these, or an object with the `keys` of a curve"},
         {"[1, 2.5]", "[1, \"x\"]",
          "18:41: uniform `v` of object `b` mixes kinds of values; it must be a number, a boolean, "
-         "the name of a texture "
-         "or material, or an array of these"},
+         "the name of a texture or material, an array of these, or an object with the `keys` of a "
+         "curve"},
+        {"[1, 2.5]", "{\"keys\": [[0, 1], 2]}",
+         "18:55: uniform `v` of object `b` has a key that is not an array of numbers; a key is "
+         "where it is and the value there, as `[0.5, 2]`, or three of a colour, as `[0.5, 1, 0, "
+         "0]`"},
+        {"[1, 2.5]", "{\"keys\": [[0, 1]], \"interpolation\": \"smooth\"}",
+         "18:73: `interpolation` of uniform `v` of object `b` is none; it is `step`, `linear` or "
+         "`cubic`"},
+        {"[1, 2.5]", "{\"keys\": [[0, 1]], \"interpolate\": 1}",
+         "18:71: uniform `v` of object `b` has no `interpolate`; did you mean `interpolation`?"},
+        {"[1, 2.5]", "{\"interpolation\": \"step\"}",
+         "18:37: uniform `v` of object `b` is an object without `keys`; a curve is given as "
+         "`{\"keys\": [[0, 1], [5, 2]]}`"},
         {"[1, 2.5]", "[]", "18:37: uniform `v` of object `b` is an empty array; give its values"},
         {"{\"object\": \"a\"", "{\"object\": \"c\"",
          "22:16: no object is called `c`; known: `b`, `a`"},

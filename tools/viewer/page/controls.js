@@ -6,10 +6,12 @@
 // What is edited: `uniform` as `openflc describe` writes it, its `label`, `names` (materials and textures of the
 // world) and `set`, which takes a value as the world would have it.
 
+import { curve } from "./curve.js";
 import { element } from "./format.js";
 
 /** The first that fits makes the control. */
 const kControls = [
+    { fits: (u) => u.kind === "curve", make: curve },
     { fits: (u) => u.array_length > 1, make: numbers },
     { fits: (u) => u.kind === "material", make: (of) => choice(of, of.names.materials) },
     { fits: (u) => u.kind === "texture2d" || u.kind === "texture3d", make: (of) => choice(of, of.names.textures) },
