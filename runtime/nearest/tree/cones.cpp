@@ -7,6 +7,7 @@
 
 #include "base/vec.h"
 #include "runtime/nearest/tree/hierarchy.h"
+#include "runtime/nearest/tree/vec_arrays.h"
 
 namespace openfab::nearest {
 namespace {
@@ -16,10 +17,6 @@ constexpr float kMaxSine = 0.7f;
 /// Least scale of a half-space; thin triangles have smaller ones (tree/features.h), which prune too
 /// little.
 constexpr float kMinScale = 0.25f;
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
 
 /// Accumulates the cone over the features of a leaf.
 struct Sum {

@@ -11,19 +11,11 @@
 
 #include "base/infinity.h"
 #include "base/vec.h"
+#include "runtime/nearest/tree/vec_arrays.h"
 #include "runtime/nearest/tree/vertex_numbers.h"
 
 namespace openfab::nearest {
 namespace {
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
-
-void store(const Vec3f& v, float* out) {
-    for (int a = 0; a < 3; ++a)
-        out[a] = v[a];
-}
 
 /// An edge as seen from one end.
 struct Spoke {

@@ -7,18 +7,10 @@
 
 #include "base/infinity.h"
 #include "runtime/nearest/tree/leaf_half_spaces.h"
+#include "runtime/nearest/tree/vec_arrays.h"
 
 namespace openfab::nearest {
 namespace {
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
-
-void store(const Vec3f& v, float* out) {
-    for (int a = 0; a < 3; ++a)
-        out[a] = v[a];
-}
 
 Vec3f corner(const TriangleFrame& frame, const TriangleDetail& detail, int i) {
     return to_vec(i == 0 ? frame.v0 : i == 1 ? detail.v1 : detail.v2);

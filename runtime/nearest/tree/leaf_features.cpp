@@ -8,15 +8,12 @@
 #include "base/vec.h"
 #include "runtime/nearest/tree/hierarchy.h"
 #include "runtime/nearest/tree/leaf_half_spaces.h"
+#include "runtime/nearest/tree/vec_arrays.h"
 
 namespace openfab::nearest {
 namespace {
 
 static_assert(kMaxLeafTriangles * (1 + 3 + 3) <= kMaxLeafFeatures);
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
 
 size_t features_of(const LeafFeatures& leaf, const Node& node) {
     return node.count() + size_t{leaf.edges} + leaf.vertices;

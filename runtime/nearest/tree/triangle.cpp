@@ -6,13 +6,10 @@
 #include <limits>
 
 #include "base/infinity.h"
+#include "runtime/nearest/tree/vec_arrays.h"
 
 namespace openfab::nearest {
 namespace {
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
 
 void store(const Vec3d& v, float* out) {
     out[0] = static_cast<float>(v.x);

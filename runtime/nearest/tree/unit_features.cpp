@@ -8,20 +8,9 @@
 #include <utility>
 
 #include "base/infinity.h"
+#include "runtime/nearest/tree/vec_arrays.h"
 
 namespace openfab::nearest {
-namespace {
-
-Vec3f to_vec(const float* v) {
-    return {v[0], v[1], v[2]};
-}
-
-void store(const Vec3f& v, float* out) {
-    for (int a = 0; a < 3; ++a)
-        out[a] = v[a];
-}
-
-}  // namespace
 
 void UnitFeatures::find(std::span<const LatticePatch* const> patches) {
     size_t triangles = 0, vertices = 0;
