@@ -101,9 +101,10 @@ TEST_F(PipesAndDisks, AReaderOfAPipeIsNotKeptWaiting) {
 }
 #endif
 
+// Error diffusion compresses badly: 36 MB are far more than the reader takes and the pipe holds.
 TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
     const std::string command = fmt::format(
-        "{} {} -o - | head -c 200000 > /dev/null; exit "
+        "{} {} -o - --dither decorrelated | head -c 200000 > /dev/null; exit "
         "${{PIPESTATUS[0]}}",
         test_program("openfab_test_print_4").string(), path("block.fab.json"));
     const Outcome outcome = run({"/bin/bash", "-c", command});
