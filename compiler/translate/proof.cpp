@@ -50,7 +50,6 @@ class Diagram {
     }
 
     bool too_large() const { return nodes_.size() > kMaxNodes; }
-    size_t steps() const { return nodes_.size() + results_.size(); }
 
     /// Arguments precede their instruction, so ascending order needs no recursion.
     Node build(ValueId value) {
@@ -261,8 +260,7 @@ class Diagram {
 
 }  // namespace
 
-bool follows(const ir::Stage& stage, const std::vector<ValueId>& given, ValueId fact,
-             size_t* steps) {
+bool follows(const ir::Stage& stage, const std::vector<ValueId>& given, ValueId fact) {
     Diagram diagram(stage);
     Diagram::Node holds = diagram.build(fact);
     for (const ValueId condition : given)
@@ -270,7 +268,6 @@ bool follows(const ir::Stage& stage, const std::vector<ValueId>& given, ValueId 
     if (holds != Diagram::kTrue) {
         holds = diagram.if_then_else(diagram.order_of_numbers(), holds, Diagram::kTrue);
     }
-    if (steps != nullptr) *steps += diagram.steps();
     return holds == Diagram::kTrue && !diagram.too_large();
 }
 

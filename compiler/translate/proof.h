@@ -16,9 +16,7 @@
 namespace openfab::translate {
 
 /// Returns whether `fact` provably holds whenever all of `given` do. False also if the proof needs
-/// more than the formulas, or if they are too large for the bounded search. Adds the steps of the
-/// search to `steps`.
-bool follows(const ir::Stage& stage, const std::vector<ir::ValueId>& given, ir::ValueId fact,
-             size_t* steps = nullptr);
+/// more than the formulas, or if they are too large for the bounded search.
+bool follows(const ir::Stage& stage, const std::vector<ir::ValueId>& given, ir::ValueId fact);
 
 }  // namespace openfab::translate

@@ -64,16 +64,11 @@ Value StageTranslator::zero(const check::Type& type) {
     return out;
 }
 
-/// For a variable without an initializer; a composition is always initialized: it starts empty.
+/// For a variable without an initializer: it starts at zero, which arrays and compositions may be
+/// meant to do; of others it is likely a mistake to use that.
 Value StageTranslator::unassigned(const check::Type& type) {
-    if (type.is_array()) {
-        const Value one = unassigned(type.element());
-        Value out;
-        for (int i = 0; i < type.length(); ++i)
-            out.insert(out.end(), one.begin(), one.end());
-        return out;
-    }
-    if (type.is(check::Base::kStruct)) {
+    const bool starts = type.is_array() || type.base == check::Base::kComposition;
+    if (type.is(check::Base::kStruct) && !starts) {
         Value out;
         for (const check::StructMember& member : type.record->members) {
             const Value part = unassigned(member.type);
@@ -81,7 +76,7 @@ Value StageTranslator::unassigned(const check::Type& type) {
         }
         return out;
     }
-    return Value(component_count(type), emit_.constant(type.base == check::Base::kComposition));
+    return Value(component_count(type), emit_.constant(starts));
 }
 
 StageTranslator::VariableId StageTranslator::variable_of(const check::Symbol& symbol) const {

@@ -10,7 +10,6 @@
 
 #include "compiler/translate/loop_bounds.h"
 #include "compiler/translate/proof.h"
-#include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate_state.h"
 
 namespace openfab::translate {
@@ -28,9 +27,6 @@ constexpr size_t kFewOperations = 1500;   // for more
 constexpr size_t kMaxUnrolledOperations = 12000;
 // The most segments that unrolling may add to a stage.
 constexpr size_t kManyKernels = 16;
-
-// Of the analysis of a loop, about a second; a stage may take 4 times as much.
-constexpr size_t kEffort = size_t{1} << 26;
 
 size_t kernels_of(ir::Op op) {
     if (op == ir::Op::kLoop) return kManyKernels / 2;
@@ -137,7 +133,7 @@ const check::Symbol* steady_counter(const check::Stmt& loop) {
 
 StageTranslator::Attempt StageTranslator::attempt() const {
     return {emit_.size(), stage_->printfs.size(), sink_->mark(), variables_, open_, frame_,
-            live_,        inline_depth_,          doubts_.size()};
+            live_,        inline_depth_};
 }
 
 /// Rolls back to the start of an attempt, except the diagnostics.
@@ -149,7 +145,6 @@ void StageTranslator::rollback_code(const Attempt& start) {
     frame_ = start.frame;
     live_ = start.live;
     inline_depth_ = start.inline_depth;
-    doubts_.resize(start.doubts);
 }
 
 void StageTranslator::rollback(const Attempt& start) {
@@ -325,7 +320,6 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
             assigned.push_back(assigned_by_a_trip(before, kEarlierTrip));
     }
     const ValueId zero = emit_.constant(ir::Type::kInt, 0);
-    const std::vector<DoubtfulRead> outer_doubts = std::exchange(doubts_, {});
     made.loop = emit_.loop(guard);
     open_.push_back({{}, variables_.size(), live_});
     outer_live_.push_back(guard);
@@ -375,7 +369,6 @@ StageTranslator::RealLoop StageTranslator::make_loop(const check::Stmt& stmt, Va
     frame_.continued = outer.continued;
     outer_live_.pop_back();
     made.changes = leave();
-    made.doubts = std::exchange(doubts_, outer_doubts);
     return made;
 }
 
@@ -396,76 +389,20 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
     }
     const ValueId end = emit_.loop_end(made.loop, made.again, next);
     const ValueId ran = certain ? emit_.constant(true) : guard;
-    const size_t size = emit_.size();
-    std::vector<ValueId> by_trips = assigned_by_trips(made, next, guard, most);
-    emit_.count_none(size);
     int32_t number = 0;
-    size_t component = 0;
     for (const auto& item : made.changes) {
         Variable v = variables_[item.first];
         for (size_t i = 0; i < v.value.size(); ++i, ++number) {
             v.value[i] = emit_.loop_result(end, number);
         }
-        for (ValueId& assigned : v.assigned) {
-            const ValueId surely = by_trips[component++];
-            if (surely == ir::kNoValue) continue;  // in no iteration
-            assigned = emit_.logical_or(assigned, emit_.logical_and(ran, surely));
-            if (!emit_.is_true(surely)) assigned = assigned_by_a_trip(assigned, kSomeTrip);
+        for (size_t i = 0; i < v.assigned.size(); ++i) {
+            const ValueId by_trip = item.second.assigned[i];
+            if (by_trip == made.assigned_before.at(item.first)[i]) continue;  // by none
+            const bool by_each = always(by_trip);
+            if (by_each) v.assigned[i] = emit_.logical_or(v.assigned[i], ran);
+            if (!by_each) v.assigned[i] = assigned_by_a_trip(v.assigned[i], kSomeTrip);
         }
         set(item.first, std::move(v));
-    }
-}
-
-/// Returns for each component that must be assigned, in the order of `changes`, the condition under
-/// which the loop certainly assigns it if its first iteration runs; kNoValue if none does. Reports
-/// reads that no earlier iteration certainly assigned.
-std::vector<ValueId> StageTranslator::assigned_by_trips(const RealLoop& made,
-                                                        const std::vector<ValueId>& next,
-                                                        ValueId guard, double most) {
-    std::vector<ValueId> out;
-    std::vector<ValueId> open;
-    for (const auto& [id, v] : made.changes) {
-        for (size_t i = 0; i < v.assigned.size(); ++i) {
-            const ValueId trip = v.assigned[i];
-            const bool none = trip == made.assigned_before.at(id)[i];
-            out.push_back(none ? ir::kNoValue : always(trip) ? emit_.constant(true) : trip);
-            if (!none) open.push_back(trip);
-        }
-    }
-    if (open.empty() && made.doubts.empty()) return out;
-    const size_t effort = std::min(effort_, kEffort);
-    SureTrips trips(*stage_, made.loop, made.again, next, open, most, effort, &emit_);
-    report_doubts(made, guard, &trips);
-    for (ValueId& value : out) {
-        if (value != ir::kNoValue && !emit_.is_true(value)) value = trips.some_gives(value, &emit_);
-    }
-    effort_ -= effort - trips.effort();
-    return out;
-}
-
-void StageTranslator::report_doubts(const RealLoop& made, ValueId guard, SureTrips* trips) {
-    std::vector<ValueId> given = outer_live_;
-    given.insert(given.end(), tests_.begin(), tests_.end());
-    given.push_back(guard);
-    std::map<ValueId, ValueId> by_trips;
-    for (const auto& [id, before] : made.assigned_before) {
-        for (size_t i = 0; i < before.size(); ++i)
-            by_trips.emplace(before[i], made.changes.at(id).assigned[i]);
-    }
-    std::set<const check::Symbol*> reported;
-    for (const DoubtfulRead& read : made.doubts) {
-        if (reported.count(read.symbol) != 0) continue;
-        const size_t size = emit_.size();
-        std::optional<DoubtfulRead> left = trips->left_in_doubt(read, given, by_trips, &emit_);
-        if (left && !left->alternatives.empty() && !outer_live_.empty()) {
-            left->reached = guard;
-            doubts_.push_back(std::move(*left));
-            continue;
-        }
-        emit_.truncate(size);
-        if (left && left->alternatives.empty()) continue;
-        reported.insert(read.symbol);
-        report_maybe(*read.symbol, read.span);
     }
 }
 

@@ -17,7 +17,6 @@
 #include "compiler/diag/sink.h"
 #include "compiler/translate/formulas.h"
 #include "compiler/translate/paths.h"
-#include "compiler/translate/sure_trips.h"
 #include "compiler/translate/translate.h"
 
 namespace openfab::translate {
@@ -75,7 +74,6 @@ class StageTranslator : private Paths {
         Frame frame;
         ir::ValueId live = 0;
         int inline_depth = 0;
-        size_t doubts = 0;
     };
     /// A real loop before its end is emitted. The variables are in the order of `changes`.
     struct RealLoop {
@@ -85,7 +83,6 @@ class StageTranslator : private Paths {
         size_t vars = 0;                   ///< components
         Changes changes;
         std::map<VariableId, Value> assigned_before;  ///< at the start of any iteration
-        std::vector<DoubtfulRead> doubts;
     };
 
     // translate_stmt.cpp
@@ -130,10 +127,6 @@ class StageTranslator : private Paths {
     void push_start_test(const check::Stmt& stmt);
     RealLoop make_loop(const check::Stmt& stmt, ir::ValueId guard,
                        const std::set<VariableId>& changed);
-    std::vector<ir::ValueId> assigned_by_trips(const RealLoop& made,
-                                               const std::vector<ir::ValueId>& next,
-                                               ir::ValueId guard, double most);
-    void report_doubts(const RealLoop& made, ir::ValueId guard, SureTrips* trips);
     void finish_loop(const check::Stmt& stmt, const RealLoop& made, ir::ValueId guard,
                      bool certain);
 
@@ -166,8 +159,6 @@ class StageTranslator : private Paths {
     ir::ValueId picked_alternative(const Target& target);
     Target target(const check::Expr& expr);
     void check_read(const Target& of, const source::Span& span);
-    void doubt(const Target& target, const source::Span& span);
-    void report_maybe(const check::Symbol& symbol, const source::Span& span);
     void take_as_assigned(const Target& target);
     Value read(const Target& target, const check::Expr& expr);
     void store(Target target, const Value& value);
@@ -221,7 +212,6 @@ class StageTranslator : private Paths {
     ir::Stage* stage_;
     diag::Sink* sink_;
     std::vector<ir::ValueId> tests_;       ///< of the open real loops, in this iteration
-    std::vector<DoubtfulRead> doubts_;     ///< of the innermost real loop
     std::vector<ir::ValueId> outer_live_;  ///< the condition around each open real loop
     std::map<const check::Symbol*, std::vector<uint32_t>> constants_;  ///< tables, by component
     TranslateOptions options_;
@@ -234,7 +224,6 @@ class StageTranslator : private Paths {
     size_t unroll_limit_ = check::kMaxUnrolledSteps;
     std::set<const check::Stmt*> too_long_;  ///< loops that reached it
     int32_t unknowns_ = 0;
-    size_t effort_ = size_t{1} << 28;  ///< left for the analysis of loops
     bool gave_up_ = false;
 };
 

@@ -193,32 +193,14 @@ void StageTranslator::check_read(const Target& of, const source::Span& span) {
     if (never) {
         sink_->report(span, diag::kUninitialized, symbol.name)
             .note(symbol.span, fmt::format("`{}` is declared here", symbol.name));
-    } else if (maybe && !outer_live_.empty()) {
-        return doubt(target, span);
     } else if (maybe) {
-        report_maybe(symbol, span);
+        sink_->report(span, diag::kMaybeUninitialized, symbol.name)
+            .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
+            .help("initialize it where it is declared");
     } else {
         return;
     }
     take_as_assigned(target);
-}
-
-void StageTranslator::report_maybe(const check::Symbol& symbol, const source::Span& span) {
-    sink_->report(span, diag::kMaybeUninitialized, symbol.name)
-        .note(symbol.span, fmt::format("`{}` is declared here", symbol.name))
-        .help("initialize it where it is declared");
-}
-
-/// What the iterations of a loop assign is only known at its end.
-void StageTranslator::doubt(const Target& target, const source::Span& span) {
-    const Variable& v = variables_[variable_of(*target.symbol)];
-    DoubtfulRead read{target.symbol, span, live_, {}};
-    for (const Alternative& alternative : target.alternatives) {
-        read.alternatives.push_back({alternative.condition, {}});
-        for (const size_t lane : alternative.lanes)
-            read.alternatives.back().assigned.push_back(v.assigned[lane]);
-    }
-    doubts_.push_back(std::move(read));
 }
 
 /// Marks a variable as assigned after a report, so that later reads are not reported too.
@@ -267,8 +249,8 @@ void StageTranslator::store(Target target, const Value& value) {
             const size_t lane = alternative.lanes[i];
             v.value[lane] = emit_.select(alternative.condition, value[i], v.value[lane]);
             if (v.assigned.empty()) continue;
-            v.assigned[lane] =
-                emit_.select(alternative.condition, emit_.constant(true), v.assigned[lane]);
+            // Of a vector's components any may be the one: loops over them are taken to come to all.
+            v.assigned[lane] = emit_.constant(true);
         }
     }
     set(id, std::move(v));

@@ -212,6 +212,13 @@ std::string errors_of(const std::string& body) {
     return diag::render_text(sink, sources);
 }
 
+TEST(RealLoop, ArraysStartAtZero) {
+    const ir::Fablet fablet = compile_body(
+        "", "float a[40]; for (int k = 0; k < min(i, 40); ++k) a[k] += k + 1; return a[j];");
+    for (const int32_t j : {0, 5, 6, 39})
+        EXPECT_EQ(run(fablet, 0, 6, j), j < 6 ? static_cast<float>(j + 1) : 0.0f) << j;
+}
+
 TEST(RealLoop, WithoutABoundIsAnError) {
     for (const char* text : {
              "float s = 0; for (int k = 0; k < i; ++k) s += k; return s;",
