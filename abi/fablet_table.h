@@ -5,8 +5,8 @@
 /* The contract between generated code and the runtime, in plain C.
  *
  * `openflc` compiles each fablet to a few kernels (surface, surface_bounds, slab, volume_bounds,
- * volume_demand, derived) and a constant `openfab_fablet` that describes them; a print binary
- * exports the list of its fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a
+ * volume_demand, derived, those of a shape) and a constant `openfab_fablet` that describes them; a
+ * print binary exports the list of its fablets as `openfab_fablet_list`. The runtime knows no fablet: it reads a
  * kernel's argument list and passes what is asked for.
  *
  * Kernels follow Halide's argv convention: `args[i]` points to a `halide_buffer_t` for a buffer and
@@ -21,6 +21,7 @@
  *   states, and inputs of segments of the volume stage (512 n), column after column
  *   outputs of slab, volume_demand                   (z 8, m)
  *   volume_bounds, surface_bounds, surface buffers   (n)
+ *   buffers of a shape, of n points or boxes         (n)
  *   blocks                                           (3, n) int32
  *
  * All lengths are millimetres. Part-local space is part space relative to the centre of the part's
@@ -34,7 +35,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 11
+#define OPENFAB_ABI_VERSION 12
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -217,6 +218,16 @@ enum openfab_arg_kind {
                                     a = openfab::abi::BlueNoiseFace */
     OPENFAB_ARG_VALUES = 48,     /* 32 bits (n): all values of the object, see table_values; read at
                                     indices that vary */
+    /* kernels of a shape: one value per point or box, coordinates part-local */
+    OPENFAB_ARG_SHAPE_POINT = 49, /* a = axis */
+    OPENFAB_ARG_SHAPE_POINT_LO =
+        50, /* a = axis; of a box, whose points may be any floats between */
+    OPENFAB_ARG_SHAPE_POINT_HI = 51,
+    OPENFAB_ARG_SHAPE_VALUE = 52, /* out; negative inside. May be NaN or infinite */
+    OPENFAB_ARG_SHAPE_VALUE_LO =
+        53, /* out; NaN, both, where the value is not known or may be NaN */
+    OPENFAB_ARG_SHAPE_VALUE_HI = 54,
+    OPENFAB_ARG_SHAPE_OUT = 55, /* out; a = output, b = component */
 };
 
 struct openfab_arg {
@@ -320,6 +331,27 @@ struct openfab_table_value {
     uint32_t bits;
 };
 
+/* The @Shape stage: a solid as a function of a point. It stands where a mesh does, and its outputs
+ * where the mesh's attributes do: @nearest inputs and inputs of @Surface read them by name. It reads
+ * uniforms, derived and table values, textures (always their finest level) and the frame's CENTER,
+ * nothing else of the frame: it is the same for all placements and grids. */
+struct openfab_shape {
+    int32_t is_distance; /* 1: declared a distance to the surface, signed, in mm */
+    int32_t output_count;
+    const struct openfab_varying* outputs; /* source is -1 */
+
+    struct openfab_kernel values;     /* SHAPE_POINT to SHAPE_VALUE */
+    struct openfab_kernel attributes; /* SHAPE_POINT to SHAPE_OUT; no arguments without outputs */
+    /* SHAPE_POINT_LO, HI to SHAPE_VALUE_LO, HI. No arguments: nothing is known of any box. */
+    struct openfab_kernel bounds;
+
+    /* If one has steps, `values` or `attributes` is no single kernel, and its arguments are the
+     * buffers of the batch that the segments read and write, as of a surface stage: groups of 8
+     * points, in order. There are no queries. */
+    struct openfab_segments value_segments;
+    struct openfab_segments attribute_segments;
+};
+
 struct openfab_fablet {
     int32_t abi_version;
     const char* name;
@@ -377,6 +409,8 @@ struct openfab_fablet {
     /* What a call of any of these kernels stores between its stages, at most, in each thread that
      * works on it. Schedules decide it. */
     int64_t stored_bytes;
+
+    const struct openfab_shape* shape; /* NULL without a @Shape stage */
 };
 
 struct openfab_fablet_list {

@@ -257,7 +257,7 @@ class TableWriter {
         line("    {}, {},", table.derived_count, kernels[4]);
         line("    {}, {},", table.table_value_count, values);
         line("    {}, {},", table.field_count, fields);
-        line("    {}, {}}};", kernels[5], stored_bytes_[k]);
+        line("    {}, {}, 0}};", kernels[5], stored_bytes_[k]);
     }
 
     const std::vector<FabletUnit>& fablets_;
