@@ -139,6 +139,7 @@ lower::ProgramOptions Compilation::program_options(lower::KernelCache* cache) co
     program.threads = options_.threads;
     program.isas = isas();
     program.schedules = schedules_.bound();
+    program.foretell = [](const std::string& text) { note(text); };
     return program;
 }
 

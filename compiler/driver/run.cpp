@@ -148,6 +148,7 @@ class Run {
         if (code != kExitDone) return code;
         lower::ProgramOptions program = compilation.program_options(&*cache_);
         // An estimate asks how quick the print will be; a `printf` shows which voxels are evaluated.
+        if (print_.progress == program::ProgressMode::kNone) program.foretell = nullptr;
         program.bounds_later = !print_.estimate && !print_.dry_run && !compile_->enable_printf;
         auto loaded = lower::load_program(compilation.fablets(), program);
         if (auto* fault = std::get_if<lower::Fault>(&loaded)) return compilation.report(*fault);

@@ -17,6 +17,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <mutex>
 #include <optional>
 #include <string_view>
 #include <thread>
@@ -115,6 +116,46 @@ void run_each(size_t count, int threads_wanted, const std::function<void(size_t)
         thread.join();
 }
 
+/// Says once how long the kernels that are left will take, if that is worth a line.
+class Forecast {
+  public:
+    Forecast(const std::vector<KernelUnit>& units, const std::vector<size_t>& kernels,
+             const ProgramOptions& options)
+        : options_(options), count_(kernels.size()) {
+        for (const size_t k : kernels)
+            left_ += work_of(units[k]);
+    }
+    /// From any thread.
+    void finished(const KernelUnit& unit) {
+        const std::lock_guard lock(mutex_);
+        done_ += work_of(unit);
+        left_ -= work_of(unit);
+        ++finished_;
+        const double now = seconds_since(begin_);
+        if (told_ || !options_.foretell || now < options_.foretell_after) return;
+        told_ = true;
+        const double rest = now * left_ / done_;
+        if (rest < options_.foretell_from) return;
+        options_.foretell(
+            fmt::format("{} of {} kernels are compiled; the others take about {:.0f} s, once",
+                        finished_, count_, rest));
+    }
+
+  private:
+    /// In operations: the least kernel takes about as long as a thousand of them.
+    static double work_of(const KernelUnit& unit) {
+        return 1000 + static_cast<double>(unit.slot.stage->instrs.size());
+    }
+
+    const ProgramOptions& options_;
+    const size_t count_;
+    const Clock::time_point begin_ = Clock::now();
+    std::mutex mutex_;
+    double done_ = 0, left_ = 0;
+    size_t finished_ = 0;
+    bool told_ = false;
+};
+
 std::optional<Fault> write_object(const fs::path& path, const std::string& code) {
     std::ofstream file(path, std::ios::binary);
     file << code;
@@ -150,6 +191,7 @@ std::variant<MadeKernels, Fault> make_kernels(const std::vector<KernelUnit>& uni
     }
     std::vector<std::variant<MadeKernel, Fault>> made(different.size());
     out.times.resize(different.size());
+    Forecast forecast(units, different, options);
     run_each(different.size(), options.threads, [&](size_t k) {
         const double begin = thread_seconds();
         const KernelUnit& unit = units[different[k]];
@@ -157,6 +199,7 @@ std::variant<MadeKernels, Fault> make_kernels(const std::vector<KernelUnit>& uni
         const auto* kernel = std::get_if<MadeKernel>(&made[k]);
         out.times[k] = {fmt::format("{} {}", unit.slot.name, isa_name(unit.request.isa)),
                         thread_seconds() - begin, kernel != nullptr && kernel->compiled};
+        forecast.finished(unit);
     });
     for (std::variant<MadeKernel, Fault>& kernel : made) {
         if (auto* fault = std::get_if<Fault>(&kernel)) return std::move(*fault);

@@ -5,6 +5,7 @@
 // Compiles fablets to object files: kernels in parallel threads, and the C table that names them.
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -26,6 +27,10 @@ struct ProgramOptions {
     int threads = 0;               ///< 0: all cores
     std::string compiler = "cc";   ///< C compiler for the table, and linker
     KernelCache* cache = nullptr;  ///< null: every kernel is compiled
+    /// Called at most once, from any thread, with how long the rest will take, if that is long: after
+    /// the first seconds, if so many more are left.
+    std::function<void(const std::string&)> foretell;
+    double foretell_after = 2, foretell_from = 3;
     /// load_program alone: kernels that a print can do without are compiled while it runs.
     bool bounds_later = false;
     bool profiled = false;  ///< load_program alone: see kernel_profile.h

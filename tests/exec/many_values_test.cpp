@@ -17,6 +17,7 @@
 #include "compiler/lower/fablet_data.h"
 #include "compiler/passes/pipeline.h"
 #include "tests/exec/compiled_stage.h"
+#include "tests/support/load_module.h"
 
 namespace openfab::testing {
 
@@ -201,6 +202,26 @@ TEST(ManyValues, CodeGrowsWithMaterialsAsTheyAre) {
         const double one = of(24), two = of(48), four = of(96);
         EXPECT_LT(four - two, 2.4 * (two - one)) << more;
     }
+}
+
+// What takes long says so once, while it compiles.
+TEST(ManyValues, LongCompilationsAreForetold) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    const auto module = frontend::compile_to_ir(sources, sources.add("t.fl", materials(20)), sink);
+    ASSERT_TRUE(module);
+    std::vector<std::string> told;
+    lower::ProgramOptions options;
+    options.foretell = [&](const std::string& text) { told.push_back(text); };
+    options.foretell_after = 0;
+    options.foretell_from = 0;
+    ASSERT_EQ(load_module(*module, options).index(), 0u);
+    ASSERT_EQ(told.size(), 1u);
+    EXPECT_TRUE(told[0].starts_with("1 of ")) << told[0];
+    told.clear();
+    options.foretell_after = 1e9;
+    ASSERT_EQ(load_module(*module, options).index(), 0u);
+    EXPECT_TRUE(told.empty());
 }
 
 }  // namespace
