@@ -139,13 +139,13 @@ Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
 
 std::vector<std::string> crowded_warnings(
     const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
-    const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
+    const std::vector<std::shared_ptr<solid::Solid>>& solids) {
     constexpr size_t kMostLines = 4;
     std::vector<std::string> warnings;
     size_t crowded = 0;
     for (size_t i = 0; i < parts.size(); ++i) {
-        if (owners[i] != static_cast<int32_t>(i) || surfaces[i]->identity()) continue;
-        const double around = surface::crowding(surfaces[i]->patches());
+        if (owners[i] != static_cast<int32_t>(i) || !solids[i]->dices()) continue;
+        const double around = solids[i]->crowding();
         if (!(around > surface::kCrowded) || ++crowded > kMostLines) continue;
         const part::Part& part = parts[i];
         const std::string bound =

@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "runtime/pipeline/print_input.h"
 #include "runtime/pipeline/print_options.h"
-#include "runtime/surface/surface.h"
+#include "runtime/solid/solid.h"
 
 namespace openfab::pipeline {
 
@@ -20,9 +20,9 @@ namespace openfab::pipeline {
 Result<void> check_input(const PrintInput& input, const PrintOptions& options);
 
 /// Returns a warning for each surface whose micropolygons are crowded (surface/crowding.h), of the
-/// first few. `owners` is from volume::surface_owners.
-std::vector<std::string> crowded_warnings(
-    const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
-    const std::vector<std::shared_ptr<const surface::Surface>>& surfaces);
+/// first few. `owners` is from volume::solid_owners.
+std::vector<std::string> crowded_warnings(const std::vector<part::Part>& parts,
+                                          const std::vector<int32_t>& owners,
+                                          const std::vector<std::shared_ptr<solid::Solid>>& solids);
 
 }  // namespace openfab::pipeline

@@ -70,9 +70,9 @@ void gather_statistics(const PrintSetup& setup, const SlabLoop& loop,
                            {"encode", loop.seconds_encode()},
                            {"commit", committer.seconds_commit()},
                            {"finish", seconds_finish}};
-    for (size_t i = 0; i < setup.surfaces.size(); ++i) {
-        if (!setup.owns_surface(i)) continue;
-        const surface::SurfaceCounts counts = setup.surfaces[i]->counts();
+    for (size_t i = 0; i < setup.solids.size(); ++i) {
+        if (!setup.owns_solid(i)) continue;
+        const surface::SurfaceCounts counts = setup.solids[i]->counts();
         s->cache_hits += counts.cache_hits;
         s->cache_misses += counts.cache_misses;
         s->cache_evictions += counts.cache_evictions;

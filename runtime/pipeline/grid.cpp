@@ -30,11 +30,11 @@ std::string size_of(const Box3d& box) {
 
 /// The part that extends farthest, and its displacement's share of that.
 std::string largest_part(const std::vector<part::Part>& parts,
-                         const std::vector<std::shared_ptr<const surface::Surface>>& surfaces) {
+                         const std::vector<std::shared_ptr<solid::Solid>>& solids) {
     Box3d all;
     std::vector<Box3d> boxes;
     for (size_t i = 0; i < parts.size(); ++i) {
-        boxes.push_back(surfaces[i]->exact_box(parts[i].local_to_build));
+        boxes.push_back(solids[i]->exact_box(parts[i].local_to_build));
         all.add(boxes.back());
     }
     const auto reach = [&](const Box3d& box) {
@@ -79,27 +79,23 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 }  // namespace
 
 Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
-                             const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                             const std::vector<std::shared_ptr<solid::Solid>>& solids,
                              const Vec3d& pitch_mm, int32_t bits,
                              const std::optional<Box3d>& crop_mm,
                              const std::optional<Box3d>& window_mm) {
     Box3d box = window_mm.value_or(crop_mm.value_or(Box3d{}));
     bool any = window_mm.has_value();
-    std::map<const surface::Surface*, Box3f> bounds;
+    std::map<const solid::Solid*, Box3f> bounds;
     const bool all_cut = std::all_of(parts.begin(), parts.end(), only_cuts);
     for (size_t i = 0; i < parts.size() && !window_mm; ++i) {
         if (only_cuts(parts[i]) && !all_cut) continue;
-        const auto [known, fresh] = bounds.try_emplace(surfaces[i].get());
-        if (fresh) {
-            for (const surface::Patch& patch : surfaces[i]->patches()) {
-                if ((patch.use & surface::kForCoverage) != 0) known->second.add(patch.bounds);
-            }
-        }
+        const auto [known, fresh] = bounds.try_emplace(solids[i].get());
+        if (fresh) known->second = solids[i]->bounds();
         // Few of many parts are at the border; the others need no exact box.
         if (known->second.empty()) continue;
         any = true;
         if (contains(box, surface::transform_box(parts[i].local_to_build, known->second))) continue;
-        box.add(surfaces[i]->exact_box(parts[i].local_to_build));
+        box.add(solids[i]->exact_box(parts[i].local_to_build));
     }
     if (!any) return user_error("there is nothing to print: no part has a surface");
     part::Grid grid;
@@ -120,18 +116,17 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
                 "the {} {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
                 "{:.0f} are possible; {}",
                 window_mm ? "window spans" : "parts span", box.hi[a] - box.lo[a], "xyz"[a], size,
-                pitch_mm[a], kLargestSide, largest_part(parts, surfaces)));
+                pitch_mm[a], kLargestSide, largest_part(parts, solids)));
         }
         grid.origin_mm[a] = lo * pitch_mm[a];
         grid.size[a] = static_cast<int32_t>(size);
     }
     const int64_t slice_bytes = (int64_t{grid.size.x} * bits + 7) / 8 * grid.size.y;
     if (slice_bytes > kLargestSliceBytes) {
-        return user_error(
-            fmt::format("a slice of {} x {} voxels is too large: at most {} voxels are possible; "
-                        "{}",
-                        grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes,
-                        largest_part(parts, surfaces)));
+        return user_error(fmt::format(
+            "a slice of {} x {} voxels is too large: at most {} voxels are possible; "
+            "{}",
+            grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes, largest_part(parts, solids)));
     }
     return grid;
 }

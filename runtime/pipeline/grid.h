@@ -10,7 +10,7 @@
 #include "base/result.h"
 #include "runtime/part/part.h"
 #include "runtime/pipeline/print_options.h"
-#include "runtime/surface/surface.h"
+#include "runtime/solid/solid.h"
 
 namespace openfab::pipeline {
 
@@ -21,7 +21,7 @@ namespace openfab::pipeline {
 /// double. `crop_mm` is covered too; with `window_mm` that box alone is. Fails for grids that no
 /// print can hold.
 Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
-                             const std::vector<std::shared_ptr<const surface::Surface>>& surfaces,
+                             const std::vector<std::shared_ptr<solid::Solid>>& solids,
                              const Vec3d& pitch_mm, int32_t bits,
                              const std::optional<Box3d>& crop_mm = {},
                              const std::optional<Box3d>& window_mm = {});

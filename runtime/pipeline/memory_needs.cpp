@@ -24,12 +24,6 @@ namespace {
 constexpr int64_t kSlackBytes = 16 << 20;
 // Query scratch of a thread: candidate lists and the trees of one block.
 constexpr int64_t kQueryScratchBytes = 4 << 20;
-// Measured with a mesh of 1.28 M displaced triangles. Per base triangle: sides, corners and
-// classes, and a patch. Per diced patch: the search for the bounding box, the index, and the tree
-// while it is built.
-constexpr int64_t kTriangleBytes = 140;
-constexpr int64_t kPatchBytes = 48;
-constexpr int64_t kPatchTreeBytes = 340;
 
 }  // namespace
 
@@ -45,31 +39,18 @@ int64_t texture_bytes(const std::vector<part::Part>& parts) {
     return bytes;
 }
 
-int64_t surface_bytes(const part::Part& part) {
-    if (part.fablet->has_surface == 0) return 0;
-    return static_cast<int64_t>(part.mesh->triangles.size()) * kTriangleBytes;
-}
-
-int64_t tree_bytes(const surface::Surface& surface, bool asked) {
-    const auto diced = std::count_if(
-        surface.patches().begin(), surface.patches().end(),
-        [](const surface::Patch& p) { return p.kind != surface::PatchKind::kIdentity; });
-    return static_cast<int64_t>(diced) * (asked ? kPatchBytes + kPatchTreeBytes : kPatchBytes);
-}
-
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>& parts,
                          const Vec3i& size, int32_t fraction_channels, int32_t bits,
                          size_t pinned) {
     const int64_t channels = fraction_channels;
     MemoryNeeds needs;
     needs.fixed = resident_bytes() + kSlackBytes;
-    std::set<const nearest::BlockIndex*> trees;
+    std::set<const solid::Solid*> asked;
     size_t held = 0;
     for (const auto& p : parts) {
-        if (p->trees == nullptr || !trees.insert(p->trees.get()).second) continue;
-        needs.fixed += static_cast<int64_t>(
-            nearest::estimated_bytes(*p->trees, p->part->mesh->positions.size()));
-        if (!p->surface->identity()) held += nearest::kHeldPatchBytes;
+        if (p->placed->engine() == nullptr || !asked.insert(p->solid.get()).second) continue;
+        needs.fixed += p->solid->query_bytes();
+        if (p->solid->dices()) held += nearest::kHeldPatchBytes;
     }
     if (held > 0) held += pinned;
     const int64_t blocks_x = (size.x + 7) / 8;

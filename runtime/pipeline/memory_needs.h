@@ -19,13 +19,6 @@ namespace openfab::pipeline {
 /// as the print reads them.
 int64_t texture_bytes(const std::vector<part::Part>& parts);
 
-/// Returns a lower bound, from counts, of the memory for setting up the surface of a part; 0 where
-/// the fablet displaces nothing.
-int64_t surface_bytes(const part::Part& part);
-/// Returns the same for the bounding box, the index of patches and, if `asked`, the trees over a
-/// surface that is set up.
-int64_t tree_bytes(const surface::Surface& surface, bool asked);
-
 /// Computes the terms of placed parts. `fraction_channels` of the dither, `bits` of a
 /// packed voxel, `pinned` from MemoryPlanner::max_pinned_bytes().
 MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>& parts,

@@ -40,7 +40,7 @@ class PrintJobImpl final : public PrintJob {
                                PrintStatistics* statistics) override;
 
   private:
-    void stop_surfaces_by(const std::atomic<bool>* stop) const;
+    void stop_solids_by(const std::atomic<bool>* stop) const;
     Result<void> resume(SliceSink& sink, SliceCommitter* committer);
     void show_surface_logs(SliceCommitter* committer);
 
@@ -71,9 +71,8 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, SliceSink* sink,
     }
     PatchNeeds needs;
     needs.tree_room = static_cast<int64_t>(setup_->plan.caches.trees);
-    for (size_t i = 0; i < setup_->surfaces.size(); ++i) {
-        if (setup_->owns_surface(i) && !setup_->surfaces[i]->identity())
-            needs.patches += static_cast<int64_t>(setup_->surfaces[i]->patches().size());
+    for (size_t i = 0; i < setup_->solids.size(); ++i) {
+        if (setup_->owns_solid(i)) needs.patches += setup_->solids[i]->patches_to_dice();
     }
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(setup_->threads));
@@ -161,7 +160,7 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
     if (const Result<void> begun = sink.begin(info); !begun) return begun.error();
     // Else every second run of the same slabs would find crossings that the one before has left.
     for (const auto& part : setup_->parts)
-        part->voxeliser->drop_waiting();
+        part->placed->forget_slabs();
     const double processor = processor_seconds();
     run.begin = seconds_now();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -170,12 +169,12 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
     size_t next = 0;
     // Its own interrupt is looked at between batches of blocks; patches are always whole, since what
     // is made of them stays in caches for the next run.
-    stop_surfaces_by(nullptr);
+    stop_solids_by(nullptr);
     arena.execute([&] {
         loop_.print_all([&] { return next < all.size() ? all[next++] : SlabSlices{}; },
                         {sink, &committer, &interrupt});
     });
-    stop_surfaces_by(setup_->options.interrupt);
+    stop_solids_by(setup_->options.interrupt);
     run.end = seconds_now();
     run.processor_seconds = processor_seconds() - processor;
     run.hash = committer.totals().hash;
@@ -195,9 +194,9 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
     return run;
 }
 
-void PrintJobImpl::stop_surfaces_by(const std::atomic<bool>* stop) const {
-    for (size_t i = 0; i < setup_->surfaces.size(); ++i) {
-        if (setup_->owns_surface(i)) setup_->surfaces[i]->set_stop(stop);
+void PrintJobImpl::stop_solids_by(const std::atomic<bool>* stop) const {
+    for (size_t i = 0; i < setup_->solids.size(); ++i) {
+        if (setup_->owns_solid(i)) setup_->solids[i]->set_stop(stop);
     }
 }
 
@@ -223,7 +222,7 @@ void PrintJobImpl::show_surface_logs(SliceCommitter* committer) {
     options.infer_identity = false;
     for (size_t i = 0; i < setup_->input.parts.size(); ++i) {
         const part::Part& part = setup_->input.parts[i];
-        if (!setup_->owns_surface(i) || part.fablet->surface_segments.printf_count == 0) continue;
+        if (!setup_->owns_solid(i) || part.fablet->surface_segments.printf_count == 0) continue;
         if (committer->stopped()) return;
         const auto surface = surface::Surface::create(part, options);
         if (!surface) return committer->fail(surface.error());

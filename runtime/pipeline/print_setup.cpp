@@ -15,6 +15,7 @@
 #include "runtime/pipeline/grid.h"
 #include "runtime/pipeline/memory_needs.h"
 #include "runtime/pipeline/provenance.h"
+#include "runtime/solid/kinds/kinds.h"
 
 namespace openfab::pipeline {
 
@@ -24,9 +25,9 @@ Error interrupted_early() {
     return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
 }
 
-/// Splits and dices displaced meshes; fails before allocating what cannot fit.
-Result<void> set_up_surfaces(PrintSetup* p, const MemoryPlanner& planner,
-                             const CacheBudgets& caches) {
+/// Makes the solids; fails before allocating what cannot fit.
+Result<void> set_up_solids(PrintSetup* p, const MemoryPlanner& planner,
+                           const CacheBudgets& caches) {
     surface::SurfaceOptions& options = p->surface_options;
     options.micro_edge_mm =
         std::cbrt(p->input.pitch_mm.x * p->input.pitch_mm.y * p->input.pitch_mm.z);
@@ -34,22 +35,22 @@ Result<void> set_up_surfaces(PrintSetup* p, const MemoryPlanner& planner,
     options.infer_identity = p->options.infer_identity;
     options.stop = p->options.interrupt;
     options.cache_bytes = caches.micropolygons;
-    if (const Result<void> split = volume::split_meshes(p->owners, options, &p->input.parts);
+    if (const Result<void> split = volume::refine_sources(p->owners, options, &p->input.parts);
         !split)
         return split;
     int64_t bytes = 0;
     for (size_t i = 0; i < p->owners.size(); ++i)
-        bytes += p->owns_surface(i) ? surface_bytes(p->input.parts[i]) : 0;
+        bytes += p->owns_solid(i) ? solid::kind_of(p->input.parts[i]).bytes(p->input.parts[i]) : 0;
     if (const Result<void> fits = planner.check(bytes, resident_bytes()); !fits) return fits;
-    auto surfaces = volume::make_surfaces(p->input.parts, p->owners, options);
-    if (!surfaces) return surfaces.error();
-    p->surfaces = std::move(*surfaces);
+    auto solids = volume::make_solids(p->input.parts, p->owners, options);
+    if (!solids) return solids.error();
+    p->solids = std::move(*solids);
     if (p->options.interrupted()) return interrupted_early();
-    p->warnings = crowded_warnings(p->input.parts, p->owners, p->surfaces);
+    p->warnings = crowded_warnings(p->input.parts, p->owners, p->solids);
     bytes = 0;
     for (size_t i = 0; i < p->owners.size(); ++i) {
-        if (p->owns_surface(i))
-            bytes += tree_bytes(*p->surfaces[i], volume::asks_surface(*p->input.parts[i].fablet));
+        if (p->owns_solid(i))
+            bytes += p->solids[i]->index_bytes(volume::asks_surface(*p->input.parts[i].fablet));
     }
     return planner.check(bytes, resident_bytes());
 }
@@ -57,12 +58,12 @@ Result<void> set_up_surfaces(PrintSetup* p, const MemoryPlanner& planner,
 /// Finds the grid around all surfaces and the slices of it that are printed.
 Result<void> set_up_grid(PrintSetup* p) {
     Result<part::Grid> grid =
-        make_grid(p->input.parts, p->surfaces, p->input.pitch_mm,
+        make_grid(p->input.parts, p->solids, p->input.pitch_mm,
                   abi::voxel_bits(static_cast<int32_t>(p->input.materials.size())),
                   p->input.crop_mm, p->input.window_mm);
     if (p->options.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
-    if (const Result<void> diced = p->surface_status(); !diced) return diced;
+    if (const Result<void> diced = p->solid_status(); !diced) return diced;
     p->grid = *grid;
     Result<Vec2<int32_t>> range = slice_range(p->grid, p->options);
     if (!range) return range.error();
@@ -70,13 +71,12 @@ Result<void> set_up_grid(PrintSetup* p) {
     return {};
 }
 
-// In parallel: parts that own their surface first, since the others share theirs.
+// In parallel: parts that own their solid first, since the others share theirs.
 void place_parts(PrintSetup* p, size_t crossing_bytes) {
     for (const bool owners : {true, false}) {
         tbb::parallel_for(size_t{0}, p->parts.size(), [&](size_t i) {
-            if (p->owns_surface(i) != owners) return;
-            p->parts[i]->set_grid(p->grid, p->options.isa, p->trees, crossing_bytes,
-                                  *p->parts[p->owners[i]]);
+            if (p->owns_solid(i) != owners) return;
+            p->parts[i]->set_grid(p->grid, p->queries(), crossing_bytes, *p->parts[p->owners[i]]);
             if (p->options.dither == dither::kOwnDitherName)
                 p->parts[i]->set_own_dither(abi::fold_seed(p->options.seed));
         });
@@ -89,11 +89,11 @@ void set_up_parts(PrintSetup* p, size_t crossing_bytes) {
     for (size_t i = 0; i < p->input.parts.size(); ++i) {
         p->parts.push_back(std::make_unique<volume::PlacedPart>(p->input.parts[i]));
         p->parts.back()->index = static_cast<int32_t>(i);
-        p->parts.back()->surface = p->surfaces[i];
+        p->parts.back()->solid = p->solids[i];
         p->slabs.order.push_back(static_cast<int32_t>(i));
     }
     place_parts(p, crossing_bytes);
-    volume::resolve_object_queries(p->parts, p->options.isa, p->trees);
+    volume::resolve_object_queries(p->parts, p->queries());
     std::sort(p->slabs.order.begin(), p->slabs.order.end(), [&](int32_t a, int32_t b) {
         const int32_t pa = p->parts[a]->part->priority;
         const int32_t pb = p->parts[b]->part->priority;
@@ -122,10 +122,10 @@ Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner
                                const CacheBudgets& caches, const SurfaceCounts& displaced,
                                int64_t textures) {
     SurfaceCounts diced;
-    for (size_t i = 0; i < p->surfaces.size(); ++i) {
-        if (p->surfaces[i]->identity()) continue;
+    for (size_t i = 0; i < p->solids.size(); ++i) {
+        if (!p->solids[i]->dices()) continue;
         ++diced.parts;
-        diced.surfaces += p->owns_surface(i) ? 1 : 0;
+        diced.surfaces += p->owns_solid(i) ? 1 : 0;
     }
     const int64_t columns = int64_t{p->grid.size.x} * p->grid.size.y;
     MemoryNeeds needs = memory_needs(p->parts, p->grid.size, p->slabs.channels, p->slabs.bits,
@@ -157,8 +157,7 @@ Result<void> set_up_support(PrintSetup* p) {
     if (p->input.support_code == 0) return {};
     std::vector<support_material::SupportedPart> supported;
     for (const auto& part : p->parts) {
-        if (part->part->support)
-            supported.push_back({part->part, part->surface.get(), part->patches.get(), part->box});
+        if (part->part->support) supported.push_back({part->placed.get(), part->box});
     }
     Result<support_material::DepthMap> map = support_material::DepthMap::create(
         supported, p->grid,
@@ -179,15 +178,15 @@ Result<void> set_up(PrintSetup* p) {
         p->threads);
     const int64_t textures = texture_bytes(p->input.parts);
 
-    p->owners = volume::surface_owners(p->input.parts);
+    p->owners = volume::solid_owners(p->input.parts);
     SurfaceCounts displaced;
     for (size_t i = 0; i < p->owners.size(); ++i) {
         if (p->input.parts[i].fablet->has_surface == 0) continue;
         ++displaced.parts;
-        displaced.surfaces += p->owns_surface(i) ? 1 : 0;
+        displaced.surfaces += p->owns_solid(i) ? 1 : 0;
     }
     const CacheBudgets caches = planner.caches(displaced, resident_bytes(), textures);
-    if (const Result<void> made = set_up_surfaces(p, planner, caches); !made) return made;
+    if (const Result<void> made = set_up_solids(p, planner, caches); !made) return made;
     if (const Result<void> made = set_up_grid(p); !made) return made;
     p->trees = nearest::make_patch_cache(caches.trees);
     nearest::set_max_pinned(p->trees.get(), planner.max_pinned_bytes());
@@ -206,8 +205,8 @@ Result<void> set_up(PrintSetup* p) {
                         "sets a limit",
                         format_bytes(plan->total_bytes), format_bytes(p->options.memory_bytes)));
     }
-    for (const auto& surface : p->surfaces)
-        surface->set_cache_bytes(p->plan.caches.micropolygons);
+    for (const auto& solid : p->solids)
+        solid->set_cache_bytes(p->plan.caches.micropolygons);
     nearest::set_budget(p->trees.get(), p->plan.caches.trees);
     p->slabs.rows_in_flight = p->plan.rows_in_flight;
     fill_info(p);
@@ -219,16 +218,16 @@ Result<void> set_up(PrintSetup* p) {
 
 int64_t PrintSetup::patches_diced() const {
     int64_t diced = 0;
-    for (size_t i = 0; i < surfaces.size(); ++i)
-        diced += owns_surface(i) ? surfaces[i]->counts().cache_misses : 0;
+    for (size_t i = 0; i < solids.size(); ++i)
+        diced += owns_solid(i) ? solids[i]->counts().cache_misses : 0;
     return diced;
 }
 
 /// A patch whose kernel failed is empty in all slabs from the first one that needed it.
-Result<void> PrintSetup::surface_status() const {
-    for (size_t i = 0; i < surfaces.size(); ++i) {
-        if (!owns_surface(i)) continue;
-        const Result<void> status = surfaces[i]->status();
+Result<void> PrintSetup::solid_status() const {
+    for (size_t i = 0; i < solids.size(); ++i) {
+        if (!owns_solid(i)) continue;
+        const Result<void> status = solids[i]->status();
         if (status) continue;
         return with_context(status.error(), fmt::format("part `{}`: ", input.parts[i].name));
     }

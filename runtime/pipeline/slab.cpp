@@ -142,7 +142,7 @@ abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator
     active->seconds_coverage = 0;
     {
         const StageTimer timer(Stage::kCoverage);
-        part.voxeliser->coverage(slab_, &active->mask, interrupt_, &active->seconds_coverage);
+        part.placed->coverage(slab_, &active->mask, interrupt_, &active->seconds_coverage);
     }
     if (interrupt_ != nullptr && interrupt_->load()) return abi::KernelStatus::stopped();
     if (!active->covers()) return {};

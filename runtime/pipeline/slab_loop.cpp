@@ -102,7 +102,7 @@ FinishedSlices SlabLoop::print_slices(const SlabSlices& slices, abi::KernelStatu
 }
 
 Result<void> SlabLoop::outcome() const {
-    Result<void> outcome = setup_.surface_status();
+    Result<void> outcome = setup_.solid_status();
     if (outcome && setup_.options.fractions != nullptr)
         outcome = setup_.options.fractions->status();
     return outcome;

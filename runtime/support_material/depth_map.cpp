@@ -10,14 +10,10 @@
 
 #include "base/check.h"
 #include "base/units.h"
-#include "runtime/support_material/tops.h"
 
 namespace openfab::support_material {
 
 namespace {
-
-// Columns that are processed together, so that their scratch stays in cache.
-constexpr int32_t kChunk = 256;
 
 int32_t width_of(int32_t range) {
     return range == 0 ? 0 : range < 1 << 8 ? 1 : range < 1 << 16 ? 2 : 4;
@@ -37,20 +33,12 @@ int32_t load(const uint8_t* from, int32_t width) {
 
 /// The tops of one row of tiles.
 void raise_rows(const std::vector<SupportedPart>& parts, const part::Grid& grid,
-                ColumnScratch* scratch, TopRows* rows) {
+                solid::TopRows* rows) {
     const int32_t y1 = std::min(rows->y0 + DepthMap::kTile, grid.size.y);
     for (const SupportedPart& part : parts) {
-        Columns columns{0, std::max(part.box.lo.y, rows->y0), 0, std::min(part.box.hi.y, y1)};
-        for (int32_t x = part.box.lo.x; x < part.box.hi.x; x += kChunk) {
-            columns.x0 = x;
-            columns.x1 = std::min(x + kChunk, part.box.hi.x);
-            if (columns.empty()) continue;
-            if (part.surface->identity()) {
-                raise_to_covered(part, grid, columns, scratch, rows);
-            } else {
-                raise_to_bounds(part, grid, columns, rows);
-            }
-        }
+        const solid::Columns columns{part.box.lo.x, std::max(part.box.lo.y, rows->y0),
+                                     part.box.hi.x, std::min(part.box.hi.y, y1)};
+        if (!columns.empty()) part.placed->raise_tops(columns, rows);
     }
 }
 
@@ -70,11 +58,11 @@ Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const
     std::atomic<int64_t> bytes{map.bytes()};
     tbb::parallel_for(0, map.tiles_y_, [&](int32_t tile_y) {
         if (bytes > max_bytes) return;
-        TopRows rows;
+        solid::TopRows rows;
         rows.width = map.tiles_x_ * kTile;
         rows.y0 = tile_y * kTile;
         rows.top.assign(static_cast<size_t>(rows.width) * kTile, 0);
-        raise_rows(parts, grid, make_column_scratch().get(), &rows);
+        raise_rows(parts, grid, &rows);
         map.keep(tile_y, rows.top);
         bytes += static_cast<int64_t>(map.heights_[tile_y].capacity());
     });

@@ -15,17 +15,14 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "runtime/part/part.h"
-#include "runtime/surface/surface.h"
-#include "runtime/voxel/patch_index.h"
+#include "runtime/solid/solid.h"
 
 namespace openfab::support_material {
 
 /// A part that needs support below it.
 struct SupportedPart {
-    const part::Part* part = nullptr;
-    const surface::Surface* surface = nullptr;
-    const voxel::PatchIndex* patches = nullptr;  ///< of the surface
-    Box3i box;                                   ///< voxels that it may cover, within the grid
+    const solid::Placed* placed = nullptr;
+    Box3i box;  ///< voxels that it may cover, within the grid
 };
 
 /// The depth map, in compressed tiles.

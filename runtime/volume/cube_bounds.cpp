@@ -79,8 +79,8 @@ void CubeBounds::find_centers(const PlacedPart& part, int32_t size, std::span<co
             near_[i / 8].p[a][i % 8] =
                 below.part == &part ? below.point[static_cast<int>(a)] : kInfinity;
     }
-    part.engine->bound_points(points_, near_, kCenterTolerance * half * part.voxel_diagonal_mm,
-                              scratch, bounds_.data());
+    part.engine().bound_points(points_, near_, kCenterTolerance * half * part.voxel_diagonal_mm,
+                               scratch, bounds_.data());
     for (size_t i = 0; i < missing_.size(); ++i) {
         const nearest::PointBounds& b = bounds_[i / 8];
         const size_t l = i % 8;
@@ -180,7 +180,7 @@ void CubeBounds::for_each_block(const PlacedPart& part, std::span<const Vec3i> b
     blocks_.resize(kBlocks);
     for (size_t first = 0; first < blocks.size(); first += kBlocks) {
         const auto some = blocks.subspan(first, std::min(kBlocks, blocks.size() - first));
-        part.engine->bound_blocks(some, scratch, blocks_.data());
+        part.engine().bound_blocks(some, scratch, blocks_.data());
         for (size_t i = 0; i < some.size(); ++i)
             visit(some[i], blocks_[i]);
     }
@@ -191,7 +191,7 @@ void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const
     for (const Vec3i& corner : lowest) {
         box_.clear();
         box_.distance_hi = kInfinity;
-        if (part.bounds.any()) part.engine->bounds(corner, size, scratch, &box_);
+        if (part.bounds.any()) part.engine().bounds(corner, size, scratch, &box_);
         for (int32_t k = 0; k < box_.count; ++k) {
             const nearest::NearestCase& one = box_.cases[k];
             add_entry(corner, one, one.distance_lo, box_.distance_hi);
@@ -225,7 +225,7 @@ abi::KernelStatus CubeBounds::bound(const PlacedPart& part, int32_t size,
 abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
                                            const Tools& tools) {
     begin(part);
-    const nearest::BlockPieces& pieces = part.engine->pieces();
+    const nearest::BlockPieces& pieces = part.engine().pieces();
     for_each_block(part, blocks, tools.scratch,
                    [&](const Vec3i& block, const nearest::BlockBounds& of) {
                        for (size_t p = 0; p < kPieces; ++p) {

@@ -28,7 +28,7 @@ int32_t align_down(int32_t value, int32_t side) {
 /// queries; on a displaced surface they would dice patches that no voxel needs, which costs more
 /// than they cull beyond the cases of undiced patches.
 bool points_tell(const PlacedPart& part) {
-    return part.bounds.distance && part.surface->identity();
+    return part.bounds.distance && !part.solid->dices();
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
     const bool points = points_tell(part);
     const bool cases = !points || part.bounds.attributes;
     // Distances of points dice patches and make their trees; cases need their boxes alone.
-    const bool cases_first = !part.surface->identity();
+    const bool cases_first = part.solid->dices();
     abi::KernelStatus status;
     for (int32_t side : kSides) {
         cubes.clear();

@@ -252,7 +252,7 @@ void BlockEvaluator::merge(const PlacedPart& part, const OwnedBlock* blocks, int
             const auto p = static_cast<size_t>(std::countr_zero(left));
             const uint8_t code = culled_[i].code[p];
             if (code == OPENFAB_CODE_MIXED) continue;
-            for_each_column(part.engine->pieces(), p, [&](size_t column, uint8_t bits) {
+            for_each_column(part.engine().pieces(), p, [&](size_t column, uint8_t bits) {
                 const auto voxels = static_cast<uint8_t>(bits & blocks[i].owned[column]);
                 band->fill_column(blocks[i].block, static_cast<int32_t>(column), voxels, code);
             });

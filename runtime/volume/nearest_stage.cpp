@@ -29,15 +29,15 @@ uint8_t pack_bits(const uint8_t* bytes) {
 
 }  // namespace
 
-nearest::Engine::Scratch* NearestStage::Tools::scratch_of(const PlacedPart& part) {
-    std::unique_ptr<nearest::Engine::Scratch>& mine = scratch[part.owner];
-    if (mine == nullptr) mine = part.engine->make_scratch();
+solid::Scratch* NearestStage::Tools::scratch_of(const PlacedPart& part) {
+    std::unique_ptr<solid::Scratch>& mine = scratch[part.owner];
+    if (mine == nullptr) mine = part.placed->make_scratch();
     return mine.get();
 }
 
 nearest::Engine::Scratch* NearestStage::scratch(const PlacedPart& part) {
     Tools* tools = tools_.take([&] { return std::make_unique<Tools>(parts_); });
-    nearest::Engine::Scratch* out = tools->scratch_of(part);
+    nearest::Engine::Scratch* out = tools->scratch_of(part)->engine.get();
     tools_.give(tools);
     return out;
 }
@@ -46,7 +46,7 @@ nearest::QueryCounts NearestStage::query_counts() const {
     nearest::QueryCounts sum;
     for (const auto& tools : tools_.all()) {
         for (const auto& s : tools->scratch) {
-            if (s != nullptr) sum.add(s->counts);
+            if (s != nullptr) sum.add(s->engine->counts);
         }
     }
     return sum;
@@ -123,13 +123,13 @@ void NearestStage::find_active(std::span<const int32_t> columns,
             bits &= static_cast<uint8_t>(~batch_.culled[block].culled[column]);
         tools->active[static_cast<size_t>(columns[i] - 64 * first)] = bits;
     }
-    if (!batch_.culled.empty() || !batch_.part->surface->identity()) return;
+    if (!batch_.culled.empty() || batch_.part->solid->dices()) return;
     tools->asking.clear();
     for (int32_t block = first; block <= last; ++block) {
         if (!is_zero(&tools->active[static_cast<size_t>(64 * (block - first))]))
             tools->asking.push_back(batch_.blocks[block]);
     }
-    batch_.part->engine->prepare(tools->asking, tools->scratch_of(*batch_.part));
+    batch_.part->engine().prepare(tools->asking, tools->scratch_of(*batch_.part)->engine.get());
 }
 
 void NearestStage::answer(const openfab_nearest_request& request, Tools* tools) const {
@@ -159,9 +159,9 @@ void NearestStage::answer(const openfab_nearest_request& request, Tools* tools) 
 // Computes the fields of one block, 0 where a voxel does not query.
 void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) const {
     const PlacedPart& part = *batch_.part;
-    nearest::Engine::Scratch* scratch = tools->scratch_of(part);
+    solid::Scratch* scratch = tools->scratch_of(part);
     if (is_zero(active)) {
-        scratch->counts.skipped += nearest::kBlockVoxels;
+        scratch->engine->counts.skipped += nearest::kBlockVoxels;
         const auto clear = [](const auto& targets) {
             for (auto* target : targets) {
                 if (target != nullptr) std::fill_n(target, kBlockValues, 0);
@@ -177,14 +177,13 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
     nearest::BlockQuery query;
     query.block = batch_.blocks[block];
     query.active = active;
-    part.engine->query(query, scratch, &tools->answer);
+    part.engine().query(query, scratch->engine.get(), &tools->answer);
     if (part.volume.attributes || part.volume.gradients) {
         const nearest::AttributeTargets targets{
             tools->value_targets.data(),
             part.volume.gradients ? tools->gradient_targets.data() : nullptr,
             tools->flat_targets.data()};
-        part.attributes->read(tools->answer, active, targets,
-                              &tools->attribute_scratch[part.owner]);
+        part.placed->read(tools->answer, active, targets, scratch);
     }
     if (part.volume.distance) {
         // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.
@@ -201,7 +200,7 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
 void NearestStage::fill_culled(size_t block, Tools* tools) const {
     if (batch_.culled.empty()) return;
     const CulledBlock& culled = batch_.culled[block];
-    const nearest::BlockPieces& pieces = batch_.part->engine->pieces();
+    const nearest::BlockPieces& pieces = batch_.part->engine().pieces();
     for (uint32_t left = culled.pieces; left != 0; left &= left - 1) {
         const auto p = static_cast<size_t>(std::countr_zero(left));
         for_each_column(pieces, p, [&](size_t column, uint8_t) {

@@ -43,13 +43,12 @@ class NearestStage : private openfab_nearest_source {
   private:
     /// What one thread needs.
     struct Tools {
-        explicit Tools(size_t parts) : scratch(parts), attribute_scratch(parts) {}
-        nearest::Engine::Scratch* scratch_of(const PlacedPart& part);
+        explicit Tools(size_t parts) : scratch(parts) {}
+        solid::Scratch* scratch_of(const PlacedPart& part);
 
-        std::vector<std::unique_ptr<nearest::Engine::Scratch>> scratch;    ///< by PlacedPart::owner
-        std::vector<nearest::AttributeReader::Scratch> attribute_scratch;  ///< by PlacedPart::owner
-        std::vector<uint8_t> active;  ///< 64 bytes a block of the request
-        std::vector<Vec3i> asking;    ///< blocks with an active voxel
+        std::vector<std::unique_ptr<solid::Scratch>> scratch;  ///< by PlacedPart::owner
+        std::vector<uint8_t> active;                           ///< 64 bytes a block of the request
+        std::vector<Vec3i> asking;                             ///< blocks with an active voxel
         nearest::BlockAnswer answer;
         /// Results of one block, [component][512], and where the reader writes them; null where no
         /// field is read from there.

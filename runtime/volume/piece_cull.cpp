@@ -28,7 +28,7 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
     if (const abi::KernelStatus status = bounds->bound_pieces(part, blocks, tools); !status.ok())
         return status;
     weights_.resize(static_cast<size_t>(part.slots()));
-    const nearest::BlockPieces& pieces = part.engine->pieces();
+    const nearest::BlockPieces& pieces = part.engine().pieces();
     for (size_t b = 0; b < blocks.size(); ++b) {
         CulledBlock& block = out[b];
         block.pieces = 0;

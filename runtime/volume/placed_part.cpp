@@ -10,9 +10,7 @@
 #include <optional>
 
 #include "runtime/part/part_mesh.h"
-#include "runtime/surface/long_triangles.h"
-#include "runtime/surface/morton_order.h"
-#include "simd/isa.h"
+#include "runtime/solid/kinds/kinds.h"
 
 namespace openfab::volume {
 
@@ -85,11 +83,6 @@ NearestIndex::NearestIndex(const openfab_fablet& fablet) {
 
 namespace {
 
-/// Queries may use more than kernels do, except where a print is limited to SSE4.1.
-simd::Isa widest_queries(openfab_isa isa) {
-    return isa >= OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
-}
-
 /// Returns the largest coordinate in a box of voxels, part-relative.
 float largest_coordinate(const std::array<float, OPENFAB_FRAME_COUNT>& frame, const Box3i& box) {
     double largest = 0;
@@ -127,18 +120,20 @@ float voxel_diagonal(const std::array<float, OPENFAB_FRAME_COUNT>& frame) {
 
 }  // namespace
 
-void PlacedPart::set_grid(const part::Grid& grid, openfab_isa isa,
-                          const std::shared_ptr<nearest::PatchCache>& trees_of_patches,
+void PlacedPart::set_grid(const part::Grid& grid, const solid::QuerySetUp& queries,
                           size_t crossing_bytes, const PlacedPart& first) {
-    const bool owns = &first == this;
     owner = first.index;
     frame = part::make_frame(*part, grid);
     base = part::part_base_voxel(*part, grid);
-    std::vector<uint64_t> along;
-    if (owns) along = surface::morton_order(surface->patches());
-    patches = owns ? std::make_shared<const voxel::PatchIndex>(*surface, along) : first.patches;
-    voxeliser = std::make_unique<voxel::Voxeliser>(*part, *surface, grid, crossing_bytes, patches);
-    box = voxeliser->voxel_box();
+    volume = volume_needs(*part->fablet);
+    bounds = query_needs(arguments(part->fablet->volume_bounds));
+    points = point_needs(part->fablet->volume_segments);
+    if (&first == this) {
+        const bool asks = asks_surface(*part->fablet);
+        solid->prepare({asks, asks, points.geometry, points.sign}, queries);
+    }
+    placed = solid->place({*part, grid, frame, crossing_bytes});
+    box = placed->voxel_box();
     voxel_diagonal_mm = voxel_diagonal(frame);
     largest_coordinate_mm = largest_coordinate(frame, {box.lo - base, box.hi - base});
     for (int a = 0; a < 3; ++a) {
@@ -147,21 +142,9 @@ void PlacedPart::set_grid(const part::Grid& grid, openfab_isa isa,
     }
     channels =
         abi::Channels(std::vector<int32_t>(part->slot_material.begin(), part->slot_material.end()));
-    const openfab_segments& segments = part->fablet->volume_segments;
-    volume = volume_needs(*part->fablet);
-    bounds = query_needs(arguments(part->fablet->volume_bounds));
-    points = point_needs(segments);
     largest_pitch_mm =
         static_cast<float>(std::max({grid.pitch_mm.x, grid.pitch_mm.y, grid.pitch_mm.z}));
-    if (!asks_surface(*part->fablet)) return;
-    trees = owns ? nearest::make_block_index(
-                       *surface, {.cache = trees_of_patches, .widest = widest_queries(isa)}, along)
-                 : first.trees;
-    engine = nearest::make_block_engine(trees, frame);
-    attributes = owns ? std::make_unique<nearest::AttributeReader>(*surface, frame, points.geometry)
-                      : std::make_unique<nearest::AttributeReader>(*first.attributes, frame);
-    if (points.sign)
-        winding = owns ? std::make_shared<const nearest::Winding>(*surface) : first.winding;
+    if (asks_surface(*part->fablet)) placed->begin_queries();
 }
 
 void PlacedPart::set_own_dither(uint32_t seed) {
@@ -172,18 +155,8 @@ void PlacedPart::set_own_dither(uint32_t seed) {
     rule_inputs[OPENFAB_GRID_SEED] = seed;
 }
 
-void PlacedPart::build_sign_query(openfab_isa isa,
-                                  const std::shared_ptr<nearest::PatchCache>& trees_of_patches) {
-    if (engine == nullptr) {
-        trees = nearest::make_block_index(
-            *surface, {.cache = trees_of_patches, .widest = widest_queries(isa)});
-        engine = nearest::make_block_engine(trees, frame);
-    }
-    if (winding == nullptr) winding = std::make_shared<const nearest::Winding>(*surface);
-}
-
-void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts, openfab_isa isa,
-                            const std::shared_ptr<nearest::PatchCache>& trees_of_patches) {
+void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts,
+                            const solid::QuerySetUp& queries) {
     for (const auto& asking : parts) {
         const openfab_segments& segments = asking->part->fablet->volume_segments;
         asking->targets.resize(asking->part->objects.size());
@@ -195,8 +168,9 @@ void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& part
             for (const int32_t target : asking->part->objects[object]) {
                 const PlacedPart& placed = *parts[target];
                 PlacedPart& answering = *parts[placed.owner];
-                answering.build_sign_query(isa, trees_of_patches);
-                targets.push_back({answering.index, answering.engine.get(), answering.winding.get(),
+                answering.solid->prepare({.nearest = true, .sign = true}, queries);
+                answering.placed->begin_queries();
+                targets.push_back({answering.index, answering.placed.get(),
                                    part::local_to_local(*asking->part, *placed.part)});
             }
         }
@@ -204,30 +178,6 @@ void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& part
 }
 
 namespace {
-
-/// Returns whether a kernel gets the same uniforms, textures and instance from both parts.
-bool same_arguments(const openfab_kernel& kernel, const part::Part& a, const part::Part& b) {
-    for (int32_t i = 0; i < kernel.arg_count; ++i) {
-        const auto index = static_cast<size_t>(kernel.args[i].a);
-        switch (kernel.args[i].kind) {
-            case OPENFAB_ARG_UNIFORM:
-                if (a.uniform_values[index] != b.uniform_values[index]) return false;
-                break;
-            case OPENFAB_ARG_VALUES:
-                if (a.uniform_values != b.uniform_values) return false;
-                break;
-            case OPENFAB_ARG_TEXTURE:
-                if (a.textures[index] != b.textures[index]) return false;
-                break;
-            case OPENFAB_ARG_INSTANCE:
-                if (a.instance != b.instance) return false;
-                break;
-            default:
-                break;
-        }
-    }
-    return true;
-}
 
 /// Returns whether two fablets see one surface, and ask the same structures over it.
 bool ask_alike(const openfab_fablet& a, const openfab_fablet& b) {
@@ -238,23 +188,17 @@ bool ask_alike(const openfab_fablet& a, const openfab_fablet& b) {
            points_a.sign == points_b.sign && points_a.geometry == points_b.geometry;
 }
 
-bool share_surface(const part::Part& a, const part::Part& b) {
-    return a.mesh == b.mesh && ask_alike(*a.fablet, *b.fablet) &&
-           a.max_displacement_mm == b.max_displacement_mm &&
-           same_arguments(a.fablet->surface, a, b) &&
-           same_arguments(a.fablet->surface_bounds, a, b);
-}
-
 }  // namespace
 
-std::vector<int32_t> surface_owners(const std::vector<part::Part>& parts) {
+std::vector<int32_t> solid_owners(const std::vector<part::Part>& parts) {
     std::vector<int32_t> owners;
-    // By mesh, to avoid comparing all pairs.
-    std::map<const part::PartMesh*, std::vector<int32_t>> known;
+    // By source, to avoid comparing all pairs.
+    std::map<const void*, std::vector<int32_t>> known;
     for (size_t i = 0; i < parts.size(); ++i) {
-        std::vector<int32_t>& candidates = known[parts[i].mesh.get()];
+        const solid::Kind& kind = solid::kind_of(parts[i]);
+        std::vector<int32_t>& candidates = known[kind.source(parts[i])];
         const auto same = std::find_if(candidates.begin(), candidates.end(), [&](int32_t p) {
-            return share_surface(parts[p], parts[i]);
+            return ask_alike(*parts[p].fablet, *parts[i].fablet) && kind.alike(parts[p], parts[i]);
         });
         if (same == candidates.end()) {
             owners.push_back(static_cast<int32_t>(i));
@@ -266,41 +210,41 @@ std::vector<int32_t> surface_owners(const std::vector<part::Part>& parts) {
     return owners;
 }
 
-Result<void> split_meshes(const std::vector<int32_t>& owners,
-                          const surface::SurfaceOptions& options, std::vector<part::Part>* parts) {
+Result<void> refine_sources(const std::vector<int32_t>& owners,
+                            const surface::SurfaceOptions& options,
+                            std::vector<part::Part>* parts) {
     for (size_t i = 0; i < parts->size(); ++i) {
         part::Part& part = (*parts)[i];
+        const solid::Kind& kind = solid::kind_of(part);
         if (owners[i] != static_cast<int32_t>(i)) {
-            part.mesh = (*parts)[owners[i]].mesh;
-            continue;
+            kind.share((*parts)[owners[i]], &part);
+        } else if (Result<void> done = kind.refine(options, &part); !done) {
+            return done.error();
         }
-        Result<std::shared_ptr<const part::PartMesh>> mesh = surface::mesh_to_dice(part, options);
-        if (!mesh) return mesh.error();
-        part.mesh = std::move(*mesh);
     }
     return {};
 }
 
-Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
+Result<std::vector<std::shared_ptr<solid::Solid>>> make_solids(
     const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
     const surface::SurfaceOptions& options) {
-    std::vector<std::shared_ptr<const surface::Surface>> surfaces(parts.size());
+    std::vector<std::shared_ptr<solid::Solid>> solids(parts.size());
     std::vector<std::optional<Error>> errors(parts.size());
     tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
         if (owners[i] != static_cast<int32_t>(i)) return;
-        Result<std::unique_ptr<surface::Surface>> made =
-            surface::Surface::create(parts[i], options);
+        Result<std::shared_ptr<solid::Solid>> made =
+            solid::kind_of(parts[i]).make(parts[i], options);
         if (made) {
-            surfaces[i] = std::move(*made);
+            solids[i] = std::move(*made);
         } else {
             errors[i] = made.error();
         }
     });
     for (size_t i = 0; i < parts.size(); ++i) {
         if (errors[i]) return *errors[i];
-        if (surfaces[i] == nullptr) surfaces[i] = surfaces[owners[i]];
+        if (solids[i] == nullptr) solids[i] = solids[owners[i]];
     }
-    return surfaces;
+    return solids;
 }
 
 }  // namespace openfab::volume

@@ -12,11 +12,9 @@
 
 #include "abi/stages.h"
 #include "runtime/nearest/engine.h"
-#include "runtime/nearest/engine/attributes.h"
-#include "runtime/nearest/engine/winding.h"
 #include "runtime/part/part.h"
+#include "runtime/solid/solid.h"
 #include "runtime/surface/surface.h"
-#include "runtime/voxel/coverage.h"
 
 namespace openfab::volume {
 
@@ -64,25 +62,18 @@ class NearestIndex {
 
 /// A placement of an object whose distance a fablet queries.
 struct QueryTarget {
-    int32_t part = 0;  ///< the part whose engine is used; parts with one surface share it
-    const nearest::Engine* engine = nullptr;
-    const nearest::Winding* winding = nullptr;
+    int32_t part = 0;  ///< the part whose engine is used; parts with one solid share it
+    const solid::Placed* placed = nullptr;
     Affine3d to_local;  ///< part-local mm of the querying part -> of the placement
 };
 
 struct PlacedPart {
     const part::Part* part = nullptr;
-    std::shared_ptr<const surface::Surface> surface;
-    /// The index of the first part with this surface, which owns what all of them share. Threads
-    /// index their scratch by it.
+    std::shared_ptr<solid::Solid> solid;
+    /// The index of the first part with this solid. Threads index their scratch by it.
     int32_t owner = 0;
-    std::shared_ptr<const voxel::PatchIndex> patches;
-    std::unique_ptr<voxel::Voxeliser> voxeliser;
-    std::shared_ptr<const nearest::BlockIndex> trees;  ///< null where no kernel queries
-    std::unique_ptr<nearest::Engine> engine;           ///< likewise
-    std::unique_ptr<nearest::AttributeReader> attributes;
-    std::shared_ptr<const nearest::Winding> winding;  ///< null where no query needs a sign
-    std::vector<std::vector<QueryTarget>> targets;    ///< by index among the Object uniforms
+    std::unique_ptr<solid::Placed> placed;
+    std::vector<std::vector<QueryTarget>> targets;  ///< by index among the Object uniforms
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
     Vec3i base;               ///< voxel of the grid with part-relative index 0
     Box3i box;                ///< voxels that may be covered, hi exclusive, cut to the grid
@@ -98,34 +89,30 @@ struct PlacedPart {
     int32_t index = 0;                ///< index in the build list
 
     explicit PlacedPart(const part::Part& of) : part(&of), nearest(*of.fablet) {}
-    /// Sets up everything but the surface, which was set before. `first` is the part that owns the
-    /// surface, set up before, or this one. `trees_of_patches` is shared by all parts;
-    /// `crossing_bytes` is the budget of a cache of its own.
-    void set_grid(const part::Grid& grid, openfab_isa isa,
-                  const std::shared_ptr<nearest::PatchCache>& trees_of_patches,
-                  size_t crossing_bytes, const PlacedPart& first);
+    /// Sets up everything but the solid, which was set before. `first` is the part that owns the
+    /// solid, set up before, or this one. `crossing_bytes` is the budget of a cache of its own.
+    void set_grid(const part::Grid& grid, const solid::QuerySetUp& queries, size_t crossing_bytes,
+                  const PlacedPart& first);
     /// Uses the fablet's dither rule with a seed of the print (fold_seed); `base` is set.
     void set_own_dither(uint32_t seed);
     int32_t slots() const { return part->fablet->slot_count; }
-    /// Makes the structures for signed distances at arbitrary points, unless they exist.
-    void build_sign_query(openfab_isa isa,
-                          const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
+    const nearest::Engine& engine() const { return *placed->engine(); }
 };
 
 /// Resolves the objects whose distance the parts' fablets query. All parts must be set up.
-void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts, openfab_isa isa,
-                            const std::shared_ptr<nearest::PatchCache>& trees_of_patches);
+void resolve_object_queries(const std::vector<std::unique_ptr<PlacedPart>>& parts,
+                            const solid::QuerySetUp& queries);
 
-/// Returns for each part the first one with the same surface: same mesh, bound, and fablet with the
-/// same arguments of the surface kernels, or another plain one (part_mesh.h) with the same needs.
-std::vector<int32_t> surface_owners(const std::vector<part::Part>& parts);
+/// Returns for each part the first one with the same solid: alike (solid::Kind), and of the same
+/// fablet, or another plain one (part_mesh.h) with the same needs.
+std::vector<int32_t> solid_owners(const std::vector<part::Part>& parts);
 
-/// Replaces the meshes of displaced parts by those that are diced; parts share their owner's.
-Result<void> split_meshes(const std::vector<int32_t>& owners,
-                          const surface::SurfaceOptions& options, std::vector<part::Part>* parts);
+/// Refines the sources of solids (solid::Kind); parts share their owner's.
+Result<void> refine_sources(const std::vector<int32_t>& owners,
+                            const surface::SurfaceOptions& options, std::vector<part::Part>* parts);
 
-/// Makes one surface for each owner; its parts share it.
-Result<std::vector<std::shared_ptr<const surface::Surface>>> make_surfaces(
+/// Makes one solid for each owner; its parts share it.
+Result<std::vector<std::shared_ptr<solid::Solid>>> make_solids(
     const std::vector<part::Part>& parts, const std::vector<int32_t>& owners,
     const surface::SurfaceOptions& options);
 

@@ -47,8 +47,8 @@ void PointQueries::begin(const PlacedPart& part, const int32_t* corners, const u
 
 nearest::QueryCounts PointQueries::counts() const {
     nearest::QueryCounts sum;
-    for (const Own& own : own_) {
-        if (own.scratch != nullptr) sum.add(own.scratch->counts);
+    for (const auto& scratch : scratch_) {
+        if (scratch != nullptr) sum.add(scratch->engine->counts);
     }
     return sum;
 }
@@ -80,12 +80,12 @@ PointPacket PointQueries::centres(int32_t group) const {
     return out;
 }
 
-void PointQueries::ask(const nearest::Engine& engine, int32_t part,
+void PointQueries::ask(const solid::Placed& placed, int32_t part,
                        const std::vector<PointPacket>& points) {
-    Own& own = own_[part];
-    if (own.scratch == nullptr) own.scratch = engine.make_scratch();
+    std::unique_ptr<solid::Scratch>& scratch = scratch_[part];
+    if (scratch == nullptr) scratch = placed.make_scratch();
     answers_.resize(points.size());
-    engine.query_points(points, kAnywhere, own.scratch.get(), answers_.data());
+    placed.engine()->query_points(points, kAnywhere, scratch->engine.get(), answers_.data());
 }
 
 abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
@@ -111,7 +111,7 @@ abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<con
 }
 
 void PointQueries::answer_own(const openfab_query& query, const segments::States& states) {
-    ask(*part_->engine, part_->owner, points_);
+    ask(*part_->placed, part_->owner, points_);
     for (size_t k = 0; k < groups_.size(); ++k) {
         if (part_->points.sign) write_distance(query, k, states);
         write_surface(query, groups_[k], states, answers_[k]);
@@ -135,8 +135,8 @@ void PointQueries::write_distance(const openfab_query& query, size_t entry,
     PointPacket elsewhere = points;
     elsewhere.mask &= ~at_centre;
     const uint32_t inside =
-        at_centre | part_->winding->inside(elsewhere, answer, {&centre, owned_[group], slack},
-                                           &own_[part_->owner].memory);
+        at_centre | part_->placed->inside(elsewhere, answer, {&centre, owned_[group], slack},
+                                          scratch_[part_->owner].get());
     for (int32_t i = 0; i < query.output_count; ++i) {
         const openfab_query_output& out = query.outputs[i];
         if (out.kind != OPENFAB_QUERY_DISTANCE) continue;
@@ -172,7 +172,7 @@ void PointQueries::write_surface(const openfab_query& query, int32_t group,
     if (!any) return;
     targets.values = values_.data();
     targets.flat = flat_.data();
-    part_->attributes->read_points(answer, targets, &own_[part_->owner].attributes);
+    part_->placed->read_points(answer, targets, scratch_[part_->owner].get());
 }
 
 void PointQueries::answer_object(const openfab_query& query, const segments::States& states) {
@@ -189,10 +189,10 @@ void PointQueries::answer_object(const openfab_query& query, const segments::Sta
                     group.p[a][l] = q[static_cast<int>(a)];
             }
         }
-        ask(*target.engine, target.part, moved_);
-        nearest::Winding::Memory* memory = &own_[target.part].memory;
+        ask(*target.placed, target.part, moved_);
         for (size_t k = 0; k < moved_.size(); ++k) {
-            const uint32_t inside = target.winding->inside(moved_[k], answers_[k], {}, memory);
+            const uint32_t inside =
+                target.placed->inside(moved_[k], answers_[k], {}, scratch_[target.part].get());
             for (size_t l = 0; l < kLanes; ++l) {
                 const float d = std::sqrt(answers_[k].distance2[l]);
                 least_[k][l] = std::min(least_[k][l], with_sign(d, (inside >> l & 1u) != 0));

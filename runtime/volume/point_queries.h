@@ -11,7 +11,6 @@
 #include <span>
 #include <vector>
 
-#include "runtime/nearest/engine/winding.h"
 #include "runtime/segments/handler.h"
 #include "runtime/volume/placed_part.h"
 
@@ -19,7 +18,7 @@ namespace openfab::volume {
 
 class PointQueries {
   public:
-    explicit PointQueries(size_t parts) : own_(parts) {}
+    explicit PointQueries(size_t parts) : scratch_(parts) {}
 
     /// Begins a batch of blocks: `corners` are 3 part-relative voxel indices and `owned` 64 bytes
     /// each (bit z of byte y * 8 + x); both must outlive the batch. Voxels that are not owned get 0
@@ -30,7 +29,7 @@ class PointQueries {
     ///
     /// The distance of a point with a NaN, or farther than nearest::kMaxCoordinate, is +infinity,
     /// and all other results are 0. The sign at the voxel's own centre is the coverage bit,
-    /// elsewhere that of nearest::Winding. The distance to an object is the least, signed, over its
+    /// elsewhere that of solid::Placed::inside. The distance to an object is the least, signed, over its
     /// placements.
     abi::KernelStatus answer(const openfab_query& query, std::span<const int32_t> groups,
                              const segments::States& states);
@@ -38,17 +37,11 @@ class PointQueries {
     nearest::QueryCounts counts() const;
 
   private:
-    /// Scratch for each part whose surface is queried.
-    struct Own {
-        std::unique_ptr<nearest::Engine::Scratch> scratch;
-        nearest::AttributeReader::Scratch attributes;
-        nearest::Winding::Memory memory;
-    };
     uint32_t wanted(const openfab_query& query, int32_t group,
                     const segments::States& states) const;
     nearest::PointPacket centres(int32_t group) const;
     /// Queries all points in one call, which pins the patches that it dices.
-    void ask(const nearest::Engine& engine, int32_t part,
+    void ask(const solid::Placed& placed, int32_t part,
              const std::vector<nearest::PointPacket>& points);
     void answer_own(const openfab_query& query, const segments::States& states);
     void write_distance(const openfab_query& query, size_t entry, const segments::States& states);
@@ -56,7 +49,7 @@ class PointQueries {
     void write_surface(const openfab_query& query, int32_t group, const segments::States& states,
                        const nearest::PointAnswer& answer);
 
-    std::vector<Own> own_;  ///< by PlacedPart::owner
+    std::vector<std::unique_ptr<solid::Scratch>> scratch_;  ///< by PlacedPart::owner
     const PlacedPart* part_ = nullptr;
     const int32_t* corners_ = nullptr;
     const uint8_t* owned_ = nullptr;

@@ -10,23 +10,15 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "base/result.h"
 #include "base/vec.h"
 #include "runtime/part/part.h"
 #include "runtime/surface/surface.h"
 #include "runtime/voxel/patch_index.h"
+#include "runtime/voxel/slab_mask.h"
 
 namespace openfab::voxel {
-
-/// Coverage of 8 slices z0..z0+7 (z0 a multiple of 8) over a rectangle of columns aligned to 8.
-/// mask[(y - y0) * stride + (x - x0)]: bit k is set where voxel (x, y, z0 + k) is inside.
-struct SlabMask {
-    int32_t x0 = 0, y0 = 0;         ///< multiples of 8
-    int32_t width = 0, height = 0;  ///< multiples of 8; 0 if the part misses the slab
-    std::vector<uint8_t> mask;      ///< stride == width
-};
 
 /// Voxelises one part slab by slab. `coverage` may be called from several threads for different
 /// slabs.

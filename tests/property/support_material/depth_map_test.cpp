@@ -11,7 +11,7 @@
 #include <cmath>
 #include <random>
 
-#include "runtime/voxel/coverage.h"
+#include "runtime/solid/mesh/mesh_solid.h"
 #include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
 
@@ -24,18 +24,18 @@ using surface::Surface;
 /// A part with everything that the depth map needs.
 struct Standing {
     part::Part part;
-    std::unique_ptr<Surface> surface;
-    std::unique_ptr<voxel::PatchIndex> patches;
+    std::shared_ptr<const Surface> surface;
+    std::shared_ptr<solid::Solid> solid;
 
     Standing(part::Part p, double micro_edge_mm) : part(std::move(p)) {
         surface::SurfaceOptions options;
         options.micro_edge_mm = micro_edge_mm;
         surface = std::move(*Surface::create(part, options));
-        patches = std::make_unique<voxel::PatchIndex>(*surface);
+        solid = solid::make_solid_of(part, surface);
+        solid->prepare({}, {});
     }
-    support_material::SupportedPart on(const part::Grid& grid) const {
-        return {&part, surface.get(), patches.get(),
-                voxel::Voxeliser(part, *surface, grid).voxel_box()};
+    std::unique_ptr<solid::Placed> on(const part::Grid& grid) const {
+        return solid->place({part, grid, part::make_frame(part, grid)});
     }
     std::vector<uint8_t> inside(const part::Grid& grid) const {
         return reference::inside(
@@ -48,8 +48,11 @@ struct Standing {
 Result<DepthMap> map_of(const std::vector<const Standing*>& parts, const part::Grid& grid,
                         int64_t most_bytes = 1 << 28) {
     std::vector<support_material::SupportedPart> on;
-    for (const Standing* part : parts)
-        on.push_back(part->on(grid));
+    std::vector<std::unique_ptr<solid::Placed>> placed;
+    for (const Standing* part : parts) {
+        placed.push_back(part->on(grid));
+        on.push_back({placed.back().get(), placed.back()->voxel_box()});
+    }
     return DepthMap::create(on, grid, most_bytes);
 }
 

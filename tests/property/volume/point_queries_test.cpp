@@ -14,6 +14,8 @@
 #include <random>
 
 #include "base/rotation.h"
+#include "runtime/nearest/engine/winding.h"
+#include "runtime/solid/mesh/mesh_solid.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/reference/brute_force.h"
 #include "tests/support/reference/closest_point.h"
@@ -56,7 +58,10 @@ const openfab_fablet& asking_fablet() {
 
 struct Scene {
     std::vector<part::Part> parts;
+    std::vector<std::shared_ptr<const surface::Surface>> surfaces;
+    std::vector<std::shared_ptr<solid::Solid>> solids;
     std::vector<std::unique_ptr<PlacedPart>> print;
+    std::unique_ptr<nearest::Winding> winding;  ///< of the first part
     part::Grid grid;
 
     void add(const openfab_fablet& fablet, const mesh::Mesh& mesh, const Affine3d& transform,
@@ -71,17 +76,24 @@ struct Scene {
         grid = testing::grid_around(parts[0], {0.25, 0.2, 0.125}, 1);
         surface::SurfaceOptions options;
         options.micro_edge_mm = 0.4;
-        const std::vector<int32_t> owners = surface_owners(parts);
-        auto surfaces = make_surfaces(parts, owners, options);
-        ASSERT_TRUE(surfaces) << surfaces.error().text();
+        const std::vector<int32_t> owners = solid_owners(parts);
         const auto trees = nearest::make_patch_cache(1 << 20);
         for (size_t i = 0; i < parts.size(); ++i) {
             print.push_back(std::make_unique<PlacedPart>(parts[i]));
             print[i]->index = static_cast<int32_t>(i);
-            print[i]->surface = (*surfaces)[i];
-            print[i]->set_grid(grid, OPENFAB_ISA_AVX2, trees, 1 << 20, *print[owners[i]]);
+            const auto owner = static_cast<size_t>(owners[i]);
+            if (owner == i) {
+                surfaces.push_back(std::move(*surface::Surface::create(parts[i], options)));
+                solids.push_back(solid::make_solid_of(parts[i], surfaces[i]));
+            } else {
+                surfaces.push_back(surfaces[owner]);
+                solids.push_back(solids[owner]);
+            }
+            print[i]->solid = solids[i];
+            print[i]->set_grid(grid, {OPENFAB_ISA_AVX2, trees}, 1 << 20, *print[owner]);
         }
-        resolve_object_queries(print, OPENFAB_ISA_AVX2, trees);
+        resolve_object_queries(print, {OPENFAB_ISA_AVX2, trees});
+        winding = std::make_unique<nearest::Winding>(*surfaces[0]);
     }
 };
 
@@ -115,7 +127,8 @@ struct Batch {
     std::vector<int32_t> groups;
     std::vector<Vec3f> centres;
 
-    Batch(const PlacedPart& part, uint32_t seed) : owned(128), values(kStates * 1024, 77) {
+    Batch(const PlacedPart& part, const nearest::Winding& winding, uint32_t seed)
+        : owned(128), values(kStates * 1024, 77) {
         std::mt19937 random(seed);
         const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f - 0.5f; };
         const Vec3i middle = (part.box.lo + part.box.hi);
@@ -139,7 +152,7 @@ struct Batch {
                        f(OPENFAB_FRAME_ORIGIN);
             }
             centres.push_back(c);
-            if (part.winding->number(c) > 0) owned[v / 8] |= static_cast<uint8_t>(1u << (v % 8));
+            if (winding.number(c) > 0) owned[v / 8] |= static_cast<uint8_t>(1u << (v % 8));
             Vec3f p = c;
             const uint32_t what = random() % 8;
             if (what >= 2)
@@ -162,8 +175,7 @@ struct Batch {
     bool asked(size_t v) const { return values[v] != 0 && (owned[v / 8] >> (v % 8) & 1) != 0; }
 };
 
-void expect_own(const PlacedPart& part, const nearest::Engine& brute, const Batch& batch,
-                size_t v) {
+void expect_own(const Scene& scene, const nearest::Engine& brute, const Batch& batch, size_t v) {
     const Vec3f p = batch.point(kPoint, v);
     nearest::PointPacket group;
     for (size_t a = 0; a < 3; ++a)
@@ -178,10 +190,10 @@ void expect_own(const PlacedPart& part, const nearest::Engine& brute, const Batc
         EXPECT_EQ(batch.at(kUv, v), 0.0f);
         return;
     }
-    const bool inside = p == batch.centres[v] || part.winding->number(p) > 0;
+    const bool inside = p == batch.centres[v] || scene.winding->number(p) > 0;
     const float d = std::sqrt(answer.distance2[0]);
     ASSERT_EQ(batch.at(kDistance, v), inside ? -d : d) << "voxel " << v;
-    const auto mesh = part.surface->micro(answer.patch[0]);
+    const auto mesh = scene.surfaces[0]->micro(answer.patch[0]);
     const auto& corners = mesh->triangles[answer.triangle[0]];
     const auto corner = [&](size_t k) { return static_cast<size_t>(corners[k]); };
     const Vec3f v0 = mesh->positions[corner(0)], v1 = mesh->positions[corner(1)],
@@ -209,15 +221,15 @@ void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
     scene->parts[0].objects = {targets};
     scene->set_up();
     const PlacedPart& part = *scene->print[0];
-    const auto brute = reference::make_brute_force_engine(*part.surface, part.frame);
+    const auto brute = reference::make_brute_force_engine(*scene->surfaces[0], part.frame);
     std::vector<std::vector<Triangle>> theirs(scene->parts.size());
     for (const int32_t t : targets) {
-        theirs[t] = testing::triangles_of(*scene->print[t]->surface, surface::kForQuery);
+        theirs[t] = testing::triangles_of(*scene->surfaces[t], surface::kForQuery);
     }
     PointQueries queries(scene->print.size());
     int own = 0, near = 0;
     for (uint32_t round = 0; round < 3; ++round) {
-        Batch batch(part, seed + round);
+        Batch batch(part, *scene->winding, seed + round);
         const segments::States states(batch.values.data(), 1024);
         queries.begin(part, batch.corners.data(), batch.owned.data());
         ASSERT_TRUE(queries.answer(kQueries[0], batch.groups, states).ok());
@@ -233,7 +245,7 @@ void check(Scene* scene, const std::vector<int32_t>& targets, uint32_t seed) {
                 continue;
             }
             ++own;
-            expect_own(part, *brute, batch, v);
+            expect_own(*scene, *brute, batch, v);
             if (::testing::Test::HasFatalFailure()) return;
             const Vec3d p =
                 part.part->local_to_build.apply(vec_cast<double>(batch.point(kPoint, v)));

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <limits>
 
-#include "runtime/support_material/tops.h"
+#include "runtime/solid/mesh/mesh_tops.h"
 #include "runtime/surface/transform_box.h"
 #include "runtime/voxel/crossings.h"
 #include "runtime/voxel/snapping.h"
 
-namespace openfab::support_material {
+namespace openfab::solid {
 
 namespace {
 
@@ -41,31 +41,23 @@ struct Highest {
     }
 };
 
-}  // namespace
-
-class ColumnScratch {
-  public:
+/// Scratch memory, reused from call to call.
+struct ColumnScratch {
     std::vector<Highest> highest;
     std::vector<uint8_t> open;  ///< columns that the two highest crossings do not decide
     std::vector<Crossing> crossings, open_crossings;
 };
 
-std::shared_ptr<ColumnScratch> make_column_scratch() {
-    return std::make_shared<ColumnScratch>();
-}
-
-namespace {
-
 class CoveredTops {
   public:
-    CoveredTops(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
-                ColumnScratch* scratch, TopRows* rows)
-        : part_(part),
+    CoveredTops(const GridSurface& on, const Columns& columns, ColumnScratch* scratch,
+                TopRows* rows)
+        : on_(on),
           columns_(columns),
-          snapping_(*part.part, grid, true),
+          snapping_(on.part, on.grid, true),
           scratch_(*scratch),
           rows_(*rows) {
-        window_ = {{columns.x0, columns.y0, 0}, {columns.x1, columns.y1, grid.size.z}};
+        window_ = {{columns.x0, columns.y0, 0}, {columns.x1, columns.y1, on.grid.size.z}};
     }
 
     void run() {
@@ -97,8 +89,8 @@ class CoveredTops {
                    voxel::first_row(voxel::snap(b.lo.y - 1)) < columns_.y1 &&
                    voxel::first_row(voxel::snap(b.hi.y + 1)) > columns_.y0;
         };
-        part_.patches->find(meets, [&](int32_t p) {
-            const std::array<Vec3i, 3> v = snapping_.triangle(part_.surface->patches()[p].triangle);
+        on_.patches.find(meets, [&](int32_t p) {
+            const std::array<Vec3i, 3> v = snapping_.triangle(on_.surface.patches()[p].triangle);
             scratch_.crossings.clear();
             voxel::add_column_crossings(v[0], v[1], v[2], snapping_.turn(), window_,
                                         &scratch_.crossings);
@@ -150,7 +142,7 @@ class CoveredTops {
         }
     }
 
-    const SupportedPart& part_;
+    const GridSurface& on_;
     const Columns columns_;
     const voxel::Snapping snapping_;
     ColumnScratch& scratch_;
@@ -160,9 +152,14 @@ class CoveredTops {
 
 }  // namespace
 
-void raise_to_covered(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
-                      ColumnScratch* scratch, TopRows* rows) {
-    CoveredTops(part, grid, columns, scratch, rows).run();
+void raise_to_covered(const GridSurface& on, const Columns& columns, TopRows* rows) {
+    // Scratch memory is by columns.
+    constexpr int32_t kChunk = 256;
+    ColumnScratch scratch;
+    for (int32_t x = columns.x0; x < columns.x1; x += kChunk) {
+        const Columns some{x, columns.y0, std::min(x + kChunk, columns.x1), columns.y1};
+        if (!some.empty()) CoveredTops(on, some, &scratch, rows).run();
+    }
 }
 
-}  // namespace openfab::support_material
+}  // namespace openfab::solid

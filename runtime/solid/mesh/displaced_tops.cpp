@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "base/infinity.h"
-#include "runtime/support_material/tops.h"
+#include "runtime/solid/mesh/mesh_tops.h"
 #include "runtime/surface/transform_box.h"
 #include "runtime/voxel/crossings.h"
 #include "runtime/voxel/snapping.h"
 
-namespace openfab::support_material {
+namespace openfab::solid {
 
 namespace {
 
@@ -141,9 +141,8 @@ void raise_to_piece(const Piece& piece, const part::Grid& grid, const Columns& c
 
 }  // namespace
 
-void raise_to_bounds(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
-                     TopRows* rows) {
-    const voxel::Snapping snapping(*part.part, grid, false);
+void raise_to_bounds(const GridSurface& on, const Columns& columns, TopRows* rows) {
+    const voxel::Snapping snapping(on.part, on.grid, false);
     const Box3d wanted{{sample(columns.x0) - 2 * kSlack, sample(columns.y0) - 2 * kSlack, 0},
                        {sample(columns.x1) + 2 * kSlack, sample(columns.y1) + 2 * kSlack, 0}};
     std::vector<GrownPolygon> pieces;
@@ -153,12 +152,12 @@ void raise_to_bounds(const SupportedPart& part, const part::Grid& grid, const Co
         return b.lo.x <= wanted.hi.x && b.hi.x >= wanted.lo.x && b.lo.y <= wanted.hi.y &&
                b.hi.y >= wanted.lo.y;
     };
-    part.patches->find(meets, [&](int32_t patch) {
+    on.patches.find(meets, [&](int32_t patch) {
         pieces.clear();
-        part.surface->displacement_bounds(patch, &pieces);
+        on.surface.displacement_bounds(patch, &pieces);
         for (const GrownPolygon& polygon : pieces)
-            raise_to_piece(Piece(snapping.map(), polygon), grid, columns, rows);
+            raise_to_piece(Piece(snapping.map(), polygon), on.grid, columns, rows);
     });
 }
 
-}  // namespace openfab::support_material
+}  // namespace openfab::solid

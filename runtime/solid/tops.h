@@ -2,16 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Tops of a few rows of columns, while the depth map is computed.
+// Tops of a few rows of columns, while the depth map of support is computed.
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
-#include "runtime/support_material/depth_map.h"
-
-namespace openfab::support_material {
+namespace openfab::solid {
 
 /// Columns [x0, x1) x [y0, y1) of the grid.
 struct Columns {
@@ -35,17 +32,4 @@ struct TopRows {
     }
 };
 
-/// Scratch memory of one thread.
-class ColumnScratch;
-std::shared_ptr<ColumnScratch> make_column_scratch();
-
-/// Raises tops to the highest voxel that a part with an identity surface covers in each column.
-void raise_to_covered(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
-                      ColumnScratch* scratch, TopRows* rows);
-
-/// Raises tops to the highest voxel whose center is within the displacement bounds of a part's
-/// patches.
-void raise_to_bounds(const SupportedPart& part, const part::Grid& grid, const Columns& columns,
-                     TopRows* rows);
-
-}  // namespace openfab::support_material
+}  // namespace openfab::solid

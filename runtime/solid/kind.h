@@ -1,0 +1,35 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// A kind of solids: how parts of it are told from others, compared, and made into a solid.
+
+#include <cstdint>
+#include <memory>
+
+#include "base/result.h"
+#include "runtime/part/part.h"
+#include "runtime/solid/solid.h"
+#include "runtime/surface/surface.h"
+
+namespace openfab::solid {
+
+struct Kind {
+    /// Returns an address that parts of one geometry share; null if the part is of another kind.
+    const void* (*source)(const part::Part& part);
+    /// Returns whether two parts with one source have one geometry.
+    bool (*alike)(const part::Part& a, const part::Part& b);
+    /// Changes a part's source to what `make` takes; parts alike get the result of the first.
+    Result<void> (*refine)(const surface::SurfaceOptions& options, part::Part* part);
+    void (*share)(const part::Part& first, part::Part* other);
+    /// Returns a lower bound, from counts, of the memory for `make`; 0 where it is not worth a check.
+    int64_t (*bytes)(const part::Part& part);
+    /// Makes the solid. The part must outlive it.
+    Result<std::shared_ptr<Solid>> (*make)(const part::Part& part,
+                                           const surface::SurfaceOptions& options);
+};
+
+/// Returns whether a kernel gets the same uniforms, textures and instance from both parts.
+bool same_arguments(const openfab_kernel& kernel, const part::Part& a, const part::Part& b);
+
+}  // namespace openfab::solid

@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/kinds/kinds.h"
+
+#include "base/check.h"
+#include "runtime/solid/mesh/mesh_solid.h"
+
+namespace openfab::solid {
+
+namespace {
+
+constexpr const Kind* kKinds[] = {&kMeshKind};
+
+}  // namespace
+
+const Kind& kind_of(const part::Part& part) {
+    for (const Kind* kind : kKinds) {
+        if (kind->source(part) != nullptr) return *kind;
+    }
+    OPENFAB_CHECK(false);
+}
+
+}  // namespace openfab::solid

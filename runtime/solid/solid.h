@@ -1,0 +1,137 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The geometry of parts, whatever it is made of: what the pipeline asks of it, per slab, block, patch
+// or packet of points. A kind of geometry is a folder beside this one and a row in kinds/kinds.cpp.
+//
+// A Solid is shared by the parts that have the same geometry; a Placed is a solid in the grid of a
+// print, one a part.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "abi/fablet_table.h"
+#include "base/result.h"
+#include "base/vec.h"
+#include "runtime/nearest/engine.h"
+#include "runtime/nearest/targets.h"
+#include "runtime/part/part.h"
+#include "runtime/solid/tops.h"
+#include "runtime/surface/surface.h"
+#include "runtime/voxel/slab_mask.h"
+
+namespace openfab::solid {
+
+/// What kernels ask of a solid.
+struct Asked {
+    bool nearest = false;     ///< nearest points: distances
+    bool attributes = false;  ///< at nearest points
+    bool geometry = false;    ///< positions or normals of nearest points
+    bool sign = false;        ///< inside or outside, at points other than voxel centres
+};
+
+/// What queries are set up with.
+struct QuerySetUp {
+    openfab_isa isa = OPENFAB_ISA_SSE41;
+    std::shared_ptr<nearest::PatchCache> trees;  ///< shared by all solids of a print
+};
+
+/// Scratch memory of one thread for queries of one solid, by whichever of its placements.
+struct Scratch {
+    std::unique_ptr<nearest::Engine::Scratch> engine;
+    virtual ~Scratch() = default;
+};
+
+/// Points known to be inside, one for each lane with its bit in `mask`.
+struct KnownInside {
+    const nearest::PointPacket* points = nullptr;
+    uint32_t mask = 0;
+    float slack_mm = 0;  ///< how far the surface that contains them may deviate
+};
+
+/// A solid on the grid of a print. Threads share it.
+class Placed {
+  public:
+    virtual ~Placed() = default;
+
+    /// Returns a box of voxels of the grid that holds all covered ones, hi exclusive.
+    virtual Box3i voxel_box() const = 0;
+    /// Computes the coverage of slices [8 slab, 8 slab + 8) (rule 14) into `out`, reusing its memory.
+    /// Once `stop` is set it ends soon, and what is in `out` is of no use. Adds to `seconds` what it
+    /// took, of threads that helped, too, but not what this one waited for them.
+    virtual void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
+                          double* seconds) const = 0;
+    /// Forgets what coverage has kept for later slabs; call while no other thread uses it.
+    virtual void forget_slabs() const {}
+    /// Raises tops to the highest voxel that may be covered in each column (rule 17).
+    virtual void raise_tops(const Columns& columns, TopRows* rows) const = 0;
+
+    /// Makes the engine and what reads attributes, as far as the solid was prepared for them.
+    virtual void begin_queries() = 0;
+    /// Returns what answers queries for nearest points; null before begin_queries.
+    const nearest::Engine* engine() const { return engine_.get(); }
+    virtual std::unique_ptr<Scratch> make_scratch() const = 0;
+    /// Writes the @nearest inputs at the answers of a block. `active` as in nearest::BlockQuery.
+    virtual void read(const nearest::BlockAnswer& answer, const uint8_t* active,
+                      const nearest::AttributeTargets& targets, Scratch* scratch) const = 0;
+    /// Writes inputs, positions and normals at the answers of a packet of points.
+    virtual void read_points(const nearest::PointAnswer& answer,
+                             const nearest::PointTargets& targets, Scratch* scratch) const = 0;
+    /// Returns the active lanes with an answer that are inside. `answers` are those of the packet,
+    /// without radius.
+    virtual uint32_t inside(const nearest::PointPacket& packet, const nearest::PointAnswer& answers,
+                            const KnownInside& known, Scratch* scratch) const = 0;
+
+  protected:
+    std::unique_ptr<nearest::Engine> engine_;
+};
+
+/// Where a solid is placed.
+struct Place {
+    const part::Part& part;  ///< which must outlive what is placed
+    const part::Grid& grid;
+    const std::array<float, OPENFAB_FRAME_COUNT>& frame;  ///< of the part in the grid
+    size_t waiting_bytes = 0;  ///< that coverage may keep for later slabs
+};
+
+/// The geometry of one or more parts, in part-local mm.
+class Solid {
+  public:
+    virtual ~Solid() = default;
+
+    /// Returns the box of all that is covered, under an affine map.
+    virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
+    /// Returns a box that holds it, which costs little.
+    virtual Box3f bounds() const = 0;
+    /// Returns whether a query may have to dice patches first, so that it is worth it to ask less.
+    virtual bool dices() const = 0;
+    /// Returns how many patches would be diced if all were needed.
+    virtual int64_t patches_to_dice() const = 0;
+    /// Returns how many micropolygons may lie around a point (surface/crowding.h).
+    virtual double crowding() const = 0;
+    /// Returns the bytes that indices over it will take, before they are made; queries need more.
+    virtual int64_t index_bytes(bool asked) const = 0;
+    /// Returns the bytes that lazily built trees of queries will still take once all exist; only if
+    /// it was prepared for queries.
+    virtual int64_t query_bytes() const = 0;
+
+    virtual surface::SurfaceCounts counts() const = 0;
+    /// Returns an error once a kernel has failed, or geometry was found to be impossible; what was
+    /// asked came back empty. To be checked after each slab.
+    virtual Result<void> status() const = 0;
+    /// Changes the budget of what is diced; call while no other thread uses it.
+    virtual void set_cache_bytes(size_t bytes) const = 0;
+    /// As surface::Surface::set_stop.
+    virtual void set_stop(const std::atomic<bool>* stop) const = 0;
+
+    /// Makes what placements share, unless it exists: of queries what is asked. Call while no other
+    /// thread uses it, and before `place`.
+    virtual void prepare(const Asked& asked, const QuerySetUp& queries) = 0;
+    /// Places it; it must outlive what it returns.
+    virtual std::unique_ptr<Placed> place(const Place& where) const = 0;
+};
+
+}  // namespace openfab::solid
