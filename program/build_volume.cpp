@@ -45,6 +45,7 @@ Box3d tray_box(const world::Printer& printer, world::Tray tray) {
 
 Result<void> check_build_volume(const pipeline::PrintInfo& info, const world::Printer& printer,
                                 const std::vector<part::Part>& parts, world::Tray tray) {
+    if (!printer.knows_build_volume()) return {};
     const Vec3d& room = printer.build_volume_mm;
     for (int a = 0; a < 3; ++a) {
         const double size = info.size[a] * info.pitch_mm[a];

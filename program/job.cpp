@@ -37,11 +37,11 @@ std::string title_of(const std::string& input) {
 }
 
 /// Returns whether voxels have the pitch of meshes: not where the printer's own format is a mesh, for
-/// which its pitch is meant.
+/// which its pitch is meant, if it is known.
 bool has_mesh_pitch(const Options& options, const world::Printer& printer,
                     const backends::Format* format) {
-    return is_mesh_format(format) &&
-           (format->name != printer.native_format || options.mesh_pitch_mm);
+    return is_mesh_format(format) && (format->name != printer.native_format ||
+                                      options.mesh_pitch_mm || !printer.knows_pitch());
 }
 
 Result<world::Printer> printer_of(const Options& options, const world::World& world,
@@ -70,6 +70,29 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
             printer->name, printer->pitch_mm.x, printer->pitch_mm.y, printer->pitch_mm.z));
     }
     return printer;
+}
+
+/// A profile lists what its maker does not publish: the user must say it.
+Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, world::Tray tray) {
+    const bool plane = pitch_mm.x > 0 && pitch_mm.y > 0;
+    if (!plane || !(pitch_mm.z > 0)) {
+        const char* remedy = plane            ? "`--layer 30um`"
+                             : pitch_mm.z > 0 ? "`--dpi 600x600`"
+                                              : "`--dpi 600x600 --layer 30um`";
+        return user_error(fmt::format(
+            "the {} of `{}` {} not known here (`openfab printers {}` says why); give yours, as {}",
+            plane            ? "thickness of a slice"
+            : pitch_mm.z > 0 ? "resolution along x and y"
+                             : "resolution and the thickness of a slice",
+            printer.name, plane || pitch_mm.z > 0 ? "is" : "are", printer.name, remedy));
+    }
+    if (tray != world::Tray::kAnywhere && !printer.knows_build_volume()) {
+        return user_error(fmt::format(
+            "`tray` of a world and `--crop tray` count from the tray of `{}`, whose size is not "
+            "known here; leave them out, or write a profile with `build_volume_mm`",
+            printer.name));
+    }
+    return {};
 }
 
 Result<void> check_materials(const world::World& world, const world::Printer& printer) {
@@ -184,6 +207,8 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (!format) return format.error();
     job.input.pitch_mm =
         print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));
+    if (Result<void> known = check_known(job.input.pitch_mm, job.printer, job.tray); !known)
+        return known.error();
     job.input.printer = job.printer.name;
     job.input.title = valid_utf8(title_of(options.input));
     job.input.warnings = world->warnings;

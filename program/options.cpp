@@ -157,8 +157,9 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "PEM certificates that a tls:// receiver's is checked against (default: the "
                    "system's)")
         ->type_name("FILE");
-    app.add_option("--printer", o.printer,
-                   "connex500, j750, j750_hq, filament, generic, or a .printer.json file")
+    app.add_option(
+           "--printer", o.printer,
+           "a name that `openfab printers` lists (default: the world's), or a .printer.json file")
         ->type_name("PRINTER");
     app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
     app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");

@@ -19,18 +19,45 @@ constexpr double kInch_mm = 25.4;
 const KeySet& printer_keys() {
     static const KeySet set = {
         "printer",
-        {"name", "dpi", "layer_um", "pitch_mm", "build_volume_mm", "max_materials", "native_format",
-         "makes_support", "support_material", "layer_time_s", "handoff"},
+        {"name", "maker", "model", "dpi", "layer_um", "layers_um", "pitch_mm", "build_volume_mm",
+         "max_materials", "native_format", "formats", "makes_support", "support_material",
+         "layer_time_s", "inks", "handoff", "sources", "unknown"},
         {"name"}};
     return set;
 }
 
-/// Reads either `pitch_mm`, or `dpi` along x and y with `layer_um`.
+bool is_unknown(const Printer& printer, std::string_view figure) {
+    return std::any_of(printer.unknown.begin(), printer.unknown.end(),
+                       [&](const auto& entry) { return entry.first == figure; });
+}
+
+/// Figures that are not known have a sentence instead of a value.
+void read_unknown(const JsonValue& root, JsonReader* json, Printer* out) {
+    const JsonMember* list = root.find("unknown");
+    if (list == nullptr) return;
+    if (!list->value.is(JsonValue::Kind::kObject)) {
+        return json->fail(list->value,
+                          fmt::format("`unknown` is {}, not an object", list->value.kind_name()),
+                          "give it as {\"layer_time_s\": \"why it is not known\"}");
+    }
+    for (const JsonMember& entry : list->value.members) {
+        if (root.find(entry.key) != nullptr) {
+            json->fail_at(entry.line, entry.column,
+                          fmt::format("`{}` is given and unknown at once", entry.key));
+        }
+        out->unknown.emplace_back(entry.key,
+                                  json->string(entry.value, "`" + entry.key + "` of `unknown`"));
+    }
+}
+
+/// Reads either `pitch_mm`, or `dpi` along x and y with `layer_um`, of which each may be unknown.
 void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     const JsonMember* pitch = root.find("pitch_mm");
     const JsonMember* dpi = root.find("dpi");
     const JsonMember* layer = root.find("layer_um");
-    if ((pitch != nullptr) == (dpi != nullptr) || (dpi != nullptr) != (layer != nullptr)) {
+    const bool no_dpi = is_unknown(*out, "dpi"), no_layer = is_unknown(*out, "layer_um");
+    const bool plane = dpi != nullptr || no_dpi, thickness = layer != nullptr || no_layer;
+    if ((pitch != nullptr) == plane || plane != thickness) {
         return json->fail(root, "the printer's pitch is not clear",
                           "give `pitch_mm`, or `dpi` and `layer_um`");
     }
@@ -38,16 +65,72 @@ void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
         const std::vector<double> n = json->numbers(pitch->value, "`pitch_mm`", 3, 1000);
         out->pitch_mm = {n[0], n[1], n[2]};
     } else {
-        const std::vector<double> n = json->numbers(dpi->value, "`dpi`", 2, 1e6);
-        const double layer_um = json->number(layer->value, "`layer_um`", 0.001, 1e6);
-        out->pitch_mm = {kInch_mm / n[0], kInch_mm / n[1], layer_um / 1000};
+        out->pitch_mm = {0, 0, 0};
+        if (dpi != nullptr) {
+            const std::vector<double> n = json->numbers(dpi->value, "`dpi`", 2, 1e6);
+            out->pitch_mm.x = kInch_mm / n[0];
+            out->pitch_mm.y = kInch_mm / n[1];
+        }
+        if (layer != nullptr)
+            out->pitch_mm.z = json->number(layer->value, "`layer_um`", 0.001, 1e6) / 1000;
     }
-    const JsonValue& culprit = pitch != nullptr ? pitch->value : dpi->value;
+    const JsonValue& culprit = pitch != nullptr ? pitch->value : dpi != nullptr ? dpi->value : root;
     for (int axis = 0; axis < 3; ++axis) {
+        if (pitch == nullptr && (axis == 2 ? no_layer : no_dpi)) continue;
         if (!(out->pitch_mm[axis] >= 1e-6 && out->pitch_mm[axis] <= 1000)) {
             json->fail(culprit, "a pitch is not between 1e-6 and 1000 mm");
         }
     }
+}
+
+/// Calls `read` for each item of an array; `what` names it in messages.
+template <typename Read>
+void read_list(const JsonValue& root, std::string_view key, JsonReader* json, Read&& read) {
+    const JsonMember* list = root.find(key);
+    if (list == nullptr) return;
+    if (!list->value.is(JsonValue::Kind::kArray)) {
+        return json->fail(list->value,
+                          fmt::format("`{}` is {}, not an array", key, list->value.kind_name()));
+    }
+    for (const JsonValue& item : list->value.items)
+        read(item);
+}
+
+void read_lists(const JsonValue& root, JsonReader* json, Printer* out) {
+    read_list(root, "layers_um", json, [&](const JsonValue& item) {
+        out->layers_um.push_back(json->number(item, "a layer of `layers_um`", 0.001, 1e6));
+    });
+    read_list(root, "formats", json, [&](const JsonValue& item) {
+        out->formats.push_back(json->string(item, "a format of `formats`"));
+    });
+    read_list(root, "inks", json, [&](const JsonValue& item) {
+        static const KeySet keys = {"ink", {"name", "density_g_cm3"}, {"name"}};
+        if (!json->object(item, keys, "an ink of `inks`")) return;
+        Ink ink{json->string(item.find("name")->value, "`name` of an ink")};
+        if (const JsonMember* p = item.find("density_g_cm3"))
+            ink.density_g_cm3 = json->number(p->value, "`density_g_cm3` of an ink", 0.001, 30);
+        out->inks.push_back(std::move(ink));
+    });
+    read_list(root, "sources", json, [&](const JsonValue& item) {
+        static const KeySet keys = {
+            "source", {"document", "url", "seen", "gives"}, {"document", "gives"}};
+        if (!json->object(item, keys, "a source of `sources`")) return;
+        PrinterSource source{json->string(item.find("document")->value, "`document` of a source")};
+        if (const JsonMember* p = item.find("url"))
+            source.url = json->string(p->value, "`url` of a source");
+        if (const JsonMember* p = item.find("seen")) {
+            source.seen = static_cast<Seen>(
+                json->choice(p->value, "`seen` of a source", {"read", "quoted", "unread"}));
+        }
+        read_list(item, "gives", json, [&](const JsonValue& figure) {
+            source.gives.push_back(json->string(figure, "an item of `gives`"));
+            if (json->ok() && root.find(source.gives.back()) == nullptr) {
+                json->fail(figure, fmt::format("the source gives `{}`, which the printer has not",
+                                               source.gives.back()));
+            }
+        });
+        out->sources.push_back(std::move(source));
+    });
 }
 
 /// Has the keys of a world's materials, and a name.
@@ -78,7 +161,12 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     Printer out;
     if (!json.object(*root, printer_keys(), "the printer")) return json.error();
     out.name = json.string(root->find("name")->value, "`name`");
+    if (const JsonMember* p = root->find("maker")) out.maker = json.string(p->value, "`maker`");
+    if (const JsonMember* p = root->find("model")) out.model = json.string(p->value, "`model`");
+    read_unknown(*root, &json, &out);
     read_pitch(*root, &json, &out);
+    read_lists(*root, &json, &out);
+    if (is_unknown(out, "build_volume_mm")) out.build_volume_mm = {0, 0, 0};
     if (const JsonMember* p = root->find("build_volume_mm")) {
         const std::vector<double> n = json.numbers(p->value, "`build_volume_mm`", 3, 1e5);
         out.build_volume_mm = {n[0], n[1], n[2]};

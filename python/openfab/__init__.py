@@ -12,6 +12,7 @@ from importlib.metadata import version as _version
 from pathlib import Path as _Path
 
 from . import _core
+from ._printers import Printer, printers
 from .errors import (
     CompileError,
     CompilerWarning,
@@ -72,6 +73,7 @@ __all__ = [
     "PrintInfo",
     "PrintMaterial",
     "PrintWarning",
+    "Printer",
     "Samples",
     "Slice",
     "Texture",
@@ -90,6 +92,7 @@ __all__ = [
     "plane",
     "preview",
     "print_world",
+    "printers",
     "read",
     "revolution",
     "sample",

@@ -32,6 +32,7 @@
 #include "python/src/program.h"
 #include "python/src/share.h"
 #include "texture/cache.h"
+#include "world/printer_list.h"
 #include "world/world_keys.h"
 
 namespace nb = nanobind;
@@ -266,6 +267,17 @@ NB_MODULE(_core, m) {
             return std::vector<std::string>(set.keys.begin(), set.keys.end());
         },
         "kind"_a, "The keys that a `.fab.json` may have for a kind of thing.");
+    m.def(
+        "printers",
+        [] {
+            std::vector<world::Printer> printers;
+            for (const std::string& name : world::printer_names()) {
+                if (Result<world::Printer> printer = world::load_printer(name); printer)
+                    printers.push_back(std::move(*printer));
+            }
+            return world::printers_json(printers);
+        },
+        "The printers that are known, as JSON.");
     m.def("set_converter", &texture::set_converter, "program"_a);
 
     nb::class_<Error>(m, "Error", "What is wrong with an input, or went wrong.")

@@ -62,6 +62,8 @@ Result<void> verify(const std::string& file, const std::string& memory);
 Result<void> run_export(ExportOptions options);
 /// `merge`: writes the parts of one print, .ofr files made with `--slices`, as one.
 Result<void> run_merge(MergeOptions options);
+/// `printers`: lists the printers that are known, or shows one, by name or file.
+Result<void> list_printers(const std::string& name, bool json);
 /// `property`: writes a table of mixtures as a module of OpenFL, to standard output where `output` is
 /// empty.
 Result<void> make_property_module(const std::string& table, const std::string& output);

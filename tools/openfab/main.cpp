@@ -36,6 +36,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
   openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
+  openfab printers j850                        what a printer takes, and how we know
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab render card.ofr -o card.png          how it will look
@@ -187,6 +188,18 @@ void add_merge(CLI::App& app, Action* action) {
     command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
 }
 
+void add_printers(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "printers",
+        "list the printers that are known, or show one with the sources of its figures");
+    auto name = std::make_shared<std::string>();
+    auto json = std::make_shared<bool>(false);
+    command->add_option("NAME", *name, "a printer, or a .printer.json file");
+    command->add_flag("--json", *json, "as JSON");
+    command->callback(
+        [name, json, action] { *action = [name, json] { return list_printers(*name, *json); }; });
+}
+
 void add_property(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "property", "make an OpenFL module of a table of mixtures with a measured property");
@@ -304,6 +317,7 @@ int tool_main(int argc, char** argv) {
     add_verify(app, &action);
     add_export(app, &action);
     add_merge(app, &action);
+    add_printers(app, &action);
     add_property(app, &action);
     add_view(app, &action);
     add_receive(app, &action);

@@ -13,7 +13,6 @@
 #include "base/json.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
-#include "world/printer.h"
 #include "world/world_keys.h"
 
 namespace openfab::world {
@@ -504,69 +503,6 @@ TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
             << set.kind;
         EXPECT_FALSE(kind->find("additionalProperties")->value.boolean) << set.kind;
     }
-}
-
-TEST(Printer, HasTheProfilesOfTheDesign) {
-    EXPECT_EQ(printer_names(),
-              (std::vector<std::string>{"connex500", "filament", "generic", "j750", "j750_hq"}));
-    const Result<Printer> j750 = load_printer("j750");
-    ASSERT_TRUE(j750) << j750.error().text();
-    EXPECT_EQ(j750->pitch_mm, (Vec3d{25.4 / 600, 25.4 / 300, 0.027}));
-    EXPECT_EQ(j750->native_format, "png");
-    EXPECT_EQ(load_printer("j750_hq")->pitch_mm.z, 0.014);
-    EXPECT_EQ(load_printer("connex500")->pitch_mm, (Vec3d{25.4 / 600, 25.4 / 600, 0.03}));
-    EXPECT_EQ(load_printer("generic")->pitch_mm, (Vec3d{0.1, 0.1, 0.1}));
-    for (const std::string& name : printer_names()) {
-        EXPECT_EQ(load_printer(name)->name, name);
-        EXPECT_FALSE(load_printer(name)->handoff.empty());
-    }
-    EXPECT_EQ(
-        load_printer("j75").error().text(),
-        "no printer is called `j75`, and it is not the path of a .printer.json file; did you mean "
-        "`j750`?");
-}
-
-TEST(Printer, IsReadFromAFile) {
-    const testing::TempFolder folder;
-    const std::string good =
-        folder
-            .write("a.printer.json",
-                   R"({"name": "mine", "pitch_mm": [0.2, 0.2, 0.05], "max_materials": 3})")
-            .string();
-    const Result<Printer> mine = load_printer(good);
-    ASSERT_TRUE(mine) << mine.error().text();
-    EXPECT_EQ(mine->name, "mine");
-    EXPECT_EQ(mine->max_materials, 3);
-    const auto error_of = [&](const char* text) {
-        const std::string file = folder.write("b.printer.json", text).string();
-        const Result<Printer> printer = load_printer(file);
-        return printer ? "no error" : printer.error().text().substr(file.size() + 1);
-    };
-    EXPECT_EQ(error_of(R"({"name": "x"})"),
-              "1:1: the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
-    EXPECT_EQ(error_of(R"({"name": "x", "dpi": [600, 0], "layer_um": 27})"),
-              "1:22: a pitch is not between 1e-6 and 1000 mm");
-    EXPECT_EQ(
-        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
-        "1:38: unknown key `colour` in the printer; known: `name`, `dpi`, `layer_um`, `pitch_mm`, "
-        "`build_volume_mm`, `max_materials`, `native_format`, `makes_support`, "
-        "`support_material`, `layer_time_s`, `handoff`");
-    EXPECT_EQ(
-        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
-        "1:66: `key` of the support material is `red`; write it as #rrggbb (it is opaque)");
-    EXPECT_TRUE(mine->makes_support);
-    const Result<Printer> supporting =
-        load_printer(folder
-                         .write("c.printer.json",
-                                R"({"name": "x", "pitch_mm": [1, 1, 1], "makes_support": false,
-                       "support_material": {"name": "wax", "key": "#112233", "density_g_cm3": 0.9}})")
-                         .string());
-    ASSERT_TRUE(supporting) << supporting.error().text();
-    EXPECT_FALSE(supporting->makes_support);
-    EXPECT_EQ(supporting->support_material.name, "wax");
-    EXPECT_EQ(supporting->support_material.key, (Rgba8{0x11, 0x22, 0x33, 0xff}));
-    EXPECT_EQ(supporting->support_material.channel, "support");
-    EXPECT_FALSE(load_printer((folder.path() / "none.printer.json").string()));
 }
 
 }  // namespace

@@ -1,0 +1,130 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab printers`, and that each printer prints in each format that its front end takes.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "tests/support/places/places.h"
+#include "tests/support/process/process.h"
+#include "world/printer.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr const char* kFablet = R"(fablet Plain {
+    @uniform { Material body; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(body, 1);
+        return mc;
+    }
+}
+)";
+
+constexpr const char* kWorld = R"({
+  "openfab": 1,
+  "fablets": {"plain": {"source": "plain.fl", "fablet": "Plain"}},
+  "materials": {"resin": {"key": "#ffffff"}},
+  "meshes": {"block": {"box": [0.8, 0.6, 0.5]}},
+  "objects": {"thing": {"mesh": "block", "fablet": "plain", "uniforms": {"body": "resin"}}},
+  "build": [{"object": "thing"}]
+}
+)";
+
+class Printers : public ::testing::Test {
+  protected:
+    Printers() {
+        scratch_.write("plain.fl", kFablet);
+        scratch_.write("tiny.fab.json", kWorld);
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    Outcome openfab(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), program("openfab"));
+        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+    }
+    Outcome print(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), {"print", path("tiny.fab.json")});
+        return openfab(std::move(arguments));
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Printers, AreListedWithWhatIsKnown) {
+    const Outcome table = openfab({"printers"});
+    EXPECT_EQ(table.exit_code, 0) << table.err;
+    for (const std::string& name : world::printer_names())
+        EXPECT_THAT(table.out, HasSubstr("\n" + name + " "));
+    const Outcome sheet = openfab({"printers", "j850"});
+    EXPECT_THAT(sheet.out, HasSubstr("Stratasys J850 Prime"));
+    EXPECT_THAT(sheet.out, HasSubstr("490 x 390 x 200 mm"));
+    EXPECT_THAT(sheet.out, HasSubstr("600 x 300 dpi"));
+    EXPECT_THAT(sheet.out, HasSubstr("Guide-to-Voxel-Printing"));
+    EXPECT_THAT(sheet.out, HasSubstr("Not known:"));
+    EXPECT_THAT(openfab({"printers", "--json"}).out, HasSubstr("\"name\": \"j850\""));
+    const Outcome wrong = openfab({"printers", "j8500"});
+    EXPECT_EQ(wrong.exit_code, 1);
+    EXPECT_THAT(wrong.err, HasSubstr("did you mean `j850`?"));
+}
+
+TEST_F(Printers, PrintInEachFormatOfTheirFrontEnds) {
+    for (const std::string& name : world::printer_names()) {
+        const Result<world::Printer> printer = world::load_printer(name);
+        ASSERT_TRUE(printer);
+        std::vector<std::string> formats = printer->formats;
+        if (formats.empty()) formats = {printer->native_format};
+        for (const std::string& format : formats) {
+            SCOPED_TRACE(fmt::format("{} {}", name, format));
+            const fs::path out = path(fmt::format("{}_{}", name, format));
+            std::vector<std::string> words = {
+                "--printer",
+                name,
+                "--format",
+                format,
+                "-o",
+                out.string() + (format == "png" || format == "bmp" ? ""
+                                : format == "filament"             ? ".3mf"
+                                                                   : "." + format)};
+            if (!(printer->pitch_mm.x > 0)) words.insert(words.end(), {"--dpi", "300x300"});
+            if (!(printer->pitch_mm.z > 0)) words.insert(words.end(), {"--layer", "50um"});
+            const Outcome outcome = print(words);
+            EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+            if (format != "png") continue;
+            EXPECT_THAT(read_file(out / "HANDOFF.txt"), HasSubstr(printer->handoff));
+            EXPECT_THAT(read_file(out / "HANDOFF.txt"), HasSubstr("printer             " + name));
+        }
+    }
+}
+
+TEST_F(Printers, AskForWhatTheirMakersDoNotPublish) {
+    const Outcome plane = print({"--printer", "j55", "-o", path("a.ofr")});
+    EXPECT_EQ(plane.exit_code, 1);
+    EXPECT_THAT(plane.err, HasSubstr("the resolution along x and y of `j55` is not known here "
+                                     "(`openfab printers j55` says why); give yours, as `--dpi "
+                                     "600x600`"));
+    const Outcome both = print({"--printer", "inkjet_kit", "-o", path("bitmaps")});
+    EXPECT_EQ(both.exit_code, 1);
+    EXPECT_THAT(both.err, HasSubstr("the resolution and the thickness of a slice of `inkjet_kit` "
+                                    "are not known here"));
+    const Outcome thickness =
+        print({"--printer", "inkjet_kit", "--dpi", "360x720", "-o", path("bitmaps")});
+    EXPECT_THAT(thickness.err, HasSubstr("as `--layer 30um`"));
+    EXPECT_FALSE(fs::exists(path("bitmaps")));
+    const Outcome tray = print({"--printer", "inkjet_kit", "--dpi", "360x720", "--layer", "30um",
+                                "--crop", "tray", "-o", path("bitmaps")});
+    EXPECT_EQ(tray.exit_code, 1);
+    EXPECT_THAT(tray.err, HasSubstr("whose size is not "
+                                    "known here"));
+    // Meshes have a pitch of their own.
+    EXPECT_EQ(print({"--printer", "mjp_5600", "-o", path("m.stl")}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace openfab::testing
