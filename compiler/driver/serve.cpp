@@ -11,6 +11,7 @@
 
 #include "base/say.h"
 #include "compiler/driver/commands.h"
+#include "compiler/graph/service.h"
 #include "compiler/server/server.h"
 #include "compiler/server/transport.h"
 
@@ -32,7 +33,7 @@ bool input_waits() {
 }  // namespace
 
 int serve_editor() {
-    server::Server server;
+    server::Server server(graph::answer);
     server::MessageReader reader;
     std::string block(1 << 16, '\0');
     while (true) {

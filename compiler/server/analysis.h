@@ -37,6 +37,8 @@ class Analysis {
     static constexpr uint32_t kDocument = 1;
     const source::SourceManager& sources() const { return sources_; }
     const std::vector<check::Use>& names() const { return uses_.names; }
+    /// The types of expressions, by place.
+    const std::vector<check::Uses::Typed>& typed() const { return uses_.expressions; }
     const check::Program& program() const { return program_; }
     const std::vector<syntax::Token>& tokens() const { return tokens_; }
     const ast::File& tree() const { return *units().back().file; }

@@ -126,6 +126,9 @@ Result<void> Server::answer(std::string_view method, const JsonValue& params, Js
         m.answer(*query, out);
         return {};
     }
+    if (more_) {
+        if (std::optional<Result<void>> answered = more_(method, params, out)) return *answered;
+    }
     const bool ranged =
         method == "textDocument/codeAction" || method == "textDocument/colorPresentation";
     const bool placed = method == "textDocument/references" ||

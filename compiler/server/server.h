@@ -5,9 +5,12 @@
 // The language server without its transport: messages in, messages out. It reads files only as imports of documents, by
 // the compiler's own way, and never writes one.
 
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "base/json.h"
@@ -19,6 +22,11 @@ class Server {
   public:
     /// The largest document; a larger one is not analysed.
     static constexpr size_t kMaxDocumentBytes = 4u << 20;
+
+    /// Answers further methods; nothing if a method is none of them.
+    using More = std::function<std::optional<Result<void>>(std::string_view method,
+                                                           const JsonValue& params, JsonText* out)>;
+    explicit Server(More more = {}) : more_(std::move(more)) {}
 
     /// Takes one message of JSON-RPC 2.0. Returns those to send: an answer if it was a request.
     std::vector<std::string> handle(std::string_view message);
@@ -41,6 +49,7 @@ class Server {
     Result<Query> query_of(const JsonValue& params, bool with_position);
     Range range_of(const JsonValue* range) const;
 
+    More more_;
     Workspace workspace_;
     std::set<std::string> changed_;
     bool initialized_ = false;
