@@ -15,6 +15,7 @@ using nearest::PointPacket;
 using segments::kLanes;
 
 constexpr float kAnywhere = std::numeric_limits<float>::infinity();
+constexpr float kNearVoxels = 16;
 
 /// Returns the 8 values of a lane group in one state.
 float* floats(const segments::States& states, int32_t state, int32_t group) {
@@ -85,7 +86,16 @@ void PointQueries::ask(const solid::Placed& placed, int32_t part,
     std::unique_ptr<solid::Scratch>& scratch = scratch_[part];
     if (scratch == nullptr) scratch = placed.make_scratch();
     answers_.resize(points.size());
-    placed.engine()->query_points(points, kAnywhere, scratch->engine.get(), answers_.data());
+    // Voxels side by side that ask for points beside their own are near each other already.
+    const float near_mm = kNearVoxels * part_->largest_pitch_mm;
+    if (!PointOrder::scattered(points, near_mm)) {
+        placed.engine()->query_points(points, kAnywhere, scratch->engine.get(), answers_.data());
+        return;
+    }
+    const std::span<const PointPacket> gathered = order_.gather(points);
+    gathered_.resize(gathered.size());
+    placed.engine()->query_points(gathered, kAnywhere, scratch->engine.get(), gathered_.data());
+    order_.scatter(gathered_, answers_);
 }
 
 abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,

@@ -13,6 +13,7 @@
 
 #include "runtime/segments/handler.h"
 #include "runtime/volume/placed_part.h"
+#include "runtime/volume/point_order.h"
 
 namespace openfab::volume {
 
@@ -56,7 +57,8 @@ class PointQueries {
     // One entry for each lane group with an active lane.
     std::vector<int32_t> groups_;
     std::vector<nearest::PointPacket> points_, moved_;
-    std::vector<nearest::PointAnswer> answers_;
+    std::vector<nearest::PointAnswer> answers_, gathered_;
+    PointOrder order_;
     std::vector<std::array<float, segments::kLanes>> least_;
     std::vector<float*> values_;
     std::vector<uint32_t*> flat_;

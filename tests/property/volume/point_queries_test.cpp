@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <random>
@@ -16,6 +17,7 @@
 #include "base/rotation.h"
 #include "runtime/nearest/engine/winding.h"
 #include "runtime/solid/mesh/mesh_solid.h"
+#include "runtime/volume/point_order.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/reference/brute_force.h"
 #include "tests/support/reference/closest_point.h"
@@ -291,6 +293,67 @@ TEST(PointQueries, MirroredAndItself) {
     scene.add(testing::hand_fablet(true), testing::sphere(4),
               placement_transform({1, -1.4, 0.8}, {45, 5, 10}, {-4, 5, 2}), HandMode::kStill, 0.0f);
     check(&scene, {0, 1}, 7);
+}
+
+TEST(PointOrder, FullPacketsOfNeighboursAndAnswersWhereTheyBelong) {
+    std::mt19937 random(5);
+    std::vector<nearest::PointPacket> points(300);
+    size_t active = 0;
+    for (nearest::PointPacket& packet : points) {
+        for (auto& coordinates : packet.p) {
+            for (float& x : coordinates)
+                x = static_cast<float>(random() >> 8) * 0x1p-24f * 10;
+        }
+        packet.mask = random() & 0xffu;
+        active += static_cast<size_t>(std::popcount(packet.mask));
+    }
+    points[7].p[1][3] = std::numeric_limits<float>::quiet_NaN();
+    points[9].p[0][2] = -std::numeric_limits<float>::infinity();
+    EXPECT_TRUE(PointOrder::scattered(points, 1));
+    PointOrder order;
+    const auto gathered = order.gather(points);
+    ASSERT_EQ(gathered.size(), (active + 7) / 8);
+    double extent = 0;
+    std::vector<nearest::PointAnswer> answers(gathered.size()), back(points.size());
+    for (size_t k = 0; k < gathered.size(); ++k) {
+        const auto& p = gathered[k].p;
+        if (k + 1 < gathered.size()) EXPECT_EQ(gathered[k].mask, 0xffu);
+        const auto [low, high] = std::minmax_element(p[0], p[0] + 8);
+        extent += std::isfinite(*high - *low) ? *high - *low : 0;
+        for (size_t l = 0; l < 8; ++l) {
+            answers[k].distance2[l] = p[0][l];
+            answers[k].bary1[l] = p[1][l];
+            answers[k].bary2[l] = p[2][l];
+            answers[k].patch[l] = static_cast<int32_t>(k);
+            answers[k].triangle[l] = static_cast<int32_t>(l);
+        }
+    }
+    EXPECT_LT(extent / static_cast<double>(gathered.size()), 3);  // of 10, at random 7.8
+    order.scatter(answers, back);
+    const auto bits = [](float x) { return std::bit_cast<uint32_t>(x); };
+    for (size_t k = 0; k < points.size(); ++k) {
+        for (size_t l = 0; l < 8; ++l) {
+            if ((points[k].mask >> l & 1u) == 0) {
+                EXPECT_EQ(back[k].distance2[l], std::numeric_limits<float>::infinity());
+                EXPECT_EQ(back[k].patch[l], -1);
+                continue;
+            }
+            EXPECT_EQ(bits(back[k].distance2[l]), bits(points[k].p[0][l]));
+            EXPECT_EQ(bits(back[k].bary1[l]), bits(points[k].p[1][l]));
+            EXPECT_EQ(bits(back[k].bary2[l]), bits(points[k].p[2][l]));
+        }
+    }
+}
+
+TEST(PointOrder, NeighboursStayAsTheyAre) {
+    std::vector<nearest::PointPacket> points(8);
+    for (size_t k = 0; k < 64; ++k)
+        points[k / 8].p[2][k % 8] = 0.03f * static_cast<float>(k);
+    EXPECT_FALSE(PointOrder::scattered(points, 0.5f));
+    // Idle lanes are worth to be filled.
+    for (nearest::PointPacket& packet : points)
+        packet.mask = 0x11;
+    EXPECT_TRUE(PointOrder::scattered(points, 0.5f));
 }
 
 }  // namespace
