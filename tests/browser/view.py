@@ -465,12 +465,23 @@ def look_at_a_world(browser, options, world):
         at.close()
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def run_with_browser(about, run):
+    """Runs `run(browser, options)` by the command line's options; ends the program."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, default="build/release/bin")
     parser.add_argument("--out", type=pathlib.Path, default="out/browser")
     options = parser.parse_args()
     options.bin, options.out = options.bin.resolve(), options.out.resolve()
+    options.out.mkdir(parents=True, exist_ok=True)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"])
+        run(browser, options)
+        browser.close()
+    print(f"{len(failures)} wrong; the screenshots are in {options.out}")
+    sys.exit(1 if failures else 0)
+
+
+def main(browser, options):
     folder = options.out / "world"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "ball.fl").write_text(FABLET)
@@ -479,20 +490,15 @@ def main():
     prints = [options.out / "a.ofr", options.out / "b.ofr"]
     for file, extra in zip(prints, ([], ["--set", "ball.skin=0.9"])):
         subprocess.run([options.bin / "openfab", "print", world, "-o", file, "--draft", "2", "--progress", "none", *extra], check=True)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"])
-        with Viewer(options, prints[0], "--world", world) as url:
-            look_at_a_print(browser, options, url)
-            look_in_3d(browser, options, url)
-            look_by_keyboard(browser, options, url)
-        look_at_a_server_that_ends(browser, options, prints[0])
-        look_at_what_opens(browser, options)
-        look_at_the_rest(browser, options, *prints)
-        look_at_a_world(browser, options, world)
-        browser.close()
-    print(f"{len(failures)} wrong; the screenshots are in {options.out}")
-    sys.exit(1 if failures else 0)
+    with Viewer(options, prints[0], "--world", world) as url:
+        look_at_a_print(browser, options, url)
+        look_in_3d(browser, options, url)
+        look_by_keyboard(browser, options, url)
+    look_at_a_server_that_ends(browser, options, prints[0])
+    look_at_what_opens(browser, options)
+    look_at_the_rest(browser, options, *prints)
+    look_at_a_world(browser, options, world)
 
 
 if __name__ == "__main__":
-    main()
+    run_with_browser(__doc__, main)

@@ -85,6 +85,7 @@ Live::Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolde
       folder_(std::move(folder)),
       compiler_(options_.programs, folder_->path() / "loop"),
       page_compiler_(options_.programs, folder_->path() / "page"),
+      graphs_(options_.programs),
       prober_(options_.programs, folder_->path()),
       draft_(options_.draft) {
     thread_ = std::thread([this] { run(); });

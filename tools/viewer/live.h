@@ -22,6 +22,7 @@
 #include "base/result.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
+#include "tools/viewer/graph_compiler.h"
 #include "tools/viewer/part_finder.h"
 #include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
@@ -56,6 +57,10 @@ class Live {
     Result<std::string> source(int32_t fablet) const;
     /// Returns `{"diagnostics"}` of a text that is not saved.
     Result<std::string> check(int32_t fablet, const std::string& text);
+    /// Returns the graph of a text that is not saved, what an action makes of it, or what can be added to it: `method` is
+    /// `graph`, `edit` or `palette` (compiler/graph/service.h).
+    Result<std::string> graph(const std::string& method, int32_t fablet, const std::string& text,
+                              const JsonValue* action);
     /// Saves a source that still is the one of this stamp; returns `{"stamp"}`.
     Result<std::string> save(int32_t fablet, const std::string& text, const std::string& stamp);
     Result<void> set(const std::string& object, const std::string& uniform, const JsonValue& value);
@@ -109,6 +114,7 @@ class Live {
     FabletCompiler compiler_;       ///< of the loop
     FabletCompiler page_compiler_;  ///< of check(), with an output of its own
     std::mutex check_mutex_;
+    GraphCompiler graphs_;
     Prober prober_;
     std::atomic<bool> stop_{false};
 

@@ -67,6 +67,10 @@ class Body {
     std::string failed_;
 };
 
+bool is_graph(const std::string& path) {
+    return path == "/api/graph" || path == "/api/edit" || path == "/api/palette";
+}
+
 Answer post(Live* live, const std::string& path, Body body) {
     if (path == "/api/revert") {
         live->revert();
@@ -89,9 +93,11 @@ Answer post(Live* live, const std::string& path, Body body) {
     const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
     const std::string text = body.text("text");
     const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
+    const JsonValue* action = path == "/api/edit" ? &body.value("action") : nullptr;
     if (!body.failed().empty()) return refusal(400, body.failed());
     if (static_cast<int64_t>(text.size()) > kLargestSource)
         return refusal(413, "that is too large for a fablet");
+    if (is_graph(path)) return answer_of(live->graph(path.substr(5), fablet, text, action));
     return answer_of(path == "/api/source" ? live->save(fablet, text, stamp)
                                            : live->check(fablet, text));
 }
@@ -101,8 +107,9 @@ Answer post(Live* live, const std::string& path, Body body) {
 std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     const std::string& path = request.path;
     const bool reads = path == "/api/live" || path == "/api/source";
-    const bool writes = path == "/api/check" || path == "/api/source" || path == "/api/set" ||
-                        path == "/api/draft" || path == "/api/revert" || path == "/api/write";
+    const bool writes = path == "/api/check" || path == "/api/source" || is_graph(path) ||
+                        path == "/api/set" || path == "/api/draft" || path == "/api/revert" ||
+                        path == "/api/write";
     if (!(request.post ? writes : reads)) return {};
     if (live == nullptr) return refusal(404, "this is a print, not a world");
     if (!request.post) {

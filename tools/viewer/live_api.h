@@ -8,6 +8,9 @@
 //   GET  api/live                             objects, uniforms, fablets, diagnostics
 //   GET  api/source?fablet=N                  {"text", "stamp"}
 //   POST api/check   {"fablet", "text"}       {"diagnostics"}, of a text that is not saved
+//   POST api/graph   {"fablet", "text"}       the graph of a text (compiler/graph/service.h)
+//   POST api/edit    {"fablet", "text", "action"}   {"text", "graph"}, after an action; nothing is saved
+//   POST api/palette {"fablet", "text"}       what can be added to a graph
 //   POST api/source  {"fablet", "text", "stamp"}   saves it; {"stamp"}
 //   POST api/set     {"object", "uniform", "value"}
 //   POST api/draft   {"draft"}

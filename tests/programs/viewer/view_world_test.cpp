@@ -445,6 +445,44 @@ TEST_F(ViewWorld, PrintsEndWithAServerThatIsKilled) {
     }
 }
 
+TEST_F(ViewWorld, AFabletIsDrawnAndEditedAsAGraph) {
+    Viewer viewer({world(), "--watch", "--draft", "8"}, cache());
+    viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    std::string quoted;
+    for (const char c : std::string(kFablet))
+        quoted += c == '\n' ? "\\n" : std::string(1, c);
+    const auto body = [&](const std::string& more) {
+        return R"({"fablet": 0, "text": ")" + quoted + "\"" + more + "}";
+    };
+    const JsonValue graph = viewer.post("/api/graph", body("")).json();
+    EXPECT_TRUE(member(graph, "whole").boolean);
+    const JsonValue& tab = member(graph, "tabs").items.at(0);
+    EXPECT_EQ(member(tab, "name").text, "@Volume");
+    int set = -1;
+    for (const JsonValue& node : member(tab, "nodes").items) {
+        if (set < 0 && member(node, "title").text == ".Set")
+            set = static_cast<int>(member(node, "id").number);
+    }
+    ASSERT_GE(set, 0);
+    const auto action = [&](const std::string& text) {
+        return body(fmt::format(
+            R"(, "action": {{"do": "set", "tab": 0, "node": {}, "port": 2, "text": "{}"}})", set,
+            text));
+    };
+    const HttpAnswer edited = viewer.post("/api/edit", action("share * 0.5"));
+    ASSERT_EQ(edited.status, 200) << edited.body;
+    EXPECT_THAT(member(edited.json(), "text").text, HasSubstr("mc.Set(a, share * 0.5);"));
+    EXPECT_EQ(member(member(edited.json(), "graph"), "tabs").items.size(), 1u);
+    const HttpAnswer refused = viewer.post("/api/edit", action("a"));
+    EXPECT_EQ(refused.status, 422);
+    EXPECT_THAT(refused.body, HasSubstr("Material"));
+    const HttpAnswer palette = viewer.post("/api/palette", body(""));
+    EXPECT_THAT(palette.body, HasSubstr("voronoi_edge"));
+    EXPECT_EQ(viewer.post("/api/edit", body("")).status, 400) << "an action is missing";
+    EXPECT_EQ(viewer.post("/api/graph", R"({"fablet": 1, "text": ""})").status, 422);
+    EXPECT_EQ(read_file(scratch_ / "halves.fl"), kFablet) << "nothing is saved";
+}
+
 TEST_F(ViewWorld, WithoutWatchNothingIsWritten) {
     const Viewer viewer({world(), "--set", "cube.share=1"}, cache());
     const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });

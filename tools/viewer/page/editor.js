@@ -50,6 +50,17 @@ export class Editor {
         source.value = got.text;
         if (!force) source.setSelectionRange(at, at);
         this.showText();
+        this.onload?.();
+    }
+
+    /** Puts a text that was not typed in place of the one that is there. */
+    replace(text) {
+        const source = byId("source");
+        if (text === source.value) return;
+        const top = source.scrollTop;
+        source.value = text;
+        source.scrollTop = top;
+        source.dispatchEvent(new Event("input"));
     }
 
     showText() {

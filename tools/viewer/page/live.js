@@ -2,6 +2,7 @@
 
 import { getJson } from "./api.js";
 import { Editor } from "./editor.js";
+import { GraphPane } from "./graph.js";
 import { Uniforms } from "./uniforms.js";
 
 const byId = (id) => document.getElementById(id);
@@ -23,6 +24,7 @@ export class LivePanel {
         };
         this.uniforms = new Uniforms(run("uniforms_trouble"));
         this.editor = new Editor(run("editor_trouble"));
+        this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)));
     }
 
     showMessage(text, isError) {

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Looks at the graph pane of `openfab view WORLD --watch` in headless Chromium; set up and run as view.py."""
+
+import pathlib
+import shutil
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from view import FABLET, WORLD, Page, Viewer, check, failures, run_with_browser  # noqa: E402
+
+
+def text(page):
+    return page.input_value("#source")
+
+
+def node(page, title):
+    """The middle of the head of a node."""
+    box = page.locator(f"#graph_svg .node:has(.title:text-is('{title}')) .head").first.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def dot(page, title, which):
+    box = page.locator(f"#graph_svg .node:has(.title:text-is('{title}')) {which}").first.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def drag(page, start, end):
+    page.mouse.move(*start)
+    page.mouse.down()
+    page.mouse.move((start[0] + end[0]) / 2, (start[1] + end[1]) / 2, steps=4)
+    page.mouse.move(*end, steps=4)
+    page.mouse.up()
+
+
+def work_with(browser, options, folder, url):
+    at = Page(browser, options, size=(1600, 1000), allowed="422")
+    page = at.page
+    at.open(url)
+    page.click("#graph_button")
+    page.wait_for_selector("#graph_svg .node")
+    at.settle(400)
+    at.shot("graph")
+    check("the stage's nodes are there", page.locator("#graph_svg .node").count() >= 12)
+    page.click("#graph_fit")
+    at.settle(300)
+    page.mouse.click(*node(page, "t = smoothstep"))
+    check("a click shows a node", "smoothstep" in at.text("#inspector"))
+    at.shot("graph_node")
+    page.fill("#inspector [data-control=port0]", "0.25")
+    page.keyboard.press("Enter")
+    at.eventually("a value is edited in the text", lambda: "smoothstep(0.25, 1," in text(page))
+    at.eventually("and saved", lambda: "smoothstep(0.25, 1," in (folder / "ball.fl").read_text())
+    drag(page, dot(page, "wave = +", ".out"), dot(page, "t = smoothstep", "[data-port='0'] .in"))
+    at.eventually("a wire is dragged", lambda: "smoothstep(wave, 1," in text(page))
+    check("and what it needs comes before it", text(page).index("float wave") < text(page).index("float t "))
+    page.focus("#graph_svg")
+    page.keyboard.press("Control+z")
+    at.eventually("undo brings the text back", lambda: "smoothstep(0.25, 1," in text(page))
+    page.keyboard.press("Escape")
+    page.keyboard.press("a")
+    page.wait_for_selector("#palette:not([hidden])")
+    page.fill("#palette_search", "gyroid")
+    at.settle(300)
+    at.shot("graph_palette")
+    page.keyboard.press("Enter")
+    at.eventually("a function of the library is added with its import", lambda: "import lattice;" in text(page) and "gyroid_value" in text(page))
+    at.settle(600)
+    at.shot("graph_added")
+    page.focus("#graph_svg")
+    page.keyboard.press("Delete")
+    at.eventually("and deleted", lambda: "gyroid_value" not in text(page))
+    drag(page, dot(page, "t = smoothstep", ".out"), dot(page, "/", "[data-port='1'] .in"))
+    at.eventually("a loop is refused", lambda: "loop" in at.text("#graph_message"))
+    drag(page, dot(page, "t = smoothstep", ".out"), dot(page, "mc.Set", "[data-port='1'] .in"))
+    at.eventually("the compiler says what does not fit", lambda: "Material" in at.text("#graph_message"))
+    page.fill("#source", text(page).replace("1 - t + t", "1 - tt + t"))
+    at.eventually("an error stands at its node", lambda: page.locator("#graph_svg .node.wrong").count() == 1)
+    page.fill("#source", text(page).replace("return mc;", "return (mc;"))
+    at.eventually("text that cannot be read keeps the last graph", lambda: page.is_visible("#graph_stale") and page.locator("#graph_svg .node").count() >= 12)
+    at.shot("graph_stale")
+    page.fill("#source", text(page).replace("(mc;", "mc;").replace("1 - tt", "1 - t"))
+    at.eventually("mended text is drawn again", lambda: not page.is_visible("#graph_stale") and page.locator("#graph_svg .node.wrong").count() == 0)
+    page.mouse.click(*node(page, "wave = +"))
+    page.focus("#graph_svg")
+    page.keyboard.press("ArrowRight")
+    check("arrows walk", page.locator("#graph_svg .node.selected").count() == 1 and "wave" not in page.locator("#graph_svg .node.selected .title").text_content())
+    at.shot("graph_end")
+    at.close()
+
+
+def look(browser, options, url):
+    """Sizes and schemes."""
+    for name, size, scheme in (("graph_phone", (390, 844), "dark"), ("graph_dark", (1280, 800), "dark"), ("graph_wide", (1920, 1080), "light")):
+        at = Page(browser, options, scheme=scheme, size=size)
+        at.open(url)
+        at.page.click("#graph_button")
+        at.page.wait_for_selector("#graph_svg .node")
+        at.page.locator("#graph_svg .node").last.evaluate("n => n.scrollIntoView()")
+        at.page.keyboard.press("Escape")
+        at.settle(500)
+        at.shot(name)
+        check(f"{name}: nothing is wider than the window", at.page.evaluate("document.documentElement.scrollWidth <= innerWidth"))
+        at.close()
+
+
+def many_nodes(browser, options, folder):
+    """A chain of 300 nodes is drawn, and moved, at once."""
+    lines = "".join(f"        float v{i} = sin(v{i - 1}) + {i};\n" for i in range(1, 150))
+    (folder / "ball.fl").write_text(FABLET.replace("        mc.Set(core", f"        float v0 = t;\n{lines}        mc.Set(core", 1))
+    with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
+        at = Page(browser, options)
+        page = at.page
+        at.open(url)
+        start = time.monotonic()
+        page.click("#graph_button")
+        page.wait_for_function("() => document.querySelectorAll('#graph_svg .node').length > 290", polling=20)
+        print(f"        300 nodes drawn after {time.monotonic() - start:.2f} s")
+        spent = page.evaluate("""async () => {
+            const box = document.getElementById("graph_svg").getBoundingClientRect();
+            const start = performance.now();
+            for (let i = 0; i < 30; ++i) {
+                document.getElementById("graph_svg").dispatchEvent(new WheelEvent("wheel", { deltaY: i % 2 ? 40 : -40, clientX: box.x + 200, clientY: box.y + 100, cancelable: true }));
+                await new Promise(requestAnimationFrame);
+            }
+            const busy = performance.now() - start;
+            for (let i = 0; i < 30; ++i) await new Promise(requestAnimationFrame);
+            return [busy / 30, (performance.now() - start - busy) / 30];
+        }""")
+        print(f"        {spent[0]:.1f} ms a frame while it is scaled, {spent[1]:.1f} ms at rest")
+        check("300 nodes stay smooth", spent[0] < 2 * spent[1] + 60)
+        at.close()
+
+
+def main(browser, options):
+    folder = options.out / "graph_world"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "ball.fl").write_text(FABLET)
+    (folder / "ball.fab.json").write_text(WORLD)
+    with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
+        work_with(browser, options, folder, url)
+        look(browser, options, url)
+    many_nodes(browser, options, folder)
+
+
+if __name__ == "__main__":
+    run_with_browser(__doc__, main)

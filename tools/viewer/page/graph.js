@@ -1,0 +1,350 @@
+// The graph pane: the fablet's text drawn as nodes and wires. What is done here is sent to the compiler, which answers
+// with the text that it makes; the text is all that is kept.
+
+import { postJson } from "./api.js";
+import { element } from "./format.js";
+import { GraphDrawing } from "./graph_draw.js";
+import { GraphInspector } from "./graph_inspector.js";
+import { GraphPalette } from "./graph_palette.js";
+
+const byId = (id) => document.getElementById(id);
+const kDrawMs = 200;
+const kMostUndo = 200;
+
+export class GraphPane {
+    /** `editor` holds the text; `fail` shows an error of the server. */
+    constructor(editor, fail) {
+        this.editor = editor;
+        this.fail = fail;
+        this.graph = null;
+        this.tab = 0;
+        this.selected = new Set();
+        this.port = null;
+        this.undone = [];
+        this.history = [];
+        this.drawing = new GraphDrawing(byId("graph_svg"));
+        this.palette = new GraphPalette((entry) => this.add(entry));
+        this.inspector = new GraphInspector({ act: (action) => this.act(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
+        this.listen();
+    }
+
+    get isOpen() { return !byId("graph").hidden; }
+    get nodes() { return this.graph?.tabs[this.tab]?.nodes ?? []; }
+
+    toggle() {
+        const open = !this.isOpen;
+        byId("graph").hidden = !open;
+        byId("graph_button").setAttribute("aria-pressed", open);
+        document.body.classList.toggle("with_graph", open);
+        if (open) this.draw().then(() => this.drawing.fit(true));
+    }
+
+    say(text, isError = true) {
+        byId("graph_message").textContent = text;
+        byId("graph_message").classList.toggle("trouble", isError);
+    }
+
+    async ask(path, more = {}) {
+        return postJson(path, { fablet: this.editor.fablet, text: this.editor.text, ...more });
+    }
+
+    /** Draws the text as it is now. */
+    async draw() {
+        if (!this.isOpen || this.editor.fablet < 0) return;
+        const text = this.editor.text;
+        try {
+            const graph = await this.ask("api/graph");
+            if (text === this.editor.text) this.take(graph, text);
+        } catch (error) {
+            this.fail(error);
+        }
+    }
+
+    take(graph, text) {
+        const other = this.fablet !== this.editor.fablet;
+        this.fablet = this.editor.fablet;
+        // Text that cannot be read as a whole has no graph: the last one stays, with the errors at their nodes.
+        this.stale = !graph.whole && this.graph !== null && !other;
+        if (this.stale) this.diagnostics = graph.diagnostics;
+        else {
+            const names = new Set([...this.selected].map((id) => this.keyOf(this.nodes[id])));
+            this.graph = graph;
+            if (other) [this.tab, this.history, this.undone] = [this.firstTab(), [], []];
+            if (this.tab >= graph.tabs.length) this.tab = 0;
+            this.selected = new Set(other ? [] : this.nodes.filter((node) => names.has(this.keyOf(node))).map((node) => node.id));
+            if (this.selected.size !== 1 || !this.nodes[[...this.selected][0]].ports[this.port?.port]) this.port = null;
+            if (this.port) this.port.node = [...this.selected][0];
+        }
+        this.drawn = text;
+        this.show();
+        if (other) this.drawing.fit(true);
+    }
+
+    firstTab() {
+        return Math.max(0, this.graph.tabs.findIndex((tab) => tab.name === "@Volume"));
+    }
+
+    keyOf(node) {
+        const same = this.nodes.filter((other) => other.id < node.id && other.title === node.title && other.outputs[0]?.name === node.outputs[0]?.name);
+        return `${node.title} ${node.outputs[0]?.name} ${same.length}`;
+    }
+
+    show() {
+        const tabs = this.graph.tabs;
+        const several = new Set(tabs.map((tab) => tab.fablet)).size > 1;
+        byId("graph_tabs").replaceChildren(...tabs.map((tab, i) => element("button", {
+            role: "tab", "aria-selected": i === this.tab, onclick: () => this.setTab(i),
+        }, several && tab.fablet ? `${tab.fablet} ${tab.name}` : tab.name)));
+        byId("graph_undo").disabled = this.history.length === 0;
+        byId("graph_redo").disabled = this.undone.length === 0;
+        byId("graph_stale").hidden = !this.stale;
+        const tab = tabs[this.tab];
+        if (!tab) return;
+        const marked = new Map();
+        if (this.stale) {
+            for (const d of this.diagnostics) for (const node of tab.nodes) if (node.line === d.line && node.kind !== "input") marked.set(node.id, d.message);
+        }
+        this.drawing.show(tab, this.selected, this.port, marked);
+        this.inspector.show(this.graph, this.tab, this.selected, this.port);
+        byId("graph_svg").setAttribute("aria-label", `Graph of ${tab.name}: ${tab.nodes.length} nodes`);
+    }
+
+    setTab(tab) {
+        this.tab = tab;
+        this.selected.clear();
+        this.port = null;
+        this.show();
+        this.drawing.fit(true);
+    }
+
+    select(id, more = false) {
+        if (!more) this.selected = new Set(id === null ? [] : [id]);
+        else if (this.selected.has(id)) this.selected.delete(id);
+        else this.selected.add(id);
+        this.port = null;
+        this.showSelection();
+    }
+
+    choosePort(port) {
+        if (this.selected.size !== 1 || this.port?.port === port) return;
+        this.port = { node: [...this.selected][0], port };
+        this.drawing.select(this.selected, this.port);
+    }
+
+    showSelection() {
+        this.drawing.select(this.selected, this.port);
+        this.inspector.show(this.graph, this.tab, this.selected, this.port);
+    }
+
+    /** Does one action on the text that is drawn. */
+    async act(action) {
+        if (this.stale) return this.say("the text has errors that hide parts of the graph; mend them first");
+        if (this.busy) await this.busy;
+        const before = this.editor.text;
+        if (before !== this.drawn) await this.draw();
+        this.busy = (async () => {
+            try {
+                const known = new Set(this.nodes.map((node) => this.keyOf(node)));
+                const made = await this.ask("api/edit", { action: { tab: this.tab, ...action } });
+                // What was typed meanwhile wins; the action can be done again.
+                if (before !== this.editor.text) return this.say("the text was changed meanwhile; nothing was done");
+                this.say("");
+                if (made.text !== before) {
+                    this.history.push(before);
+                    if (this.history.length > kMostUndo) this.history.shift();
+                    this.undone = [];
+                }
+                this.put(made.text);
+                this.take(made.graph, made.text);
+                if (action.do === "add") {
+                    const fresh = this.nodes.findLast((node) => !known.has(this.keyOf(node)) && node.root);
+                    if (fresh) { this.select(fresh.id); this.drawing.reveal(fresh.id); }
+                }
+                return true;
+            } catch (error) {
+                if (error.status === 422) this.say(error.message);
+                else this.fail(error);
+                this.inspector.show(this.graph, this.tab, this.selected, this.port);
+            }
+        })();
+        await this.busy;
+        this.busy = null;
+    }
+
+    /** Gives the editor a text; saves it where each change is to be printed. */
+    put(text) {
+        this.drawn = text;
+        this.editor.replace(text);
+        if (byId("graph_save").checked) this.editor.save();
+    }
+
+    step(from, to) {
+        if (from.length === 0) return;
+        to.push(this.editor.text);
+        this.put(from.pop());
+        this.draw();
+    }
+
+    undo() { this.step(this.history, this.undone); }
+    redo() { this.step(this.undone, this.history); }
+
+    async openPalette() {
+        if (!this.graph) return;
+        try {
+            const entries = await this.ask("api/palette");
+            const port = this.port ? this.nodes[this.port.node]?.ports[this.port.port] : null;
+            this.palette.open(entries, port?.begin === undefined ? null : port.type);
+        } catch (error) {
+            this.fail(error);
+        }
+    }
+
+    add({ signature, module }) {
+        const port = this.port;
+        this.palette.close();
+        byId("graph_svg").focus();
+        if (port && this.nodes[port.node]?.ports[port.port]?.begin !== undefined) return this.act({ do: "insert", ...port, signature, module });
+        return this.act({ do: "add", signature, module });
+    }
+
+    remove() {
+        const nodes = [...this.selected];
+        if (nodes.length === 1 && this.port) return this.act({ do: "disconnect", ...this.port });
+        if (nodes.length === 1) return this.act({ do: "delete", node: nodes[0] });
+        return this.say(nodes.length ? "delete them one by one" : "choose a node first");
+    }
+
+    group() {
+        if (this.selected.size === 0) return this.say("choose nodes first: Shift and a click");
+        const name = prompt("The name of the function", "part");
+        if (name) this.act({ do: "group", nodes: [...this.selected], text: name });
+    }
+
+    goTo(node) {
+        const at = node.begin ?? 0;
+        const lines = this.editor.text.slice(0, at).split("\n");
+        this.editor.goTo({ fablet: this.editor.fablet, line: lines.length, column: [...lines.at(-1)].length + 1 });
+    }
+
+    /** The nearest node in a direction of the drawing. */
+    walk(dx, dy) {
+        const placed = this.drawing.placed?.at;
+        if (!placed || placed.length === 0) return;
+        const now = [...this.selected].at(-1);
+        if (now === undefined) return this.select(placed.length - 1);
+        let best = null;
+        let least = Infinity;
+        placed.forEach((at, id) => {
+            const [ax, ay] = [at.x - placed[now].x, at.y - placed[now].y];
+            const along = ax * dx + ay * dy;
+            if (id === now || along <= 0) return;
+            const cost = along + 3 * Math.abs(ax * dy + ay * dx);
+            if (cost < least) [least, best] = [cost, id];
+        });
+        if (best !== null) { this.select(best); this.drawing.reveal(best); }
+    }
+
+    key(event) {
+        const mod = event.ctrlKey || event.metaKey;
+        const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+        const keys = {
+            ArrowLeft: () => this.walk(-1, 0), ArrowRight: () => this.walk(1, 0), ArrowUp: () => this.walk(0, -1), ArrowDown: () => this.walk(0, 1),
+            Delete: () => this.remove(), Backspace: () => this.remove(), a: () => this.openPalette(), g: () => this.group(),
+            Enter: () => byId("inspector").querySelector("input, select, button")?.focus(), t: () => this.selected.size && this.goTo(this.nodes[[...this.selected][0]]),
+            0: () => this.drawing.fit(), "+": () => this.drawing.zoom(1.25), "-": () => this.drawing.zoom(0.8), Escape: () => this.select(null),
+        };
+        if (mod && key === "z") (event.shiftKey ? this.redo() : this.undo());
+        else if (mod && key === "y") this.redo();
+        else if (mod && key === "s") this.editor.save();
+        else if (!mod && keys[key]) keys[key]();
+        else return;
+        event.preventDefault();
+        event.stopPropagation();
+    }
+
+    listen() {
+        const root = byId("graph_svg");
+        let hold = null;
+        root.addEventListener("pointerdown", (event) => {
+            root.focus({ preventScroll: true });
+            const at = this.drawing.at(event.clientX, event.clientY);
+            hold = { x: event.clientX, y: event.clientY, moved: false, ...at };
+            root.setPointerCapture(event.pointerId);
+        });
+        root.addEventListener("pointermove", (event) => {
+            if (!hold) return;
+            if (Math.hypot(event.clientX - hold.x, event.clientY - hold.y) > 4) hold.moved = true;
+            if (!hold.moved) return;
+            const node = hold.node === undefined ? null : this.nodes[hold.node];
+            if (node && hold.output !== undefined) this.drawing.drag(this.drawing.outputAt(node, hold.output), this.drawing.toWorld(event.clientX, event.clientY));
+            else if (node && hold.dot && node.ports[hold.port].from !== undefined) {
+                const port = node.ports[hold.port];
+                this.drawing.drag(this.drawing.outputAt(this.nodes[port.from], port.output), this.drawing.toWorld(event.clientX, event.clientY));
+            } else this.drawing.move(event.movementX, event.movementY);
+        });
+        root.addEventListener("pointerup", (event) => {
+            const was = hold;
+            hold = null;
+            this.drawing.drag(null);
+            if (!was) return;
+            root.releasePointerCapture(event.pointerId);
+            if (!was.moved) return this.click(was, event.shiftKey);
+            this.drop(was, this.drawing.at(event.clientX, event.clientY));
+        });
+        root.addEventListener("pointercancel", () => { hold = null; this.drawing.drag(null); });
+        root.addEventListener("dblclick", (event) => {
+            const at = this.drawing.at(event.clientX, event.clientY);
+            if (at?.node !== undefined && !at.wire) this.goTo(this.nodes[at.node]);
+            else if (at?.wire) this.openPalette();
+        });
+        root.addEventListener("wheel", (event) => {
+            event.preventDefault();
+            this.drawing.zoom(Math.exp(-event.deltaY / 400), event.clientX, event.clientY);
+        }, { passive: false });
+        root.addEventListener("keydown", (event) => this.key(event));
+        root.addEventListener("dragover", (event) => event.preventDefault());
+        root.addEventListener("drop", (event) => {
+            event.preventDefault();
+            const text = event.dataTransfer.getData("text/x-openfl");
+            if (!text) return;
+            const at = this.drawing.at(event.clientX, event.clientY);
+            this.port = at?.port === undefined ? null : { node: at.node, port: at.port };
+            this.add(JSON.parse(text));
+        });
+        for (const [id, does] of Object.entries({
+            graph_button: () => this.toggle(), graph_add: () => this.openPalette(), graph_group: () => this.group(), graph_undo: () => this.undo(), graph_redo: () => this.redo(),
+            graph_fit: () => this.drawing.fit(), graph_delete: () => this.remove(),
+        })) byId(id).addEventListener("click", does);
+        byId("source").addEventListener("input", () => {
+            if (this.editor.text === this.drawn) return;
+            clearTimeout(this.drawing_soon);
+            this.drawing_soon = setTimeout(() => this.draw(), kDrawMs);
+        });
+        this.editor.onload = () => this.draw();
+    }
+
+    click(at, more) {
+        if (at.node === undefined) return this.select(null);
+        this.select(at.node, more && !at.wire);
+        if (at.port !== undefined && this.selected.size === 1) {
+            this.port = { node: at.node, port: at.port };
+            this.showSelection();
+        }
+    }
+
+    /** What was dragged, let go at a place. */
+    drop(was, at) {
+        const node = was.node === undefined ? null : this.nodes[was.node];
+        if (!node) return;
+        const onPort = at?.port !== undefined ? { node: at.node, port: at.port } : null;
+        if (was.output !== undefined) {
+            if (onPort) this.act({ do: "connect", from: was.node, output: was.output, ...onPort });
+            return;
+        }
+        if (!was.dot) return;
+        const port = node.ports[was.port];
+        if (port.from === undefined || (onPort && onPort.node === was.node && onPort.port === was.port)) return;
+        if (onPort) this.act({ do: "connect", from: port.from, output: port.output, ...onPort });
+        else this.act({ do: "disconnect", node: was.node, port: was.port });
+    }
+}
