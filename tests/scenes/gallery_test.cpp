@@ -36,6 +36,7 @@ void PrintTo(const Exhibit& exhibit, std::ostream* out) {
 
 constexpr Exhibit kExhibits[] = {
     {"magic_postcard", "postcard", "postcard", "0.5mm"},
+    {"magic_postcard", "lighthouse", "postcard", "0.5mm"},
     {"rhino", "spikes", "rhino_spikes", "0.6mm"},
     {"rhino", "holes", "rhino_holes", "0.6mm"},
     {"rhino", "armour", "rhino_armour", "0.6mm"},
