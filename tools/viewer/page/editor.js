@@ -14,6 +14,7 @@ export class Editor {
         this.fablets = [];
         this.stored = "";   // the text on disk, as last seen
         this.stamp = "";    // its hash, by which the server knows whether it is still that
+        this.known = new Set();  // stamps of what was read or written here
         this.diagnostics = [];
         this.listen();
     }
@@ -38,13 +39,22 @@ export class Editor {
         select.value = this.fablet;
     }
 
-    /** Takes the text on disk, unless there are changes that were not saved. */
+    /** Takes the text on disk; where there are changes that were not saved, only if that is wanted. */
     async load(force) {
         const entry = this.fablets[this.fablet];
-        if (!entry || (entry.stamp === this.stamp && !force) || (this.edited && !force)) return;
+        if (!entry || (entry.stamp === this.stamp && !force)) return;
+        if (this.edited && !force) {
+            if (!entry.stamp || this.known.has(entry.stamp)) return;
+            this.known.add(entry.stamp);
+            if (!confirm(`${entry.file} was changed by another program. Take its text, and lose what was not saved here?`)) {
+                this.stamp = entry.stamp;  // saving replaces it
+                return;
+            }
+        }
         const got = await getJson("api/source?" + query({ fablet: this.fablet }));
         this.stored = got.text;
         this.stamp = got.stamp;
+        this.known.add(got.stamp);
         const source = byId("source");
         const at = source.selectionStart;
         source.value = got.text;
@@ -139,13 +149,20 @@ export class Editor {
         });
     }
 
-    async save() {
+    /** Saves one after the other: each says what it replaces. */
+    save() {
+        this.saving = (this.saving ?? Promise.resolve()).then(() => this.saveNow());
+        return this.saving;
+    }
+
+    async saveNow() {
         if (!this.edited) return;
         const text = this.text;
         await this.run(async () => {
             const got = await postJson("api/source", { fablet: this.fablet, text, stamp: this.stamp });
             this.stored = text;
             this.stamp = got.stamp;
+            this.known.add(got.stamp);
             byId("save").disabled = !this.edited;
         });
     }

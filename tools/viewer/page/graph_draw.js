@@ -3,7 +3,7 @@
 import { heightOf, kSize, layout } from "./graph_layout.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
-const kLeast = 0.12, kFar = 0.4, kReadable = 0.62;
+const kSettleMs = 200, kLeast = 0.12, kFar = 0.4, kReadable = 0.62;
 
 function svg(name, attributes = {}, ...children) {
     const made = document.createElementNS(kSvg, name);
@@ -33,7 +33,7 @@ export function familyOf(type) {
 export class GraphDrawing {
     constructor(root) {
         this.root = root;
-        this.world = svg("g");
+        this.world = svg("svg");
         this.wires = svg("g", { class: "wires" });
         this.nodes = svg("g", { class: "nodes" });
         this.loose = svg("path", { class: "loose" });
@@ -47,6 +47,8 @@ export class GraphDrawing {
     show(tab, selected, port, marked = new Map()) {
         this.tab = tab;
         this.placed = layout(tab.nodes);
+        this.world.setAttribute("width", Math.max(this.placed.width, 1));
+        this.world.setAttribute("height", Math.max(this.placed.height, 1));
         this.nodes.replaceChildren(...tab.nodes.map((node) => this.node(node, marked.get(node.id))));
         this.wires.replaceChildren(...tab.nodes.flatMap((node) => node.ports.map((one, i) => this.wire(node, one, i)).filter(Boolean)));
         this.select(selected, port);
@@ -188,6 +190,10 @@ export class GraphDrawing {
     apply() {
         // What is too small to read need not be drawn.
         this.root.classList.toggle("far", this.view.scale < kFar);
-        this.world.setAttribute("transform", `translate(${this.view.x} ${this.view.y}) scale(${this.view.scale})`);
+        // While it moves it is a picture of its own, which need not be drawn anew; then it becomes sharp.
+        this.world.style.willChange = "transform";
+        clearTimeout(this.settling);
+        this.settling = setTimeout(() => { this.world.style.willChange = "auto"; }, kSettleMs);
+        this.world.style.transform = `translate(${this.view.x}px, ${this.view.y}px) scale(${this.view.scale})`;
     }
 }
