@@ -24,10 +24,11 @@ struct StageInfo {
 };
 
 const StageInfo& info_of(ast::StageKind kind) {
-    static constexpr std::array<StageInfo, 3> kInfos = {
+    static constexpr std::array<StageInfo, 4> kInfos = {
         {{&Fablet::surface, Base::kSurfaceAttributes, "in a surface stage"},
          {&Fablet::volume, Base::kVolumeAttributes, "in a volume stage"},
-         {&Fablet::dither, Base::kDitherAttributes, "in a dither stage"}}};
+         {&Fablet::dither, Base::kDitherAttributes, "in a dither stage"},
+         {&Fablet::shape, Base::kShapeAttributes, "in a shape stage"}}};
     return kInfos[static_cast<size_t>(kind)];
 }
 
@@ -210,7 +211,7 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
 }
 
 void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
-    std::array<const ast::Stage*, 3> stages{};  // by kind
+    std::array<const ast::Stage*, 4> stages{};  // by kind
     for (const ast::Stage& stage : from.stages) {
         const ast::Stage*& known = stages[static_cast<size_t>(stage.kind)];
         if (known != nullptr) {
@@ -221,8 +222,10 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
             continue;
         }
         known = &stage;
+        check_claims(stage, to);
     }
-    const auto [surface, volume, dither] = stages;
+    const auto [surface, volume, dither, shape] = stages;
+    if (shape != nullptr) check_shape(*shape, to);
     if (surface != nullptr) {
         to->ir.has_surface = true;
         to->surface.span = surface->span;
@@ -232,6 +235,7 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         check_stage_body(*surface, &to->surface, StageContext::kSurface, kFloat3Type);
         scopes_.pop_back();
     }
+    if (volume == nullptr && shape != nullptr && dither == nullptr) return leave_empty(from, to);
     if (volume == nullptr) {
         if (from.name.empty()) return;
         diag::Diagnostic& d = sink_->report(from.span, diag::kMissingStage, from.name);
@@ -317,6 +321,7 @@ void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fab
     }
     if (stage.kind == ast::StageKind::kSurface) return check_surface_varying(v, type, to);
     if (stage.kind == ast::StageKind::kVolume) return check_nearest(v, type, to);
+    if (stage.kind == ast::StageKind::kShape) return check_shape_varying(v, type, to);
     sink_->report(v.span, diag::kBadDeclaration, "a dither stage has no varyings of its own")
         .note(stage.span, "the stage is declared here")
         .help("a dither rule looks at the voxel's fractions and its index");
@@ -373,6 +378,7 @@ void Checker::check_surface_varying(const ast::Variable& v, const Type& type, Fa
         context_ = StageContext::kGlobal;
         fallback->init = initializer(*v.init, type);
     }
+    check_against_shape(v, type, *to);
     add_stage_symbol(&to->surface, SymbolKind::kSurfaceInput, v, type,
                      to->ir.surface_inputs.size());
     to->ir.surface_inputs.push_back(varying(v, type));
@@ -407,6 +413,20 @@ void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to
                 .note(output.span,
                       fmt::format("`out {} {}` is declared here", output.type_name, output.name))
                 .help("the outputs of the surface stage are " + varying_list(outputs));
+        }
+    }
+    if (nearest.source < 0) {
+        check_against_shape(v, type, *to);
+        if (to->ir.has_shape && find_varying(to->ir.shape_outputs, v.name) < 0) {
+            diag::Diagnostic& d = sink_->report(
+                v.span, diag::kBadDeclaration,
+                fmt::format("no stage before this one has `out {} {}`", v.type.text, v.name));
+            d.note(to->shape.span, "the shape is declared here");
+            d.help(to->ir.shape_outputs.empty()
+                       ? fmt::format("add `out {} {}` to the varyings of `@Shape`", v.type.text,
+                                     v.name)
+                       : "the outputs of the shape stage are " +
+                             varying_list(to->ir.shape_outputs));
         }
     }
     add_stage_symbol(&to->volume, SymbolKind::kNearest, v, type, to->ir.nearest.size());

@@ -43,9 +43,9 @@ struct AttributeInfo {
     Type type;
     unsigned of;  ///< the stages that have it
 };
-constexpr unsigned kOfSurface = 1, kOfVolume = 2, kOfDither = 4;
+constexpr unsigned kOfSurface = 1, kOfVolume = 2, kOfDither = 4, kOfShape = 8;
 constexpr AttributeInfo kAttributes[] = {
-    {"p", Attribute::kP, kFloat3Type, kOfSurface},
+    {"p", Attribute::kP, kFloat3Type, kOfSurface | kOfShape},
     {"n", Attribute::kN, kFloat3Type, kOfSurface},
     {"ng", Attribute::kNg, kFloat3Type, kOfSurface},
     {"uv", Attribute::kUv, {Base::kFloat, 2}, kOfSurface},
@@ -62,6 +62,7 @@ constexpr AttributeInfo kAttributes[] = {
 
 unsigned stage_of(const Type& attributes) {
     if (attributes.is(Base::kSurfaceAttributes)) return kOfSurface;
+    if (attributes.is(Base::kShapeAttributes)) return kOfShape;
     return attributes.is(Base::kVolumeAttributes) ? kOfVolume : kOfDither;
 }
 
@@ -238,17 +239,20 @@ std::string ExpressionChecker::help_for_name(std::string_view name) const {
                 return "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
             case StageContext::kDither:
                 return "declare it: `@Dither(@varying { DitherAttributes attr })`";
+            case StageContext::kShape:
+                return "declare it: `@Shape(@varying { ShapeAttributes attr })`";
             default:
                 break;
         }
     }
     if (context_ != StageContext::kVolume) return "";
-    for (const auto* list : {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs}) {
+    for (const auto* list :
+         {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs, &fablet_->ir.shape_outputs}) {
         for (const ir::Varying& v : *list) {
             if (v.name != name) continue;
             return fmt::format(
-                "the surface stage has it: add `@nearest {} {}` to the varyings of this one",
-                v.type_name, v.name);
+                "the {} stage has it: add `@nearest {} {}` to the varyings of this one",
+                list == &fablet_->ir.shape_outputs ? "shape" : "surface", v.type_name, v.name);
         }
     }
     if (name == "uv")
@@ -415,8 +419,10 @@ bool ExpressionChecker::assignable(const Expr& target) {
             const bool surface = context_ == StageContext::kSurface;
             const bool dither = context_ == StageContext::kDither;
             sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
-                .help(surface  ? "attributes are read-only; the displacement that the stage "
-                                 "returns moves the surface"
+                .help(context_ == StageContext::kShape
+                          ? "attributes are read-only; work on a copy: `float3 p = attr.p;`"
+                      : surface ? "attributes are read-only; the displacement that the stage "
+                                  "returns moves the surface"
                       : dither ? "attributes are read-only; work on a copy: `int3 at = attr.voxel;`"
                                : "attributes are read-only; work on a copy: `float3 p = "
                                  "attr.voxelCenter;`");

@@ -14,7 +14,7 @@ namespace openfab::check {
 
 namespace {
 
-constexpr std::string_view kStages[] = {"Surface", "Volume", "Dither"};
+constexpr std::string_view kStages[] = {"Surface", "Volume", "Dither", "Shape"};
 constexpr std::string_view kLengths[] = {"length", "size",  "len",   "count",
                                          "Length", "Count", "sizeof"};
 constexpr std::string_view kCasts[] = {"static_cast", "reinterpret_cast", "const_cast",

@@ -162,7 +162,11 @@ ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const Intrin
                                              std::vector<ExprPtr> args) {
     const OwnFunction& f = own_function(info.id);
     const ast::Expr& callee = *expr.args[0];
-    if (is_derivative(info.id) && refuse_in_dither(callee.span, info.name))
+    if (is_derivative(info.id) &&
+        (refuse_in_dither(callee.span, info.name) ||
+         refuse_in_shape(callee.span, info.name,
+                         "a shape has no micropolygons; `gradient(f, p)` differentiates a "
+                         "function")))
         return poison(expr.span);
     if (is_derivative(info.id) && context_ != StageContext::kSurface &&
         context_ != StageContext::kFunction) {

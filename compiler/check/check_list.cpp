@@ -52,9 +52,9 @@ ExprPtr ExpressionChecker::list(const ast::Expr& expr, const Type& to) {
     if (expr.args.empty()) {
         // Zero in all components, or an empty composition; materials and textures have no such
         // value.
-        for (Base base :
-             {Base::kMaterial, Base::kTexture2D, Base::kTexture3D, Base::kObject,
-              Base::kSurfaceAttributes, Base::kVolumeAttributes, Base::kDitherAttributes}) {
+        for (Base base : {Base::kMaterial, Base::kTexture2D, Base::kTexture3D, Base::kObject,
+                          Base::kSurfaceAttributes, Base::kVolumeAttributes,
+                          Base::kDitherAttributes, Base::kShapeAttributes}) {
             if (!contains(to, base)) continue;
             sink_->report(expr.span, diag::kNoConversion, "{ }", type_name(to));
             return poison(expr.span);

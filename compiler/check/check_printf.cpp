@@ -213,7 +213,9 @@ ExprPtr ExpressionChecker::printf_call(const ast::Expr& expr) {
         sink_->report(expr.args[0]->span, diag::kStageMismatch, name, "called outside a stage");
         return poison(expr.span);
     }
-    if (refuse_in_dither(expr.args[0]->span, name)) return poison(expr.span);
+    if (refuse_in_dither(expr.args[0]->span, name) ||
+        refuse_in_shape(expr.args[0]->span, name, kNoPrintsInShape))
+        return poison(expr.span);
     ExprPtr out = make(ExprKind::kPrintf, kVoidType, expr.span);
     out->is_assert = is_assert;
     if (is_assert) out->args.push_back(condition(*expr.args[1]));

@@ -37,9 +37,21 @@ bool ExpressionChecker::refuse_in_dither(const source::Span& span, std::string_v
     return true;
 }
 
+/// Reports what a shape cannot use; false elsewhere.
+bool ExpressionChecker::refuse_in_shape(const source::Span& span, std::string_view what,
+                                        const char* help) {
+    if (context_ != StageContext::kShape) return false;
+    sink_->report(span, diag::kStageMismatch, what, "called in a shape stage")
+        .note(stage_span_, "stage declared `@Shape` here")
+        .help(help);
+    return true;
+}
+
 /// Reports a query outside the volume stage.
 bool ExpressionChecker::query_is_in_volume(const ast::Expr& callee, const char* help) {
-    if (refuse_in_dither(callee.span, callee.text)) return false;
+    if (refuse_in_dither(callee.span, callee.text) ||
+        refuse_in_shape(callee.span, callee.text, shape_query_help(callee.text)))
+        return false;
     if (context_ == StageContext::kSurface) {
         diag::Diagnostic& d = sink_->report(callee.span, diag::kStageMismatch, callee.text,
                                             "called in a surface stage");

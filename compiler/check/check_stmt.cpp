@@ -202,6 +202,7 @@ StmtPtr StatementChecker::return_statement(const ast::Stmt& stmt) {
         help_with_conversion(value->type, kVoidType, &d);
         return out;
     }
+    if (context_ == StageContext::kShape && is_no_shape(*value)) return out;
     out->expr = convert(std::move(value), return_type_);
     return out;
 }

@@ -47,6 +47,13 @@ class Checker : private StatementChecker {
     void add_stage_symbol(Stage* stage, SymbolKind kind, const ast::Variable& v, const Type& type,
                           size_t index);
 
+    // check_shape.cpp
+    void check_claims(const ast::Stage& stage, Fablet* to);
+    void check_shape(const ast::Stage& from, Fablet* to);
+    void leave_empty(const ast::Fablet& from, Fablet* to);
+    void check_shape_varying(const ast::Variable& v, const Type& type, Fablet* to);
+    void check_against_shape(const ast::Variable& v, const Type& type, const Fablet& to);
+
     // check_declare.cpp
     void check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
                      std::vector<std::unique_ptr<Symbol>>* constants,

@@ -21,7 +21,7 @@
 
 namespace openfab::check {
 
-enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume, kDither };
+enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume, kDither, kShape };
 
 /// Returns the bits of a scalar if they are known at this point: without functions and uniforms.
 std::optional<uint32_t> known_bits(const Expr& expr);
@@ -167,6 +167,7 @@ class ExpressionChecker {
     static bool is_query(std::string_view name);
     bool query_is_in_volume(const ast::Expr& callee, const char* help);
     bool refuse_in_dither(const source::Span& span, std::string_view what);
+    bool refuse_in_shape(const source::Span& span, std::string_view what, const char* help);
     ExprPtr distance_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr surface_query(const ast::Expr& expr, std::vector<ExprPtr> args);
     ExprPtr lookup(const ast::Expr& expr, ExprPtr texture, std::vector<ExprPtr> args);

@@ -314,6 +314,18 @@ constexpr ForeignName kDitherAttributes[] = {
     {"blueNoise", "the mask's threshold is `BlueNoise(face)`, of face 0 inside a mixture"},
     {"voxelCenter", "a dither rule has the voxel's index, `voxel`, and its sides, `voxelSize`"},
 };
+constexpr ForeignName kShapeAttributes[] = {
+    {"position", "the point is `p`"},
+    {"pos", "the point is `p`"},
+    {"point", "the point is `p`"},
+    {"voxelCenter", "a shape is asked at any point, not at voxels; the point is `p`"},
+    {"voxelSize", "a shape is the same for all voxels: declare a uniform"},
+    {"buildPosition",
+     "a shape is the same wherever it is placed; the point is `p`, of its own space"},
+    {"instance", "a shape is the same for all its instances"},
+    {"n", "a shape's normal follows from its function: `normalize(gradient(f, p))`"},
+    {"normal", "a shape's normal follows from its function: `normalize(gradient(f, p))`"},
+};
 constexpr ForeignName kSurfaceAttributes[] = {
     {"position", "the point is `p`"},
     {"pos", "the point is `p`"},
@@ -408,6 +420,8 @@ bool is_foreign_lookup(std::string_view name) {
 std::string foreign_attribute_help(std::string_view name, const Type& attributes) {
     if (attributes.is(Base::kSurfaceAttributes))
         return std::string(find_help(kSurfaceAttributes, name));
+    if (attributes.is(Base::kShapeAttributes))
+        return std::string(find_help(kShapeAttributes, name));
     return std::string(attributes.is(Base::kVolumeAttributes) ? find_help(kVolumeAttributes, name)
                                                               : find_help(kDitherAttributes, name));
 }

@@ -13,6 +13,9 @@ class StatementChecker : protected ExpressionChecker {
   protected:
     using ExpressionChecker::ExpressionChecker;
 
+    // check_shape.cpp
+    bool is_no_shape(const Expr& value);
+
     // check_stmt.cpp
     StmtPtr statement(const ast::Stmt& stmt);
     StmtPtr block(const ast::Stmt& stmt);

@@ -31,6 +31,7 @@ enum class SymbolKind : uint8_t {
     kParameter,
     kSurfaceInput,   ///< index: among the inputs; the fablet may change its own copy
     kSurfaceOutput,  ///< index: among the outputs
+    kShapeOutput,    ///< likewise, of the shape stage
     kNearest,        ///< index: among the nearest inputs
     kAttributes,     ///< `attr`
     kVoid,           ///< the built-in material VOID
@@ -69,7 +70,7 @@ enum class ExprKind : uint8_t {
 #include "compiler/check/nodes.def"
 };
 
-/// Members of SurfaceAttributes, VolumeAttributes and DitherAttributes.
+/// Members of SurfaceAttributes, VolumeAttributes, DitherAttributes and ShapeAttributes.
 enum class Attribute : uint8_t {
     kP,
     kN,
@@ -207,6 +208,7 @@ struct Fablet {
     Stage surface;
     Stage volume;
     Stage dither;
+    Stage shape;
 };
 
 struct Program {  ///< declarations outside fablets are those of the program and its modules

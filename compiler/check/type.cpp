@@ -28,6 +28,7 @@ constexpr Named kOther[] = {
     {"SurfaceAttributes", Base::kSurfaceAttributes},
     {"VolumeAttributes", Base::kVolumeAttributes},
     {"DitherAttributes", Base::kDitherAttributes},
+    {"ShapeAttributes", Base::kShapeAttributes},
     {"SurfacePoint", Base::kSurfacePoint},
 };
 

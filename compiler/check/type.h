@@ -31,6 +31,7 @@ enum class Base : uint8_t {
     kSurfaceAttributes,
     kVolumeAttributes,
     kDitherAttributes,
+    kShapeAttributes,
     kSurfacePoint,
     kStruct,
 };
@@ -67,7 +68,7 @@ struct Type {
     bool is_vector() const { return is_numeric() && size > 1; }
     bool is_attributes() const {
         return is(Base::kSurfaceAttributes) || is(Base::kVolumeAttributes) ||
-               is(Base::kDitherAttributes);
+               is(Base::kDitherAttributes) || is(Base::kShapeAttributes);
     }
     /// True for types that refer to things of the world and cannot be computed.
     bool is_handle() const {

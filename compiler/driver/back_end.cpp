@@ -28,14 +28,21 @@ void report_schedule(const schedule::Fault& fault, const source::SourceManager& 
 void refuse_stage(const ir::Fablet& fablet, const passes::KernelStages& stages, size_t operations,
                   diag::Sink* sink) {
     const bool surface = passes::kernel_operations(stages.surface) == operations;
-    const ir::Stage& stage = surface ? stages.surface : stages.volume;
+    const bool shape = passes::kernel_operations(stages.shape) == operations;
+    const bool outputs = passes::kernel_operations(stages.shape_attributes) == operations;
+    const ir::Stage& stage = surface   ? stages.surface
+                             : shape   ? stages.shape
+                             : outputs ? stages.shape_attributes
+                                       : stages.volume;
     const ir::ValueId at = passes::first_beyond(stage, passes::kMaxStageOperations);
     const bool placed = at != ir::kNoValue && stage.instrs[at].span.file != 0;
     diag::Diagnostic& d =
         sink->report(placed ? stage.instrs[at].span : fablet.span, diag::kTooComplex,
                      fmt::format("the `{}` stage of `{}` has {} operations; the limit is {}",
-                                 surface ? "@Surface" : "@Volume", fablet.name, operations,
-                                 passes::kMaxStageOperations));
+                                 surface            ? "@Surface"
+                                 : shape || outputs ? "@Shape"
+                                                    : "@Volume",
+                                 fablet.name, operations, passes::kMaxStageOperations));
     const bool lookups =
         std::any_of(stage.instrs.begin(), stage.instrs.end(),
                     [](const ir::Instr& instr) { return instr.op == ir::Op::kSample; });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -13,10 +14,45 @@
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
 #include "compiler/frontend/frontend.h"
+#include "compiler/interp/measure_distance.h"
 
 namespace openfab::driver {
 
 namespace {
+
+std::string point_text(const std::array<float, 3>& p) {
+    return fmt::format("({:.4g}, {:.4g}, {:.4g})", p[0], p[1], p[2]);
+}
+
+/// Warns of shapes that claim to be distances, and are not where they are asked.
+void measure_claims(const ir::Module& module, diag::Sink* sink) {
+    for (const ir::Fablet& fablet : module.fablets) {
+        if (!fablet.shape_is_distance) continue;
+        const std::optional<interp::NoDistance> fault = interp::measure_distance(fablet);
+        if (!fault) continue;
+        const std::string at =
+            fmt::format("at {} it is {:.4g}", point_text(fault->at), fault->value);
+        if (fault->other) {
+            sink->report(fablet.claim_span, diag::kNoDistance, fablet.name,
+                         fmt::format("{} and at {} {:.4g}, which is more than these are apart", at,
+                                     point_text(*fault->other), fault->then))
+                .help(
+                    "a distance changes by no more than the point moves: divide by how much faster "
+                    "it changes, and leave `[[ distance ]]` out");
+        } else {
+            sink->report(
+                    fablet.claim_span, diag::kNoDistance, fablet.name,
+                    fmt::format("{}, but as far as that from there the value is {:.4g}, not 0; "
+                                "so it is at {:.0f} % of the points {} within {:.4g} mm of the "
+                                "origin",
+                                at, fault->then, 100 * fault->share,
+                                fault->value < 0 ? "inside" : "outside", fault->half))
+                .help(
+                    "without `[[ distance ]]` the surface is found where the value is 0, and "
+                    "`distance` is to that");
+        }
+    }
+}
 
 /// Returns whether no stage is too long to be compiled, which the passes show.
 bool are_short(const ir::Module& module, diag::Sink* sink, std::string* bug) {
@@ -41,6 +77,7 @@ int check(const std::vector<std::string>& files, const CommonOptions& common) {
         const std::optional<ir::Module> module =
             frontend::compile_to_ir(sources, file, own, &fault, {false});
         const bool ok = module && are_short(*module, &own, &bug);
+        if (ok) measure_claims(*module, &own);
         print_diagnostics(own, sources, common);
         if (!fault.empty()) {
             exit_code = std::max(exit_code, fail(fault, unread_exit_code(file)));

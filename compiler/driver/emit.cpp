@@ -82,6 +82,19 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     if (surface && !fablet->has_surface) {
         return fail("fablet `" + fablet->name + "` has no @Surface stage", kExitUserInput);
     }
+    if (options.stage.starts_with("shape") && !fablet->has_shape)
+        return fail("fablet `" + fablet->name + "` has no @Shape stage", kExitUserInput);
+    if (options.stage == "shape" && options.form == "ir") {
+        show(ir::dump(fablet->shape));
+        return kExitDone;
+    }
+    if (options.stage.starts_with("shape")) {
+        const ir::StageKind kind = bounds ? ir::StageKind::kShapeBounds
+                                   : options.stage == "shape_attributes"
+                                       ? ir::StageKind::kShapeAttributes
+                                       : ir::StageKind::kShape;
+        return emit_lowered(*fablet, kind, options, &sources, common);
+    }
     if (options.stage == "dither" && !fablet->has_dither)
         return fail("fablet `" + fablet->name + "` has no @Dither stage", kExitUserInput);
     if (options.stage == "dither" && options.form != "ir")

@@ -48,6 +48,8 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
             fmt::format("the stage has no such kernel: {}",
                         stage == ir::StageKind::kVolumeDemand
                             ? "no voxel needs its nearest surface point, or every one may"
+                        : stage == ir::StageKind::kShapeAttributes
+                            ? "the shape has no `out` varyings"
                             : "no bounds are known for whole blocks, so every voxel is evaluated"),
             kExitUserInput);
     }

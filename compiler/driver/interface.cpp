@@ -92,13 +92,18 @@ std::string json_fablet(const ir::Fablet& f) {
         return fmt::format(R"({{"name":{},"type":{},"copies":{}}})", json_string(v.name),
                            json_string(v.type_name), json_source(f.surface_inputs, v.source));
     };
+    const auto shape_output = [](const ir::Varying& v) {
+        return fmt::format(R"({{"name":{},"type":{}}})", json_string(v.name),
+                           json_string(v.type_name));
+    };
     const auto nearest = [&](const ir::Varying& v) {
         return fmt::format(R"({{"name":{},"type":{},"from":{}}})", json_string(v.name),
                            json_string(v.type_name), json_source(f.surface_outputs, v.source));
     };
     return fmt::format(
-        R"({{"name":{},"has_surface":{},"has_dither":{},"uniforms":{},"surface_inputs":{},"surface_outputs":{},"nearest":{},"uses_void":{}}})",
-        json_string(f.name), f.has_surface, f.has_dither, json_list(f.uniforms, json_uniform),
+        R"({{"name":{},"has_surface":{},"has_dither":{},"has_shape":{},"shape_is_distance":{},"shape_outputs":{},"uniforms":{},"surface_inputs":{},"surface_outputs":{},"nearest":{},"uses_void":{}}})",
+        json_string(f.name), f.has_surface, f.has_dither, f.has_shape, f.shape_is_distance,
+        json_list(f.shape_outputs, shape_output), json_list(f.uniforms, json_uniform),
         json_list(f.surface_inputs, input), json_list(f.surface_outputs, output),
         json_list(f.nearest, nearest), f.void_slot >= 0);
 }

@@ -63,6 +63,7 @@ void Formatter::declaration(int indent) {
         Node header = prefix();
         if (at("(")) {
             add(&header, list(1, false, false), false);
+            if (at("[") && peek(1).is("[")) add(&header, list(2, true, false), true);
             return function_body(indent, header);
         }
         out_.node(header, false, 2);

@@ -84,7 +84,8 @@ std::string Editor::argument(const Parameter& parameter) const {
             if (one.type == "float2") return one.name;
         }
     }
-    if (type == "VolumeAttributes" || type == "SurfaceAttributes" || type == "DitherAttributes") {
+    if (type == "VolumeAttributes" || type == "SurfaceAttributes" || type == "DitherAttributes" ||
+        type == "ShapeAttributes") {
         for (const Output& one : tab_->inputs) {
             const size_t dot = one.name.find('.');
             if (dot != std::string::npos) return one.name.substr(0, dot);

@@ -64,12 +64,20 @@ constexpr const char* kKindNames[] = {
     "choice",
     "blue_noise",
     "values",
+    "shape_point",
+    "shape_point_lo",
+    "shape_point_hi",
+    "shape_value",
+    "shape_value_lo",
+    "shape_value_hi",
+    "shape_out",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_VALUES + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_SHAPE_OUT + 1);
 
 constexpr const char* kStageNames[] = {
-    "surface",        "surface_bounds", "volume",        "volume_bounds", "surface_segment",
-    "volume_segment", "derived",        "volume_demand", "dither",
+    "surface",          "surface_bounds", "volume",        "volume_bounds", "surface_segment",
+    "volume_segment",   "derived",        "volume_demand", "dither",        "shape",
+    "shape_attributes", "shape_bounds",   "shape_segment",
 };
 constexpr const char* kUniformKindNames[] = {"value",     "texture2d", "material",
                                              "texture3d", "object",    "curve"};
@@ -139,7 +147,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_VALUES) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_SHAPE_OUT) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelIndex) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }
@@ -202,12 +210,18 @@ std::string dump(const Fablet& fablet) {
                    fablet.slot_count, fablet.void_slot);
     for (const Uniform& uniform : fablet.uniforms)
         print_uniform(uniform, &out);
+    for (const Varying& varying : fablet.shape_outputs)
+        print_varying("shape_out", varying, &out);
     for (const Varying& varying : fablet.surface_inputs)
         print_varying("in", varying, &out);
     for (const Varying& varying : fablet.surface_outputs)
         print_varying("out", varying, &out);
     for (const Varying& varying : fablet.nearest)
         print_varying("nearest", varying, &out);
+    if (fablet.has_shape) {
+        if (fablet.shape_is_distance) out += "  shape is a distance\n";
+        out += dump(fablet.shape);
+    }
     if (fablet.has_surface) out += dump(fablet.surface);
     out += dump(fablet.volume);
     if (fablet.has_dither) out += dump(fablet.dither);

@@ -142,6 +142,10 @@ enum class StageKind : uint8_t {
     kDerived,
     kVolumeDemand,
     kDither,  ///< given, too
+    kShape,   ///< likewise
+    kShapeAttributes,
+    kShapeBounds,
+    kShapeSegment,
 };
 
 struct Stage {
@@ -190,6 +194,10 @@ struct Fablet {
     int32_t void_slot = -1;
     bool has_surface = false;
     bool has_dither = false;
+    bool has_shape = false;
+    bool shape_is_distance = false;  ///< declared `[[ distance ]]`
+    source::Span claim_span;         ///< of that
+    std::vector<Varying> shape_outputs;
     std::vector<Varying> surface_inputs;
     std::vector<Varying> surface_outputs;
     std::vector<Varying> nearest;
@@ -200,6 +208,8 @@ struct Fablet {
     /// has_dither only. Output: OPENFAB_ARG_CHOICE, the number of a fraction (OPENFAB_ARG_FRACTION),
     /// which may be anything: see compiler/lower/choose.h.
     Stage dither;
+    /// has_shape only. Outputs: OPENFAB_ARG_SHAPE_VALUE, then OPENFAB_ARG_SHAPE_OUT by component.
+    Stage shape;
 };
 
 struct Module {

@@ -77,12 +77,13 @@ std::vector<openfab_arg> slab_outputs(const ir::Stage& volume, bool chooses) {
 static bool may_be_packed(ir::StageKind kind) {
     return kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeBounds ||
            kind == ir::StageKind::kVolumeSegment || kind == ir::StageKind::kSurfaceSegment ||
-           kind == ir::StageKind::kDerived;
+           kind == ir::StageKind::kShapeSegment || kind == ir::StageKind::kDerived;
 }
 
 bool lists_groups(ir::StageKind kind) {
     return kind == ir::StageKind::kSurfaceSegment || kind == ir::StageKind::kVolumeSegment ||
-           kind == ir::StageKind::kVolume || kind == ir::StageKind::kVolumeDemand;
+           kind == ir::StageKind::kShapeSegment || kind == ir::StageKind::kVolume ||
+           kind == ir::StageKind::kVolumeDemand;
 }
 
 openfab_scalar_type scalar_type(ir::Type type) {

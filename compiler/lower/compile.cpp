@@ -258,7 +258,8 @@ const std::vector<std::string>& pipeline_names() {
         std::vector<std::string> out;
         for (const Kind kind :
              {Kind::kSurface, Kind::kSurfaceBounds, Kind::kVolume, Kind::kVolumeBounds,
-              Kind::kSurfaceSegment, Kind::kVolumeSegment, Kind::kDerived, Kind::kVolumeDemand})
+              Kind::kSurfaceSegment, Kind::kVolumeSegment, Kind::kDerived, Kind::kVolumeDemand,
+              Kind::kShape, Kind::kShapeAttributes, Kind::kShapeBounds, Kind::kShapeSegment})
             out.emplace_back(kernel_name(kind));
         return out;
     }();

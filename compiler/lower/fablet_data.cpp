@@ -51,6 +51,28 @@ std::vector<KernelSlot> kernel_slots(const passes::KernelStages& stages) {
     add(stages.volume_bounds, &openfab_fablet::volume_bounds);
     add(stages.derived, &openfab_fablet::derived);
     if (!slab || inside.after_segments) add(stages.volume_demand, &openfab_fablet::volume_demand);
+    const auto add_of_shape = [&](const ir::Stage& stage, const passes::SegmentedStage& segmented,
+                                  openfab_kernel openfab_shape::*kernel,
+                                  openfab_segments openfab_shape::*segments) {
+        const std::string name = schedule_name(stage.kind);
+        for (size_t k = 0; k < segmented.kernels.size(); ++k) {
+            KernelSlot& slot = out.emplace_back();
+            slot.stage = &segmented.kernels[k];
+            slot.segment = k;
+            slot.name = fmt::format("{}_segment{}", name, k);
+            slot.shape_segments = segments;
+        }
+        if (!segmented.kernels.empty() || stage.outputs.empty()) return;
+        KernelSlot& slot = out.emplace_back();
+        slot.stage = &stage;
+        slot.name = name;
+        slot.shape_kernel = kernel;
+    };
+    add_of_shape(stages.shape, stages.shape_segments, &openfab_shape::values,
+                 &openfab_shape::value_segments);
+    add_of_shape(stages.shape_attributes, stages.shape_attribute_segments,
+                 &openfab_shape::attributes, &openfab_shape::attribute_segments);
+    add_of_shape(stages.shape_bounds, {}, &openfab_shape::bounds, nullptr);
     return out;
 }
 
@@ -154,6 +176,24 @@ FabletData::FabletData(const FabletUnit& unit) {
     }
     if (!stages.volume_segments.steps.empty())
         table_.volume_segments = make_segments(stages.volume_segments);
+    if (fablet.has_shape) make_shape(fablet, stages);
+}
+
+void FabletData::make_shape(const ir::Fablet& fablet, const passes::KernelStages& stages) {
+    shape_.is_distance = fablet.shape_is_distance ? 1 : 0;
+    shape_.output_count = static_cast<int32_t>(fablet.shape_outputs.size());
+    shape_.outputs = keep_varyings(fablet.shape_outputs);
+    // Of a segmented stage, too: these are the buffers of its batch.
+    shape_.values = make_kernel_entry(stages.shape);
+    if (!stages.shape_attributes.outputs.empty())
+        shape_.attributes = make_kernel_entry(stages.shape_attributes);
+    if (!stages.shape_bounds.outputs.empty())
+        shape_.bounds = make_kernel_entry(stages.shape_bounds);
+    if (!stages.shape_segments.steps.empty())
+        shape_.value_segments = make_segments(stages.shape_segments);
+    if (!stages.shape_attribute_segments.steps.empty())
+        shape_.attribute_segments = make_segments(stages.shape_attribute_segments);
+    table_.shape = &shape_;
 }
 
 }  // namespace openfab::lower

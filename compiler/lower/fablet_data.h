@@ -34,6 +34,9 @@ struct KernelSlot {
     openfab_segments openfab_fablet::*segments = nullptr;
     size_t segment = 0;  ///< index among the kernels of `segments`
     std::string name;    ///< in C names: "slab", "volume_segment3"
+    /// Likewise, of a shape.
+    openfab_kernel openfab_shape::*shape_kernel = nullptr;
+    openfab_segments openfab_shape::*shape_segments = nullptr;
 };
 
 /// Returns what the slab kernel of a fablet has inside.
@@ -52,8 +55,11 @@ class FabletData {
     /// Returns the table, valid while this object lives.
     const openfab_fablet& table() const { return table_; }
     const openfab_kernel& kernel(const KernelSlot& slot) const {
-        return slot.kernel != nullptr ? table_.*slot.kernel
-                                      : (table_.*slot.segments).kernels[slot.segment];
+        if (slot.shape_kernel != nullptr) return shape_.*slot.shape_kernel;
+        if (slot.kernel != nullptr) return table_.*slot.kernel;
+        const openfab_segments& segments =
+            slot.shape_segments != nullptr ? shape_.*slot.shape_segments : table_.*slot.segments;
+        return segments.kernels[slot.segment];
     }
     void set_function(const KernelSlot& slot, openfab_isa isa, openfab_kernel_fn function) {
         const_cast<openfab_kernel&>(kernel(slot)).fn[isa] = function;
@@ -68,8 +74,10 @@ class FabletData {
     const openfab_varying* keep_varyings(const std::vector<ir::Varying>& varyings);
     openfab_kernel make_kernel_entry(const ir::Stage& stage, const SlabStages& inside = {});
     openfab_segments make_segments(const passes::SegmentedStage& segmented);
+    void make_shape(const ir::Fablet& fablet, const passes::KernelStages& stages);
 
     openfab_fablet table_{};
+    openfab_shape shape_{};
     std::deque<std::string> strings_;
     std::deque<std::vector<uint32_t>> bits_;
     std::deque<std::array<double, 2>> limits_;

@@ -47,6 +47,14 @@ StageNames names_of(ir::StageKind kind) {
             return {"volume_segment", "segment"};
         case ir::StageKind::kVolumeDemand:
             return {"volume_demand", "demand"};
+        case ir::StageKind::kShape:
+            return {"shape", "points"};
+        case ir::StageKind::kShapeAttributes:
+            return {"shape_attributes", "points"};
+        case ir::StageKind::kShapeBounds:
+            return {"shape_bounds", "boxes"};
+        case ir::StageKind::kShapeSegment:
+            return {"shape_segment", "segment"};
         case ir::StageKind::kDither:  // inside the slab kernel
         case ir::StageKind::kDerived:
             break;

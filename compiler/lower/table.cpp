@@ -14,6 +14,8 @@ namespace openfab::lower {
 
 namespace {
 
+constexpr const char* kNoKernel = "{{0}, 0, 0}";
+
 /// Returns a C string literal; other bytes are octal, which cannot merge with the next character.
 std::string quoted(const std::string& text) {
     std::string out = "\"";
@@ -129,7 +131,7 @@ class TableWriter {
     std::string write_args(const std::string& name,
                            const std::array<std::string, OPENFAB_ISA_COUNT>& functions,
                            const openfab_kernel& kernel) {
-        if (kernel.arg_count == 0) return "{{0}, 0, 0}";
+        if (kernel.arg_count == 0) return kNoKernel;
         const std::string args = write_list(name, listed(kernel.args, kernel.arg_count));
         return fmt::format("{{{{{}}}, {}, {}, {}}}", fmt::join(functions, ", "), kernel.arg_count,
                            args, kernel.packed);
@@ -212,10 +214,12 @@ class TableWriter {
         write_varyings(prefix + "_outputs", table.surface_outputs, table.surface_output_count);
         write_varyings(prefix + "_nearest", table.nearest, table.nearest_count);
         std::array<std::string, 6> kernels;
-        kernels.fill("{{0}, 0, 0}");
+        kernels.fill(kNoKernel);
         std::array<std::vector<std::string>, 2> segment_kernels;
+        ShapeTexts shape;
         for (const KernelSlot& slot : kernel_slots(*fablets_[k].stages)) {
             const std::string text = write_kernel(k, slot, data.kernel(slot));
+            if (shape.take(slot, text)) continue;
             switch (slot.stage->kind) {
                 case ir::StageKind::kSurfaceSegment:
                     segment_kernels[0].push_back(text);
@@ -243,6 +247,7 @@ class TableWriter {
             write_segments(prefix + "_surface", segment_kernels[0], table.surface_segments);
         const std::string volume_segments =
             write_segments(prefix + "_volume", segment_kernels[1], table.volume_segments);
+        const std::string shaped = write_shape(prefix + "_shape", table.shape, shape);
         line("static const struct openfab_fablet {} = {{", prefix);
         line("    OPENFAB_ABI_VERSION, {}, {}, {}ull,", quoted(table.name),
              quoted(table.source_name), table.hash);
@@ -257,7 +262,51 @@ class TableWriter {
         line("    {}, {},", table.derived_count, kernels[4]);
         line("    {}, {},", table.table_value_count, values);
         line("    {}, {},", table.field_count, fields);
-        line("    {}, {}, 0}};", kernels[5], stored_bytes_[k]);
+        line("    {}, {}, {}}};", kernels[5], stored_bytes_[k], shaped);
+    }
+
+    /// The initializers of a shape's kernels.
+    struct ShapeTexts {
+        std::string values = kNoKernel, attributes = kNoKernel, bounds = kNoKernel;
+        std::vector<std::string> value_segments, attribute_segments;
+
+        bool take(const KernelSlot& slot, const std::string& text) {
+            if (slot.shape_segments == &openfab_shape::value_segments) {
+                value_segments.push_back(text);
+            } else if (slot.shape_segments == &openfab_shape::attribute_segments) {
+                attribute_segments.push_back(text);
+            } else if (slot.shape_kernel == &openfab_shape::values) {
+                values = text;
+            } else if (slot.shape_kernel == &openfab_shape::attributes) {
+                attributes = text;
+            } else if (slot.shape_kernel == &openfab_shape::bounds) {
+                bounds = text;
+            } else {
+                return false;
+            }
+            return true;
+        }
+    };
+
+    /// Returns what points to the shape, or 0.
+    std::string write_shape(const std::string& name, const openfab_shape* shape,
+                            ShapeTexts& texts) {
+        if (shape == nullptr) return "0";
+        write_varyings(name + "_outputs", shape->outputs, shape->output_count);
+        if (shape->value_segments.step_count > 0)
+            texts.values = write_args(name + "_args", {"0", "0", "0"}, shape->values);
+        if (shape->attribute_segments.step_count > 0)
+            texts.attributes =
+                write_args(name + "_attribute_args", {"0", "0", "0"}, shape->attributes);
+        const std::string value_segments =
+            write_segments(name + "_value", texts.value_segments, shape->value_segments);
+        const std::string attribute_segments = write_segments(
+            name + "_attribute", texts.attribute_segments, shape->attribute_segments);
+        line("static const struct openfab_shape {} = {{", name);
+        line("    {}, {}, {}_outputs,", shape->is_distance, shape->output_count, name);
+        line("    {},\n    {},\n    {},", texts.values, texts.attributes, texts.bounds);
+        line("    {}, {}}};", value_segments, attribute_segments);
+        return "&" + name;
     }
 
     const std::vector<FabletUnit>& fablets_;

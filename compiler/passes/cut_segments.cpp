@@ -51,8 +51,9 @@ class Cutter {
           longest_(longest),
           in_states_(stage.kind == ir::StageKind::kVolume && amounts == Amounts::kStates),
           ends_(ir::loop_ends(stage)) {
-        segment_kind_ = stage.kind == ir::StageKind::kVolume ? ir::StageKind::kVolumeSegment
-                                                             : ir::StageKind::kSurfaceSegment;
+        segment_kind_ = stage.kind == ir::StageKind::kVolume    ? ir::StageKind::kVolumeSegment
+                        : stage.kind == ir::StageKind::kSurface ? ir::StageKind::kSurfaceSegment
+                                                                : ir::StageKind::kShapeSegment;
     }
 
     SegmentedStage run() {

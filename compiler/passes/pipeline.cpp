@@ -15,6 +15,7 @@
 #include "compiler/passes/expand_functions.h"
 #include "compiler/passes/expand_picks.h"
 #include "compiler/passes/form_demand.h"
+#include "compiler/passes/form_shape_bounds.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "compiler/passes/form_tables.h"
 #include "compiler/passes/form_volume_bounds.h"
@@ -79,7 +80,10 @@ Written expand(Work* /*work*/, Stage* stage) {
 
 Written drop_long(Work* work, Stage* stage) {
     const bool demand = stage->kind == StageKind::kVolumeDemand;
-    const size_t limit = demand ? kMaxDemandOperations : work->options.longest_bounds;
+    const bool shape = stage->kind == StageKind::kShapeBounds;
+    const size_t limit = demand  ? kMaxDemandOperations
+                         : shape ? work->options.longest_shape_bounds
+                                 : work->options.longest_bounds;
     if (kernel_operations(*stage) <= limit && stage->outputs.size() <= kMaxBoundsOutputs) return {};
     stage->instrs.clear();
     stage->outputs.clear();
@@ -119,10 +123,22 @@ Written tables(Work* work, Stage* stage) {
     return {stage};
 }
 
+SegmentedStage KernelStages::*segments_of(StageKind kind) {
+    switch (kind) {
+        case StageKind::kVolume:
+            return &KernelStages::volume_segments;
+        case StageKind::kShape:
+            return &KernelStages::shape_segments;
+        case StageKind::kShapeAttributes:
+            return &KernelStages::shape_attribute_segments;
+        default:
+            return &KernelStages::surface_segments;
+    }
+}
+
 Written cut(Work* work, Stage* stage) {
     if (!needs_segments(*stage)) return {};
-    const bool volume = stage->kind == StageKind::kVolume;
-    SegmentedStage& out = volume ? work->stages.volume_segments : work->stages.surface_segments;
+    SegmentedStage& out = work->stages.*segments_of(stage->kind);
     Stage live = *stage;
     ir::drop_dead_values(&live);
     out = cut_segments(live);
@@ -150,6 +166,9 @@ constexpr StageSlot kStageSlots[] = {
     {StageKind::kSurface, &KernelStages::surface},
     {StageKind::kSurfaceBounds, &KernelStages::surface_bounds},
     {StageKind::kDither, &KernelStages::dither},
+    {StageKind::kShape, &KernelStages::shape},
+    {StageKind::kShapeAttributes, &KernelStages::shape_attributes},
+    {StageKind::kShapeBounds, &KernelStages::shape_bounds},
 };
 
 constexpr unsigned on(StageKind kind) {
@@ -161,8 +180,10 @@ constexpr unsigned kVolume = on(StageKind::kVolume);
 constexpr unsigned kVolumeBounds = on(StageKind::kVolumeBounds);
 constexpr unsigned kVolumeDemand = on(StageKind::kVolumeDemand);
 constexpr unsigned kDither = on(StageKind::kDither);
-constexpr unsigned kGiven = kVolume | kSurface;
-constexpr unsigned kFormed = kVolumeBounds | kVolumeDemand | kSurfaceBounds;
+constexpr unsigned kShapeBounds = on(StageKind::kShapeBounds);
+constexpr unsigned kShapes = on(StageKind::kShape) | on(StageKind::kShapeAttributes);
+constexpr unsigned kGiven = kVolume | kSurface | kShapes;
+constexpr unsigned kFormed = kVolumeBounds | kVolumeDemand | kSurfaceBounds | kShapeBounds;
 
 constexpr bool kOptional = true;
 constexpr bool kRequired = false;
@@ -206,6 +227,8 @@ constexpr Pass kPasses[] = {
     // known.
     {"form_surface_bounds", kOptional, Cleaning::kFollows, kSurfaceBounds,
      forms<form_surface_bounds, &KernelStages::surface>},
+    {"form_shape_bounds", kOptional, Cleaning::kFollows, kShapeBounds,
+     forms<form_shape_bounds, &KernelStages::shape>},
     // Any time after the footprints.
     {"form_demand", kOptional, Cleaning::kFollows, kVolumeDemand,
      forms<form_demand, &KernelStages::volume>},
@@ -233,6 +256,15 @@ constexpr Pass kPasses[] = {
     {"cut_segments", kRequired, Cleaning::kFollows, kGiven, cut},
 };
 
+/// Returns a stage with its outputs of one kind, and what these need.
+Stage keep_outputs(const Stage& stage, StageKind kind, int32_t output) {
+    Stage out = stage;
+    out.kind = kind;
+    std::erase_if(out.outputs, [&](const ir::Output& o) { return o.kind != output; });
+    ir::drop_dead_values(&out);
+    return out;
+}
+
 class Runner {
   public:
     Runner(const ir::Fablet& fablet, const PipelineOptions& options, PipelineResult* result)
@@ -245,6 +277,8 @@ class Runner {
                 result->dither},
           has_surface_(fablet.has_surface),
           has_dither_(fablet.has_dither),
+          has_shape_(fablet.has_shape),
+          has_shape_outputs_(!fablet.shape_outputs.empty()),
           result_(*result) {}
 
     void run() {
@@ -261,6 +295,8 @@ class Runner {
   private:
     bool exists(StageKind kind) const {
         if (kind == StageKind::kDither) return has_dither_;
+        if (kind == StageKind::kShapeAttributes) return has_shape_outputs_;
+        if (kind == StageKind::kShape || kind == StageKind::kShapeBounds) return has_shape_;
         return has_surface_ || (on(kind) & (kSurface | kSurfaceBounds)) == 0;
     }
 
@@ -303,6 +339,8 @@ class Runner {
     Work work_;
     const bool has_surface_;
     const bool has_dither_;
+    const bool has_shape_;
+    const bool has_shape_outputs_;
     PipelineResult& result_;
 };
 
@@ -331,6 +369,12 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     result.stages.volume = fablet.volume;
     if (fablet.has_surface) result.stages.surface = fablet.surface;
     if (fablet.has_dither) result.stages.dither = fablet.dither;
+    if (fablet.has_shape) {
+        result.stages.shape =
+            keep_outputs(fablet.shape, StageKind::kShape, OPENFAB_ARG_SHAPE_VALUE);
+        result.stages.shape_attributes =
+            keep_outputs(fablet.shape, StageKind::kShapeAttributes, OPENFAB_ARG_SHAPE_OUT);
+    }
     Runner(fablet, options, &result).run();
     return result;
 }

@@ -22,6 +22,8 @@ struct PipelineOptions {
     /// longer one is dropped: no culling, same output. One of this length, some ten struts with
     /// fillets, takes half a second to compile.
     size_t longest_bounds = 4000;
+    /// Of a shape, without whose interval form all of its box is evaluated.
+    size_t longest_shape_bounds = 16000;
     /// Called after each pass on a stage, with the result.
     std::function<void(const std::string& pass, const ir::Stage& stage)> after;
 };
@@ -31,16 +33,21 @@ struct PipelineOptions {
 struct KernelStages {
     ir::Stage
         surface;  ///< outputs POSITION x, y, z (displaced, clamped), SURFACE_OUT, SURFACE_STATUS
-    ir::Stage surface_bounds;  ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
-    ir::Stage volume;          ///< outputs WEIGHT
-    ir::Stage volume_bounds;   ///< outputs WEIGHT_LO/HI
-    ir::Stage volume_demand;   ///< output DEMAND; none if every voxel needs its point
-    ir::Stage dither;          ///< output CHOICE; none without a rule
+    ir::Stage surface_bounds;    ///< outputs DISPLACEMENT_LO/HI, SURFACE_OUT_LO/HI
+    ir::Stage volume;            ///< outputs WEIGHT
+    ir::Stage volume_bounds;     ///< outputs WEIGHT_LO/HI
+    ir::Stage volume_demand;     ///< output DEMAND; none if every voxel needs its point
+    ir::Stage dither;            ///< output CHOICE; none without a rule
+    ir::Stage shape;             ///< output SHAPE_VALUE; none without @Shape
+    ir::Stage shape_attributes;  ///< outputs SHAPE_OUT
+    ir::Stage shape_bounds;      ///< outputs SHAPE_VALUE_LO/HI
     ir::Stage derived;  ///< outputs DERIVED: uniforms that the others read beside the fablet's
     std::vector<openfab_table_value> table_values;  ///< of the object, behind those
     /// Compiled instead of a stage that must be cut; no steps otherwise.
     SegmentedStage surface_segments;
     SegmentedStage volume_segments;
+    SegmentedStage shape_segments;
+    SegmentedStage shape_attribute_segments;
 
     /// Returns the stage of one kernel; not of segments.
     const ir::Stage& of(ir::StageKind kind) const;

@@ -78,6 +78,8 @@ constexpr const char* kSnippets[][2] = {
      "< "
      "attr.count; ++i) {\n        if (attr.Fraction(i) > attr.Fraction(largest)) largest = i;\n    "
      "}\n    return ${0:largest};\n}"},
+    {"@Shape",
+     "@Shape(@varying { ShapeAttributes attr })\n{\n    return length(attr.p) - ${1:10};\n}"},
     {"@uniform", "@uniform {\n    $0\n}"},
     {"for", "for (int ${1:i} = 0; ${1:i} < ${2:4}; ++${1:i}) {\n    $0\n}"},
     {"if", "if (${1:condition}) {\n    $0\n}"},

@@ -54,6 +54,7 @@ std::string fixed_name(const Analysis& analysis, const check::Use* use) {
         return fmt::format("`{}` is declared in another file: rename it there", use->name);
     const bool varying = use->symbol == check::SymbolKind::kSurfaceInput ||
                          use->symbol == check::SymbolKind::kSurfaceOutput ||
+                         use->symbol == check::SymbolKind::kShapeOutput ||
                          use->symbol == check::SymbolKind::kNearest;
     bool is_varying = use->kind == check::UseKind::kSymbol && varying;
     // A member of a SurfacePoint is declared by a varying.

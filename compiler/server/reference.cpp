@@ -26,8 +26,13 @@ constexpr Marker kMarkers[] = {
      "The dither rule: runs for each voxel that is a mixture and returns the number of the "
      "fraction "
      "that it becomes; 0 is void."},
+    {"Shape",
+     "The shape stage: a solid as a function. Runs at any point of part space and returns a "
+     "`float`, "
+     "negative inside."},
     {"varying",
-     "What a stage reads: the mesh's attributes in a surface stage, those of the nearest surface "
+     "What a stage reads: a point in a shape stage, the mesh's attributes in a surface stage, "
+     "those of the nearest surface "
      "point in a volume stage, the voxel's in a dither rule."},
     {"nearest", "A varying of the volume stage: its value at the nearest point of the surface."},
     {"bound", "The most trips of the loop that follows, a constant."},

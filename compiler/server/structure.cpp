@@ -167,6 +167,7 @@ Look look_of(const check::Use& use) {
         case check::SymbolKind::kParameter:
         case check::SymbolKind::kSurfaceInput:
         case check::SymbolKind::kSurfaceOutput:
+        case check::SymbolKind::kShapeOutput:
         case check::SymbolKind::kNearest:
         case check::SymbolKind::kAttributes:
             out.type = Token::kParameter;

@@ -128,12 +128,13 @@ struct Function {
     StmtPtr body;
 };
 
-enum class StageKind : uint8_t { kSurface, kVolume, kDither };
+enum class StageKind : uint8_t { kSurface, kVolume, kDither, kShape };
 
 struct Stage {
     StageKind kind = StageKind::kVolume;
-    source::Span span;  ///< of `@Surface`, `@Volume` or `@Dither`
+    source::Span span;  ///< of `@Surface`, `@Volume`, `@Dither` or `@Shape`
     std::vector<Variable> varyings;
+    std::vector<TypeRef> claims;  ///< `distance` of `[[ distance ]]`
     StmtPtr body;
 };
 

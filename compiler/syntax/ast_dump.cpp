@@ -112,6 +112,8 @@ class Printer {
             line(1, std::string("Stage ") + stage_name(stage.kind));
             for (const Variable& v : stage.varyings)
                 print_variable("Varying", v, 2);
+            for (const TypeRef& claim : stage.claims)
+                line(2, "Claim " + std::string(claim.text));
             print_stmt(stage.body.get(), 2);
         }
     }
@@ -128,9 +130,11 @@ const char* stage_name(StageKind kind) {
         case StageKind::kVolume:
             return "Volume";
         case StageKind::kDither:
+            return "Dither";
+        case StageKind::kShape:
             break;
     }
-    return "Dither";
+    return "Shape";
 }
 
 std::string dump(const File& file) {

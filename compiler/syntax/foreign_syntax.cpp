@@ -11,9 +11,11 @@ const char* varyings_form(ast::StageKind stage) {
         case ast::StageKind::kVolume:
             return "write `@Volume(@varying { VolumeAttributes attr })`";
         case ast::StageKind::kDither:
+            return "write `@Dither(@varying { DitherAttributes attr })`";
+        case ast::StageKind::kShape:
             break;
     }
-    return "write `@Dither(@varying { DitherAttributes attr })`";
+    return "write `@Shape(@varying { ShapeAttributes attr })`";
 }
 
 namespace {
@@ -128,7 +130,7 @@ ForeignSyntax foreign_operator(const Surroundings& at) {
     const bool in_expression =
         at.previous == "=" || at.previous == "(" || at.previous == "," || at.previous == "return";
     if (in_expression && at.found == "@" &&
-        (at.next == "Surface" || at.next == "Volume" || at.next == "Dither"))
+        (at.next == "Surface" || at.next == "Volume" || at.next == "Dither" || at.next == "Shape"))
         return {"a stage cannot be called: put what two of them need into a function"};
     if (are("=", "if") || are("return", "if") || are("(", "if") ||
         (at.found == "if" && at.same_line && at.previous != ")" && at.previous != "else")) {

@@ -13,8 +13,8 @@
 namespace openfab::syntax {
 
 std::optional<ast::StageKind> stage_of(std::string_view marker) {
-    for (const ast::StageKind kind :
-         {ast::StageKind::kSurface, ast::StageKind::kVolume, ast::StageKind::kDither}) {
+    for (const ast::StageKind kind : {ast::StageKind::kSurface, ast::StageKind::kVolume,
+                                      ast::StageKind::kDither, ast::StageKind::kShape}) {
         if (marker == ast::stage_name(kind)) return kind;
     }
     return std::nullopt;
@@ -184,7 +184,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
 bool Parser::parse_marker(ast::Fablet* fablet) {
     if (parse_bare_uniform(fablet)) return true;
     const source::Span begin = peek().span;
-    const std::string_view word = marker_word({"uniform", "Surface", "Volume", "Dither"});
+    const std::string_view word = marker_word({"uniform", "Surface", "Volume", "Dither", "Shape"});
     if (word.empty()) return false;
     if (word == "uniform") {
         parse_uniforms(fablet);
@@ -286,6 +286,7 @@ void Parser::parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source:
                    expected(std::string("`(` after `@") + ast::stage_name(kind) + "`")) {
         d->help(varyings_form(kind));
     }
+    if (at("[")) parse_claims(&stage);
     if (at("-") && peek(1).is(">")) {
         expected("the stage's body in `{ }`");
         while (!at("{") && !at("}") && !at(";") && !at_end())
@@ -298,6 +299,27 @@ void Parser::parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source:
         skip_to_member();
     }
     fablet->stages.push_back(std::move(stage));
+}
+
+/// Parses `[[ distance ]]`.
+void Parser::parse_claims(ast::Stage* stage) {
+    constexpr const char* kForm = "write `[[ distance ]]` before the stage's body";
+    const auto recover = [&](const char* what) {
+        if (diag::Diagnostic* d = expected(what)) d->help(kForm);
+        while (!at("{") && !at("}") && !at_end())
+            take();
+    };
+    if (!peek(1).is("[")) return recover("`[[`");
+    take();
+    take();
+    do {
+        if (!at_identifier()) return recover("what the stage claims");
+        stage->claims.push_back({peek().text, peek().span});
+        take();
+    } while (accept(","));
+    if (!at("]") || !peek(1).is("]")) return recover("`]]`");
+    take();
+    take();
 }
 
 void Parser::parse_varyings(ast::Stage* stage) {

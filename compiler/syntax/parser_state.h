@@ -98,6 +98,7 @@ class Parser {
     void parse_member(ast::Fablet* fablet, ast::Scope* scope);
     void parse_uniforms(ast::Fablet* fablet);
     void parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source::Span& span);
+    void parse_claims(ast::Stage* stage);
     void parse_varyings(ast::Stage* stage);
     bool parse_varying(ast::Stage* stage);
     void parse_function(ast::Scope* scope);

@@ -187,6 +187,7 @@ ir::Fablet translate_fablet(const check::Fablet& fablet, const TranslateOptions&
     for (size_t i = 0; i < fablet.surface_inputs.size(); ++i) {
         out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);
     }
+    if (out.has_shape) run(ir::StageKind::kShape, fablet.shape, &out.shape);
     if (out.has_surface) {
         run(ir::StageKind::kSurface, fablet.surface, &out.surface);
         for (size_t i = 0; i < out.surface_outputs.size(); ++i) {
@@ -232,8 +233,10 @@ void StageTranslator::run(const check::Stage& stage, const TranslateOptions& opt
         add_stage_symbol(*symbol);
     const bool surface = kind_ == ir::StageKind::kSurface;
     const bool dither = kind_ == ir::StageKind::kDither;
+    const bool shape = kind_ == ir::StageKind::kShape;
     const check::Type result = surface  ? check::kFloat3Type
                                : dither ? check::kIntType
+                               : shape  ? check::kFloatType
                                         : check::Type{check::Base::kComposition, 1};
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(result), {}});
@@ -241,10 +244,14 @@ void StageTranslator::run(const check::Stage& stage, const TranslateOptions& opt
     check_returned(stage.span,
                    surface  ? "the `@Surface` stage"
                    : dither ? "the `@Dither` stage"
+                   : shape  ? "the `@Shape` stage"
                             : "the `@Volume` stage",
                    result, *stage.body);
     if (surface) {
         finish_surface(stage);
+    } else if (shape) {
+        add_output("value", OPENFAB_ARG_SHAPE_VALUE, 0, 0, variables_[frame_.result].value[0]);
+        finish_varyings(stage, check::SymbolKind::kShapeOutput, OPENFAB_ARG_SHAPE_OUT);
     } else if (dither) {
         finish_dither(stage);
     } else {
@@ -257,7 +264,8 @@ void StageTranslator::add_stage_symbol(const check::Symbol& symbol) {
     if (symbol.kind == check::SymbolKind::kAttributes) return;
     emit_.set_span(symbol.span);
     Variable v;
-    if (symbol.kind == check::SymbolKind::kSurfaceOutput) {
+    if (symbol.kind == check::SymbolKind::kSurfaceOutput ||
+        symbol.kind == check::SymbolKind::kShapeOutput) {
         v.value = zero(symbol.type);
         v.assigned.assign(v.value.size(), emit_.constant(false));
     } else {
@@ -282,13 +290,18 @@ void StageTranslator::finish_surface(const check::Stage& stage) {
         add_output(component_name("displacement", 3, axis), OPENFAB_ARG_POSITION, 0, axis,
                    displacement[axis]);
     }
+    finish_varyings(stage, check::SymbolKind::kSurfaceOutput, OPENFAB_ARG_SURFACE_OUT);
+}
+
+void StageTranslator::finish_varyings(const check::Stage& stage, check::SymbolKind which,
+                                      int32_t kind) {
     for (const auto& symbol : stage.symbols) {
-        if (symbol->kind != check::SymbolKind::kSurfaceOutput) continue;
+        if (symbol->kind != which) continue;
         const Variable& v = variables_[variable_of(*symbol)];
         check_assigned(v, *symbol);
         for (int32_t i = 0; i < symbol->type.size; ++i) {
-            add_output(component_name(symbol->name, symbol->type.size, i), OPENFAB_ARG_SURFACE_OUT,
-                       symbol->index, i, v.value[i]);
+            add_output(component_name(symbol->name, symbol->type.size, i), kind, symbol->index, i,
+                       v.value[i]);
         }
     }
 }

@@ -28,6 +28,7 @@ void StageTranslator::add_components(const check::Type& type, std::vector<ir::Ty
         case check::Base::kSurfaceAttributes:  // one per stage, without storage
         case check::Base::kVolumeAttributes:
         case check::Base::kDitherAttributes:
+        case check::Base::kShapeAttributes:
             return;
         case check::Base::kStruct:
             for (const check::StructMember& member : type.record->members)
@@ -277,6 +278,13 @@ Value StageTranslator::attribute(const check::Expr& expr) {
     };
     switch (expr.attribute) {
         case check::Attribute::kP:
+            if (kind_ == ir::StageKind::kShape) {
+                Value point;
+                for (int32_t axis = 0; axis < 3; ++axis)
+                    point.push_back(
+                        emit_.input(ir::Type::kFloat, OPENFAB_ARG_SHAPE_POINT, axis, 0));
+                return formulas_.binary(Op::kAdd, point, frame_vector(OPENFAB_FRAME_CENTER));
+            }
             return formulas_.binary(Op::kAdd, surface(OPENFAB_SURFACE_P, 3),
                                     frame_vector(OPENFAB_FRAME_CENTER));
         case check::Attribute::kN:

@@ -90,7 +90,10 @@ Value StageTranslator::derivatives(const check::Expr& expr, const Value& x) {
         }
         return unknown;
     }
-    if (refuse_in_dither(expr, "ddx")) return zero(expr.type);
+    if (refuse_in_dither(expr, "ddx") ||
+        refuse_in_shape(expr, "ddx",
+                        "a shape has no micropolygons; `gradient(f, p)` differentiates a function"))
+        return zero(expr.type);
     if (kind_ != ir::StageKind::kSurface) {
         sink_->report(expr.span, diag::kStageMismatch, "ddx", "called in a volume stage")
             .note(fablet_.volume.span, "stage declared `@Volume` here, which calls this function");

@@ -12,6 +12,8 @@ using ir::ValueId;
 Value StageTranslator::printf_call(const check::Expr& expr) {
     if (refuse_in_dither(expr, expr.is_assert ? "assert" : "printf")) return {};
     if (!options_.enable_printf || gave_up_) return {};
+    if (refuse_in_shape(expr, expr.is_assert ? "assert" : "printf", check::kNoPrintsInShape))
+        return {};
     ValueId guard = live_;
     std::vector<ValueId> args = {guard};
     for (size_t i = 0; i < expr.args.size(); ++i) {

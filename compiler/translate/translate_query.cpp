@@ -27,9 +27,20 @@ bool StageTranslator::refuse_in_dither(const check::Expr& expr, std::string_view
     return true;
 }
 
+/// Returns true after a message if the function was called from a shape stage.
+bool StageTranslator::refuse_in_shape(const check::Expr& expr, std::string_view what,
+                                      const char* help) {
+    if (kind_ != ir::StageKind::kShape) return false;
+    sink_->report(expr.span, diag::kStageMismatch, what, "called in a shape stage")
+        .note(fablet_.shape.span, "stage declared `@Shape` here, which calls this function")
+        .help(help);
+    return true;
+}
+
 /// Returns false after a message if the function was called from another stage.
 bool StageTranslator::asks_in_volume(const check::Expr& expr, const char* name) {
-    if (refuse_in_dither(expr, name)) return false;
+    if (refuse_in_dither(expr, name) || refuse_in_shape(expr, name, check::shape_query_help(name)))
+        return false;
     if (kind_ != ir::StageKind::kSurface) return true;
     sink_->report(expr.span, diag::kStageMismatch, name, "called in a surface stage")
         .note(fablet_.surface.span, "stage declared `@Surface` here, which calls this function");

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "compiler/check/check.h"
 #include "compiler/check/limits.h"
 #include "compiler/diag/sink.h"
 #include "compiler/translate/formulas.h"
@@ -100,6 +101,7 @@ class StageTranslator : private Paths {
                       const std::vector<Variable>& arguments);
     void add_stage_symbol(const check::Symbol& symbol);
     void finish_surface(const check::Stage& stage);
+    void finish_varyings(const check::Stage& stage, check::SymbolKind which, int32_t kind);
     void finish_volume();
     void finish_dither(const check::Stage& stage);
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
@@ -195,6 +197,7 @@ class StageTranslator : private Paths {
     // translate_query.cpp
     bool asks_in_volume(const check::Expr& expr, const char* name);
     bool refuse_in_dither(const check::Expr& expr, std::string_view what);
+    bool refuse_in_shape(const check::Expr& expr, std::string_view what, const char* help);
     Value local_point(const Value& point);
     ir::ValueId query(int32_t object, ir::ValueId guard, const Value& point);
     Value distance(const check::Expr& expr);

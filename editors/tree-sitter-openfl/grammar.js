@@ -40,7 +40,8 @@ module.exports = grammar({
         uniform: ($) => seq(field("type", $._type), list($.declarator), ";"),
         stage: ($) =>
             seq("@", field("kind", alias($.identifier, $.marker)), "(", optional($.varyings), ")",
-                field("body", $.block)),
+                optional($.claims), field("body", $.block)),
+        claims: ($) => seq("[[", list($.identifier), "]", "]"),
         varyings: ($) => seq("@", alias("varying", $.marker), "{", optionalList($.varying), "}"),
         varying: ($) =>
             seq(optional(seq("@", alias("nearest", $.marker))), repeat($.qualifier), field("type", $._type), $.declarator),

@@ -91,6 +91,12 @@ ir::Stage* member(passes::KernelStages* stages, ir::StageKind kind) {
             return &stages->volume;
         case ir::StageKind::kVolumeDemand:
             return &stages->volume_demand;
+        case ir::StageKind::kShape:
+            return &stages->shape;
+        case ir::StageKind::kShapeAttributes:
+            return &stages->shape_attributes;
+        case ir::StageKind::kShapeBounds:
+            return &stages->shape_bounds;
         default:
             break;
     }
@@ -107,6 +113,12 @@ const openfab_kernel& member(const openfab_fablet& fablet, ir::StageKind kind) {
             return fablet.slab;
         case ir::StageKind::kVolumeDemand:
             return fablet.volume_demand;
+        case ir::StageKind::kShape:
+            return fablet.shape->values;
+        case ir::StageKind::kShapeAttributes:
+            return fablet.shape->attributes;
+        case ir::StageKind::kShapeBounds:
+            return fablet.shape->bounds;
         default:
             break;
     }
@@ -274,6 +286,8 @@ std::unique_ptr<lower::LoadedProgram> load(const passes::KernelStages& stages,
                                            const lower::ProgramOptions& options) {
     ir::Fablet fablet;
     fablet.name = "Test";
+    fablet.has_shape = !stages.shape.outputs.empty() || !stages.shape_attributes.outputs.empty() ||
+                       !stages.shape_bounds.outputs.empty();
     auto loaded = lower::load_program({{&fablet, &stages, "test.fl", 1}}, options);
     if (auto* fault = std::get_if<lower::Fault>(&loaded)) {
         ADD_FAILURE() << fault->trouble

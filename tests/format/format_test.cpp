@@ -175,6 +175,18 @@ TEST(Format, EnumsAreListsOfNames) {
     expect_same_program(text, "enums");
 }
 
+TEST(Format, ClaimsOfAStageStandBehindItsVaryings) {
+    const Result<std::string> out = formatted(
+        "fablet A {\n@Shape( @varying{ShapeAttributes attr} )[[distance]] {return attr.p.x ;}\n"
+        "@Shape(@varying{ShapeAttributes attr})\n[[ distance ]]\n{\nfloat d=1;\nreturn d;}\n}\n");
+    ASSERT_TRUE(out) << out.error().text();
+    EXPECT_EQ(*out,
+              "fablet A {\n"
+              "    @Shape(@varying { ShapeAttributes attr }) [[ distance ]] { return attr.p.x; }\n"
+              "    @Shape(@varying { ShapeAttributes attr }) [[ distance ]]\n"
+              "    {\n        float d = 1;\n        return d;\n    }\n}\n");
+}
+
 TEST(Format, WhatDoesNotFitContinuesUnderItsFirstPart) {
     const std::string text = R"(
 float sum(float first_argument, float second_argument, float third_argument, float fourth_argument, float fifth) {

@@ -103,4 +103,22 @@ TEST(Openflc, AScheduleThatIsWrongIsADiagnosticOnItsLine) {
         << out.text;
 }
 
+TEST(Openflc, MeasuresWhetherAShapeIsTheDistanceThatItClaims) {
+    const std::string path = ::testing::TempDir() + "/claim.fl";
+    const auto check = [&](const std::string& value) {
+        std::ofstream(path, std::ios::binary)
+            << "fablet A {\n    @Shape(@varying { ShapeAttributes attr }) [[ distance ]]\n    { "
+               "return " +
+                   value + "; }\n}\n";
+        return run("check " + path + " 2>&1");
+    };
+    EXPECT_EQ(check("length(attr.p) - 5").text, "");
+    const Output out = check("2 * (length(attr.p) - 5)");
+    EXPECT_EQ(out.exit_code, 0);
+    EXPECT_NE(out.text.find("claim.fl:2:50: warning: the shape of `A` is no distance: at ("),
+              std::string::npos)
+        << out.text;
+    EXPECT_NE(out.text.find(" [no-distance]\n"), std::string::npos) << out.text;
+}
+
 }  // namespace
