@@ -128,7 +128,7 @@ struct Raw {
                                                                         png = "rgba", isa;
     std::string pitch, probe, slabs_in_flight;
     std::vector<std::string> previews;
-    std::string crop = "parts";
+    std::string crop = "parts", sampling;
     bool no_cull = false;
 };
 
@@ -209,11 +209,13 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    app.add_option(
-           "--fractions", o.fractions_file,
-           "an .npy file for the materials' fractions at the centre of each voxel, before the "
-           "dither")
+    app.add_option("--fractions", o.fractions_file,
+                   "an .npy file for the materials' fractions in each voxel, before the dither")
         ->type_name("FILE");
+    app.add_option("--sampling", raw.sampling,
+                   "what these are at a coarser pitch than the printer's: volume (means over its "
+                   "voxels; the default) or centre (of a voxel's centre alone)")
+        ->check(CLI::IsMember({"volume", "centre"}));
     app.add_option("--fractions-supersample", o.fractions_supersample,
                    "make these the means over the N x N x N parts of each voxel")
         ->check(CLI::Range(1, kMostSupersampling))
@@ -246,7 +248,7 @@ std::string help_text(CLI::App* app, const std::string& program, bool needs_outp
         return app->help();
     }
     for (const char* option :
-         {"--output", "--token-file", "--tls-ca", "--preview", "--fractions",
+         {"--output", "--token-file", "--tls-ca", "--preview", "--fractions", "--sampling",
           "--fractions-supersample", "--probe", "--stats", "--estimate", "--dry-run", "--resume"})
         app->get_option(option)->group("");
     app->footer(kUnits);
@@ -373,11 +375,9 @@ Result<void> validate_options(const Raw& raw, Options* o) {
             return usage_error(
                 fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", format->name));
     }
-    if (o->fractions_supersample > 1 && o->fractions_file.empty()) {
-        return usage_error(
-            "`--fractions-supersample` is about the array that `--fractions FILE.npy` writes; name "
-            "one");
-    }
+    o->sample_centres = raw.sampling == "centre";
+    if (o->fractions_supersample > 1 && o->sample_centres)
+        return usage_error("give one of `--sampling centre` and `--fractions-supersample`");
     if (o->resume && !o->fractions_file.empty()) {
         return usage_error(
             "`--fractions` needs all slices, and `--resume` does not make those again that are "
@@ -416,6 +416,12 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     }
     if (Result<void> done = validate_grid(raw, &options); !done) return done.error();
     if (Result<void> done = validate_options(raw, &options); !done) return done.error();
+    const bool averages = options.fractions_supersample > 1 || !raw.sampling.empty();
+    if (needs_output && averages && options.fractions_file.empty()) {
+        return usage_error(
+            fmt::format("`{}` is about the array that `--fractions FILE.npy` writes; name one",
+                        raw.sampling.empty() ? "--fractions-supersample" : "--sampling"));
+    }
     if (needs_output && !has_output(options))
         return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
     return options;

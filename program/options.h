@@ -62,8 +62,10 @@ struct Options {
     std::vector<preview::PreviewSpec> previews;
     program::ProgressMode progress = program::ProgressMode::kAuto;
     std::string stats_file;
-    std::string fractions_file;         ///< takes mixtures before the dither; empty: none
-    int32_t fractions_supersample = 1;  ///< parts of a voxel's side that they are the means of
+    std::string fractions_file;  ///< takes mixtures before the dither; empty: none
+    /// Parts of a voxel's side that they are the means of; 0: as `sampling` says.
+    int32_t fractions_supersample = 0;
+    bool sample_centres = false;      ///< --sampling centre: fractions are those at voxels' centres
     std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
     std::vector<NamedOutput> more_outputs;  ///< files that the host writes at its end
     bool png_indexed = false;               ///< with a palette instead of RGBA

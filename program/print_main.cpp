@@ -110,24 +110,30 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     program::Progress progress(options.progress, stderr);
     PrintHooks hooks{.interrupt = interrupt};
     hooks.began_seconds = began_seconds;
+    const bool prints = !options.estimate && !options.dry_run;
+    std::optional<raster::FractionFile> fractions;
+    CoarsePrint coarse;
+    Vec3i parts{1, 1, 1};
     hooks.loaded = [&](const Job& job) {
         if (files != nullptr) *files = job.files;
         for (const std::string& text : job.notes)
             progress.note(text);
         for (const std::string& warning : job.input.warnings)
             progress.warn(warning);
+        if (options.fractions_file.empty() || !prints) return;
+        const Vec3d &pitch = job.input.pitch_mm, &own = job.printer.pitch_mm;
+        parts = fraction_parts(options, pitch, own);
+        if (parts == Vec3i{1, 1, 1}) {
+            hooks.fractions = &fractions.emplace(options.fractions_file);
+            return;
+        }
+        hooks.fractions = &coarse;
+        if (const std::string note = describe_parts(parts, options, pitch, own); !note.empty())
+            progress.note(note);
     };
-    const bool prints = !options.estimate && !options.dry_run;
     // An estimate evaluates some voxels only; their printf lines are meaningless.
     if (prints)
         hooks.print_line = [&progress](const std::string& line) { progress.print_line(line); };
-    std::optional<raster::FractionFile> fractions;
-    CoarsePrint coarse;
-    const bool supersamples = prints && options.fractions_supersample > 1;
-    if (supersamples)
-        hooks.fractions = &coarse;
-    else if (!options.fractions_file.empty() && prints)
-        hooks.fractions = &fractions.emplace(options.fractions_file);
     Result<PreparedPrint> ready = prepare_print(options, fablets, hooks);
     if (!ready) return ready.error();
     for (const std::string& warning : ready->print->warnings())
@@ -147,9 +153,9 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     job.input = {};
     const Result<void> done =
         run(ready->print.get(), options, ready->format, job.printer, sizes, interrupt, progress);
-    if (!done || !supersamples) return done;
+    if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory
-    return write_supersampled(coarse, options, fablets, interrupt, &progress);
+    return write_supersampled(coarse, parts, options, fablets, interrupt, &progress);
 }
 
 int finish(const Result<void>& done) {

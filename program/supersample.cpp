@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/supersample.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <thread>
 
@@ -13,12 +17,43 @@ namespace openfab::program {
 
 namespace {
 
-/// Those of a print of nothing but fractions at an N-th of the pitch.
-Options fine_options(const Options& options, const pipeline::PrintInfo& coarse) {
+/// Returns how many of the printer's voxels a voxel is across, at least 1.
+Vec3d own_voxels(const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
+    constexpr double kSlack = 1e-6;  // of a quotient that is a whole number
+    Vec3d out;
+    for (int axis = 0; axis < 3; ++axis)
+        out[axis] = std::max(1.0, std::ceil(pitch_mm[axis] / printer_pitch_mm[axis] - kSlack));
+    return out;
+}
+
+}  // namespace
+
+Vec3i fraction_parts(const Options& options, const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
+    const int32_t n = options.sample_centres ? 1 : options.fractions_supersample;
+    if (n > 0) return {n, n, n};
+    const Vec3d own = own_voxels(pitch_mm, printer_pitch_mm);
+    const auto part = [](double parts) {
+        return static_cast<int32_t>(std::min(parts, double{kMostSupersampling}));
+    };
+    return {part(own.x), part(own.y), part(own.z)};
+}
+
+std::string describe_parts(const Vec3i& parts, const Options& options, const Vec3d& pitch_mm,
+                           const Vec3d& printer_pitch_mm) {
+    if (options.sample_centres || options.fractions_supersample > 0) return {};
+    const Vec3d own = own_voxels(pitch_mm, printer_pitch_mm);
+    if (own.x <= parts.x && own.y <= parts.y && own.z <= parts.z) return {};
+    return fmt::format(
+        "the fractions of a voxel are means over {} x {} x {} parts, which are larger than the "
+        "printer's voxels, of which it has {:.0f} x {:.0f} x {:.0f}",
+        parts.x, parts.y, parts.z, own.x, own.y, own.z);
+}
+
+Options options_of_parts(const Options& options, const pipeline::PrintInfo& coarse,
+                         const Vec3i& parts) {
     Options fine = options;
     const Vec3d& pitch = coarse.pitch_mm;
-    const double times = options.fractions_supersample;
-    fine.pitch_mm = Vec3d{pitch.x / times, pitch.y / times, pitch.z / times};
+    fine.pitch_mm = Vec3d{pitch.x / parts.x, pitch.y / parts.y, pitch.z / parts.z};
     fine.voxel_mm.reset(), fine.dpi.reset(), fine.layer_mm.reset(), fine.mesh_pitch_mm.reset();
     fine.draft = 1;
     fine.z_range_mm.reset(), fine.slices.reset();
@@ -27,30 +62,38 @@ Options fine_options(const Options& options, const pipeline::PrintInfo& coarse) 
     return fine;
 }
 
-}  // namespace
-
-Result<void> write_supersampled(const CoarsePrint& coarse, const Options& options,
-                                const openfab_fablet_list& fablets,
-                                const std::atomic<bool>& interrupt, Progress* progress) {
-    const int32_t times = options.fractions_supersample;
-    pipeline::PrintInfo info = coarse.info();
+Box3d box_of_slices(const pipeline::PrintInfo& info) {
     const auto at = [&](double x, double y, double z) {
         return info.origin_mm +
                Vec3d{x * info.pitch_mm.x, y * info.pitch_mm.y, z * info.pitch_mm.z};
     };
-    PrintHooks hooks{.interrupt = interrupt};
-    hooks.window_mm =
-        Box3d{at(0, 0, info.slice_begin), at(info.size.x, info.size.y, info.slice_end)};
+    return {at(0, 0, info.slice_begin), at(info.size.x, info.size.y, info.slice_end)};
+}
+
+int64_t bytes_of_means(const Options& options, const Vec3i& parts) {
     const auto threads = options.threads > 0
                              ? options.threads
                              : static_cast<int32_t>(std::thread::hardware_concurrency());
     // A slab more than threads may be in flight.
-    hooks.sink_bytes_per_fraction = raster::FractionAverage::bytes_per_fraction(times, threads + 1);
-    info.provenance.emplace_back("supersampling", std::to_string(times));
+    return raster::FractionAverage::bytes_per_fraction(parts, threads + 1);
+}
+
+Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
+                                const Options& options, const openfab_fablet_list& fablets,
+                                const std::atomic<bool>& interrupt, Progress* progress) {
+    pipeline::PrintInfo info = coarse.info();
+    PrintHooks hooks{.interrupt = interrupt};
+    hooks.window_mm = box_of_slices(info);
+    hooks.sink_bytes_per_fraction = bytes_of_means(options, parts);
+    const bool alike = parts.x == parts.y && parts.x == parts.z;
+    info.provenance.emplace_back(
+        "supersampling",
+        alike ? std::to_string(parts.x) : fmt::format("{} x {} x {}", parts.x, parts.y, parts.z));
     raster::FractionFile file(options.fractions_file);
-    raster::FractionAverage average(info, times, &file);
+    raster::FractionAverage average(info, parts, &file);
     hooks.fractions = &average;
-    Result<PreparedPrint> ready = prepare_print(fine_options(options, info), fablets, hooks);
+    Result<PreparedPrint> ready =
+        prepare_print(options_of_parts(options, info, parts), fablets, hooks);
     if (!ready) return ready.error();
     raster::AveragedSlices slices(&average);
     pipeline::PrintStatistics statistics;

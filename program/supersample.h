@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// `--fractions-supersample N`: means of the fractions over the N x N x N parts of each voxel, from a
-// second print without slices at an N-th of the pitch.
+// Means of the fractions over parts of each voxel, from a second print without slices at the pitch of
+// the parts: the printer's own where the print's is coarser, or an N-th of it with
+// `--fractions-supersample N`.
 
 #include <atomic>
+#include <string>
 
 #include "abi/fablet_table.h"
 #include "program/options.h"
@@ -36,9 +38,27 @@ class CoarsePrint : public pipeline::FractionSink {
     pipeline::PrintTotals totals_;
 };
 
+/// Returns how many parts along each axis the fractions of a voxel of `pitch_mm` are the means of: 1 where it
+/// is its centre's mixture.
+Vec3i fraction_parts(const Options& options, const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm);
+
+/// Returns a note where these are fewer than the printer's voxels; else nothing.
+std::string describe_parts(const Vec3i& parts, const Options& options, const Vec3d& pitch_mm,
+                           const Vec3d& printer_pitch_mm);
+
+/// Returns the options of a print of nothing but fractions, of so many parts a voxel of `coarse`.
+Options options_of_parts(const Options& options, const pipeline::PrintInfo& coarse,
+                         const Vec3i& parts);
+
+/// Returns the box of the slices of a print.
+Box3d box_of_slices(const pipeline::PrintInfo& info);
+
+/// Returns the memory that the means take for each column of the finer print and each material.
+int64_t bytes_of_means(const Options& options, const Vec3i& parts);
+
 /// Writes `options.fractions_file`, as the print `coarse`, with the same options, has left it to do.
-Result<void> write_supersampled(const CoarsePrint& coarse, const Options& options,
-                                const openfab_fablet_list& fablets,
+Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
+                                const Options& options, const openfab_fablet_list& fablets,
                                 const std::atomic<bool>& interrupt, Progress* progress);
 
 }  // namespace openfab::program

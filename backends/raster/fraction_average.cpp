@@ -16,9 +16,9 @@ constexpr float kWhole = 65535;  // of a fraction
 }  // namespace
 
 Result<void> FractionAverage::begin(const pipeline::PrintInfo& fine, int32_t materials) {
-    OPENFAB_CHECK_EQ(fine.size.x, coarse_.size.x * times_);
-    OPENFAB_CHECK_EQ(fine.size.y, coarse_.size.y * times_);
-    OPENFAB_CHECK_EQ(fine.size.z, (coarse_.slice_end - coarse_.slice_begin) * times_);
+    OPENFAB_CHECK_EQ(fine.size.x, coarse_.size.x * times_.x);
+    OPENFAB_CHECK_EQ(fine.size.y, coarse_.size.y * times_.y);
+    OPENFAB_CHECK_EQ(fine.size.z, (coarse_.slice_end - coarse_.slice_begin) * times_.z);
     materials_ = materials;
     return to_.begin(coarse_, materials);
 }
@@ -37,12 +37,12 @@ void FractionAverage::write(int32_t z, int32_t y, int32_t first_x,
                             std::span<const float> fractions) {
     if (std::all_of(fractions.begin(), fractions.end(), [](float f) { return f == 0; })) return;
     const auto materials = static_cast<size_t>(materials_);
-    uint32_t* row = layer(z / times_) + static_cast<size_t>(y / times_) *
-                                            static_cast<size_t>(coarse_.size.x) * materials;
+    uint32_t* row = layer(z / times_.z) + static_cast<size_t>(y / times_.y) *
+                                              static_cast<size_t>(coarse_.size.x) * materials;
     const auto count = static_cast<int32_t>(fractions.size() / materials);
     for (int32_t i = 0; i < count;) {
-        const int32_t x = (first_x + i) / times_;
-        const int32_t end = std::min(count, (x + 1) * times_ - first_x);
+        const int32_t x = (first_x + i) / times_.x;
+        const int32_t end = std::min(count, (x + 1) * times_.x - first_x);
         for (size_t m = 0; m < materials; ++m) {
             uint32_t sum = 0;
             for (int32_t k = i; k < end; ++k) {
@@ -59,23 +59,23 @@ void FractionAverage::write(int32_t z, int32_t y, int32_t first_x,
 }
 
 void FractionAverage::passed(int32_t z) {
-    if ((z + 1) % times_ != 0) return;
+    if ((z + 1) % times_.z != 0) return;
     std::vector<uint32_t> sums;
     {
         const std::lock_guard lock(mutex_);
-        const auto found = layers_.find(z / times_);
+        const auto found = layers_.find(z / times_.z);
         if (found == layers_.end()) return;
         sums = std::move(found->second);
         layers_.erase(found);
     }
     const size_t width = static_cast<size_t>(coarse_.size.x) * static_cast<size_t>(materials_);
-    const double whole = double{kWhole} * times_ * times_ * times_;
+    const double whole = double{kWhole} * times_.x * times_.y * times_.z;
     std::vector<float> row(width);
     for (int32_t y = 0; y < coarse_.size.y; ++y) {
         const uint32_t* from = sums.data() + static_cast<size_t>(y) * width;
         std::transform(from, from + width, row.begin(),
                        [&](uint32_t sum) { return static_cast<float>(sum / whole); });
-        to_.write(coarse_.slice_begin + z / times_, y, 0, row);
+        to_.write(coarse_.slice_begin + z / times_.z, y, 0, row);
     }
 }
 
@@ -84,9 +84,9 @@ Result<void> FractionAverage::finish(const pipeline::PrintTotals& totals) {
     return {};
 }
 
-int64_t FractionAverage::bytes_per_fraction(int32_t times, int32_t slabs) {
-    const int64_t layers = (8 * int64_t{slabs} + times - 1) / times + 2;
-    const int64_t columns = int64_t{times} * times;
+int64_t FractionAverage::bytes_per_fraction(const Vec3i& times, int32_t slabs) {
+    const int64_t layers = (8 * int64_t{slabs} + times.z - 1) / times.z + 2;
+    const int64_t columns = int64_t{times.x} * times.y;
     return (layers * static_cast<int64_t>(sizeof(uint32_t)) + columns - 1) / columns;
 }
 

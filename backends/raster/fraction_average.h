@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Averages the fractions of a fine print over the voxels of a coarse one, N x N x N each: what a
+// Averages the fractions of a fine print over the voxels of a coarse one, so many along each axis: what a
 // fine texture amounts to in an element of a simulation, which the middle of the element does not
 // tell.
 //
@@ -21,10 +21,13 @@ namespace openfab::raster {
 
 class FractionAverage : public pipeline::FractionSink {
   public:
+    /// Sums of so many fit 32 bits.
+    static constexpr int32_t kMostParts = 65536;
+
     /// Passes the means to `to`. The fine print's grid is that of `coarse`, from its first slice to
-    /// its last, with N = `times` <= 40 voxels for one along
-    /// each axis: sums fit 32 bits.
-    FractionAverage(const pipeline::PrintInfo& coarse, int32_t times, pipeline::FractionSink* to)
+    /// its last, with `times` voxels for one along the axes, at most kMostParts together.
+    FractionAverage(const pipeline::PrintInfo& coarse, const Vec3i& times,
+                    pipeline::FractionSink* to)
         : coarse_(coarse), times_(times), to_(*to) {}
 
     Result<void> begin(const pipeline::PrintInfo& fine, int32_t materials) override;
@@ -39,13 +42,13 @@ class FractionAverage : public pipeline::FractionSink {
     bool complete() const { return complete_; }
     /// Returns the memory that sums take, for each column of the fine print and each material, with
     /// so many slabs of 8 slices in flight.
-    static int64_t bytes_per_fraction(int32_t times, int32_t slabs);
+    static int64_t bytes_per_fraction(const Vec3i& times, int32_t slabs);
 
   private:
     uint32_t* layer(int32_t z);
 
     const pipeline::PrintInfo coarse_;
-    const int32_t times_;
+    const Vec3i times_;
     pipeline::FractionSink& to_;
     int32_t materials_ = 0;
     bool complete_ = false;

@@ -450,7 +450,7 @@ def print_world(
     token_file, tls_ca : str or path, optional
         For a receiver.
     fractions : bool, optional
-        Whether slices have the mixtures before the dither, too.
+        Whether slices have the mixtures before the dither, too: those at the voxels' centres; `sample` gives means.
     enable_printf : bool, optional
         Whether `printf` and `assert` of fablets do something.
     progress : bool or callable, optional
@@ -481,6 +481,8 @@ def print_world(
         tls_ca=tls_ca, support=support,
     )
     if out is None:
+        # A slice's codes are made of the mixtures at centres, so that these belong to them.
+        words += ["--sampling=centre"] if fractions else []
         return Print(
             world, words, _core.Target.SLICES, fractions=fractions, uniforms=uniforms, enable_printf=enable_printf,
             progress=progress,
@@ -628,6 +630,7 @@ def sample(
     box: tuple[Sequence[Real], Sequence[Real]] | None = None,
     *,
     voxel: Real | str | Sequence[Real],
+    sampling: Literal["volume", "centre"] = "volume",
     uniforms: Mapping[str, Any] | None = None,
     memory: Whole | str | None = None,
     threads: Whole | None = None,
@@ -635,7 +638,8 @@ def sample(
 ) -> Samples:
     """Evaluates a world in a box of voxels of any size.
 
-    Only what is in the box is evaluated: it may be a small part of a large world.
+    Only what is in the box is evaluated: it may be a small part of a large world. Voxels that are larger than the
+    printer's get the mean mixture of the printer's voxels in them, void among them.
 
     Parameters
     ----------
@@ -646,6 +650,9 @@ def sample(
         are at multiples of the pitch.
     voxel : float, str or sequence of 3 floats
         The size of a voxel in mm; one, or of x, y and z.
+    sampling : {"volume", "centre"}, optional
+        Whether a voxel that is larger than the printer's gets means over its volume, which takes as long as a print, or
+        the mixture at its centre, which misses what is finer than the voxel.
     uniforms : mapping of str to Any, optional
         Other values, as `{"ball.skin": 1.5}`.
     memory : int or str, optional
@@ -667,7 +674,7 @@ def sample(
     CompileError
         Where a fablet does not compile.
     """
-    words = words_of(voxel=voxel, memory=memory, threads=threads, support=False)
+    words = words_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
     window: tuple[float, ...] | None = None
     if box is not None:
         corners = several(box, "`box`", (2,), "its lowest and its highest corner")

@@ -9,10 +9,12 @@
 
 #include "backends/common/tee_sink.h"
 #include "backends/preview/preview.h"
+#include "backends/raster/fraction_average.h"
 #include "base/clock.h"
 #include "program/outputs.h"
 #include "program/part_sizes.h"
 #include "program/statistics.h"
+#include "program/supersample.h"
 
 namespace openfab::python {
 
@@ -35,6 +37,27 @@ class ToQueue : public pipeline::SliceSink {
 
   private:
     SliceQueue* queue_;
+};
+
+/// Passes means on, in slices without codes, once the finer print is past them.
+class MeansToQueue : public backends::NullSink {
+  public:
+    MeansToQueue(SliceQueue* queue, raster::FractionAverage* average,
+                 const pipeline::PrintInfo& coarse, int32_t parts_z)
+        : queue_(*queue), average_(*average), coarse_(coarse), parts_z_(parts_z) {}
+    Result<void> commit(int32_t z, std::vector<uint8_t>) override {
+        average_.passed(z);
+        if ((z + 1) % parts_z_ != 0) return {};
+        const size_t voxels =
+            static_cast<size_t>(coarse_.size.x) * static_cast<size_t>(coarse_.size.y);
+        return queue_.commit(coarse_.slice_begin + z / parts_z_, std::vector<uint8_t>(voxels));
+    }
+
+  private:
+    SliceQueue& queue_;
+    raster::FractionAverage& average_;
+    const pipeline::PrintInfo& coarse_;
+    const int32_t parts_z_;
 };
 
 }  // namespace
@@ -137,7 +160,18 @@ Result<void> Print::print() {
         const std::lock_guard lock(mutex_);
         lines_.push_back(line);
     };
-    if (wants_fractions_) hooks.fractions = &planes_;
+    Vec3i parts{1, 1, 1};
+    if (wants_fractions_) {
+        hooks.fractions = &planes_;
+        hooks.loaded = [this, &parts, told = hooks.loaded](const program::Job& job) {
+            told(job);
+            const Vec3d &pitch = job.input.pitch_mm, &own = job.printer.pitch_mm;
+            parts = program::fraction_parts(options_, pitch, own);
+            std::string note = program::describe_parts(parts, options_, pitch, own);
+            const std::lock_guard lock(mutex_);
+            if (!note.empty()) notes_.push_back(std::move(note));
+        };
+    }
     if (target_ == Target::kSlices) {
         // Those in the queue, and of four slabs in flight.
         constexpr int64_t kSlices = SliceQueue::kMostSlices + 4 * 8;
@@ -158,6 +192,10 @@ Result<void> Print::print() {
         program::part_sizes(ready->job.input.parts, ready->job.input.pitch_mm);
     ready->job.input = {};
     if (target_ == Target::kNothing) return {};
+    if (parts != Vec3i{1, 1, 1}) {
+        ready->print.reset();  // and its memory
+        return print_means(parts);
+    }
     Result<std::unique_ptr<pipeline::SliceSink>> sink = open_sink(ready->job.printer);
     if (!sink) return sink.error();
     set_state(State::kPrinting);
@@ -180,6 +218,37 @@ Result<void> Print::print() {
     statistics_ = program::statistics_json(statistics, info_);
     const std::lock_guard lock(mutex_);
     warnings_.insert(warnings_.end(), found.begin(), found.end());
+    return done;
+}
+
+Result<void> Print::print_means(const Vec3i& parts) {
+    program::PrintHooks hooks{.interrupt = interrupt_};
+    hooks.window_mm = program::box_of_slices(info_);
+    hooks.began_seconds = process_age_seconds();
+    hooks.sink_bytes_per_fraction =
+        program::bytes_of_means(options_, parts) +
+        static_cast<int64_t>(SliceQueue::kMostSlices * sizeof(float)) / (parts.x * parts.y);
+    raster::FractionAverage average(info_, parts, &planes_);
+    hooks.fractions = &average;
+    Result<program::PreparedPrint> ready = program::prepare_print(
+        program::options_of_parts(options_, info_, parts), program_->fablets(), hooks);
+    if (!ready) return ready.error();
+    set_state(State::kPrinting);
+    MeansToQueue sink(&queue_, &average, info_, parts.z);
+    pipeline::PrintStatistics statistics;
+    const Result<void> done = ready->print->run(
+        sink,
+        [&](const pipeline::ProgressEvent& event) {
+            const std::lock_guard lock(mutex_);
+            progress_ = event;
+            progress_.slices_done /= parts.z;
+            progress_.slices_total /= parts.z;
+        },
+        interrupt_, &statistics);
+    statistics_ = program::statistics_json(statistics, ready->print->info());
+    const std::lock_guard lock(mutex_);
+    warnings_.insert(warnings_.end(), statistics.late_warnings.begin(),
+                     statistics.late_warnings.end());
     return done;
 }
 

@@ -79,6 +79,8 @@ class Print {
   private:
     void run();
     Result<void> print();
+    /// Hands out means over so many parts of each voxel of info_, and no codes.
+    Result<void> print_means(const Vec3i& parts);
     Result<std::unique_ptr<pipeline::SliceSink>> open_sink(const world::Printer& printer);
     void set_state(State state);
 

@@ -60,7 +60,8 @@ class Print:
         self.told = told
         self.world = json.loads(world.read_text())
         out, fractions = folder / "print.npy", folder / "fractions.npy"
-        run("print", world, "-o", out, "--fractions", fractions, "--voxel", f"{VOXEL}mm", "--support", "off")
+        run("print", world, "-o", out, "--fractions", fractions, "--voxel", f"{VOXEL}mm", "--support", "off",
+            "--sampling", "centre")
         self.codes = np.load(out)
         self.fractions = np.load(fractions)
         self.about = json.loads(out.with_name(out.name + ".json").read_text())

@@ -66,7 +66,7 @@ TEST_F(RunCommand, NoPassChangesTheBytes) {
 }
 
 /// Stripes of a quarter of 0.4 mm: the centres of coarse voxels all lie in the same part of one.
-TEST_F(RunCommand, CoarseFractionsAreThoseOfCentresUnlessTheyAreSupersampled) {
+TEST_F(RunCommand, CoarseFractionsAreMeansOverVolumesUnlessCentresAreAskedFor) {
     scratch().write("stripes.fl", R"(fablet Stripes {
     @uniform { Material a, b; }
     @Volume(@varying { VolumeAttributes attr })
@@ -107,7 +107,12 @@ TEST_F(RunCommand, CoarseFractionsAreThoseOfCentresUnlessTheyAreSupersampled) {
         return sum / static_cast<double>(voxels.size());
     };
     EXPECT_NEAR(share_of_a({"--voxel", "0.05mm"}), 0.25, 1e-6);
-    EXPECT_EQ(share_of_a({"--voxel", "1mm"}), 0);
+    EXPECT_NEAR(share_of_a({"--voxel", "1mm"}), 0.25, 1e-6);
+    EXPECT_NEAR(share_of_a({"--voxel", "0.8mm", "--threads", "3", "--slices", "2:5"}), 0.25, 1e-6);
+    EXPECT_NEAR(share_of_a({"--draft", "8"}), 0.25, 1e-6);
+    // 32 parts of 4 mm are not those of the printer's voxels, which is told.
+    EXPECT_NEAR(share_of_a({"--voxel", "4mm"}), 0.25, 0.02);
+    EXPECT_EQ(share_of_a({"--voxel", "1mm", "--sampling", "centre"}), 0);
     // In parts of 0.1 mm a stripe is one of four; the centres of coarser ones may miss it again.
     EXPECT_NEAR(share_of_a({"--voxel", "1mm", "--fractions-supersample", "10"}), 0.25, 1e-6);
     EXPECT_NEAR(share_of_a({"--voxel", "0.8mm", "--fractions-supersample", "8"}), 0.25, 1e-6);

@@ -30,11 +30,12 @@ class Fractions : public ::testing::Test {
     Fractions() {
         scratch_.write("f.fl", "fablet Skin {}\n");
         scratch_.write("w.fab.json", SimpleWorld{"Skin", R"({"sphere": 6})"}.text());
+        scratch_.write("p.printer.json", R"({"name": "p", "pitch_mm": [0.2, 0.2, 0.2]})");
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome print(const std::vector<std::string>& more, const RunOptions& options = {}) {
         std::vector<std::string> argv{test_program("openfab_test_print_4"), path("w.fab.json"),
-                                      "--voxel", "0.2mm"};
+                                      "--printer", path("p.printer.json")};
         argv.insert(argv.end(), more.begin(), more.end());
         return run(argv, options);
     }
@@ -176,6 +177,8 @@ TEST_F(Fractions, SupersampledAreTheMeansOfThoseOfAFinerPrint) {
         EXPECT_THAT(json, HasSubstr(fmt::format("\"supersampling\": \"{}\"", n)));
         EXPECT_THAT(json, HasSubstr("\"complete\": true"));
         const Array coarse(file, json);
+        // The printer's own pitch is that of the fine print, which a coarser one averages by itself.
+        EXPECT_TRUE(fractions({"--draft", n}) == file) << times;
         std::array<int32_t, 3> shift{};  // fine voxels, x, y, z
         for (size_t a = 0; a < 3; ++a) {
             shift[a] =
@@ -227,6 +230,12 @@ TEST_F(Fractions, TroubleIsTold) {
     EXPECT_EQ(alone.exit_code, 2);
     EXPECT_THAT(alone.err, HasSubstr("--fractions FILE.npy"));
     EXPECT_EQ(print({"--fractions", path("f.npy"), "--fractions-supersample", "33"}).exit_code, 2);
+    const Outcome both = print(
+        {"--fractions", path("f.npy"), "--fractions-supersample", "4", "--sampling", "centre"});
+    EXPECT_EQ(both.exit_code, 2);
+    EXPECT_THAT(both.err, HasSubstr("give one of"));
+    EXPECT_THAT(print({"--sampling", "volume", "-o", path("a.ofr")}).err,
+                HasSubstr("`--sampling` is about the array"));
 }
 
 }  // namespace
