@@ -17,7 +17,9 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "program/cost.h"
 #include "program/outputs.h"
+#include "program/statistics.h"
 
 namespace openfab::program {
 
@@ -122,6 +124,27 @@ std::string describe_pace(const Estimate& e) {
                               slice, layer);
 }
 
+/// ", 3.40 EUR"
+std::string describe_money(const Estimate& e, size_t code) {
+    if (!e.cost) return "";
+    const pipeline::MaterialCost& line = e.cost->materials[code - 1];
+    std::string text;
+    if (line.waste_ml > 0) text += fmt::format(", {:.3g} ml more of waste", line.waste_ml);
+    return text + (line.money ? fmt::format(", {:.2f} {}", *line.money, printable(e.cost->currency))
+                              : ", its price is not known");
+}
+
+std::string describe_cost(const pipeline::PrintCost& cost) {
+    std::string unknown;
+    for (const pipeline::MaterialCost& line : cost.materials) {
+        if (!line.money && line.ml > 0)
+            unknown += (unknown.empty() ? "" : ", ") + printable(line.name);
+    }
+    return fmt::format("cost: about {:.2f} {}{}; {} passes{}\n", cost.money,
+                       printable(cost.currency), unknown.empty() ? "" : " without " + unknown,
+                       cost.passes, cost.seconds > 0 ? ", " + format_seconds(cost.seconds) : "");
+}
+
 }  // namespace
 
 Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
@@ -134,7 +157,7 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     out.set_up = print->estimate();
     out.memory_bytes = out.set_up.memory_bytes + preview_bytes(options);
     out.slices = info.slice_end - info.slice_begin;
-    out.print_seconds = printer.layer_time_s * out.slices;
+    out.print_seconds = print_seconds(printer, info, out.slices);
     out.warnings = input.warnings;
     out.warnings.insert(out.warnings.end(), print->warnings().begin(), print->warnings().end());
     if (!options.estimate) return out;
@@ -151,6 +174,8 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     }
     out.warnings.insert(out.warnings.end(), out.sample.late_warnings.begin(),
                         out.sample.late_warnings.end());
+    out.cost = print_cost(printer, info, out.slices,
+                          ml_by_code(out.sample.voxels_by_code, out.sample_voxel_ml));
     return out;
 }
 
@@ -170,15 +195,16 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
     for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
         const pipeline::SliceMaterial& material = info.materials[code - 1];
         const double ml = static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml;
-        say(fmt::format("{}: {} {:.3g} ml, {:.3g} g\n", printable(material.name),
-                        e.few_voxels ? "roughly" : "about", ml, ml * material.density_g_cm3));
+        say(fmt::format("{}: {} {:.3g} ml, {:.3g} g{}\n", printable(material.name),
+                        e.few_voxels ? "roughly" : "about", ml, ml * material.density_g_cm3,
+                        describe_money(e, code)));
     }
+    if (e.cost) say(describe_cost(*e.cost));
     for (const std::string& warning : e.sample.late_warnings)
         warn(warning);
 }
 
-Result<void> write_estimate(const std::string& file, const Estimate& e,
-                            const pipeline::PrintInfo& info) {
+std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
     rapidjson::StringBuffer buffer;
     rapidjson::PrettyWriter<rapidjson::StringBuffer> w(buffer);
     w.SetMaxDecimalPlaces(6);
@@ -221,14 +247,19 @@ Result<void> write_estimate(const std::string& file, const Estimate& e,
         }
         w.EndObject();
     }
+    if (e.cost) write_cost(*e.cost, &w);
     w.Key("warnings");
     w.StartArray();
     for (const std::string& warning : e.warnings)
         w.String(valid_utf8(warning).c_str());
     w.EndArray();
     w.EndObject();
-    return backends::write_whole_file(file,
-                                      std::string(buffer.GetString(), buffer.GetSize()) + "\n");
+    return std::string(buffer.GetString(), buffer.GetSize()) + "\n";
+}
+
+Result<void> write_estimate(const std::string& file, const Estimate& e,
+                            const pipeline::PrintInfo& info) {
+    return backends::write_whole_file(file, estimate_json(e, info));
 }
 
 }  // namespace openfab::program

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct Estimate {
     int64_t memory_bytes = 0;  ///< with previews
     int32_t slices = 0;
     double print_seconds = 0;  ///< on the printer; 0 where its layer time is not known
+    std::optional<pipeline::PrintCost> cost;  ///< where the printer's profile has prices
     /// Statistics of a coarse print; each material is within a few per cent where its parts are
     /// thicker than a few of its voxels. Empty for a dry run, and where even the coarsest took too
     /// long.
@@ -53,7 +55,10 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
 /// Writes the estimate to stderr.
 void show_estimate(const Estimate& estimate, const pipeline::PrintInfo& info);
 
-/// Writes the file of `--stats`: one JSON object, with the keys of a print's statistics.
+/// Returns one JSON object, with the keys of a print's statistics.
+std::string estimate_json(const Estimate& estimate, const pipeline::PrintInfo& info);
+
+/// Writes it to the file of `--stats`.
 Result<void> write_estimate(const std::string& file, const Estimate& estimate,
                             const pipeline::PrintInfo& info);
 

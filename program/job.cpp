@@ -12,6 +12,7 @@
 #include "mesh/load/load_mesh.h"
 #include "program/build_volume.h"
 #include "program/outputs.h"
+#include "program/process.h"
 #include "runtime/part/bind.h"
 #include "world/world.h"
 
@@ -147,7 +148,9 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const world
     for (const auto& [name, fablet] : world.fablets)
         inputs.push_back(fablet.source);
     inputs.insert(inputs.end(), options.inputs.begin(), options.inputs.end());
-    if (!options.printer.empty()) inputs.emplace_back(options.printer);
+    for (const std::string& file : {options.printer, options.process_file, options.nozzles_file}) {
+        if (!file.empty()) inputs.emplace_back(file);
+    }
     inputs.emplace_back("/proc/self/exe");
     return inputs;
 }
@@ -184,6 +187,8 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     Result<world::Printer> printer = printer_of(options, *world, &job.notes);
     if (!printer) return printer.error();
     job.printer = std::move(*printer);
+    if (Result<void> read = load_process_options(options, &job.printer); !read) return read.error();
+    scale_build(job.printer.process, &*world, &job.input);
     job.tray = world->tray;
     if (options.crop_tray) {
         // A world without a tray origin counts from the tray's corner.
@@ -203,6 +208,10 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     Result<int32_t> support = choose_support(options, *world, job.printer, &job.input.materials);
     if (!support) return support.error();
     job.input.support_code = *support;
+    Result<std::shared_ptr<process::NozzleSource>> nozzles =
+        open_nozzles(options, job.printer, &job.input, &job.notes);
+    if (!nozzles) return nozzles.error();
+    job.nozzles = std::move(*nozzles);
     const Result<const backends::Format*> format = choose_format(options, job.printer);
     if (!format) return format.error();
     job.input.pitch_mm =

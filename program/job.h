@@ -6,6 +6,7 @@
 // uniforms joined.
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "abi/fablet_table.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_job.h"
+#include "runtime/process/nozzles.h"
 #include "world/printer.h"
 #include "world/world.h"
 
@@ -21,6 +23,7 @@ namespace openfab::program {
 struct Job {
     pipeline::PrintInput input;
     world::Printer printer;
+    std::shared_ptr<process::NozzleSource> nozzles;  ///< null: all are alive
     world::Tray tray = world::Tray::kAnywhere;
     std::vector<std::string> notes;            ///< for the user: defaults that were chosen
     std::vector<std::filesystem::path> files;  ///< files of the world

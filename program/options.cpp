@@ -161,6 +161,14 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
            "--printer", o.printer,
            "a name that `openfab printers` lists (default: the world's), or a .printer.json file")
         ->type_name("PRINTER");
+    app.add_option(
+           "--process", o.process_file,
+           "what the machine does to a print, as JSON: items replace those of the printer's "
+           "profile (docs/process.md)")
+        ->type_name("FILE");
+    app.add_option("--nozzles", o.nozzles_file,
+                   "dead nozzles, as JSON; a change of the file counts from the next slices on")
+        ->type_name("FILE");
     app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
     app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
     app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");

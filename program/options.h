@@ -34,10 +34,12 @@ struct NamedOutput {
 constexpr int32_t kMostSupersampling = 32;
 
 struct Options {
-    std::string input;       ///< a world (.fab.json) or a mesh
-    std::string output;      ///< empty: none; `-` standard output; or an address (stream/address.h)
-    std::string token_file;  ///< of a receiver that wants a token
-    std::string tls_ca;      ///< certificates to trust; empty: the system's
+    std::string input;   ///< a world (.fab.json) or a mesh
+    std::string output;  ///< empty: none; `-` standard output; or an address (stream/address.h)
+    std::string process_file;  ///< items of the machine's process that replace the profile's
+    std::string nozzles_file;  ///< dead nozzles; read again where it changes during a print
+    std::string token_file;    ///< of a receiver that wants a token
+    std::string tls_ca;        ///< certificates to trust; empty: the system's
     std::string printer;
     std::string format;  ///< empty: from the output's extension, else the printer's own
     std::optional<double> voxel_mm;

@@ -96,6 +96,7 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
     if (hooks.loaded) hooks.loaded(*job);
     PreparedPrint ready;
     ready.options = pipeline_options(options, *format, job->input.materials.size(), hooks);
+    ready.options.nozzles = job->nozzles.get();
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(job->input, ready.options);
     if (!print) return print.error();

@@ -13,6 +13,7 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "program/cost.h"
 #include "program/estimate.h"
 #include "program/interrupt.h"
 #include "program/options.h"
@@ -72,7 +73,7 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
         **sink, [&](const pipeline::ProgressEvent& event) { progress.update(event); }, interrupt,
         &statistics);
     progress.end();
-    statistics.layer_time_s = printer.layer_time_s;
+    add_cost(printer, print->info(), &statistics);
     if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {
         statistics.warnings.push_back(nothing);
         progress.warn(nothing);

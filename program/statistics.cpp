@@ -65,7 +65,7 @@ void write_materials(Writer& w, const pipeline::PrintStatistics& s,
 void write_times(Writer& w, const pipeline::PrintStatistics& s) {
     write(w, "slices", int64_t{s.slices});
     if (s.slices_resumed > 0) write(w, "slices_kept", int64_t{s.slices_resumed});
-    if (s.layer_time_s > 0) write(w, "print_seconds", s.layer_time_s * s.slices);
+    if (s.print_seconds > 0) write(w, "print_seconds", s.print_seconds);
     write(w, "seconds_total", s.seconds_total);
     write(w, "seconds_first_slice", s.seconds_first_slice);
     w.Key("seconds_by_phase");
@@ -105,6 +105,28 @@ void write_work(Writer& w, const pipeline::PrintStatistics& s) {
 
 }  // namespace
 
+void write_cost(const pipeline::PrintCost& cost,
+                rapidjson::PrettyWriter<rapidjson::StringBuffer>* w) {
+    w->Key("cost");
+    w->StartObject();
+    write(*w, "currency", cost.currency);
+    write(*w, "money", cost.money);
+    if (cost.seconds > 0) write(*w, "seconds", cost.seconds);
+    write(*w, "passes", cost.passes);
+    w->Key("by_material");
+    w->StartObject();
+    for (const pipeline::MaterialCost& line : cost.materials) {
+        w->Key(valid_utf8(line.name).c_str());
+        w->StartObject();
+        write(*w, "ml", line.ml);
+        write(*w, "waste_ml", line.waste_ml);
+        if (line.money) write(*w, "money", *line.money);
+        w->EndObject();
+    }
+    w->EndObject();
+    w->EndObject();
+}
+
 std::string statistics_json(const pipeline::PrintStatistics& s, const pipeline::PrintInfo& info) {
     rapidjson::StringBuffer buffer;
     Writer w(buffer);
@@ -137,6 +159,7 @@ std::string statistics_json(const pipeline::PrintStatistics& s, const pipeline::
     }
     write_materials(w, s, info);
     write_times(w, s);
+    if (s.cost) write_cost(*s.cost, &w);
     write_work(w, s);
     w.Key("warnings");
     w.StartArray();

@@ -4,6 +4,9 @@
 
 // Writes the statistics of a print as JSON (`--stats`).
 
+#include <rapidjson/prettywriter.h>
+#include <rapidjson/stringbuffer.h>
+
 #include <filesystem>
 #include <string>
 
@@ -18,6 +21,10 @@ namespace openfab::program {
 /// voxels, without slices that were resumed.
 std::string statistics_json(const pipeline::PrintStatistics& statistics,
                             const pipeline::PrintInfo& info);
+
+/// Writes the member `cost` of an object.
+void write_cost(const pipeline::PrintCost& cost,
+                rapidjson::PrettyWriter<rapidjson::StringBuffer>* w);
 
 /// Writes the statistics to a file, replacing it.
 Result<void> write_statistics(const std::filesystem::path& file,

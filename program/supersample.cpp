@@ -21,8 +21,10 @@ namespace {
 Vec3d own_voxels(const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
     constexpr double kSlack = 1e-6;  // of a quotient that is a whole number
     Vec3d out;
-    for (int axis = 0; axis < 3; ++axis)
-        out[axis] = std::max(1.0, std::ceil(pitch_mm[axis] / printer_pitch_mm[axis] - kSlack));
+    for (int axis = 0; axis < 3; ++axis) {
+        const double own_mm = printer_pitch_mm[axis];  // 0: not known
+        out[axis] = own_mm > 0 ? std::max(1.0, std::ceil(pitch_mm[axis] / own_mm - kSlack)) : 1.0;
+    }
     return out;
 }
 

@@ -21,7 +21,7 @@ const KeySet& printer_keys() {
         "printer",
         {"name", "maker", "model", "dpi", "layer_um", "layers_um", "pitch_mm", "build_volume_mm",
          "max_materials", "native_format", "formats", "makes_support", "support_material",
-         "layer_time_s", "inks", "handoff", "sources", "unknown"},
+         "layer_time_s", "inks", "handoff", "sources", "unknown", "process"},
         {"name"}};
     return set;
 }
@@ -186,6 +186,7 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     if (const JsonMember* p = root->find("layer_time_s")) {
         out.layer_time_s = json.number(p->value, "`layer_time_s`", 0, 1e6);
     }
+    if (const JsonMember* p = root->find("process")) read_process(p->value, &json, &out.process);
     if (const JsonMember* p = root->find("handoff"))
         out.handoff = json.string(p->value, "`handoff`");
     if (!json.ok()) return json.error();

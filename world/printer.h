@@ -13,6 +13,7 @@
 
 #include "base/result.h"
 #include "base/vec.h"
+#include "world/process.h"
 
 namespace openfab::world {
 
@@ -55,6 +56,7 @@ struct Printer {
     bool makes_support = true;  ///< the printer's front end adds support, so slices contain none
     SupportMaterial support_material;
     double layer_time_s = 0;  ///< 0: unknown
+    Process process;
     std::string handoff;      ///< text for the operator, in HANDOFF.txt
     std::vector<PrinterSource> sources;
     /// What is not known, and why.

@@ -121,6 +121,20 @@ void put_provenance(Json& json, const pipeline::PrintInfo& info) {
     json.EndObject();
 }
 
+/// What changed while the print ran.
+void put_changes(Json& json, const pipeline::PrintTotals& totals) {
+    if (totals.changes.empty()) return;
+    key(json, "nozzle_changes");
+    json.StartArray();
+    for (const auto& [slice, text] : totals.changes) {
+        json.StartObject();
+        put(json, "from_slice", int64_t{slice});
+        put(json, "dead", text);
+        json.EndObject();
+    }
+    json.EndArray();
+}
+
 void put_sizes(Json& json, const char* name, std::initializer_list<int32_t> sizes) {
     key(json, name);
     json.SetFormatOptions(rapidjson::kFormatSingleLineArray);
@@ -187,6 +201,7 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     put_materials(json, info, totals, bitmaps);
     put(json, "voxels_solid", totals.voxels_solid);
     put_provenance(json, info);
+    put_changes(json, totals);
     put(json, "hash", fmt::format("{:016x}", totals.hash));
     json.EndObject();
     return text_of(buffer);
@@ -209,6 +224,7 @@ std::string array_json(const pipeline::PrintInfo& info, const pipeline::PrintTot
     put_materials(json, info, totals, false);
     put(json, "voxels_solid", totals.voxels_solid);
     put_provenance(json, info);
+    put_changes(json, totals);
     put(json, "hash", fmt::format("{:016x}", totals.hash));
     json.EndObject();
     return text_of(buffer);
@@ -218,8 +234,8 @@ namespace {
 
 /// Writes the entries that are only known at the end.
 bool is_of_the_end(const std::string& name) {
-    for (const char* known :
-         {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels", "ml", "g"}) {
+    for (const char* known : {"complete", "slices", "last_file", "voxels_solid", "hash", "voxels",
+                              "ml", "g", "nozzle_changes"}) {
         if (name == known) return true;
     }
     return false;

@@ -11,6 +11,8 @@
 #include "backends/preview/preview.h"
 #include "backends/raster/fraction_average.h"
 #include "base/clock.h"
+#include "program/cost.h"
+#include "program/estimate.h"
 #include "program/outputs.h"
 #include "program/part_sizes.h"
 #include "program/statistics.h"
@@ -207,7 +209,7 @@ Result<void> Print::print() {
             progress_ = event;
         },
         interrupt_, &statistics);
-    statistics.layer_time_s = ready->job.printer.layer_time_s;
+    program::add_cost(ready->job.printer, info_, &statistics);
     std::vector<std::string> found = statistics.late_warnings;
     const std::string nothing = program::nothing_printed(statistics, sizes);
     // A window may well be one of air.

@@ -10,6 +10,7 @@
 #include "backends/formats/formats.h"
 #include "backends/ofr/format.h"
 #include "base/clock.h"
+#include "program/cost.h"
 #include "program/job.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
@@ -125,7 +126,7 @@ Result<std::shared_ptr<ShareWriter>> ShareWriter::create(const Settings& setting
     made->info_ = std::move(*info);
     made->next_ = made->info_.slice_begin;
     made->sink_ = std::move(*sink);
-    made->layer_time_s_ = printer->layer_time_s;
+    made->printer_ = *printer;
     if (Result<void> begun = made->sink_->begin(made->info_); !begun) return begun.error();
     return made;
 }
@@ -175,7 +176,7 @@ std::string ShareWriter::statistics() const {
     }
     s.slices = next_ - info_.slice_begin;
     s.sink_bytes = bytes_;
-    s.layer_time_s = layer_time_s_;
+    program::add_cost(printer_, info_, &s);
     return program::statistics_json(s, info_);
 }
 

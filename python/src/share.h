@@ -20,6 +20,7 @@
 #include "program/prepare.h"
 #include "python/src/program.h"
 #include "runtime/pipeline/print_job.h"
+#include "world/printer.h"
 
 namespace openfab::python {
 
@@ -101,7 +102,7 @@ class ShareWriter {
     pipeline::PrintTotals totals_;
     int32_t next_ = 0;
     int64_t bytes_ = 0;
-    double layer_time_s_ = 0;
+    world::Printer printer_;
     bool finished_ = false;
 };
 

@@ -211,6 +211,7 @@ abi::KernelStatus SlabDither::finish_held(const uint8_t* below) {
     if (support_ != nullptr && support_->on()) {
         const StageTimer timer(Stage::kSupport, &seconds_support);
         add_support(*support_, z_, planes_->height, held_);
+        if (supported) supported(held_);
     }
     const StageTimer timer(Stage::kPack, &seconds_pack);
     // Bytes of a row; a block takes as many bytes as a voxel has bits.

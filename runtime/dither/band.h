@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -106,6 +107,8 @@ class SlabDither {
     abi::KernelStatus end(RowBand** released);
 
     double seconds_dither = 0, seconds_support = 0, seconds_pack = 0;
+    /// Changes codes of a band that has got its support; empty: nobody does.
+    std::function<void(RowBand* band)> supported;
 
   private:
     void dither_rows(RowBand* band, int32_t first, int32_t count, const uint8_t* above,

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/vec.h"
@@ -28,6 +29,8 @@ struct PrintInput {
     std::string printer;
     std::string title;
     std::vector<std::string> warnings;  ///< copied to the statistics
+    /// What of the machine's process decides voxels, as names and short texts, for the provenance.
+    std::vector<std::pair<std::string, std::string>> process;
 };
 
 }  // namespace openfab::pipeline

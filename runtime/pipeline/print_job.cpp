@@ -119,6 +119,7 @@ Result<void> PrintJobImpl::run(SliceSink& sink,
 
     PrintTotals totals = print_totals(committer.totals(), setup_->input.materials.size());
     totals.complete = complete;
+    if (setup_->options.nozzles != nullptr) totals.changes = setup_->options.nozzles->changes();
     const double finish_start = seconds_now();
     Result<void> finished = sink.finish(totals);
     if (setup_->options.fractions != nullptr) {

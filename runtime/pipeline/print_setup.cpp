@@ -132,6 +132,8 @@ Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner
                                      planner.max_pinned_bytes());
     needs.fixed += textures + p->options.sink_bytes_per_column * columns;
     if (p->options.fractions != nullptr && p->slabs.separate_mixtures) needs.per_row *= 2;
+    // Columns whose fractions change become new ones.
+    if (p->options.nozzles != nullptr) needs.per_row *= 2;
     if (p->options.fractions != nullptr)
         needs.per_row += int64_t{p->grid.size.x} * p->slabs.materials * int64_t{sizeof(float)};
     const int32_t slabs = (p->range.y + 7) / 8 - p->range.x / 8;
@@ -194,6 +196,11 @@ Result<void> set_up(PrintSetup* p) {
     if (p->options.interrupted()) return interrupted_early();
     set_up_slabs(p);
     if (const Result<void> made = set_up_support(p); !made) return made;
+    if (process::NozzleSource* nozzles = p->options.nozzles; nozzles != nullptr) {
+        const Result<void> begun =
+            nozzles->begin(p->grid.origin_mm, p->grid.pitch_mm, p->grid.size, p->slabs.materials);
+        if (!begun) return begun;
+    }
     if (p->options.interrupted()) return interrupted_early();
 
     const Result<MemoryPlan> plan = plan_memory(p, planner, caches, displaced, textures);

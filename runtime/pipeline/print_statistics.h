@@ -5,6 +5,7 @@
 // What a print says of itself: before, meanwhile and afterwards.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,22 @@ struct PrintEstimate {
     int64_t voxels_total = 0;
     int64_t memory_bytes = 0;
     double seconds = 0;  ///< at a typical rate
+};
+
+/// What one material of a print costs.
+struct MaterialCost {
+    std::string name;
+    double ml = 0, waste_ml = 0;
+    std::optional<double> money;  ///< of both; nothing where its price is not known
+};
+
+/// What a print costs on its printer.
+struct PrintCost {
+    std::string currency;
+    std::vector<MaterialCost> materials;
+    double money = 0;    ///< of those whose price is known
+    double seconds = 0;  ///< 0: not known
+    int64_t passes = 0;
 };
 
 /// The figures that `--stats` writes.
@@ -45,7 +62,8 @@ struct PrintStatistics {
     int64_t displacements_not_finite = 0, displacements_cut = 0;
     uint64_t hash = 0;  ///< of all slices' packed rows
     bool complete = false;
-    double layer_time_s = 0;  ///< of the printer; 0: unknown
+    double print_seconds = 0;  ///< on the printer; 0: unknown
+    std::optional<PrintCost> cost;
     /// Slices that an earlier print had written; the times and the other counters are this print's
     /// alone.
     int32_t slices_resumed = 0;

@@ -125,15 +125,18 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
         for (const std::vector<int32_t>& objects : part.objects)
             placements.add_all(objects);
     }
-    return {{"version of openfab", OPENFAB_VERSION},
-            {"dither", dither_of(input, options)},
-            {"support",
-             input.support_code == 0 ? "none" : input.materials[input.support_code - 1].name},
-            {"fablets", fablets.text()},
-            {"meshes", meshes.text()},
-            {"uniforms", uniforms.text()},
-            {"textures", textures.text()},
-            {"placements", placements.text()}};
+    std::vector<std::pair<std::string, std::string>> made_from = {
+        {"version of openfab", OPENFAB_VERSION},
+        {"dither", dither_of(input, options)},
+        {"support",
+         input.support_code == 0 ? "none" : input.materials[input.support_code - 1].name},
+        {"fablets", fablets.text()},
+        {"meshes", meshes.text()},
+        {"uniforms", uniforms.text()},
+        {"textures", textures.text()},
+        {"placements", placements.text()}};
+    made_from.insert(made_from.end(), input.process.begin(), input.process.end());
+    return made_from;
 }
 
 }  // namespace openfab::pipeline

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <utility>
 
 #include "base/check.h"
 #include "base/stage_timer.h"
@@ -30,6 +31,16 @@ int32_t model_materials(const std::vector<part::Part>& parts, int32_t materials,
 SlabRun::SlabRun(const SlabSetup& setup)
     : setup_(setup),
       dither_(setup.channels, setup.isa, setup.dither, setup.seed, setup.size, &setup.support) {}
+
+void SlabRun::set_nozzles(std::shared_ptr<const process::Nozzles> nozzles) {
+    nozzles_ = std::move(nozzles);
+    // Support comes after the dither.
+    dither_.supported = nullptr;
+    if (nozzles_ == nullptr || !setup_.support.on()) return;
+    dither_.supported = [this](dither::RowBand* band) {
+        nozzles_->apply_to_codes(slab_, setup_.size.y, band);
+    };
+}
 
 /// Returns false where memory ran out.
 bool SlabRun::prepare(uint8_t slices) {
@@ -246,6 +257,10 @@ abi::KernelStatus SlabRun::evaluate_row(int32_t row, Row* scratch,
         if (row < active->cull.first_y() || row >= active->cull.end_y()) continue;
         const abi::KernelStatus status = evaluate_part(*active, scratch, evaluator);
         if (!status.ok()) return status;
+    }
+    if (nozzles_ != nullptr) {
+        nozzles_->apply(slab_, setup_.size.y, &scratch->band);
+        if (setup_.separate_mixtures) nozzles_->apply(slab_, setup_.size.y, &scratch->mixtures);
     }
     return {};
 }

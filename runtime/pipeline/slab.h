@@ -16,6 +16,7 @@
 #include "runtime/dither/support_fill.h"
 #include "runtime/pipeline/fraction_sink.h"
 #include "runtime/pipeline/overlaps.h"
+#include "runtime/process/nozzles.h"
 #include "runtime/volume/cull.h"
 #include "runtime/volume/evaluate.h"
 #include "runtime/volume/placed_part.h"
@@ -73,6 +74,8 @@ class SlabRun {
     /// is run of the slab afterwards, between batches of blocks.
     abi::KernelStatus begin(int32_t slab, Pool<volume::BlockEvaluator>* evaluators,
                             const std::atomic<bool>* interrupt);
+    /// Sets the nozzles that what is printed from now on has; null: all are alive.
+    void set_nozzles(std::shared_ptr<const process::Nozzles> nozzles);
     /// Returns the number of blocks that culling left: the cost of printing any slices of the slab.
     int64_t blocks_to_evaluate() const { return blocks_to_evaluate_; }
     /// Prints some slices of the slab that was begun into planes(), those of bit z & 7 in `slices`;
@@ -134,6 +137,7 @@ class SlabRun {
     dither::SlabPlanes planes_;
     segments::PrintfLog log_;
     Overlaps overlaps_;
+    std::shared_ptr<const process::Nozzles> nozzles_;
     dither::SlabDither dither_;
 };
 

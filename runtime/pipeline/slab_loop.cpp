@@ -16,6 +16,12 @@
 
 namespace openfab::pipeline {
 
+SlabSlices SlabLoop::with_nozzles(SlabSlices slices) const {
+    if (setup_.options.nozzles != nullptr && slices.slab >= 0)
+        slices.nozzles = setup_.options.nozzles->at_slice(slices.first);
+    return slices;
+}
+
 SlabRun* SlabLoop::take_run() {
     return runs_.take([&] { return std::make_unique<SlabRun>(setup_.slabs); });
 }
@@ -33,7 +39,7 @@ void SlabLoop::print_rest(const SlabTarget& target) {
 void SlabLoop::print_all(const std::function<SlabSlices()>& next, const SlabTarget& target) {
     const auto source = [&](tbb::flow_control& control) {
         SlabSlices slices;
-        if (!target.committer->stopped()) slices = next();
+        if (!target.committer->stopped()) slices = with_nozzles(next());
         if (slices.slab < 0) control.stop();
         return slices;
     };
@@ -56,16 +62,18 @@ void SlabLoop::print_all(const std::function<SlabSlices()>& next, const SlabTarg
 void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
     SlabRun* run = take_run();
     const abi::KernelStatus begun = run->begin(slab, &evaluators_, target.interrupt);
-    SlabSlices slices = setup_.slices_of(slab);
+    SlabSlices slices = with_nozzles(setup_.slices_of(slab));
     // printf lines are ordered by column of a slab, which printing a single slice would break.
     const bool has_printf = std::any_of(
         setup_.parts.begin(), setup_.parts.end(),
         [](const auto& p) { return p->part->fablet->volume_segments.printf_count > 0; });
     if (slices.first + 1 < slices.end &&
         run->blocks_to_evaluate() > setup_.options.most_blocks_at_first && !has_printf) {
-        const SlabSlices alone{slab, slices.first, slices.first + 1, 0};
+        SlabSlices alone = slices;
+        alone.end = alone.first + 1;
         target.committer->commit(print_slices(alone, begun, run, target));
         ++slices.first;
+        slices = with_nozzles(std::move(slices));
     }
     target.committer->commit(print_slices(slices, begun, run, target));
     runs_.give(run);
@@ -86,6 +94,7 @@ FinishedSlices SlabLoop::print_slices(const SlabSlices& slices, abi::KernelStatu
     finished.first = slices.first;
     finished.end = slices.end;
     const uint8_t bits = bits_of_slices(slices.first, slices.end);
+    run->set_nozzles(slices.nozzles);
     finished.status =
         begun.ok() ? run->run(bits, &evaluators_, target.committer->stop_flags()) : begun;
     if (!run->log().empty()) finished.log.append(&run->log());

@@ -66,6 +66,8 @@ struct PrintTotals {
     std::vector<int64_t> voxels_by_code;  ///< [0] void inside the grid
     uint64_t hash = 0;                    ///< of all slices, independent of format (print_hash.h)
     Box3i tight;                          ///< printed voxels, hi exclusive
+    /// What changed while the print ran: the first slice that was printed so, and what it says.
+    std::vector<std::pair<int32_t, std::string>> changes;
 
     /// Adds those of other slices of the same print; `complete` stays.
     void add(const PrintTotals& more) {

@@ -95,11 +95,11 @@ def test_what_is_no_value_is_told(ball: openfab.World, arguments: dict[str, Any]
 
 def test_what_is_no_world_is_told() -> None:
     with pytest.raises(openfab.InputError, match=r"'ball.fab.json' is no world; pass .* openfab.load"):
-        openfab.sample("ball.fab.json", voxel=0.5)  # type: ignore[arg-type]
+        openfab.sample("ball.fab.json", voxel=0.5, sampling="centre")  # type: ignore[arg-type]
 
 
 def test_means_need_all_values(ball: openfab.World) -> None:
-    samples = openfab.sample(ball, voxel=2)
+    samples = openfab.sample(ball, voxel=2, sampling="centre")
     with pytest.raises(openfab.InputError, match="no value for black; give one for each of white, black"):
         samples.mean({"white": 1.0})
     np.testing.assert_array_equal(samples.mean({"white": np.float32(1), "black": 1}).max(), 1)
@@ -204,7 +204,7 @@ def test_textures_are_read_in_any_byte_order(kind: str) -> None:
     world = openfab.World(printer="generic")
     uniforms = {"field": volume, "one": WHITE, "other": BLACK}
     world.add(openfab.box(4, 1, 1), openfab.Fablet(text=BY_VOLUME), uniforms)
-    found = openfab.sample(world, voxel=1).fractions[0, 0, :, 0]
+    found = openfab.sample(world, voxel=1, sampling="centre").fractions[0, 0, :, 0]
     np.testing.assert_allclose(found, usual[0, 0] / (65535 if kind == ">u2" else 1), atol=2e-5)
     picture, expected = openfab.Texture(given[0]), openfab.Texture(usual[0])
     assert picture._file is not None and expected._file is not None

@@ -199,7 +199,7 @@ def test_fractions_are_those_that_the_tool_writes(gallery: Path, tool: Tool, tmp
 
 def test_a_box_has_the_mixtures_of_the_whole(gallery: Path) -> None:
     world = openfab.load(gallery / "magic_postcard" / "postcard.fab.json")
-    whole = openfab.sample(world, voxel=0.4)
+    whole = openfab.sample(world, voxel=0.4, sampling="centre")
     assert whole.fractions.max() == 1
     size = np.array(whole.fractions.shape[2::-1])
     rng = np.random.default_rng(7)
@@ -207,7 +207,7 @@ def test_a_box_has_the_mixtures_of_the_whole(gallery: Path) -> None:
         lo = rng.integers(-3, size - 4)
         hi = np.minimum(lo + rng.integers(1, size), size + 3)
         corner = np.array(whole.origin_mm)
-        part = openfab.sample(world, (corner + 0.4 * (lo + 1e-4), corner + 0.4 * (hi - 1e-4)), voxel=0.4)
+        part = openfab.sample(world, (corner + 0.4 * (lo + 1e-4), corner + 0.4 * (hi - 1e-4)), voxel=0.4, sampling="centre")
         np.testing.assert_allclose(part.origin_mm, corner + 0.4 * lo, atol=1e-9)
         expected = np.zeros((*(hi - lo)[::-1], whole.fractions.shape[3]), np.float32)
         a, b = np.clip(lo, 0, size), np.clip(hi, 0, size)
@@ -218,7 +218,7 @@ def test_a_box_has_the_mixtures_of_the_whole(gallery: Path) -> None:
 
 
 def test_samples_answer_for_points(ball: openfab.World) -> None:
-    samples = openfab.sample(ball, ((-3, -3, 0), (3, 3, 6)), voxel=(0.5, 0.25, 0.5))
+    samples = openfab.sample(ball, ((-3, -3, 0), (3, 3, 6)), voxel=(0.5, 0.25, 0.5), sampling="centre")
     assert samples.fractions.shape == (12, 24, 12, 2)
     np.testing.assert_allclose(samples.at([(0, 0, 3), (50, 0, 0), (2.9, 2.9, 0.1)]).sum(axis=1), [1, 0, 0])
     density = samples.mean({"white": 2.0, "black": 1.0}, void=0.25)

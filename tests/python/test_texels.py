@@ -89,7 +89,7 @@ def printed(values: Any, **keys: Any) -> openfab.Samples:
     one, other = openfab.Material("one", "#ffffff"), openfab.Material("other", "#000000")
     volume = openfab.Texture.volume(values, origin=(-2, -2, 0), spacing=1, **keys)
     world.add(openfab.box(4, 4, 4), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": one, "other": other})
-    return openfab.sample(world, ((-2, -2, 0), (2, 2, 4)), voxel=1)
+    return openfab.sample(world, ((-2, -2, 0), (2, 2, 4)), voxel=1, sampling="centre")
 
 
 def test_what_is_no_number_in_a_volume_is_what_is_outside() -> None:

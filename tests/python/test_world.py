@@ -76,7 +76,7 @@ def test_attributes_reach_the_fablet() -> None:
     )
     world = openfab.World(printer="generic")
     world.add(mesh, openfab.Fablet(text=text), {"one": RED, "other": BLUE})
-    red = openfab.sample(world, voxel=0.25).fractions[..., 0]
+    red = openfab.sample(world, voxel=0.25, sampling="centre").fractions[..., 0]
     assert (red[-1] == 1).all()
     np.testing.assert_allclose(red[0, :, 4], (np.arange(16) + 0.5) / 16, atol=1e-4)
 
@@ -96,7 +96,7 @@ def test_attributes_keep_their_names(names: str) -> None:
     world = openfab.World(printer="generic")
     world.add(mesh, openfab.Fablet(text=text), materials)
     expected = np.array(list(values.values())) / sum(values.values())
-    np.testing.assert_allclose(openfab.sample(world, voxel=1).fractions[0, 0, 0], expected, atol=1e-4)
+    np.testing.assert_allclose(openfab.sample(world, voxel=1, sampling="centre").fractions[0, 0, 0], expected, atol=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["uint8", "uint16", "float32", "float64"])
@@ -108,7 +108,7 @@ def test_a_picture_is_an_array(kind: str) -> None:
     world = openfab.World(printer="generic")
     texture = openfab.Texture(picture, filter="nearest", space="linear")
     world.add(openfab.box(4, 4, 1), openfab.Fablet(text=BY_PICTURE), {"picture": texture, "one": RED, "other": BLUE})
-    found = openfab.sample(world, voxel=0.25).fractions[0, :, :, 0]
+    found = openfab.sample(world, voxel=0.25, sampling="centre").fractions[0, :, :, 0]
     # The picture's first row is at the highest y.
     np.testing.assert_allclose(found, (picture / scale)[::-1], atol=2e-5)
 
@@ -119,7 +119,7 @@ def test_pictures_have_channels() -> None:
     picture[..., 2] = 0.75
     world = openfab.World(printer="generic")
     world.add(openfab.box(4, 4, 1), openfab.Fablet(text=text), {"picture": picture, "one": RED, "other": BLUE})
-    np.testing.assert_allclose(openfab.sample(world, voxel=1).fractions[..., 0], 0.75, atol=2e-5)
+    np.testing.assert_allclose(openfab.sample(world, voxel=1, sampling="centre").fractions[..., 0], 0.75, atol=2e-5)
 
 
 def test_a_volume_is_an_array() -> None:
@@ -128,7 +128,7 @@ def test_a_volume_is_an_array() -> None:
     world = openfab.World(printer="generic")
     volume = openfab.Texture.volume(field, origin=(-2.5, -2, 0), spacing=0.5, filter="nearest")
     world.add(openfab.box(5, 4, 3), openfab.Fablet(text=BY_VOLUME), {"field": volume, "one": RED, "other": BLUE})
-    np.testing.assert_allclose(openfab.sample(world, voxel=0.5).fractions[..., 0], field, atol=2e-5)
+    np.testing.assert_allclose(openfab.sample(world, voxel=0.5, sampling="centre").fractions[..., 0], field, atol=2e-5)
 
 
 # Two cubes of 1 that are 2 apart, with x of 0 to 4 as the field `along`, 0 to 1.
@@ -156,7 +156,7 @@ def by_field(folder: Path, **keys: Any) -> openfab.World:
 
 def test_a_volume_is_a_field_of_a_file(tmp_path: Path) -> None:
     world = by_field(tmp_path, field="along", unit="cm", pitch=0.5, outside=0.6, origin=(-20, -5, 0))
-    row = openfab.sample(world, ((-20, 0, 5), (20, 0.5, 5.5)), voxel=0.5).fractions[0, 0, :, 0]
+    row = openfab.sample(world, ((-20, 0, 5), (20, 0.5, 5.5)), voxel=0.5, sampling="centre").fractions[0, 0, :, 0]
     along = (np.arange(80) + 0.5) / 80
     np.testing.assert_allclose(row[:20], along[:20], atol=2e-5)
     np.testing.assert_allclose(row[26:54], 0.6, atol=2e-5)
@@ -175,7 +175,7 @@ def test_a_volume_is_a_field_of_a_file(tmp_path: Path) -> None:
 )
 def test_fields_are_refused_as_in_a_world(tmp_path: Path, keys: dict[str, Any], message: str) -> None:
     with pytest.raises(openfab.InputError, match=message):
-        openfab.sample(by_field(tmp_path, **keys), voxel=2)
+        openfab.sample(by_field(tmp_path, **keys), voxel=2, sampling="centre")
 
 
 def test_files_go_with_their_owners() -> None:

@@ -54,7 +54,14 @@ constexpr const char* kWorld = R"({
 constexpr const char* kPrinter = R"({
   "name": "own", "dpi": [60, 60], "layer_um": 400, "build_volume_mm": [90, 90, 50],
   "max_materials": 6, "native_format": "ofr", "makes_support": true, "layer_time_s": 5,
-  "handoff": "nothing"
+  "handoff": "nothing",
+  "process": {
+    "scale": [1.01, 1, 0.99], "about_mm": [1, 2, 0],
+    "dead": [{"material": "black", "nozzles": [3, [5, 9]], "substitute": "white", "head": 96,
+              "passes": 2, "pass": 1, "jog": 7}],
+    "cost": {"currency": "EUR", "price_ml": {"white": 0.3, "*": 0.5}, "waste_ml_swath": 0.01,
+             "swath_mm": 60, "passes": 2, "seconds_pass": 3, "seconds_layer": 2}
+  }
 }
 )";
 

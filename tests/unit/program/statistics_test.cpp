@@ -31,7 +31,9 @@ TEST(StatisticsJson, HasTheNamesOfTheDesign) {
     s.voxels_solid = 3'000'000;
     s.voxels_by_code = {3'000'000, 2'000'000, 1'000'000};
     s.slices = 30;
-    s.layer_time_s = 10;
+    s.print_seconds = 300;
+    s.cost =
+        pipeline::PrintCost{"EUR", {{"white", 2, 0.5, 1.25}, {"black", 1, 0, {}}}, 1.25, 300, 60};
     s.seconds_total = 2;
     s.seconds_first_slice = 0.5;
     s.seconds_by_stage = {{"volume", 1.25}};
@@ -54,6 +56,11 @@ TEST(StatisticsJson, HasTheNamesOfTheDesign) {
     EXPECT_NEAR(d["ml_by_material"]["white"].GetDouble(), 2e6 * 0.001 * 1e-3, 1e-9);
     EXPECT_NEAR(d["g_by_material"]["white"].GetDouble(), 2e6 * 0.001 * 1e-3 * 1.5, 1e-9);
     EXPECT_DOUBLE_EQ(d["print_seconds"].GetDouble(), 300);
+    EXPECT_STREQ(d["cost"]["currency"].GetString(), "EUR");
+    EXPECT_DOUBLE_EQ(d["cost"]["money"].GetDouble(), 1.25);
+    EXPECT_EQ(d["cost"]["passes"].GetInt64(), 60);
+    EXPECT_DOUBLE_EQ(d["cost"]["by_material"]["white"]["waste_ml"].GetDouble(), 0.5);
+    EXPECT_FALSE(d["cost"]["by_material"]["black"].HasMember("money"));
     EXPECT_DOUBLE_EQ(d["mvoxels_per_second"].GetDouble(), 3.0);
     EXPECT_DOUBLE_EQ(d["msolid_per_second"].GetDouble(), 1.5);
     EXPECT_DOUBLE_EQ(d["seconds_by_phase"]["volume"].GetDouble(), 1.25);

@@ -1,0 +1,39 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The machine's process in a print: what of the printer's profile, of `--process` and of `--nozzles`
+// changes voxels.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "program/options.h"
+#include "runtime/pipeline/print_input.h"
+#include "runtime/process/nozzles.h"
+#include "world/printer.h"
+#include "world/world.h"
+
+namespace openfab::program {
+
+/// Replaces items of the printer's process by those of `--process`.
+Result<void> load_process_options(const Options& options, world::Printer* printer);
+
+/// Scales what is built; the provenance goes to `input`.
+void scale_build(const world::Process& process, world::World* world, pipeline::PrintInput* input);
+
+/// Returns the code of a material by its name, or its channel; 0 where there is none.
+uint8_t material_code(const std::vector<pipeline::SliceMaterial>& materials,
+                      const std::string& name);
+
+/// Returns the dead nozzles of a print, null where there are none and no `--nozzles`, which is read
+/// again where it has changed. The provenance goes to `input`, names that fit no material to `notes`.
+Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& options,
+                                                            const world::Printer& printer,
+                                                            pipeline::PrintInput* input,
+                                                            std::vector<std::string>* notes);
+
+}  // namespace openfab::program

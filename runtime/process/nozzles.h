@@ -1,0 +1,87 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Nozzles that give no drops. In the voxels of their rows the fraction of their material goes to a
+// substitute, before the dither: so a dither spreads what it diffuses over what can be printed, and
+// rule 20 stands as it is. A row of voxels belongs to one nozzle of one pass in each layer.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/result.h"
+#include "base/vec.h"
+#include "runtime/dither/band.h"
+
+namespace openfab::process {
+
+/// Which rows of the tray have no drop of a material: shifted row r = row + jog * layer is of pass r mod
+/// passes and of nozzle (r div passes) mod head.
+struct DeadRows {
+    uint8_t material = 0, substitute = 0;  ///< codes
+    std::vector<Vec2<int32_t>> nozzles;    ///< ranges, both ends included
+    int32_t head = 0;                      ///< 0: rows of a pass are counted from the tray's edge
+    int32_t passes = 1;
+    int32_t pass = -1;  ///< -1: all
+    int32_t jog = 0;
+
+    bool holds(int64_t row, int64_t layer) const;
+};
+
+/// How voxels of a grid lie in rows and layers of the machine, whose pitch may be another.
+struct MachineRows {
+    double first_row = 0, rows_a_voxel = 1;      ///< along y, of the grid's lowest voxel row
+    double first_layer = 0, layers_a_voxel = 1;  ///< along z
+
+    static MachineRows of(const Vec3d& origin_mm, const Vec3d& pitch_mm, const Vec3d& own_pitch_mm);
+    int64_t row(int32_t y) const;
+    int64_t layer(int32_t z) const;
+};
+
+class Nozzles {
+  public:
+    /// By code: the one that is printed in its place, itself where it can be printed.
+    using CodeMap = std::array<uint8_t, 256>;
+
+    Nozzles(std::vector<DeadRows> dead, const MachineRows& rows)
+        : dead_(std::move(dead)), rows_(rows) {}
+
+    bool empty() const { return dead_.empty(); }
+    /// Sets the map of the voxels of row y in slice z; returns whether any code is replaced. A material
+    /// whose substitutes are all dead keeps its code, which check refuses.
+    bool map(int32_t y, int32_t z, CodeMap* map) const;
+    /// Fails where a material of the grid has a row without any live substitute.
+    Result<void> check(const Vec3i& size, const std::vector<std::string>& names) const;
+
+    /// Substitutes in the voxels of slab `slab`, mixtures before they are dithered.
+    void apply(int32_t slab, int32_t height, dither::RowBand* band) const;
+    /// Substitutes codes alone, of a band that is dithered.
+    void apply_to_codes(int32_t slab, int32_t height, dither::RowBand* band) const;
+
+  private:
+    bool maps_of_row(int32_t y, int32_t slab, std::array<CodeMap, 8>* maps) const;
+    void apply_to_row(int32_t y, const std::array<CodeMap, 8>& maps, dither::RowBand* band) const;
+
+    std::vector<DeadRows> dead_;
+    MachineRows rows_;
+};
+
+/// Gives the nozzles of a print that streams, which may change between its slabs. Called from one
+/// thread at a time, in order.
+class NozzleSource {
+  public:
+    virtual ~NozzleSource() = default;
+    /// Returns those of the slices from z on; null: all are alive.
+    virtual std::shared_ptr<const Nozzles> at_slice(int32_t z) = 0;
+    /// Called once, when the grid is known. `materials`: codes that mixtures may hold.
+    virtual Result<void> begin(const Vec3d& origin_mm, const Vec3d& pitch_mm, const Vec3i& size,
+                               int32_t materials) = 0;
+    /// Returns the changes since the first slice: the slice that each began with, and what it says.
+    virtual std::vector<std::pair<int32_t, std::string>> changes() const = 0;
+};
+
+}  // namespace openfab::process

@@ -1,0 +1,193 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "world/process.h"
+
+#include <algorithm>
+
+#include "world/json_reader.h"
+
+namespace openfab::world {
+
+namespace {
+
+constexpr int64_t kLargestFile = 4'000'000;
+constexpr int32_t kMostNozzles = 1'000'000;
+
+ByMaterial read_by_material(const JsonValue& value, JsonReader* json, const std::string& what,
+                            double most) {
+    ByMaterial out;
+    if (value.is(JsonValue::Kind::kNumber)) {
+        out.others = json->number(value, what, 0, most);
+        return out;
+    }
+    if (!value.is(JsonValue::Kind::kObject)) {
+        json->fail(value, fmt::format("{} is {}", what, value.kind_name()),
+                   "it must be a number, or an object with one for each material and `*` for the "
+                   "others");
+        return out;
+    }
+    for (const JsonMember& member : value.members) {
+        const double number =
+            json->number(member.value, fmt::format("{} of `{}`", what, member.key), 0, most);
+        if (member.key == "*")
+            out.others = number;
+        else
+            out.named[member.key] = number;
+    }
+    return out;
+}
+
+Cost read_cost(const JsonValue& value, JsonReader* json) {
+    static const KeySet keys = {"cost",
+                                {"currency", "price_ml", "waste_ml_swath", "swath_mm", "passes",
+                                 "seconds_pass", "seconds_layer"},
+                                {}};
+    Cost out;
+    if (!json->object(value, keys, "`cost`")) return out;
+    if (const JsonMember* p = value.find("currency"))
+        out.currency = json->string(p->value, "`currency`");
+    if (const JsonMember* p = value.find("price_ml"))
+        out.price_ml = read_by_material(p->value, json, "`price_ml`", 1e9);
+    if (const JsonMember* p = value.find("waste_ml_swath"))
+        out.waste_ml_swath = read_by_material(p->value, json, "`waste_ml_swath`", 1e6);
+    if (const JsonMember* p = value.find("swath_mm"))
+        out.swath_mm = json->number(p->value, "`swath_mm`", 0.001, 1e5);
+    if (const JsonMember* p = value.find("passes"))
+        out.passes = json->integer(p->value, "`passes`", 1, 1000);
+    if (const JsonMember* p = value.find("seconds_pass"))
+        out.seconds_pass = json->number(p->value, "`seconds_pass`", 0, 1e6);
+    if (const JsonMember* p = value.find("seconds_layer"))
+        out.seconds_layer = json->number(p->value, "`seconds_layer`", 0, 1e6);
+    return out;
+}
+
+std::vector<Vec2<int32_t>> read_nozzles(const JsonValue& value, JsonReader* json) {
+    std::vector<Vec2<int32_t>> out;
+    if (!value.is(JsonValue::Kind::kArray) || value.items.empty()) {
+        json->fail(value, fmt::format("`nozzles` is {}", value.kind_name()),
+                   "it must be an array of numbers from 0 on, and of ranges as [12, 20]");
+        return out;
+    }
+    for (const JsonValue& item : value.items) {
+        if (!item.is(JsonValue::Kind::kArray)) {
+            const int32_t one = json->integer(item, "a number in `nozzles`", 0, kMostNozzles);
+            out.push_back({one, one});
+            continue;
+        }
+        if (item.items.size() != 2) {
+            json->fail(item, "a range in `nozzles` does not have two numbers",
+                       "write the first and the last, as [12, 20]");
+            return out;
+        }
+        const int32_t first =
+            json->integer(item.items[0], "a number in `nozzles`", 0, kMostNozzles);
+        const int32_t last = json->integer(item.items[1], "a number in `nozzles`", 0, kMostNozzles);
+        if (json->ok() && last < first)
+            json->fail(item, "a range in `nozzles` ends before it begins", "exchange its numbers");
+        out.push_back({first, last});
+    }
+    return out;
+}
+
+DeadNozzles read_dead(const JsonValue& value, JsonReader* json) {
+    static const KeySet keys = {
+        "dead",
+        {"material", "substitute", "nozzles", "head", "passes", "pass", "jog"},
+        {"material", "substitute", "nozzles"}};
+    DeadNozzles out;
+    if (!json->object(value, keys, "an entry of `dead`")) return out;
+    out.material = json->string(value.find("material")->value, "`material` of dead nozzles");
+    out.substitute = json->string(value.find("substitute")->value, "`substitute` of dead nozzles");
+    if (json->ok() && out.material == out.substitute)
+        json->fail(value.find("substitute")->value,
+                   fmt::format("`{}` cannot stand in for itself", out.material),
+                   "name another material");
+    out.nozzles = read_nozzles(value.find("nozzles")->value, json);
+    if (const JsonMember* p = value.find("head"))
+        out.head = json->integer(p->value, "`head`", 1, kMostNozzles);
+    if (const JsonMember* p = value.find("passes"))
+        out.passes = json->integer(p->value, "`passes`", 1, 1000);
+    if (const JsonMember* p = value.find("pass"))
+        out.pass = json->integer(p->value, "`pass`", 0, out.passes - 1);
+    if (const JsonMember* p = value.find("jog"))
+        out.jog = json->integer(p->value, "`jog`", -kMostNozzles, kMostNozzles);
+    for (const Vec2<int32_t>& range : out.nozzles) {
+        if (!json->ok() || out.head == 0 || range.y < out.head) continue;
+        json->fail(value.find("nozzles")->value,
+                   fmt::format("there is no nozzle {} in a head of {}", range.y, out.head),
+                   "they are numbered from 0");
+    }
+    return out;
+}
+
+std::vector<DeadNozzles> read_dead_list(const JsonValue& value, JsonReader* json) {
+    std::vector<DeadNozzles> out;
+    if (!value.is(JsonValue::Kind::kArray)) {
+        json->fail(value, fmt::format("`dead` is {}", value.kind_name()),
+                   "it must be an array of objects with `material`, `nozzles` and `substitute`");
+        return out;
+    }
+    constexpr size_t kMost = 10'000;
+    if (value.items.size() > kMost)
+        json->fail(value, fmt::format("`dead` has {} entries", value.items.size()),
+                   fmt::format("at most {} are possible", kMost));
+    for (const JsonValue& item : value.items) {
+        if (!json->ok()) break;
+        out.push_back(read_dead(item, json));
+    }
+    return out;
+}
+
+Vec3d read_scale(const JsonValue& value, JsonReader* json) {
+    constexpr double kLeast = 0.5, kMost = 2;
+    if (value.is(JsonValue::Kind::kNumber)) {
+        const double s = json->number(value, "`scale`", kLeast, kMost);
+        return {s, s, s};
+    }
+    const std::vector<double> n = json->numbers(value, "`scale`", 3, kMost);
+    for (const double s : n) {
+        if (s < kLeast)
+            json->fail(value, fmt::format("`scale` has {:.6g}", s),
+                       fmt::format("it must be between {} and {}", kLeast, kMost));
+    }
+    return {n[0], n[1], n[2]};
+}
+
+}  // namespace
+
+void read_process(const JsonValue& value, JsonReader* json, Process* out) {
+    static const KeySet keys = {"process", {"scale", "about_mm", "dead", "cost"}, {}};
+    if (!json->object(value, keys, "`process`")) return;
+    if (const JsonMember* p = value.find("scale")) out->scale = read_scale(p->value, json);
+    if (const JsonMember* p = value.find("about_mm")) {
+        const std::vector<double> n = json->numbers(p->value, "`about_mm`", 3, 1e5);
+        out->about_mm = {n[0], n[1], n[2]};
+    }
+    if (const JsonMember* p = value.find("dead")) out->dead = read_dead_list(p->value, json);
+    if (const JsonMember* p = value.find("cost")) out->cost = read_cost(p->value, json);
+}
+
+Result<Process> load_process(const std::filesystem::path& file, const Process& profile) {
+    const Result<std::string> text = read_text_file(file.string(), kLargestFile);
+    if (!text) return text.error();
+    const Result<JsonValue> root = parse_json(*text, file.string());
+    if (!root) return root.error();
+    JsonReader json(file.string());
+    Process out = profile;
+    read_process(*root, &json, &out);
+    if (!json.ok()) return json.error();
+    return out;
+}
+
+Result<std::vector<DeadNozzles>> load_dead_nozzles(const std::filesystem::path& file) {
+    const Result<std::string> text = read_text_file(file.string(), kLargestFile);
+    if (!text) return text.error();
+    const Result<JsonValue> root = parse_json(*text, file.string());
+    if (!root) return root.error();
+    JsonReader json(file.string());
+    std::vector<DeadNozzles> out = read_dead_list(*root, &json);
+    if (!json.ok()) return json.error();
+    return out;
+}
+
+}  // namespace openfab::world
