@@ -57,7 +57,7 @@ struct Printer {
     SupportMaterial support_material;
     double layer_time_s = 0;  ///< 0: unknown
     Process process;
-    std::string handoff;      ///< text for the operator, in HANDOFF.txt
+    std::string handoff;  ///< text for the operator, in HANDOFF.txt
     std::vector<PrinterSource> sources;
     /// What is not known, and why.
     std::vector<std::pair<std::string, std::string>> unknown;
