@@ -18,7 +18,8 @@ constexpr size_t kGroupBytes = kLanes * sizeof(uint32_t);
 
 bool is_output(openfab_arg_kind kind) {
     return kind == OPENFAB_ARG_STATE_OUT || kind == OPENFAB_ARG_POSITION ||
-           kind == OPENFAB_ARG_SURFACE_OUT || kind == OPENFAB_ARG_SURFACE_STATUS;
+           kind == OPENFAB_ARG_SURFACE_OUT || kind == OPENFAB_ARG_SURFACE_STATUS ||
+           kind == OPENFAB_ARG_SHAPE_VALUE || kind == OPENFAB_ARG_SHAPE_OUT;
 }
 
 }  // namespace

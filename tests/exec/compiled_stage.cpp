@@ -229,8 +229,13 @@ const void* input_argument(const openfab_arg& arg, const StageInputs& inputs,
 /// Flat buffers of the batch, in whole groups, and the answers to queries.
 class SegmentHost : public segments::Arguments, public segments::Handler {
   public:
-    SegmentHost(const StageInputs& inputs, size_t elements)
-        : inputs_(inputs), elements_((elements + 7) / 8 * 8) {}
+    /// `outputs`: of `stage`, by number, for those that are no states.
+    SegmentHost(const StageInputs& inputs, size_t elements,
+                const std::vector<ir::Output>& stage_outputs = {}, StageResults* outputs = nullptr)
+        : inputs_(inputs),
+          elements_((elements + 7) / 8 * 8),
+          stage_outputs_(stage_outputs),
+          outputs_(outputs) {}
 
     const void* input(const openfab_arg& arg) override {
         if (is_scalar(arg.kind)) return inputs_.values.at({arg.kind, arg.a, arg.b}).data();
@@ -253,8 +258,16 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
         return buffer.raw();
     }
     segments::OutputView output(const openfab_arg& arg) override {
-        ADD_FAILURE() << "an output of kind " << arg.kind << " that is no state";
-        return {};
+        const auto at = std::ranges::find_if(stage_outputs_, [&](const ir::Output& o) {
+            return o.kind == arg.kind && o.a == arg.a && o.b == arg.b;
+        });
+        if (at == stage_outputs_.end()) {
+            ADD_FAILURE() << "an output of kind " << arg.kind << " that is no state";
+            return {};
+        }
+        std::vector<uint32_t>& values =
+            (*outputs_)[static_cast<size_t>(at - stage_outputs_.begin())];
+        return {values.data()};
     }
     abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
                             const segments::States& states) override {
@@ -278,6 +291,8 @@ class SegmentHost : public segments::Arguments, public segments::Handler {
   private:
     const StageInputs& inputs_;
     const size_t elements_;
+    const std::vector<ir::Output> stage_outputs_;
+    StageResults* outputs_;
     std::deque<abi::KernelBuffer> buffers_;
     std::deque<std::vector<uint32_t>> padded_;
 };
@@ -320,13 +335,17 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
             passes::cut_segments(live, passes::kMaxSegmentOperations, passes::Amounts::kStates);
     } else {
         *member(&stages, stage.kind) = stage;
+        if (stage.kind == ir::StageKind::kShape && passes::needs_segments(stage))
+            stages.shape_segments = passes::cut_segments(stage);
     }
     out->program_ = load(stages, options);
     return out->program_ == nullptr ? nullptr : std::move(out);
 }
 
 StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) const {
-    const openfab_segments& segments = program_->fablets().fablets[0]->volume_segments;
+    const openfab_fablet& fablet = *program_->fablets().fablets[0];
+    const openfab_segments& segments =
+        fablet.shape != nullptr ? fablet.shape->value_segments : fablet.volume_segments;
     if (segments.step_count > 0) return run_segments(segments, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
     const size_t count = element_count(stage_, inputs);
@@ -379,10 +398,17 @@ StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) cons
 StageResults CompiledStage::run_segments(const openfab_segments& segments, openfab_isa isa,
                                          const StageInputs& inputs) const {
     const size_t count = element_count(stage_, inputs);
-    SegmentHost host(inputs, count);
+    const size_t whole = (count + 7) / 8 * 8;
+    StageResults written(stage_.outputs.size(), std::vector<uint32_t>(whole, kUnwritten));
+    SegmentHost host(inputs, whole, stage_.outputs, &written);
     segments::Driver driver;
     const std::vector<uint8_t> wanted((count + 7) / 8, 255);
     EXPECT_TRUE(driver.run(segments, isa, wanted, &host, &host).ok());
+    if (stage_.kind == ir::StageKind::kShape) {
+        for (auto& result : written)
+            result.resize(count);
+        return written;
+    }
     StageResults results;
     for (size_t k = 0; k < stage_.outputs.size(); ++k) {
         const uint32_t* values = driver.states()[1 + static_cast<int32_t>(k)];

@@ -83,6 +83,8 @@ const Body kBodies[] = {
     {"smooth", "solid_union_smooth(solid_ball(p, 4), solid_torus(p, radius, 2), 1)", 0.8f},
     {"cut", "solid_difference(solid_box(p, radius, 0), solid_ball(p, 5))", 0.8f},
     {"gyroid", "dot(sin(p / 3), cos(p.yzx / 3)) - 0.3", 0.7f},
+    {"schwarz", "schwarz_d(p, 20) - 0.2", 0.5f},
+    {"octet", "strut_octet(p, 16, 2)", 0.4f},
     {"wave", "p.z - sin(p.x) * cos(p.y) * table[1]", 0.8f},
 };
 
@@ -108,6 +110,36 @@ TEST(Shapes, KernelsGiveTheBitsOfTheInterpreter) {
             expect_equal(*stage, part, *compiled, points);
         }
     }
+}
+
+/// Loops whose trips differ from point to point: segments, on a number of points that fills no group.
+TEST(Shapes, LoopsGiveTheBitsOfTheInterpreter) {
+    source::SourceManager sources;
+    diag::Sink sink;
+    const uint32_t file = sources.add("loops.fl", R"(
+fablet A {
+    @uniform { float radius = 6; float table[3] = {1, 2, 3}; int count = 3; }
+    @Shape(@varying { ShapeAttributes attr })
+    {
+        float3 p = attr.p;
+        float d = length(p) - radius;
+        @bound(64) while (d < 2 && p.x > -20) {
+            p -= float3(2, 0.5, table[0]);
+            @bound(8) for (int i = 0; i < count; ++i) d = min(d + 0.25, length(p.xy) - i * table[1] + p.z * 0.1);
+        }
+        return d;
+    }
+}
+)");
+    const auto module = frontend::compile_to_ir(sources, file, sink);
+    ASSERT_TRUE(module);
+    const passes::PipelineResult all =
+        passes::run_pipeline(module->fablets[0], {.disabled = {"hoist_uniforms"}});
+    ASSERT_FALSE(all.stages.shape_segments.steps.empty());
+    const StageInputs points = inputs_of(4, false, 0);
+    const auto compiled = CompiledStage::make(all.stages.shape);
+    ASSERT_NE(compiled, nullptr);
+    expect_equal(all.stages.shape, interpret(module->fablets[0].shape, points), *compiled, points);
 }
 
 TEST(Shapes, BoundsHoldTheValuesAndDecideMostBoxes) {
