@@ -13,6 +13,7 @@
 #include "base/near_miss.h"
 #include "base/polar.h"
 #include "base/rotation.h"
+#include "pieces/extent.h"
 #include "world/transforms_file.h"
 #include "world/uniform_values.h"
 
@@ -255,7 +256,7 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     placement.object = found->second;
     placement.location = json_.location(value);
     if (uniforms != nullptr) placement.overrides = read_uniforms(uniforms->value, what, &json_);
-    return {std::move(placement)};
+    return with_pieces(value, what, std::move(placement));
 }
 
 const std::vector<Placement>* BuildReader::group(const JsonValue& value, const std::string& what) {
@@ -465,7 +466,6 @@ void BuildReader::copies(const JsonValue& value, const std::string& what,
 Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& placements) {
     Box3d out;
     for (const Placement& p : placements) {
-        const int32_t mesh = world_.objects[p.object].mesh;
         if (looked_at_ > kMostLookedAt) {
             json_.fail(
                 value,
@@ -473,18 +473,25 @@ Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& pla
                 "rotate more of them alike, or place them by a `translate_mm` of three numbers");
             break;
         }
-        const Box3d& turned = turned_box(mesh, p.transform.m);
+        const Box3d& turned = turned_box(p);
         if (!turned.empty()) out.add(Box3d{turned.lo + p.transform.t, turned.hi + p.transform.t});
     }
     return out.empty() ? Box3d{{}, {}} : out;
 }
 
-const Box3d& BuildReader::turned_box(int32_t mesh, const std::array<double, 9>& m) {
-    const auto [known, fresh] = boxes_.try_emplace({mesh, m});
-    if (fresh) {
-        const Affine3d turn{m, {}};
-        looked_at_ += static_cast<double>(world_.meshes[mesh].positions.size());
-        for (const Vec3d& p : world_.meshes[mesh].positions)
+const Box3d& BuildReader::turned_box(const Placement& placement) {
+    const Object& object = world_.objects[placement.object];
+    const mesh::Mesh& mesh = world_.meshes[object.mesh];
+    const pieces::Region* region =
+        placement.piece >= 0 ? &object.pieces->regions[placement.piece] : nullptr;
+    const auto [known, fresh] = boxes_.try_emplace({object.mesh, region, placement.transform.m});
+    if (!fresh) return known->second;
+    const Affine3d turn{placement.transform.m, {}};
+    looked_at_ += static_cast<double>(mesh.positions.size());
+    if (region != nullptr) {
+        known->second = pieces::piece_box({mesh.positions, mesh.triangles}, *region, turn);
+    } else {
+        for (const Vec3d& p : mesh.positions)
             known->second.add(turn.apply_vector(p));
     }
     return known->second;

@@ -7,6 +7,7 @@
 #include <array>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "base/json.h"
@@ -43,6 +44,8 @@ class BuildReader {
     std::vector<std::vector<Placement>> each_item(const JsonValue& list, const std::string& what);
     void placement(const JsonValue& value, const std::string& what, std::vector<Placement>* out);
     std::vector<Placement> subject(const JsonValue& value, const std::string& what);
+    std::vector<Placement> with_pieces(const JsonValue& value, const std::string& what,
+                                       Placement placement);
     const std::vector<Placement>* group(const JsonValue& name, const std::string& what);
     void override_group(const JsonValue& value, const std::string& what,
                         std::vector<Placement>* placements);
@@ -58,7 +61,7 @@ class BuildReader {
     bool take_memory(const JsonValue& value, double bytes);
 
     Box3d box(const JsonValue& value, const std::vector<Placement>& placements);
-    const Box3d& turned_box(int32_t mesh, const std::array<double, 9>& m);
+    const Box3d& turned_box(const Placement& placement);
 
     JsonReader& json_;
     WorldFiles& files_;
@@ -69,7 +72,8 @@ class BuildReader {
     size_t made_ = 0;  ///< placements of all groups and of the build
     int64_t memory_bytes_;
     double made_bytes_ = 0;
-    std::map<std::pair<int32_t, std::array<double, 9>>, Box3d> boxes_;
+    /// By mesh, region of a piece, and scale and rotation.
+    std::map<std::tuple<int32_t, const pieces::Region*, std::array<double, 9>>, Box3d> boxes_;
     double looked_at_ = 0;  ///< vertices, for boxes_
 };
 

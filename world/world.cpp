@@ -20,6 +20,7 @@
 #include "world/dither_ref.h"
 #include "world/json_reader.h"
 #include "world/nearly_equal_stretch.h"
+#include "world/pieces_reader.h"
 #include "world/primitive_reader.h"
 #include "world/uniform_values.h"
 #include "world/world_files.h"
@@ -529,6 +530,12 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("repair")) {
             // Already done when the mesh was read.
             json_.choice(p->value, "`repair` of " + what, {"winding"});
+        }
+        if (const JsonMember* p = m.value.find("pieces")) {
+            object.pieces = read_pieces(p->value, what, world_, &json_, &files_);
+            if (object.pieces != nullptr)
+                check_pieces_hold_something(world_.meshes[object.mesh], *object.pieces, what,
+                                            &json_);
         }
         object.location = json_.location(fablet);
         object.mesh_location = json_.location(m.value.find("mesh")->value);

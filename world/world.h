@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -18,6 +19,7 @@
 #include "base/result.h"
 #include "base/vec.h"
 #include "mesh/model/mesh.h"
+#include "pieces/tree.h"
 #include "world/printer.h"
 
 namespace openfab::world {
@@ -90,6 +92,13 @@ struct DitherRef {
     SourceLocation location;       ///< of that name
 };
 
+/// How an object is cut (pieces/tree.h), in mm of its mesh.
+struct ObjectPieces {
+    pieces::Tree tree;
+    std::vector<pieces::Region> regions;  ///< of the pieces, then of the dowels
+    SourceLocation location;
+};
+
 struct Object {
     std::string name;
     int32_t mesh = 0;      ///< index in World::meshes
@@ -97,8 +106,9 @@ struct Object {
     int32_t priority = 0;  ///< higher wins
     double max_displacement_mm = std::numeric_limits<double>::infinity();
     UniformBindings uniforms;
-    bool support = true;      ///< support is generated below it
-    SourceLocation location;  ///< of its fablet's name
+    bool support = true;                         ///< support is generated below it
+    std::shared_ptr<const ObjectPieces> pieces;  ///< null: it is whole
+    SourceLocation location;                     ///< of its fablet's name
     SourceLocation mesh_location;
 };
 
@@ -107,6 +117,7 @@ struct Placement {
     Affine3d transform;  ///< mesh space (mm) to build space (mm)
     UniformBindings overrides;
     SourceLocation location;
+    int32_t piece = -1;  ///< of the object's regions; -1: all of it, uncut
 };
 
 /// The support settings of a world.

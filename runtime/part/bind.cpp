@@ -14,6 +14,7 @@
 #include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
+#include "runtime/part/bind_piece.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/part/uniforms.h"
 #include "texture/cache.h"
@@ -201,6 +202,13 @@ class WorldBinder {
         part.mesh = std::move(*mesh);
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
+        if (placement.piece >= 0) {
+            Result<std::shared_ptr<const Piece>> piece =
+                bind_piece(world_, placement, *polar, part);
+            if (!piece) return piece.error();
+            part.piece = std::move(*piece);
+            part.name += fmt::format(" {}", part.piece->region.name);
+        }
         return part;
     }
 

@@ -18,6 +18,7 @@
 
 #include "abi/fablet_table.h"
 #include "base/vec.h"
+#include "pieces/region.h"
 #include "texture/pyramid.h"
 
 namespace openfab::part {
@@ -45,6 +46,12 @@ struct PartMesh {
     std::vector<float> corner_uv;  ///< [triangle][corner][2]; empty without uv
 };
 
+/// What of a part is printed, if it is cut into pieces.
+struct Piece {
+    pieces::Region region;              ///< part-local mm
+    std::vector<uint8_t> filled_codes;  ///< print materials of region.filled
+};
+
 struct Part {
     std::string name;
     const openfab_fablet* fablet = nullptr;
@@ -62,8 +69,9 @@ struct Part {
     Affine3d local_to_build;
     float max_displacement_mm = std::numeric_limits<float>::infinity();
     int32_t priority = 0;
-    int32_t instance = 0;  ///< index in the world's build list
-    bool support = true;   ///< support is generated below it, in prints with support
+    int32_t instance = 0;                ///< index in the world's build list
+    bool support = true;                 ///< support is generated below it, in prints with support
+    std::shared_ptr<const Piece> piece;  ///< null: all of it
 };
 
 /// The voxel grid of a print. Voxel (i, j, k) has its centre at origin + (i + 0.5, j + 0.5, k +

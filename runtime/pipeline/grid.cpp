@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "runtime/solid/cut/cut.h"
 #include "runtime/surface/transform_box.h"
 
 namespace openfab::pipeline {
@@ -34,7 +35,7 @@ std::string largest_part(const std::vector<part::Part>& parts,
     Box3d all;
     std::vector<Box3d> boxes;
     for (size_t i = 0; i < parts.size(); ++i) {
-        boxes.push_back(solids[i]->exact_box(parts[i].local_to_build));
+        boxes.push_back(solid::box_in_build(parts[i], *solids[i]));
         all.add(boxes.back());
     }
     const auto reach = [&](const Box3d& box) {
@@ -95,7 +96,7 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
         if (known->second.empty()) continue;
         any = true;
         if (contains(box, surface::transform_box(parts[i].local_to_build, known->second))) continue;
-        box.add(solids[i]->exact_box(parts[i].local_to_build));
+        box.add(solid::box_in_build(parts[i], *solids[i]));
     }
     if (!any) return user_error("there is nothing to print: no part has a surface");
     part::Grid grid;

@@ -159,7 +159,10 @@ Result<void> set_up_support(PrintSetup* p) {
     if (p->input.support_code == 0) return {};
     std::vector<support_material::SupportedPart> supported;
     for (const auto& part : p->parts) {
-        if (part->part->support) supported.push_back({part->placed.get(), part->box});
+        if (!part->part->support) continue;
+        supported.push_back({part->placed.get(), part->box});
+        if (part->cut == nullptr || part->box.lo.x >= part->box.hi.x) continue;
+        supported.back().tops = solid::tops_of_piece(*part->placed, *part->cut, part->box);
     }
     Result<support_material::DepthMap> map = support_material::DepthMap::create(
         supported, p->grid,

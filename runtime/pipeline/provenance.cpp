@@ -61,6 +61,39 @@ uint64_t hash_of(const part::PartMesh& mesh) {
     return hash.value();
 }
 
+void add_shape(Hash* hash, const pieces::Shape& shape) {
+    hash->add(static_cast<int32_t>(shape.kind));
+    for (const Vec3d& v : {shape.at, shape.u, shape.v, shape.n})
+        hash->add(v);
+    for (const double size :
+         {shape.radius, shape.lo, shape.hi, shape.half_width, shape.slope, shape.half_length})
+        hash->add(size);
+    hash->add(shape.strokes.size());
+    for (const auto& stroke : shape.strokes) {
+        for (const double at : stroke)
+            hash->add(at);
+    }
+}
+
+void add_piece(Hash* hash, const part::Piece& piece) {
+    const pieces::Region& region = piece.region;
+    hash->add(int32_t{region.shapes_only});
+    hash->add(region.sides.size());
+    for (const pieces::Side& side : region.sides) {
+        hash->add(side.normal);
+        hash->add(side.offset);
+        hash->add(int32_t{side.front});
+    }
+    for (const auto* shapes : {&region.added, &region.removed}) {
+        hash->add(shapes->size());
+        for (const pieces::Shape& shape : *shapes)
+            add_shape(hash, shape);
+    }
+    for (const pieces::Filled& filled : region.filled)
+        add_shape(hash, filled.shape);
+    hash->add_all(piece.filled_codes);
+}
+
 /// The finest level determines the others.
 uint64_t hash_of(const texture::Pyramid& pyramid) {
     Hash hash;
@@ -124,6 +157,7 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
         placements.add(int32_t{part.support});
         for (const std::vector<int32_t>& objects : part.objects)
             placements.add_all(objects);
+        if (part.piece != nullptr) add_piece(&placements, *part.piece);
     }
     std::vector<std::pair<std::string, std::string>> made_from = {
         {"version of openfab", OPENFAB_VERSION},

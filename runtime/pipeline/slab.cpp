@@ -154,6 +154,7 @@ abi::KernelStatus SlabRun::begin_part(ActivePart* active, volume::BlockEvaluator
     {
         const StageTimer timer(Stage::kCoverage);
         part.placed->coverage(slab_, &active->mask, interrupt_, &active->seconds_coverage);
+        if (part.cut != nullptr) part.cut->apply(slab_, &active->mask, &active->filled);
     }
     if (interrupt_ != nullptr && interrupt_->load()) return abi::KernelStatus::stopped();
     if (!active->covers()) return {};
@@ -265,6 +266,39 @@ abi::KernelStatus SlabRun::evaluate_row(int32_t row, Row* scratch,
     return {};
 }
 
+/// Gives what connectors have of a block to their materials, and returns whether any is left.
+uint64_t SlabRun::fill_connectors(const ActivePart& active, Row* scratch,
+                                  volume::OwnedBlock* block) const {
+    uint64_t left = 0;
+    for (const solid::FilledMask& filled : active.filled) {
+        const voxel::SlabMask& mask = filled.mask;
+        const int32_t x = 8 * block->block - mask.x0, first = 8 * scratch->band.row - mask.y0;
+        if (x < 0 || x >= mask.width || first < 0 || first >= mask.height) continue;
+        std::array<uint8_t, 64> taken{};
+        uint64_t any = 0;
+        for (int32_t y = 0; y < 8; ++y) {
+            uint64_t of, owned;
+            std::memcpy(&of, &mask.mask[static_cast<size_t>(first + y) * mask.width + x], 8);
+            std::memcpy(&owned, &block->owned[static_cast<size_t>(y * 8)], 8);
+            of &= owned;
+            owned &= ~of;
+            any |= of;
+            std::memcpy(&taken[static_cast<size_t>(y * 8)], &of, 8);
+            std::memcpy(&block->owned[static_cast<size_t>(y * 8)], &owned, 8);
+        }
+        if (any == 0) continue;
+        scratch->band.fill(block->block, taken.data(), filled.code);
+        if (setup_.separate_mixtures)
+            scratch->mixtures.fill(block->block, taken.data(), filled.code);
+    }
+    for (int32_t y = 0; y < 8; ++y) {
+        uint64_t owned;
+        std::memcpy(&owned, &block->owned[static_cast<size_t>(y * 8)], 8);
+        left |= owned;
+    }
+    return left;
+}
+
 abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
                                          volume::BlockEvaluator* evaluator) const {
     dither::RowBand& band = scratch->band;
@@ -292,6 +326,7 @@ abi::KernelStatus SlabRun::evaluate_part(const ActivePart& active, Row* scratch,
         }
         if (scratch->many)
             scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * slab_}, &scratch->overlaps);
+        if (any != 0 && !active.filled.empty()) any = fill_connectors(active, scratch, &block);
         if (any == 0) continue;
         if (constant_index >= 0) {
             const volume::PartCull::Constant& constant = active.cull.constant(constant_index);

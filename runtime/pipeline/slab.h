@@ -98,6 +98,7 @@ class SlabRun {
     struct ActivePart {
         const volume::PlacedPart* part;
         voxel::SlabMask mask;
+        std::vector<solid::FilledMask> filled;  ///< of a piece, what other materials have of it
         volume::PartCull cull;
         double seconds_coverage = 0;
 
@@ -119,6 +120,8 @@ class SlabRun {
     volume::BlockEvaluator* take_evaluator(Pool<volume::BlockEvaluator>* evaluators) const;
     abi::KernelStatus evaluate_row(int32_t row, Row* scratch,
                                    volume::BlockEvaluator* evaluator) const;
+    uint64_t fill_connectors(const ActivePart& active, Row* scratch,
+                             volume::OwnedBlock* block) const;
     abi::KernelStatus evaluate_part(const ActivePart& active, Row* scratch,
                                     volume::BlockEvaluator* evaluator) const;
     bool prepare(uint8_t slices);

@@ -38,7 +38,17 @@ void raise_rows(const std::vector<SupportedPart>& parts, const part::Grid& grid,
     for (const SupportedPart& part : parts) {
         const solid::Columns columns{part.box.lo.x, std::max(part.box.lo.y, rows->y0),
                                      part.box.hi.x, std::min(part.box.hi.y, y1)};
-        if (!columns.empty()) part.placed->raise_tops(columns, rows);
+        if (columns.empty()) continue;
+        if (part.tops.empty()) {
+            part.placed->raise_tops(columns, rows);
+            continue;
+        }
+        for (int32_t y = columns.y0; y < columns.y1; ++y) {
+            const int32_t* row = &part.tops[static_cast<size_t>(y - part.box.lo.y) *
+                                            static_cast<size_t>(part.box.size().x)];
+            for (int32_t x = columns.x0; x < columns.x1; ++x)
+                rows->raise(x, y, row[x - part.box.lo.x]);
+        }
     }
 }
 

@@ -23,6 +23,8 @@ namespace openfab::support_material {
 struct SupportedPart {
     const solid::Placed* placed = nullptr;
     Box3i box;  ///< voxels that it may cover, within the grid
+    /// Of a piece: the top of each column of the box, row by row; else the solid is asked.
+    std::vector<int32_t> tops = {};
 };
 
 /// The depth map, in compressed tiles.

@@ -134,6 +134,10 @@ void PlacedPart::set_grid(const part::Grid& grid, const solid::QuerySetUp& queri
     }
     placed = solid->place({*part, grid, frame, crossing_bytes});
     box = placed->voxel_box();
+    if (part->piece != nullptr) {
+        cut = std::make_unique<const solid::Cut>(*part, grid, *solid, box);
+        box = cut->box();
+    }
     voxel_diagonal_mm = voxel_diagonal(frame);
     largest_coordinate_mm = largest_coordinate(frame, {box.lo - base, box.hi - base});
     for (int a = 0; a < 3; ++a) {

@@ -13,6 +13,7 @@
 #include "abi/stages.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/part/part.h"
+#include "runtime/solid/cut/cut.h"
 #include "runtime/solid/solid.h"
 #include "runtime/surface/surface.h"
 
@@ -73,6 +74,7 @@ struct PlacedPart {
     /// The index of the first part with this solid. Threads index their scratch by it.
     int32_t owner = 0;
     std::unique_ptr<solid::Placed> placed;
+    std::unique_ptr<const solid::Cut> cut;          ///< of a piece
     std::vector<std::vector<QueryTarget>> targets;  ///< by index among the Object uniforms
     std::array<float, OPENFAB_FRAME_COUNT> frame{};
     Vec3i base;               ///< voxel of the grid with part-relative index 0

@@ -21,6 +21,7 @@
 #include "base/say.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/split.h"
 
 namespace openfab::tools {
 
@@ -38,6 +39,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
   openfab printers j850                        what a printer takes, and how we know
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
+  openfab split bear.fab.json --fit j750 -o pieces.fab.json
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab render card.ofr -o card.png          how it will look
   openfab profile card.fab.json                where the time of a print goes
@@ -211,6 +213,43 @@ void add_property(CLI::App& app, Action* action) {
     });
 }
 
+void add_split(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "split", "cut what is larger than a machine into pieces, and put them on trays");
+    auto a = std::make_shared<SplitArguments>();
+    command->add_option("WORLD", a->world, "a world (.fab.json)")->required();
+    command
+        ->add_option("--fit", a->fit,
+                     "a printer (`openfab print --help` names them), or a size as "
+                     "490x390x200mm")
+        ->required()
+        ->type_name("MACHINE");
+    command
+        ->add_option(
+            "-o,--output", a->output,
+            "the world to write, beside the other: NAME.fab.json; NAME-2.fab.json, ... are "
+            "more trays, NAME.cuts.json has the cuts")
+        ->required();
+    command->add_option("--object", a->object, "cut this one alone (default: all that do not fit)");
+    command->add_option("--peg", a->peg, "diameter of dowels, 0mm for none (default: 6mm)");
+    command->add_option("--material", a->material, "of dowels (default: the world's first)");
+    command->add_option("--clearance", a->clearance, "of their holes, all around (default: 0.1mm)");
+    command->add_option("--skin", a->skin,
+                        "least distance of holes from the surface (default: 1.5mm)");
+    command->add_option("--number", a->number,
+                        "height of the names in cut faces, 0mm for none (default: 6mm)");
+    command->add_option("--gap", a->gap, "between pieces on a tray (default: 5mm)");
+    command->add_option("--seam", a->seam,
+                        "an attribute of the mesh's corners: 0 where seams should be, 1 where they "
+                        "are as bad as usual, more where they are worse");
+    command
+        ->add_option("--allow", a->allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_split(*a); }; });
+}
+
 void add_view(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "view", "show a print, also an unfinished one, a world or a mesh in a page for a browser");
@@ -319,6 +358,7 @@ int tool_main(int argc, char** argv) {
     add_merge(app, &action);
     add_printers(app, &action);
     add_property(app, &action);
+    add_split(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
     for (const HelperCommand& command : kHelperCommands)

@@ -1,0 +1,237 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "pieces/place_connectors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace openfab::pieces {
+
+namespace {
+
+constexpr double kDowelLength = 2.5;  // diameters
+
+/// A cell of the section of a cut: which two pieces meet there, if both go on behind it.
+struct Cell {
+    const std::string* back = nullptr;
+    const std::string* front = nullptr;
+    bool operator==(const Cell&) const = default;
+};
+
+struct Section {
+    Vec3d origin, u, v;
+    int32_t width = 0, height = 0;
+    double pitch = 1;
+    std::vector<Cell> cells;
+
+    const Cell& at(int32_t x, int32_t y) const {
+        return cells[static_cast<size_t>(y) * static_cast<size_t>(width) + static_cast<size_t>(x)];
+    }
+    Vec3d point(int32_t x, int32_t y) const {
+        return origin + u * ((x + 0.5) * pitch) + v * ((y + 0.5) * pitch);
+    }
+    /// Returns whether all cells within a radius are alike.
+    bool clear(int32_t x, int32_t y, double radius_mm) const {
+        const auto r = static_cast<int32_t>(std::ceil(radius_mm / pitch));
+        for (int32_t dy = -r; dy <= r; ++dy) {
+            for (int32_t dx = -r; dx <= r; ++dx) {
+                if (dx * dx + dy * dy > r * r) continue;
+                if (x + dx < 0 || y + dy < 0 || x + dx >= width || y + dy >= height) return false;
+                if (!(at(x + dx, y + dy) == at(x, y))) return false;
+            }
+        }
+        return true;
+    }
+};
+
+Section section_of(const Tree& tree, const Cut& cut, const CoarseSolid& solid, const Box3d& box,
+                   double depth_mm) {
+    Section s;
+    s.pitch = solid.pitch_mm();
+    s.v = upright(cut.normal);
+    s.u = cross(s.v, cut.normal);
+    double lo[2] = {1e300, 1e300}, hi[2] = {-1e300, -1e300};
+    for (uint32_t i = 0; i < 8; ++i) {
+        const Vec3d p{(i & 1) != 0 ? box.hi.x : box.lo.x, (i & 2) != 0 ? box.hi.y : box.lo.y,
+                      (i & 4) != 0 ? box.hi.z : box.lo.z};
+        lo[0] = std::min(lo[0], dot(p, s.u)), hi[0] = std::max(hi[0], dot(p, s.u));
+        lo[1] = std::min(lo[1], dot(p, s.v)), hi[1] = std::max(hi[1], dot(p, s.v));
+    }
+    s.origin = cut.normal * cut.offset_mm + s.u * lo[0] + s.v * lo[1];
+    s.width = static_cast<int32_t>((hi[0] - lo[0]) / s.pitch) + 1;
+    s.height = static_cast<int32_t>((hi[1] - lo[1]) / s.pitch) + 1;
+    s.cells.resize(static_cast<size_t>(s.width) * static_cast<size_t>(s.height));
+    for (int32_t y = 0; y < s.height; ++y) {
+        for (int32_t x = 0; x < s.width; ++x) {
+            const Vec3d p = s.point(x, y);
+            Cell cell;
+            bool whole = true;
+            for (const double side : {-1.0, 1.0}) {
+                const std::string* piece = nullptr;
+                for (const double part : {0.02, 0.5, 1.0}) {
+                    const Vec3d q = p + cut.normal * (side * part * depth_mm);
+                    const std::string* here = &piece_at(tree, q);
+                    whole = whole && solid.solid(q) && (piece == nullptr || piece == here);
+                    piece = here;
+                }
+                (side < 0 ? cell.back : cell.front) = piece;
+            }
+            if (whole)
+                s.cells[static_cast<size_t>(y) * static_cast<size_t>(s.width) +
+                        static_cast<size_t>(x)] = cell;
+        }
+    }
+    return s;
+}
+
+/// Returns the pieces below a node.
+void pieces_below(const Tree& tree, int32_t node, std::vector<const std::string*>* out) {
+    if (node < 0) return out->push_back(&tree.pieces[static_cast<size_t>(~node)]);
+    pieces_below(tree, tree.cuts[static_cast<size_t>(node)].front, out);
+    pieces_below(tree, tree.cuts[static_cast<size_t>(node)].back, out);
+}
+
+class Placer {
+  public:
+    Placer(const Body& body, const CoarseSolid& solid, const SearchOptions& options, Tree* tree)
+        : body_(body), solid_(solid), options_(options), tree_(*tree) {
+        for (const Vec3d& p : body.positions)
+            box_.add(p);
+    }
+
+    int32_t run() {
+        int32_t without = 0;
+        for (size_t i = 0; i < tree_.cuts.size(); ++i) {
+            const double depth = options_.peg_mm > 0 ? options_.peg_mm * kDowelLength / 2 +
+                                                           options_.clearance_mm + options_.skin_mm
+                                                     : 2 * solid_.pitch_mm();
+            const Section section = section_of(tree_, tree_.cuts[i], solid_, box_, depth);
+            std::vector<const std::string*> front;
+            pieces_below(tree_, tree_.cuts[i].front, &front);
+            std::map<std::pair<std::string, std::string>, std::vector<std::pair<int32_t, int32_t>>>
+                pairs;
+            for (int32_t y = 0; y < section.height; ++y) {
+                for (int32_t x = 0; x < section.width; ++x) {
+                    const Cell& cell = section.at(x, y);
+                    if (cell.front == nullptr || cell.back == cell.front) continue;
+                    // Where another cut keeps them apart this one has no face.
+                    if (std::find(front.begin(), front.end(), cell.front) == front.end()) continue;
+                    if (std::find(front.begin(), front.end(), cell.back) != front.end()) continue;
+                    pairs[{*cell.back, *cell.front}].emplace_back(x, y);
+                }
+            }
+            for (const auto& [names, cells] : pairs) {
+                if (!join(i, section, cells)) ++without;
+            }
+        }
+        return without;
+    }
+
+  private:
+    using Cells = std::vector<std::pair<int32_t, int32_t>>;
+
+    /// Returns whether a dowel was placed.
+    bool join(size_t cut, const Section& section, const Cells& cells) {
+        std::vector<Vec3d> used;
+        bool any = options_.peg_mm <= 0;
+        if (options_.peg_mm > 0) {
+            const double radius =
+                options_.peg_mm / 2 + options_.clearance_mm + options_.skin_mm + solid_.pitch_mm();
+            Cells clear;
+            for (const auto& [x, y] : cells) {
+                if (section.clear(x, y, radius)) clear.emplace_back(x, y);
+            }
+            for (int n = 0; n < 2 && !clear.empty(); ++n) {
+                // The first near a corner of what is possible, the second far from it.
+                const Vec3d from = n == 0 ? middle(section, clear) : used[0];
+                const auto best =
+                    std::max_element(clear.begin(), clear.end(), [&](const auto& a, const auto& b) {
+                        return length(section.point(a.first, a.second) - from) <
+                               length(section.point(b.first, b.second) - from);
+                    });
+                const Vec3d at = section.point(best->first, best->second);
+                if (n == 1 && length(at - used[0]) < 2.5 * options_.peg_mm) break;
+                if (add_dowel(cut, at)) used.push_back(at), any = true;
+                if (used.empty()) break;
+            }
+        }
+        if (options_.number_mm > 0) number(cut, section, cells, used);
+        return any;
+    }
+
+    static Vec3d middle(const Section& section, const Cells& cells) {
+        Vec3d sum;
+        for (const auto& [x, y] : cells)
+            sum = sum + section.point(x, y);
+        return sum * (1 / static_cast<double>(cells.size()));
+    }
+
+    bool add_dowel(size_t cut, const Vec3d& at) {
+        Connector dowel;
+        dowel.kind = Connector::Kind::kDowel;
+        dowel.at_mm = at;
+        dowel.diameter_mm = options_.peg_mm;
+        dowel.length_mm = kDowelLength * options_.peg_mm;
+        dowel.clearance_mm = options_.clearance_mm;
+        dowel.skin_mm = options_.skin_mm;
+        // Judged by the mesh itself, alone in a tree without the others.
+        Tree alone = tree_;
+        for (Cut& c : alone.cuts)
+            c.connectors.clear(), c.numbers.clear();
+        alone.cuts[cut].connectors.push_back(dowel);
+        const std::array<double, 9> same{1, 0, 0, 0, 1, 0, 0, 0, 1};
+        for (const Region& region : regions(alone)) {
+            SourceLocation unused;
+            if (!region.fits.empty() &&
+                !misfit(body_, mapped(region, same, {}), 0, &unused).empty())
+                return false;
+        }
+        tree_.cuts[cut].connectors.push_back(dowel);
+        return true;
+    }
+
+    void number(size_t cut, const Section& section, const Cells& cells,
+                const std::vector<Vec3d>& used) {
+        const Cell& pair = section.at(cells[0].first, cells[0].second);
+        const auto letters = static_cast<double>(std::max(pair.back->size(), pair.front->size()));
+        const double radius = options_.number_mm * std::max(0.6, 0.28 * letters);
+        const Vec3d center = middle(section, cells);
+        const std::pair<int32_t, int32_t>* best = nullptr;
+        double least = 1e300;
+        for (const auto& cell : cells) {
+            const Vec3d p = section.point(cell.first, cell.second);
+            const bool free = std::all_of(used.begin(), used.end(), [&](const Vec3d& d) {
+                return length(d - p) > radius + options_.peg_mm;
+            });
+            if (!free || length(p - center) >= least ||
+                !section.clear(cell.first, cell.second, radius))
+                continue;
+            least = length(p - center);
+            best = &cell;
+        }
+        if (best == nullptr) return;
+        Number made;
+        made.at_mm = section.point(best->first, best->second);
+        made.height_mm = options_.number_mm;
+        made.depth_mm = 0.6;
+        tree_.cuts[cut].numbers.push_back(made);
+    }
+
+    const Body& body_;
+    const CoarseSolid& solid_;
+    const SearchOptions& options_;
+    Tree& tree_;
+    Box3d box_;
+};
+
+}  // namespace
+
+int32_t place_connectors(const Body& body, const CoarseSolid& solid, const SearchOptions& options,
+                         Tree* tree) {
+    return Placer(body, solid, options, tree).run();
+}
+
+}  // namespace openfab::pieces
