@@ -103,6 +103,7 @@ Entry entry_of(const check::Function& f, Entry::Kind kind, const std::string& mo
         measured().find(fmt::format("{}/{} {}({})", module, out.result, f.name, types));
     if (found == measured().end()) return out;
     out.nanoseconds = found->second.nanoseconds;
+    out.call = found->second.call;
     const std::vector<std::string> samples = arguments_of(found->second.call);
     for (size_t i = 0; i < samples.size() && i < out.parameters.size(); ++i) {
         if (is_constant(samples[i])) out.parameters[i].sample = samples[i];

@@ -30,6 +30,8 @@ struct Entry {
     std::string help;
     std::string result;
     std::vector<Parameter> parameters;
+    std::string
+        call;  ///< one that shows something, of `p`, `t`, `d` and `unit` (picture.cpp); empty: none is known
     double nanoseconds = -1;  ///< for a voxel; -1: not known
 };
 

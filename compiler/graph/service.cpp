@@ -6,6 +6,7 @@
 #include <string>
 
 #include "compiler/graph/edit.h"
+#include "compiler/graph/picture.h"
 
 namespace openfab::graph {
 
@@ -38,11 +39,17 @@ Result<void> edit(const server::Analysis& before, const std::filesystem::path& p
 
 std::optional<Result<void>> answer(std::string_view method, const JsonValue& params,
                                    JsonText* out) {
+    if (!params.is(JsonValue::Kind::kObject) && method.starts_with("openfl/"))
+        return Result<void>(user_error("parameters are missing"));
+    if (method == "openfl/picture") {
+        const JsonValue* json = member_of(params, "action");
+        if (json == nullptr) return Result<void>(user_error("an action is missing"));
+        const Result<Action> of = action_of(*json);
+        return of ? write_picture(of->signature, of->module, out) : Result<void>(of.error());
+    }
     const bool graph = method == "openfl/graph";
     const bool palette = method == "openfl/palette";
     if (!graph && !palette && method != "openfl/edit") return std::nullopt;
-    if (!params.is(JsonValue::Kind::kObject))
-        return Result<void>(user_error("parameters are missing"));
     const std::string text = text_of(params, "text");
     if (text.size() > kMaxTextBytes)
         return Result<void>(user_error("the document is larger than 4 MiB"));

@@ -8,6 +8,7 @@
 //   openfl/graph    {path, text}           the graph
 //   openfl/edit     {path, text, action}   {"text", "graph"} after an action (edit.h); an error says why it is refused
 //   openfl/palette  {path, text}           what can be added
+//   openfl/picture  {action: {signature, module}}   what one of these looks like (picture.h); {} if nothing is known
 //
 // `path` is the file that the text is to be, for the modules beside it.
 

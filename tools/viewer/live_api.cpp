@@ -68,7 +68,8 @@ class Body {
 };
 
 bool is_graph(const std::string& path) {
-    return path == "/api/graph" || path == "/api/edit" || path == "/api/palette";
+    return path == "/api/graph" || path == "/api/edit" || path == "/api/palette" ||
+           path == "/api/picture";
 }
 
 Answer post(Live* live, const std::string& path, Body body) {
@@ -93,7 +94,8 @@ Answer post(Live* live, const std::string& path, Body body) {
     const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
     const std::string text = body.text("text");
     const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
-    const JsonValue* action = path == "/api/edit" ? &body.value("action") : nullptr;
+    const JsonValue* action =
+        path == "/api/edit" || path == "/api/picture" ? &body.value("action") : nullptr;
     if (!body.failed().empty()) return refusal(400, body.failed());
     if (static_cast<int64_t>(text.size()) > kLargestSource)
         return refusal(413, "that is too large for a fablet");

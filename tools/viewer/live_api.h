@@ -11,6 +11,7 @@
 //   POST api/graph   {"fablet", "text"}       the graph of a text (compiler/graph/service.h)
 //   POST api/edit    {"fablet", "text", "action"}   {"text", "graph"}, after an action; nothing is saved
 //   POST api/palette {"fablet", "text"}       what can be added to a graph
+//   POST api/picture {"fablet", "text", "action"}   what a function of the palette looks like
 //   POST api/source  {"fablet", "text", "stamp"}   saves it; {"stamp"}
 //   POST api/set     {"object", "uniform", "value"}
 //   POST api/draft   {"draft"}

@@ -3,6 +3,7 @@
 #include "compiler/graph/graph.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -12,6 +13,7 @@
 
 #include "base/json.h"
 #include "compiler/graph/edit.h"
+#include "compiler/graph/picture.h"
 #include "tests/support/places/places.h"
 
 namespace openfab::graph {
@@ -395,6 +397,39 @@ TEST(Edit, UniformsAreMadeNamedAndDeleted) {
     renamed.uniform = 0;
     renamed.text = "hide";
     EXPECT_NE(after(kBall, renamed).find("/ hide)"), std::string::npos);
+}
+
+TEST(Palette, FunctionsOfTheLibraryHavePictures) {
+    const server::Analysis nothing({}, "", {});
+    int shown = 0;
+    int library = 0;
+    for (const Entry& entry : entries_of(nothing)) {
+        if (entry.kind != Entry::Kind::kLibrary || entry.module == "voronoi") continue;
+        const bool value = entry.result == "float" || entry.result == "float3";
+        library += value ? 1 : 0;
+        JsonText out;
+        ASSERT_TRUE(write_picture(entry.signature, entry.module, &out));
+        const Result<JsonValue> json = parse_json(out.take(), "picture");
+        ASSERT_TRUE(json);
+        const JsonValue* values = member_of(*json, "values");
+        if (values == nullptr) continue;
+        ++shown;
+        const double side = member_of(*json, "side")->number;
+        const double channels = member_of(*json, "channels")->number;
+        EXPECT_EQ(static_cast<double>(values->items.size()), side * side * channels)
+            << entry.signature;
+    }
+    EXPECT_GT(shown, library / 2) << "of " << library;
+    JsonText out;
+    ASSERT_TRUE(write_picture("floatN sin(floatN x)", "", &out));
+    const Result<JsonValue> sine = parse_json(out.take(), "picture");
+    // sin(x / 3) from -12 to 12 mm, a pixel 0.75 mm wide: largest at 1.5 pi.
+    const std::vector<JsonValue>& values = member_of(*sine, "values")->items;
+    const auto largest = std::max_element(
+        values.begin(), values.begin() + 32,
+        [](const JsonValue& a, const JsonValue& b) { return a.number < b.number; });
+    const double x = (static_cast<double>(largest - values.begin()) + 0.5) / 32 * 24 - 12;
+    EXPECT_NEAR(std::sin(x / 3), 1, 0.02);
 }
 
 TEST(Edit, RandomEditsLeaveProgramsThatCheck) {

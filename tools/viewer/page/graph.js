@@ -23,7 +23,7 @@ export class GraphPane {
         this.undone = [];
         this.history = [];
         this.drawing = new GraphDrawing(byId("graph_svg"));
-        this.palette = new GraphPalette((entry) => this.add(entry));
+        this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }));
         this.inspector = new GraphInspector({ act: (action) => this.act(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
         this.listen();
     }

@@ -6,9 +6,10 @@ const byId = (id) => document.getElementById(id);
 const kMost = 80;
 
 export class GraphPalette {
-    /** `take` gets the entry that was chosen. */
-    constructor(take) {
+    /** `take` gets the entry that was chosen; `picture` asks what one looks like. */
+    constructor(take, picture) {
         this.take = take;
+        this.pictures = new PictureQueue(picture);
         this.entries = [];
         byId("palette_search").addEventListener("input", () => this.show());
         byId("palette").addEventListener("keydown", (event) => this.key(event));
@@ -48,13 +49,14 @@ export class GraphPalette {
 
     show() {
         const found = this.found();
+        this.pictures.forget();
         byId("palette_list").replaceChildren(...found.slice(0, kMost).map((entry) => this.item(entry)));
         byId("palette_count").textContent = found.length > kMost ? `${found.length} found, the first ${kMost} shown` : `${found.length} found`;
     }
 
     item(entry) {
         const made = element("button", { class: `entry ${entry.kind}`, draggable: "true", title: entry.help, onclick: () => this.take(entry) },
-            element("b", {}, entry.name), element("span", { class: "signature" }, entry.signature),
+            this.pictures.of(entry), element("b", {}, entry.name), element("span", { class: "signature" }, entry.signature),
             element("span", { class: "origin" }, [entry.module || entry.kind, entry.ns === undefined ? "" : `${Number(entry.ns.toPrecision(2))} ns`].filter(Boolean).join(" · ")));
         made.addEventListener("dragstart", (event) => {
             event.dataTransfer.setData("text/x-openfl", JSON.stringify({ signature: entry.signature, module: entry.module }));
@@ -73,6 +75,60 @@ export class GraphPalette {
         else return;
         event.preventDefault();
         event.stopPropagation();
+    }
+}
+
+/** Pictures of what is in view, one after the other; each is asked for once. */
+class PictureQueue {
+    constructor(ask) {
+        this.ask = ask;
+        this.known = new Map();
+        this.wanted = [];
+        this.watch = new IntersectionObserver((seen) => {
+            for (const { isIntersecting, target } of seen) if (isIntersecting) this.wanted.push(target);
+            this.work();
+        });
+    }
+
+    forget() {
+        this.watch.disconnect();
+        this.wanted = [];
+    }
+
+    of(entry) {
+        const canvas = element("canvas", { width: 40, height: 40, "aria-hidden": "true" });
+        canvas.entry = entry;
+        const key = `${entry.module}/${entry.signature}`;
+        if (this.known.has(key)) this.draw(canvas, this.known.get(key));
+        else if (entry.kind === "library" || entry.kind === "builtin") this.watch.observe(canvas);
+        return canvas;
+    }
+
+    async work() {
+        if (this.busy) return;
+        this.busy = true;
+        try {
+            while (this.wanted.length) {
+                const canvas = this.wanted.shift();
+                const { signature, module } = canvas.entry;
+                const picture = await this.ask({ signature, module });
+                this.known.set(`${module}/${signature}`, picture);
+                this.draw(canvas, picture);
+            }
+        } catch { /* without pictures the list is as good */ }
+        this.busy = false;
+    }
+
+    draw(canvas, { side, channels, values }) {
+        if (!side) return;
+        const small = new ImageData(side, side);
+        for (let i = 0; i < side * side; ++i) {
+            for (let c = 0; c < 3; ++c) small.data[4 * i + c] = values[channels * i + Math.min(c, channels - 1)];
+            small.data[4 * i + 3] = 255;
+        }
+        const sheet = new OffscreenCanvas(side, side);
+        sheet.getContext("2d").putImageData(small, 0, 0);
+        canvas.getContext("2d").drawImage(sheet, 0, 0, canvas.width, canvas.height);
     }
 }
 
