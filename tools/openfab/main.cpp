@@ -42,6 +42,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab split bear.fab.json --fit j750 -o pieces.fab.json
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab render card.ofr -o card.png          how it will look
+  openfab mechanics cell gyroid.fl --cell 8mm  how stiff a lattice's cell is
   openfab profile card.fab.json                where the time of a print goes
   openfab tune card.fab.json -o card.sched     a schedule that is faster on this machine
   openfab receive --listen tcp://127.0.0.1:7000 -o card.ofr
@@ -328,6 +329,8 @@ constexpr HelperCommand kHelperCommands[] = {
      true},
     {"tune", "search the schedule that prints a world fastest on this machine", "openfab-tuner",
      true},
+    {"mechanics", "say how stiff it is and whether it will hold: cells, parts",
+     "openfab-mechanics"},
     {"text", "make a mesh or a picture of a text", "openfab-text"},
     {"color", "print colours as a measured printer makes them: charts, ICC profiles",
      "openfab-color"},

@@ -1,0 +1,363 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <optional>
+
+#include "backends/common/output_file.h"
+#include "base/json_text.h"
+#include "base/own_folder.h"
+#include "base/say.h"
+#include "base/units.h"
+#include "mechanics/cell/engineering.h"
+#include "mechanics/cell/polar.h"
+#include "mechanics/command/commands.h"
+#include "mechanics/model/print_world.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Sweep {
+    std::string uniform;
+    std::vector<double> values;
+};
+
+Result<std::optional<Sweep>> parse_sweep(const std::string& text) {
+    if (text.empty()) return std::optional<Sweep>();
+    const auto wrong = [&] {
+        return usage_error(fmt::format(
+            "`--sweep`: `{}` is no sweep; write UNIFORM=FROM:TO:COUNT, as thickness=0.4:1.6:5",
+            text));
+    };
+    const size_t equal = text.find('=');
+    if (equal == std::string::npos || equal == 0) return wrong();
+    double from = 0, to = 0;
+    int count = 0;
+    const char* end = text.data() + text.size();
+    auto [a, bad] = std::from_chars(text.data() + equal + 1, end, from);
+    if (bad != std::errc() || a == end || *a != ':') return wrong();
+    auto [b, worse] = std::from_chars(a + 1, end, to);
+    if (worse != std::errc() || b == end || *b != ':') return wrong();
+    const auto [c, worst] = std::from_chars(b + 1, end, count);
+    if (worst != std::errc() || c != end || count < 2 || count > 1000) return wrong();
+    Sweep out{text.substr(0, equal), {}};
+    for (int i = 0; i < count; ++i)
+        out.values.push_back(from + (to - from) * i / (count - 1));
+    return std::optional<Sweep>(std::move(out));
+}
+
+Result<std::array<double, 3>> parse_cell(const std::string& text) {
+    std::array<double, 3> out{};
+    size_t at = 0, count = 0;
+    while (count < 3) {
+        const size_t x = text.find('x', at);
+        const Result<double> mm = parse_length_mm(text.substr(at, x - at));
+        if (!mm) return usage_error(fmt::format("`--cell`: {}", mm.error().text()));
+        if (!(*mm > 0)) return usage_error("`--cell`: a cell is larger than 0");
+        out[count++] = *mm;
+        if (x == std::string::npos) break;
+        at = x + 1;
+    }
+    if (count == 1)
+        out = {out[0], out[0], out[0]};
+    else if (count == 2)
+        return usage_error("`--cell`: write one length, or three with `x` between");
+    return out;
+}
+
+/// What one cell came to.
+struct CellResult {
+    Homogenised<6> stiffness;
+    std::optional<Homogenised<3>> conductivity;
+    std::optional<Engineering> engineering;
+    std::optional<Stiffness> compliance;
+    Voxels voxels;  ///< without its large arrays
+};
+
+class CellRun {
+  public:
+    CellRun(const CellOptions& options, Properties properties, std::array<double, 3> cell)
+        : o_(options), properties_(std::move(properties)), cell_(cell) {}
+
+    Result<CellResult> run(const CellWorld& world, const fs::path& folder, double voxel_mm,
+                           const std::optional<std::pair<std::string, double>>& setting) const;
+
+  private:
+    Result<void> check(const VoxelFile& file) const;
+
+    const CellOptions& o_;
+    Properties properties_;
+    std::array<double, 3> cell_;
+};
+
+Result<void> CellRun::check(const VoxelFile& file) const {
+    for (size_t a = 0; a < 3; ++a) {
+        const double mm = file.size[a] * file.pitch_mm[a];
+        if (std::abs(mm - cell_[a]) > 1e-3 * file.pitch_mm[a])
+            return user_error(
+                fmt::format("a cell of {} mm is not a whole number of voxels of {} mm along {}",
+                            cell_[a], file.pitch_mm[a], "xyz"[a]),
+                fmt::format("choose `--voxel {:.6g}mm`",
+                            cell_[a] / std::max(1.0, std::round(cell_[a] / file.pitch_mm[a]))));
+    }
+    const Grid grid = Grid::make(file.size, file.pitch_mm, true);
+    return check_memory(solver_bytes<kElastic>(grid) +
+                            grid.element_count() * Voxels::bytes_per_voxel() + (40 << 20),
+                        o_.common.memory_bytes, file.size);
+}
+
+Result<CellResult> CellRun::run(
+    const CellWorld& world, const fs::path& folder, double voxel_mm,
+    const std::optional<std::pair<std::string, double>>& setting) const {
+    const fs::path file = folder / "cell.fab.json";
+    if (Result<void> done = backends::write_whole_file(file, world.text); !done)
+        return done.error();
+    PrintRequest request{file,
+                         o_.common.programs,
+                         voxel_mm,
+                         o_.common.supersample,
+                         o_.common.codes,
+                         o_.common.dither,
+                         o_.common.settings,
+                         o_.common.allow,
+                         o_.common.threads,
+                         o_.common.memory_bytes};
+    for (const fs::path& one : world.folders)
+        request.allow.push_back(one.string());
+    for (std::string& one : request.settings)
+        if (one.find('.') > one.find('=')) one = world.object + "." + one;
+    if (setting)
+        request.settings.push_back(
+            fmt::format("{}.{}={}", world.object, setting->first, setting->second));
+    const Result<fs::path> printed = print_voxels(request, folder, "cell");
+    if (!printed) return printed.error();
+    const Result<VoxelFile> opened = open_voxels(*printed);
+    if (!opened) return opened.error();
+    if (Result<void> fits = check(*opened); !fits) return fits.error();
+    Result<std::vector<Material>> materials = properties_.of(opened->materials);
+    if (!materials) return materials.error();
+    const Mixture mixture(std::move(*materials), properties_);
+    if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);
+    Result<Voxels> voxels = read_voxels(*opened, mixture);
+    if (!voxels) return voxels.error();
+    CellResult out;
+    const Grid grid = Grid::make(voxels->size, voxels->pitch_mm, true);
+    HomogeniseOptions options;
+    options.solve.tolerance = o_.common.tolerance;
+    options.solve.most_iterations = o_.common.most_iterations;
+    SolveProgress progress(o_.common.quiet, 6, o_.common.tolerance);
+    options.progress = [&](int which, int iteration, double residual) {
+        return progress.update(which, iteration, residual);
+    };
+    ElementValues values{std::move(voxels->lambda), std::move(voxels->mu), 1};
+    values.normalise();
+    out.stiffness = homogenise_stiffness(grid, values, options);
+    if (out.stiffness.stopped) return interrupted_error();
+    if (!out.stiffness.converged())
+        return not_converged_error(out.stiffness.worst_residual(), o_.common.tolerance,
+                                   out.stiffness.most_iterations());
+    if (o_.conductivity) {
+        for (const Material& m : mixture.materials())
+            if (!m.conductivity)
+                return user_error(
+                    fmt::format("{}: `{}` has no `conductivity_W_mK`", properties_.file, m.name));
+        ElementValues scalar{std::move(voxels->conductivity), {}, 1};
+        scalar.normalise();
+        options.progress = nullptr;
+        out.conductivity = homogenise_conductivity(grid, scalar, options);
+        if (!out.conductivity->converged())
+            return not_converged_error(out.conductivity->worst_residual(), o_.common.tolerance,
+                                       out.conductivity->most_iterations());
+    }
+    out.compliance = compliance_of(out.stiffness.tensor);
+    if (out.compliance) out.engineering = engineering_of(out.stiffness.tensor, *out.compliance);
+    for (std::vector<float>* all : {&voxels->strength, &voxels->density, &voxels->conductivity})
+        *all = {};
+    voxels->code = {};
+    out.voxels = std::move(*voxels);
+    return out;
+}
+
+template <size_t N>
+void write_matrix(const std::array<std::array<double, N>, N>& m, JsonText* out) {
+    out->begin_array();
+    for (const auto& row : m) {
+        out->begin_array();
+        for (const double v : row)
+            out->value(v);
+        out->end_array();
+    }
+    out->end_array();
+}
+
+template <size_t N>
+void write_list(const std::array<double, N>& list, JsonText* out) {
+    out->begin_array();
+    for (const double v : list)
+        out->value(v);
+    out->end_array();
+}
+
+void write_result(const CellResult& r, JsonText* out) {
+    out->key("stiffness_MPa");
+    write_matrix(r.stiffness.tensor, out);
+    if (r.engineering) {
+        const Engineering& e = *r.engineering;
+        out->key("young_MPa");
+        write_list(e.young, out);
+        out->key("shear_yz_xz_xy_MPa");
+        write_list(e.shear, out);
+        out->key("poisson_xy_yz_zx");
+        write_list(e.poisson, out);
+        out->member("bulk_voigt_MPa", e.bulk_voigt).member("bulk_reuss_MPa", e.bulk_reuss);
+        out->member("shear_voigt_MPa", e.shear_voigt).member("shear_reuss_MPa", e.shear_reuss);
+        out->member("young_least_MPa", e.young_least).member("young_most_MPa", e.young_most);
+        out->key("softest");
+        write_list(e.softest, out);
+        out->key("stiffest");
+        write_list(e.stiffest, out);
+        out->member("universal_anisotropy", e.universal_anisotropy).member("zener", e.zener);
+    }
+    if (r.conductivity) {
+        out->key("conductivity_W_mK");
+        write_matrix(r.conductivity->tensor, out);
+    }
+    out->key("share").begin_object();
+    for (size_t i = 0; i < r.voxels.materials.size(); ++i)
+        out->member(r.voxels.materials[i], r.voxels.share[i]);
+    out->end_object();
+    out->key("pitch_mm");
+    write_list(r.voxels.pitch_mm, out);
+    out->key("elements").begin_array();
+    for (const int32_t n : r.voxels.size)
+        out->value(n);
+    out->end_array();
+    out->member("residual", r.stiffness.worst_residual())
+        .member("iterations", static_cast<int32_t>(r.stiffness.most_iterations()));
+}
+
+std::string describe(const CellResult& r, Law law, bool codes) {
+    std::string out = "stiffness, MPa (xx yy zz yz xz xy)\n";
+    for (const auto& row : r.stiffness.tensor) {
+        for (const double v : row)
+            out += fmt::format("{:12.5g}", std::abs(v) < 1e-9 * r.stiffness.tensor[0][0] ? 0.0 : v);
+        out += "\n";
+    }
+    if (r.engineering) {
+        const Engineering& e = *r.engineering;
+        out += fmt::format("Young's modulus   x {:.5g}  y {:.5g}  z {:.5g} MPa\n", e.young[0],
+                           e.young[1], e.young[2]);
+        out += fmt::format(
+            "                  least {:.5g} along ({:.2f}, {:.2f}, {:.2f}), most {:.5g} along "
+            "({:.2f}, {:.2f}, {:.2f})\n",
+            e.young_least, e.softest[0], e.softest[1], e.softest[2], e.young_most, e.stiffest[0],
+            e.stiffest[1], e.stiffest[2]);
+        out += fmt::format("shear modulus     yz {:.5g}  xz {:.5g}  xy {:.5g} MPa\n", e.shear[0],
+                           e.shear[1], e.shear[2]);
+        out += fmt::format("Poisson's ratio   xy {:.4f}  yz {:.4f}  zx {:.4f}\n", e.poisson[0],
+                           e.poisson[1], e.poisson[2]);
+        out += fmt::format(
+            "anisotropy        universal {:.4g}, Zener {:.4g} (of the isotropic 0 and 1)\n",
+            e.universal_anisotropy, e.zener);
+    } else {
+        out +=
+            "the cell has no stiffness in some direction: it is not connected across its faces\n";
+    }
+    if (r.conductivity)
+        out += fmt::format("conductivity      x {:.5g}  y {:.5g}  z {:.5g} W/(m K)\n",
+                           r.conductivity->tensor[0][0], r.conductivity->tensor[1][1],
+                           r.conductivity->tensor[2][2]);
+    out += "made of          ";
+    for (size_t i = 0; i < r.voxels.materials.size(); ++i)
+        out += fmt::format(" {} {:.2f} %", r.voxels.materials[i], 100 * r.voxels.share[i]);
+    out += fmt::format(
+        "\npitch {:.4g} x {:.4g} x {:.4g} mm, {} x {} x {} elements, {}, residual {:.1e} in {} "
+        "iterations\n",
+        r.voxels.pitch_mm[0], r.voxels.pitch_mm[1], r.voxels.pitch_mm[2], r.voxels.size[0],
+        r.voxels.size[1], r.voxels.size[2],
+        codes ? std::string("as dithered")
+              : fmt::format("mixtures by {}", kLawNames[static_cast<size_t>(law)]),
+        r.stiffness.worst_residual(), r.stiffness.most_iterations());
+    return out;
+}
+
+}  // namespace
+
+Result<void> run_cell(const CellOptions& o) {
+    const Result<std::array<double, 3>> cell = parse_cell(o.cell);
+    if (!cell) return cell.error();
+    const Result<std::optional<Sweep>> sweep = parse_sweep(o.sweep);
+    if (!sweep) return sweep.error();
+    const fs::path file = o.common.materials.empty() ? properties_beside(o.common.input)
+                                                     : fs::path(o.common.materials);
+    Result<Properties> properties = read_properties(file);
+    if (!properties) return properties.error();
+    if (!o.common.law.empty()) properties->law = *law_of(o.common.law);
+    if (properties->law == Law::kTable && !properties->table)
+        return user_error(fmt::format("{}: the law `table` needs a `table`", file.string()));
+    Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+    if (!folder) return folder.error();
+    const fs::path scratch = (*folder)->path();
+    const Result<CellWorld> world =
+        cell_world(o.common.input, o.object, *cell, o.common.programs, scratch);
+    if (!world) return world.error();
+    double voxel = o.common.voxel_mm;
+    if (!(voxel > 0)) voxel = std::min({(*cell)[0], (*cell)[1], (*cell)[2]}) / 64;
+    const CellRun run(o, *properties, *cell);
+    JsonText json;
+    json.begin_object().member(
+        "law", o.common.codes ? "codes" : kLawNames[static_cast<size_t>(properties->law)]);
+    if (!*sweep) {
+        Result<CellResult> r = run.run(*world, scratch, voxel, std::nullopt);
+        if (!r) return r.error();
+        show(describe(*r, properties->law, o.common.codes));
+        write_result(*r, &json);
+        json.end_object();
+        if (!o.polar.empty()) {
+            if (!r->compliance)
+                return user_error("a cell without stiffness in some direction has no polar plot");
+            const std::vector<uint8_t> png =
+                polar_picture(*r->compliance, r->engineering->young_most);
+            if (Result<void> done = backends::write_whole_file(fs::path(o.polar), png); !done)
+                return done;
+        }
+    } else {
+        const Sweep& s = **sweep;
+        json.member("property", "Young's modulus along x")
+            .member("unit", "MPa")
+            .member("parameter", s.uniform);
+        json.key("rows").begin_array();
+        show(fmt::format("{:>12} {:>10} {:>12} {:>12} {:>12} {:>9} {:>10} {:>9}\n", s.uniform,
+                         "solid", "E_x MPa", "E_y MPa", "E_z MPa", "Zener", "residual",
+                         "elements"));
+        for (const double value : s.values) {
+            Result<CellResult> r = run.run(*world, scratch, voxel, std::pair(s.uniform, value));
+            if (!r) return r.error();
+            double solid = 0;
+            for (const double share : r->voxels.share)
+                solid += share;
+            const std::array<double, 3> young =
+                r->engineering ? r->engineering->young : std::array<double, 3>{};
+            show(fmt::format("{:12.5g} {:10.4f} {:12.5g} {:12.5g} {:12.5g} {:9.4g} {:10.1e} {:9}\n",
+                             value, solid, young[0], young[1], young[2],
+                             r->engineering ? r->engineering->zener : 0.0,
+                             r->stiffness.worst_residual(),
+                             int64_t{r->voxels.size[0]} * r->voxels.size[1] * r->voxels.size[2]));
+            json.begin_object().member("at", value).member("value", young[0]);
+            write_result(*r, &json);
+            json.end_object();
+        }
+        json.end_array().end_object();
+    }
+    if (!o.output.empty())
+        return backends::write_whole_file(fs::path(o.output), json.take() + "\n");
+    return {};
+}
+
+}  // namespace openfab::mechanics

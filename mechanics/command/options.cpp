@@ -1,0 +1,55 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/command/options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/clock.h"
+#include "base/say.h"
+#include "base/units.h"
+
+namespace openfab::mechanics {
+
+SolveProgress::SolveProgress(bool quiet, int cases, double tolerance)
+    : quiet_(quiet), cases_(cases), tolerance_(tolerance), start_(seconds_now()), said_(start_) {}
+
+bool SolveProgress::update(int which, int iteration, double residual) {
+    const double now = seconds_now();
+    constexpr double kSaySeconds = 2;
+    if (quiet_ || now - said_ < kSaySeconds) return true;
+    said_ = now;
+    // Residuals fall by about the same factor each time.
+    const double part =
+        std::clamp(std::log(std::min(residual, 1.0)) / std::log(tolerance_), 0.02, 1.0);
+    const double done = (which + part) / cases_;
+    say(fmt::format("case {} of {}  iteration {}  residual {:.1e}  {} left\n", which + 1, cases_,
+                    iteration, residual, format_seconds((now - start_) * (1 - done) / done)));
+    return true;
+}
+
+Error interrupted_error() {
+    return Error{ErrorCode::kInterrupted, "interrupted; nothing was written", "", {}};
+}
+
+Error not_converged_error(double residual, double tolerance, int iterations) {
+    return user_error(
+        fmt::format("the solution did not converge: the residual is {:.1e} and not {:.1e} after {} "
+                    "iterations",
+                    residual, tolerance, iterations),
+        "a piece may hang on a corner or an edge alone, or materials differ by more than 10^5: "
+        "choose a finer `--voxel`, `--iterations` or a larger `--tolerance`");
+}
+
+Result<void> check_memory(int64_t needed, int64_t allowed, const std::array<int32_t, 3>& elements) {
+    if (needed <= allowed) return {};
+    const double coarser = std::cbrt(static_cast<double>(needed) / static_cast<double>(allowed));
+    return user_error(
+        fmt::format("{} x {} x {} elements take {}, and `--memory` allows {}", elements[0],
+                    elements[1], elements[2], format_bytes(needed), format_bytes(allowed)),
+        fmt::format("allow more, or choose a pitch that is {:.2g} times as coarse", coarser));
+}
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,200 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/model/materials.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace openfab::mechanics {
+
+namespace {
+
+constexpr size_t kMostBytes = 4 << 20;
+
+struct Reader {
+    std::string file;
+
+    Error at(const JsonValue& value, std::string what, std::string help = {}) const {
+        return error_at({file, value.line, value.column}, std::move(what), std::move(help));
+    }
+    Error at(const JsonMember& member, std::string what, std::string help = {}) const {
+        return error_at({file, member.line, member.column}, std::move(what), std::move(help));
+    }
+};
+
+Result<Material> read_material(const Reader& in, const JsonMember& member) {
+    static constexpr const char* kKeys[] = {
+        "E_MPa", "nu", "strength_MPa", "density_g_cm3", "conductivity_W_mK", "source"};
+    if (!member.value.is(JsonValue::Kind::kObject))
+        return in.at(member.value, fmt::format("`{}` is {}, not an object", member.key,
+                                               member.value.kind_name()));
+    Material m;
+    m.name = member.key;
+    std::optional<double> young, poisson;
+    for (const JsonMember& one : member.value.members) {
+        if (std::ranges::find(kKeys, one.key) == std::end(kKeys))
+            return in.at(one, fmt::format("a material has no `{}`", one.key),
+                         fmt::format("choose from {}", fmt::join(kKeys, ", ")));
+        if (one.key == "source") {
+            if (!one.value.is(JsonValue::Kind::kString))
+                return in.at(one.value, "a source is a text");
+            m.source = one.value.text;
+            continue;
+        }
+        if (!one.value.is(JsonValue::Kind::kNumber) || !std::isfinite(one.value.number))
+            return in.at(one.value, fmt::format("`{}` is a number", one.key));
+        const double v = one.value.number;
+        if (one.key == "nu") {
+            if (!(v > -1 && v < 0.5))
+                return in.at(one.value, fmt::format("a Poisson's ratio of {}", v),
+                             "it is above -1 and below 0.5; write 0.49 for what keeps its volume");
+            poisson = v;
+            continue;
+        }
+        if (!(v > 0)) return in.at(one.value, fmt::format("`{}` is {}, not above 0", one.key, v));
+        if (one.key == "E_MPa") young = v;
+        if (one.key == "strength_MPa") m.strength_MPa = v;
+        if (one.key == "density_g_cm3") m.density_g_cm3 = v;
+        if (one.key == "conductivity_W_mK") m.conductivity = v;
+    }
+    if (!young)
+        return in.at(
+            member, fmt::format("`{}` has no `E_MPa`", member.key),
+            "give its Young's modulus in MPa, measured at the rate of use, and the source");
+    if (!poisson)
+        return in.at(member, fmt::format("`{}` has no `nu`", member.key),
+                     "give its Poisson's ratio: 0.35 of most rigid resins, 0.48 of rubbery ones");
+    m.young_MPa = *young;
+    m.poisson = *poisson;
+    return m;
+}
+
+}  // namespace
+
+std::optional<Law> law_of(const std::string& name) {
+    for (size_t i = 0; i < std::size(kLawNames); ++i)
+        if (name == kLawNames[i]) return static_cast<Law>(i);
+    return std::nullopt;
+}
+
+const Material* Properties::find(const std::string& name) const {
+    const auto found = std::ranges::find(materials, name, &Material::name);
+    return found == materials.end() ? nullptr : &*found;
+}
+
+Result<std::vector<Material>> Properties::of(const std::vector<std::string>& names) const {
+    std::vector<Material> out;
+    for (const std::string& name : names) {
+        const Material* m = find(name);
+        if (!m) {
+            std::vector<std::string> known;
+            for (const Material& one : materials)
+                known.push_back(one.name);
+            return user_error(fmt::format("{}: nothing is said of the material `{}`; there are {}",
+                                          file, name, fmt::join(known, ", ")),
+                              fmt::format("add \"{}\": {{\"E_MPa\": ..., \"nu\": ...}}", name));
+        }
+        out.push_back(*m);
+    }
+    return out;
+}
+
+Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
+    const Reader in{file.string()};
+    const Result<std::string> text = read_text_file(file, kMostBytes);
+    if (!text) return text.error();
+    const Result<JsonValue> json = parse_json(*text, file.string());
+    if (!json) return json.error();
+    const JsonMember* materials = json->find("materials");
+    const JsonMember* rows = json->find("rows");
+    if (!materials || !rows || !materials->value.is(JsonValue::Kind::kArray) ||
+        !rows->value.is(JsonValue::Kind::kArray))
+        return in.at(*json, "a table of mixtures has `materials` and `rows`",
+                     "see docs/how-to/fields.md");
+    const JsonMember* unit = json->find("unit");
+    if (!unit || unit->value.text != "MPa")
+        return in.at(*json, "a table of moduli has `\"unit\": \"MPa\"`");
+    PropertyTable out;
+    for (const JsonValue& one : materials->value.items)
+        out.materials.push_back(one.text);
+    for (const JsonValue& one : rows->value.items) {
+        const JsonMember* mixture = one.find("mixture");
+        const JsonMember* value = one.find("value");
+        if (!mixture || !value || mixture->value.items.size() != out.materials.size() ||
+            !(value->value.number > 0))
+            return in.at(one,
+                         fmt::format("a row has a `mixture` of {} shares and a `value` above 0",
+                                     out.materials.size()));
+        PropertyTable::Row row{{}, value->value.number};
+        double sum = 0;
+        for (const JsonValue& share : mixture->value.items) {
+            row.mixture.push_back(share.number);
+            sum += share.number;
+        }
+        if (std::abs(sum - 1) > 1e-3) return in.at(mixture->value, "shares whose sum is not 1");
+        out.rows.push_back(std::move(row));
+    }
+    if (out.rows.size() < 2) return in.at(rows->value, "a table needs two rows or more");
+    return out;
+}
+
+Result<Properties> read_properties(const std::filesystem::path& file) {
+    const Reader in{file.string()};
+    const Result<std::string> text = read_text_file(file, kMostBytes);
+    if (!text)
+        return Error{text.error().code,
+                     text.error().text(),
+                     "give what the materials are like by `--materials FILE.json`, see "
+                     "docs/mechanics.md",
+                     {}};
+    const Result<JsonValue> json = parse_json(*text, file.string());
+    if (!json) return json.error();
+    if (!json->is(JsonValue::Kind::kObject)) return in.at(*json, "this is not an object");
+    Properties out;
+    out.file = file.string();
+    for (const JsonMember& one : json->members) {
+        if (one.key == "materials" && one.value.is(JsonValue::Kind::kObject)) {
+            for (const JsonMember& member : one.value.members) {
+                Result<Material> m = read_material(in, member);
+                if (!m) return m.error();
+                out.materials.push_back(std::move(*m));
+            }
+        } else if (one.key == "law" && one.value.is(JsonValue::Kind::kString)) {
+            const std::optional<Law> law = law_of(one.value.text);
+            if (!law)
+                return in.at(one.value, fmt::format("there is no law `{}`", one.value.text),
+                             fmt::format("choose from {}", fmt::join(kLawNames, ", ")));
+            out.law = *law;
+        } else if (one.key == "table" && one.value.is(JsonValue::Kind::kString)) {
+            Result<PropertyTable> table = read_property_table(file.parent_path() / one.value.text);
+            if (!table) return table.error();
+            out.table = std::move(*table);
+            if (!json->find("law")) out.law = Law::kTable;
+        } else {
+            return in.at(one, fmt::format("`{}` is not known here, or of the wrong kind", one.key),
+                         "there are `materials` (an object), `law` and `table` (texts)");
+        }
+    }
+    if (out.materials.empty()) return in.at(*json, "there are no `materials`");
+    if (out.law == Law::kTable && !out.table)
+        return in.at(*json, "the law is `table`, and there is no `table`");
+    return out;
+}
+
+std::filesystem::path properties_beside(const std::filesystem::path& input) {
+    std::string name = input.filename().string();
+    for (const char* end : {".fab.json", ".json", ".fl", ".ofr"})
+        if (name.ends_with(end)) {
+            name.resize(name.size() - std::string_view(end).size());
+            break;
+        }
+    std::error_code status;
+    const std::filesystem::path own = input.parent_path() / (name + ".mechanics.json");
+    if (std::filesystem::exists(own, status)) return own;
+    return input.parent_path() / "mechanics.json";
+}
+
+}  // namespace openfab::mechanics

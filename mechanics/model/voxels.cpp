@@ -1,0 +1,155 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/model/voxels.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+
+#include "backends/raster/npy.h"
+#include "base/input_file.h"
+#include "base/json.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+constexpr int32_t kMostNodes = 4096;
+
+Result<std::array<double, 3>> three(const JsonValue& json, const char* key,
+                                    const std::filesystem::path& file) {
+    const JsonMember* m = json.find(key);
+    if (!m || m->value.items.size() != 3)
+        return user_error(
+            fmt::format("{}: `{}` is not there, or not three numbers", file.string(), key));
+    return std::array<double, 3>{m->value.items[0].number, m->value.items[1].number,
+                                 m->value.items[2].number};
+}
+
+}  // namespace
+
+Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
+    const std::filesystem::path beside = file.string() + ".json";
+    constexpr size_t kMostBytes = 4 << 20;
+    const Result<std::string> text = read_text_file(beside, kMostBytes);
+    if (!text) return text.error();
+    const Result<JsonValue> json = parse_json(*text, beside.string());
+    if (!json) return json.error();
+    VoxelFile out;
+    out.file = file;
+    const auto pitch = three(*json, "pitch_mm", beside);
+    const auto origin = three(*json, "origin_mm", beside);
+    if (!pitch) return pitch.error();
+    if (!origin) return origin.error();
+    out.pitch_mm = *pitch;
+    out.origin_mm = *origin;
+    const JsonMember* materials = json->find("materials");
+    if (!materials) return user_error(fmt::format("{}: there are no `materials`", beside.string()));
+    for (const JsonValue& one : materials->value.items) {
+        const JsonMember* name = one.find("name");
+        out.materials.push_back(one.is(JsonValue::Kind::kString) ? one.text
+                                : name                           ? name->value.text
+                                                                 : std::string());
+    }
+    // The shape stands in the array's own header.
+    const Result<InputFile> opened = InputFile::open(file);
+    if (!opened) return with_context(opened.error(), fmt::format("{}: ", file.string()));
+    std::string header(raster::kNpyHeaderBytes, ' ');
+    const Result<size_t> got = opened->read(0, header.data(), header.size());
+    if (!got) return got.error();
+    const size_t shape = header.find("'shape': (");
+    if (*got != header.size() || shape == std::string::npos)
+        return user_error(fmt::format("{}: this is no array of `openfab print`", file.string()));
+    out.codes = header.find("u1'") != std::string::npos;
+    std::array<int64_t, 4> sizes{};
+    size_t count = 0;
+    const char* at = header.c_str() + shape + 10;
+    while (count < 4 && *at != ')' && *at != 0) {
+        char* end = nullptr;
+        sizes[count] = std::strtoll(at, &end, 10);
+        if (end == at) break;
+        ++count;
+        at = end;
+        while (*at == ',' || *at == ' ')
+            ++at;
+    }
+    if (count < 3 || (!out.codes && count != 4))
+        return user_error(fmt::format("{}: the array has {} axes", file.string(), count));
+    for (size_t a = 0; a < 3; ++a) {
+        if (sizes[2 - a] < 1 || sizes[2 - a] >= kMostNodes)
+            return user_error(
+                fmt::format("{}: {} voxels along an axis", file.string(), sizes[2 - a]),
+                fmt::format("choose a pitch by `--voxel` that makes less than {}", kMostNodes));
+        out.size[a] = static_cast<int32_t>(sizes[2 - a]);
+    }
+    return out;
+}
+
+Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture) {
+    const Result<InputFile> opened = InputFile::open(file.file);
+    if (!opened) return opened.error();
+    Voxels out;
+    out.size = file.size;
+    out.pitch_mm = file.pitch_mm;
+    out.origin_mm = file.origin_mm;
+    out.materials = file.materials;
+    const size_t plane = static_cast<size_t>(file.size[0]) * static_cast<size_t>(file.size[1]);
+    const size_t n = plane * static_cast<size_t>(file.size[2]);
+    const size_t m = file.materials.size();
+    out.share.resize(m);
+    for (std::vector<float>* all :
+         {&out.lambda, &out.mu, &out.strength, &out.density, &out.conductivity})
+        all->resize(n);
+    out.code.resize(n);
+    const size_t voxel = file.codes ? 1 : m * sizeof(float);
+    std::vector<uint8_t> bytes(plane * voxel);
+    std::vector<float> shares(m), last(m, -1.F);
+    ElementProperties p;
+    for (size_t z = 0; z < static_cast<size_t>(file.size[2]); ++z) {
+        const Result<size_t> got =
+            opened->read(static_cast<int64_t>(raster::kNpyHeaderBytes + z * bytes.size()),
+                         bytes.data(), bytes.size());
+        if (!got) return got.error();
+        if (*got != bytes.size())
+            return user_error(fmt::format("{}: the array ends at slice {}", file.file.string(), z));
+        for (size_t i = 0; i < plane; ++i) {
+            if (file.codes) {
+                std::fill(shares.begin(), shares.end(), 0.F);
+                const uint8_t code = bytes[i];
+                if (code > m)
+                    return user_error(fmt::format("{}: a voxel has the material {} of {}",
+                                                  file.file.string(), code, m));
+                if (code > 0) shares[code - 1] = 1;
+            } else {
+                std::memcpy(shares.data(), bytes.data() + i * voxel, voxel);
+                for (float& s : shares)
+                    s = s > 0 && s <= 1.001F ? s : 0;
+            }
+            // Neighbours are often alike.
+            if (shares != last) {
+                p = mixture.of(shares);
+                last = shares;
+            }
+            const size_t at = z * plane + i;
+            out.lambda[at] = static_cast<float>(p.lambda);
+            out.mu[at] = static_cast<float>(p.mu);
+            out.strength[at] = static_cast<float>(p.strength);
+            out.density[at] = static_cast<float>(p.density);
+            out.conductivity[at] = static_cast<float>(p.conductivity);
+            size_t largest = 0;
+            for (size_t k = 0; k < m; ++k) {
+                out.share[k] += static_cast<double>(shares[k]);
+                if (shares[k] > shares[largest]) largest = k;
+            }
+            out.code[at] = p.mu > 0 ? static_cast<uint8_t>(largest + 1) : uint8_t{0};
+        }
+    }
+    for (double& s : out.share)
+        s /= static_cast<double>(n);
+    return out;
+}
+
+}  // namespace openfab::mechanics

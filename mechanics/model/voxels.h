@@ -1,0 +1,44 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Elements of a print: its mixtures or its codes, as `openfab print` writes them for numpy.
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mechanics/model/mixture.h"
+#include "mechanics/solver/element_operator.h"
+
+namespace openfab::mechanics {
+
+struct VoxelFile {
+    std::filesystem::path file;
+    std::array<int32_t, 3> size{};
+    std::array<double, 3> pitch_mm{}, origin_mm{};
+    std::vector<std::string> materials;
+    bool codes = false;  ///< a byte a voxel, 0 void, else a fraction of each material
+};
+
+/// Opens FILE.npy by the FILE.npy.json beside it.
+Result<VoxelFile> open_voxels(const std::filesystem::path& file);
+
+struct Voxels {
+    std::array<int32_t, 3> size{};
+    std::array<double, 3> pitch_mm{}, origin_mm{};
+    std::vector<std::string> materials;
+    std::vector<float> lambda, mu;         ///< MPa, [z][y][x]
+    std::vector<float> strength, density;  ///< MPa, 0 unknown; g/cm3
+    std::vector<float> conductivity;
+    std::vector<uint8_t> code;  ///< largest material from 1, 0: nothing
+    std::vector<double> share;  ///< of all voxels, of each material
+
+    size_t count() const { return code.size(); }
+    static int64_t bytes_per_voxel() { return 4 * 5 + 1; }
+};
+
+Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture);
+
+}  // namespace openfab::mechanics

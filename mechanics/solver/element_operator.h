@@ -1,0 +1,101 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The operator of the finest grid: one hexahedron a voxel, no matrix.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "mechanics/solver/field.h"
+#include "mechanics/solver/rows.h"
+
+namespace openfab::mechanics {
+
+/// Components of the unknown: displacement, and temperature or voltage.
+constexpr int kElastic = 3, kScalar = 1;
+
+/// What the elements of a grid are made of: [z][y][x]. Elastic: lambda and mu; scalar: the conductivity,
+/// `second` empty. Void is 0. Divided by `unit`, the largest of them, so that floats suffice.
+struct ElementValues {
+    std::vector<float> first, second;
+    double unit = 1;
+
+    /// Does the division.
+    void normalise();
+};
+
+/// Number of a degree of freedom: node [z][y][x] times C plus the component.
+using FixedNodes = std::vector<int64_t>;
+
+template <int C>
+class ElementOperator {
+  public:
+    /// `values` and `fixed` outlive it; fixed is sorted. Values of fixed unknowns are 0 in what it is
+    /// applied to, and become 0 in what it gives.
+    ElementOperator(const Grid& grid, const ElementValues* values, const FixedNodes* fixed);
+
+    /// y = A x + forces of a mean strain (C = 3: 6 numbers) or gradient (3), unless null. Fills the ghosts
+    /// of x, but does not change it.
+    template <typename T>
+    void apply(Field<T, C>* x, Field<T, C>* y, const double* mean = nullptr) const;
+
+    /// Sets 0 where fixed.
+    template <typename T>
+    void fix(Field<T, C>* x, int32_t z) const;
+    template <typename T>
+    void fix(Field<T, C>* x) const;
+
+    /// 1 / diagonal of A; 0 where nothing is stiff, or fixed.
+    void inverse_diagonal(Field<float, C>* out) const;
+
+    /// The matrix of an element whose `first`, or whose `second`, is 1: [8 C][8 C], corners x fastest.
+    static std::vector<double> element_matrix(const std::array<double, 3>& pitch_mm, int which);
+
+    const Grid& grid() const { return grid_; }
+    const ElementValues& values() const { return *values_; }
+    const FixedNodes& fixed() const { return *fixed_; }
+    /// Whether a node has a fixed component: bits of the components.
+    uint8_t fixed_at(int32_t x, int32_t y, int32_t z) const;
+
+  private:
+    template <typename T>
+    void add_row(int32_t y, int32_t z, const Field<T, C>& x, Field<T, C>* out, const T* mean,
+                 T* scratch) const;
+
+    Grid grid_;
+    const ElementValues* values_;
+    const FixedNodes* fixed_;
+    std::vector<int64_t> fixed_begin_;  ///< of each plane
+};
+
+template <typename T>
+ElementShape<T> element_shape(const std::array<double, 3>& pitch_mm) {
+    return {static_cast<T>(2 / pitch_mm[0]), static_cast<T>(2 / pitch_mm[1]),
+            static_cast<T>(2 / pitch_mm[2]),
+            static_cast<T>(pitch_mm[0] * pitch_mm[1] * pitch_mm[2] / 64)};
+}
+
+/// The kernel for a type and a number of components.
+template <typename T, int C>
+ElementRow<T, C> element_row() {
+    const RowKernels& k = row_kernels();
+    if constexpr (C == 3) {
+        if constexpr (sizeof(T) == 4)
+            return k.elastic_float;
+        else
+            return k.elastic_double;
+    } else {
+        if constexpr (sizeof(T) == 4)
+            return k.scalar_float;
+        else
+            return k.scalar_double;
+    }
+}
+
+/// Sum of a b over all nodes, the same for any number of threads.
+template <typename A, typename B, int C>
+double dot(const Field<A, C>& a, const Field<B, C>& b);
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,313 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/solver/multigrid.h"
+
+#include <cmath>
+
+#include "mechanics/solver/parallel.h"
+
+namespace openfab::mechanics {
+
+DenseSolver::DenseSolver(std::vector<double> a, size_t n) : n_(n), l_(std::move(a)) {
+    // Entries are sums of floats; what is left of a pivot below this is their rounding.
+    constexpr double kVanishes = 4e-6;
+    std::vector<double> diagonal(n);
+    for (size_t i = 0; i < n; ++i)
+        diagonal[i] = l_[i * n + i];
+    for (size_t j = 0; j < n; ++j) {
+        double pivot = l_[j * n + j];
+        for (size_t k = 0; k < j; ++k)
+            pivot -= l_[j * n + k] * l_[j * n + k];
+        const bool gone = !(pivot > kVanishes * diagonal[j]);
+        const double root = gone ? 0 : std::sqrt(pivot);
+        l_[j * n + j] = root;
+        for (size_t i = j + 1; i < n; ++i) {
+            double sum = l_[i * n + j];
+            for (size_t k = 0; k < j; ++k)
+                sum -= l_[i * n + k] * l_[j * n + k];
+            l_[i * n + j] = gone ? 0 : sum / root;
+        }
+    }
+}
+
+void DenseSolver::solve(double* x) const {
+    for (size_t i = 0; i < n_; ++i) {
+        double sum = x[i];
+        for (size_t k = 0; k < i; ++k)
+            sum -= l_[i * n_ + k] * x[k];
+        const double root = l_[i * n_ + i];
+        x[i] = root > 0 ? sum / root : 0;
+    }
+    for (size_t i = n_; i-- > 0;) {
+        double sum = x[i];
+        for (size_t k = i + 1; k < n_; ++k)
+            sum -= l_[k * n_ + i] * x[k];
+        const double root = l_[i * n_ + i];
+        x[i] = root > 0 ? sum / root : 0;
+    }
+}
+
+template <int C>
+struct Multigrid<C>::Level {
+    Grid grid;
+    Stencil<C> stencil;  ///< not of the finest
+    Field<float, C> inverse_diagonal, b, x, d, q;
+    double largest = 1;  ///< eigenvalue of D^-1 A
+
+    explicit Level(const Grid& g) : grid(g), inverse_diagonal(g), b(g), x(g), d(g), q(g) {}
+};
+
+namespace {
+
+/// Small enough for a dense factor.
+constexpr int64_t kCoarsest = 500;
+
+/// Does something to rows of equal length of fields, in parallel over planes.
+template <int C, typename F>
+void for_rows(const Grid& g, const F& f) {
+    for_each_index(g.nodes[2], [&](int32_t z) {
+        for (int32_t y = 0; y < g.nodes[1]; ++y)
+            for (int c = 0; c < C; ++c)
+                f(c, y, z, g.nodes[0]);
+    });
+}
+
+bool is_coarsest(const Grid& g, int components) {
+    return g.node_count() * components <= kCoarsest ||
+           *std::max_element(g.nodes.begin(), g.nodes.end()) <= 3;
+}
+
+}  // namespace
+
+template <int C>
+Multigrid<C>::Multigrid(const ElementOperator<C>& fine, const MultigridOptions& options)
+    : fine_(fine), options_(options) {
+    levels_.push_back(std::make_unique<Level>(fine.grid()));
+    fine.inverse_diagonal(&levels_[0]->inverse_diagonal);
+    levels_[0]->largest = largest_eigenvalue(fine, levels_[0].get());
+    while (levels_.size() == 1 || !is_coarsest(levels_.back()->grid, C)) {
+        Stencil<C> next = levels_.size() == 1 ? coarsen(fine) : coarsen(levels_.back()->stencil);
+        levels_.push_back(std::make_unique<Level>(next.grid));
+        Level& l = *levels_.back();
+        l.stencil = std::move(next);
+        l.stencil.inverse_diagonal(&l.inverse_diagonal);
+        l.largest = largest_eigenvalue(l.stencil, &l);
+    }
+    const Stencil<C>& last = levels_.back()->stencil;
+    const Grid& g = last.grid;
+    const auto n = static_cast<size_t>(g.node_count() * C);
+    std::vector<double> matrix(n * n);
+    const auto number = [&](int32_t x, int32_t y, int32_t z) {
+        return (static_cast<size_t>(z) * static_cast<size_t>(g.nodes[1]) + static_cast<size_t>(y)) *
+                   static_cast<size_t>(g.nodes[0]) +
+               static_cast<size_t>(x);
+    };
+    for (int32_t z = 0; z < g.nodes[2]; ++z)
+        for (int32_t y = 0; y < g.nodes[1]; ++y)
+            for (int32_t x = 0; x < g.nodes[0]; ++x)
+                for (int o = 0; o < 27; ++o) {
+                    int32_t to[3] = {x + o % 3 - 1, y + o / 3 % 3 - 1, z + o / 9 - 1};
+                    bool there = true;
+                    for (size_t a = 0; a < 3; ++a) {
+                        if (g.periodic) to[a] = (to[a] + g.nodes[a]) % g.nodes[a];
+                        there = there && to[a] >= 0 && to[a] < g.nodes[a];
+                    }
+                    if (!there) continue;
+                    for (int c = 0; c < C; ++c)
+                        for (int d = 0; d < C; ++d)
+                            matrix[(number(x, y, z) * C + static_cast<size_t>(c)) * n +
+                                   number(to[0], to[1], to[2]) * C + static_cast<size_t>(d)] +=
+                                static_cast<double>(last.at(x, y, z, o, c, d));
+                }
+    coarsest_ = DenseSolver(std::move(matrix), n);
+}
+
+template <int C>
+Multigrid<C>::~Multigrid() = default;
+
+template <int C>
+template <typename Operator>
+double Multigrid<C>::largest_eigenvalue(const Operator& a, Level* l) const {
+    // By the power method from a vector that has something of each mode, the same on each machine.
+    for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+        uint32_t state = static_cast<uint32_t>(c) * 2654435761U +
+                         static_cast<uint32_t>(y) * 40503U +
+                         static_cast<uint32_t>(z) * 2246822519U + 1U;
+        float* x = l->x.row(c, y, z);
+        const float* d = l->inverse_diagonal.row(c, y, z);
+        for (int32_t i = 0; i < n; ++i) {
+            state = state * 1664525U + 1013904223U;
+            x[i] = d[i] > 0 ? static_cast<float>(state >> 8) / 8388608.F - 1 : 0;
+        }
+    });
+    double estimate = 0;
+    for (int k = 0; k < 16; ++k) {
+        a.apply(&l->x, &l->q);
+        double norm = dot(l->x, l->x);
+        if (norm <= 0) return 1;
+        for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+            float* q = l->q.row(c, y, z);
+            const float* d = l->inverse_diagonal.row(c, y, z);
+            for (int32_t i = 0; i < n; ++i)
+                q[i] *= d[i];
+        });
+        const double grown = dot(l->q, l->q);
+        estimate = std::sqrt(grown / norm);
+        if (grown <= 0) return 1;
+        const auto scale = static_cast<float>(1 / std::sqrt(grown));
+        for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+            float* x = l->x.row(c, y, z);
+            const float* q = l->q.row(c, y, z);
+            for (int32_t i = 0; i < n; ++i)
+                x[i] = q[i] * scale;
+        });
+    }
+    return 1.2 * estimate;
+}
+
+template <int C>
+template <typename Operator>
+void Multigrid<C>::smooth(const Operator& a, Level* l, int degree, bool from_zero) const {
+    const double high = l->largest, low = high / options_.range;
+    const double theta = 0.5 * (high + low), delta = 0.5 * (high - low), sigma = theta / delta;
+    double rho = 1 / sigma;
+    // q becomes the residual's part that is not in b; b stays what is wanted of A x.
+    if (!from_zero) a.apply(&l->x, &l->q);
+    const auto first = static_cast<float>(1 / theta);
+    for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+        float* x = l->x.row(c, y, z);
+        float* d = l->d.row(c, y, z);
+        const float* q = l->q.row(c, y, z);
+        const float* b = l->b.row(c, y, z);
+        const float* w = l->inverse_diagonal.row(c, y, z);
+        for (int32_t i = 0; i < n; ++i) {
+            const float r = from_zero ? b[i] : b[i] - q[i];
+            d[i] = first * (w[i] * r);
+            x[i] = from_zero ? d[i] : x[i] + d[i];
+        }
+    });
+    for (int k = 1; k < degree; ++k) {
+        const double next = 1 / (2 * sigma - rho);
+        const auto keep = static_cast<float>(next * rho),
+                   add = static_cast<float>(2 * next / delta);
+        rho = next;
+        a.apply(&l->x, &l->q);
+        for_rows<C>(l->grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+            float* x = l->x.row(c, y, z);
+            float* d = l->d.row(c, y, z);
+            const float* q = l->q.row(c, y, z);
+            const float* b = l->b.row(c, y, z);
+            const float* w = l->inverse_diagonal.row(c, y, z);
+            for (int32_t i = 0; i < n; ++i) {
+                d[i] = keep * d[i] + add * (w[i] * (b[i] - q[i]));
+                x[i] += d[i];
+            }
+        });
+    }
+}
+
+template <int C>
+void Multigrid<C>::solve_coarsest() {
+    Level& l = *levels_.back();
+    std::vector<double> x(coarsest_.size());
+    size_t at = 0;
+    for (int32_t z = 0; z < l.grid.nodes[2]; ++z)
+        for (int32_t y = 0; y < l.grid.nodes[1]; ++y)
+            for (int32_t i = 0; i < l.grid.nodes[0]; ++i)
+                for (int c = 0; c < C; ++c)
+                    x[at++] = static_cast<double>(l.b.row(c, y, z)[i]);
+    coarsest_.solve(x.data());
+    at = 0;
+    for (int32_t z = 0; z < l.grid.nodes[2]; ++z)
+        for (int32_t y = 0; y < l.grid.nodes[1]; ++y)
+            for (int32_t i = 0; i < l.grid.nodes[0]; ++i)
+                for (int c = 0; c < C; ++c)
+                    l.x.row(c, y, z)[i] = static_cast<float>(x[at++]);
+}
+
+template <int C>
+template <typename Operator>
+void Multigrid<C>::cycle_with(const Operator& a, size_t level, int degree) {
+    Level& l = *levels_[level];
+    Level& below = *levels_[level + 1];
+    smooth(a, &l, degree, true);
+    a.apply(&l.x, &l.q);
+    for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+        float* q = l.q.row(c, y, z);
+        const float* b = l.b.row(c, y, z);
+        for (int32_t i = 0; i < n; ++i)
+            q[i] = b[i] - q[i];
+    });
+    restrict_to(l.q, l.grid, &below.b);
+    cycle(level + 1);
+    add_prolonged(&below.x, l.grid, &l.x);
+    if (level == 0) fine_.fix(&l.x);
+    smooth(a, &l, degree, false);
+}
+
+template <int C>
+void Multigrid<C>::cycle(size_t level) {
+    if (level + 1 == levels_.size()) return solve_coarsest();
+    if (level == 0) return cycle_with(fine_, 0, options_.smooth_fine);
+    cycle_with(levels_[level]->stencil, level, options_.smooth_coarse);
+}
+
+template <int C>
+const Field<float, C>& Multigrid<C>::apply(const Field<double, C>& r) {
+    Level& l = *levels_[0];
+    // So that floats neither vanish nor overflow, whatever the load is.
+    const double size = std::sqrt(dot(r, r));
+    const double scale = size > 0 ? 1 / size : 0;
+    for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+        const double* from = r.row(c, y, z);
+        float* b = l.b.row(c, y, z);
+        for (int32_t i = 0; i < n; ++i)
+            b[i] = static_cast<float>(scale * from[i]);
+    });
+    cycle(0);
+    const auto back = static_cast<float>(size);
+    for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
+        float* x = l.x.row(c, y, z);
+        for (int32_t i = 0; i < n; ++i)
+            x[i] *= back;
+    });
+    return l.x;
+}
+
+template <int C>
+void Multigrid<C>::widen() {
+    for (const std::unique_ptr<Level>& l : levels_)
+        l->largest *= 1.5;
+}
+
+template <int C>
+int Multigrid<C>::levels() const {
+    return static_cast<int>(levels_.size());
+}
+
+template <int C>
+int64_t Multigrid<C>::bytes() const {
+    size_t sum = 0;
+    for (const std::unique_ptr<Level>& l : levels_)
+        sum += 5 * l->x.bytes() + l->stencil.blocks.size() * sizeof(float);
+    return static_cast<int64_t>(sum);
+}
+
+template <int C>
+int64_t Multigrid<C>::needed_bytes(const Grid& grid) {
+    const auto per_field = [](const Grid& g) {
+        return int64_t{g.nodes[0] + 2} * g.nodes[1] * g.nodes[2] * C * int64_t{sizeof(float)};
+    };
+    int64_t sum = 5 * per_field(grid);
+    Grid g = grid;
+    do {
+        g = coarser(g);
+        sum += 5 * per_field(g) + 27 * C * C * g.node_count() * int64_t{sizeof(float)};
+    } while (!is_coarsest(g, C));
+    return sum + 8 * kCoarsest * kCoarsest;
+}
+
+template class Multigrid<kElastic>;
+template class Multigrid<kScalar>;
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,244 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The loops of rows.h, for the instruction set of the file that includes this. Included once in each.
+
+#include <cstddef>
+
+#include "mechanics/solver/rows.h"
+#include "simd/target.h"
+
+namespace openfab::mechanics {
+inline namespace OPENFAB_SIMD_ISA {
+
+namespace {
+
+/// Which of the four modes along y and z: 1, eta, zeta, eta zeta.
+enum { kOne, kY, kZ, kYZ };
+
+template <typename T, int C>
+OPENFAB_INLINE void to_modes(int32_t n, const T* const* in, T* t) {
+    const auto stride = static_cast<size_t>(n) + 1;
+    for (int c = 0; c < C; ++c) {
+        const T* __restrict a = in[c];
+        const T* __restrict b = in[C + c];
+        const T* __restrict d = in[2 * C + c];
+        const T* __restrict e = in[3 * C + c];
+        T* __restrict one = t + static_cast<size_t>(4 * c) * stride;
+        T* __restrict y = one + stride;
+        T* __restrict z = y + stride;
+        T* __restrict yz = z + stride;
+        for (int32_t x = 0; x <= n; ++x) {
+            const T s0 = a[x] + b[x], d0 = b[x] - a[x];
+            const T s1 = d[x] + e[x], d1 = e[x] - d[x];
+            one[x] = s0 + s1;
+            y[x] = d0 + d1;
+            z[x] = s1 - s0;
+            yz[x] = d1 - d0;
+        }
+    }
+}
+
+/// l: what the elements give to their left nodes, by mode; r: to their right ones, one further.
+template <typename T, int C>
+OPENFAB_INLINE void from_modes(int32_t n, const T* l, const T* r, T* const* out) {
+    const auto stride = static_cast<size_t>(n) + 1;
+    for (int c = 0; c < C; ++c) {
+        T* __restrict a = out[c];
+        T* __restrict b = out[C + c];
+        T* __restrict d = out[2 * C + c];
+        T* __restrict e = out[3 * C + c];
+        const T* __restrict l0 = l + static_cast<size_t>(4 * c) * stride;
+        const T* __restrict r0 = r + static_cast<size_t>(4 * c) * stride;
+        for (int32_t x = 0; x <= n; ++x) {
+            const auto i = static_cast<size_t>(x);
+            const T one = l0[i] + r0[i];
+            const T y = l0[stride + i] + r0[stride + i];
+            const T z = l0[2 * stride + i] + r0[2 * stride + i];
+            const T yz = l0[3 * stride + i] + r0[3 * stride + i];
+            const T lower = one - z, upper = one + z, low = y - yz, high = y + yz;
+            a[x] += lower - low;
+            b[x] += lower + low;
+            d[x] += upper - high;
+            e[x] += upper + high;
+        }
+    }
+}
+
+template <typename T>
+void elastic_row(const ElementShape<T>& shape, int32_t n, const float* first, const float* second,
+                 const T* const* in, T* const* out, const T* mean, T* scratch) {
+    const auto stride = static_cast<size_t>(n) + 1;
+    const T* __restrict t = scratch;
+    T* __restrict l = scratch + 12 * stride;
+    T* __restrict r = scratch + 24 * stride;
+    to_modes<T, 3>(n, in, scratch);
+    const T X = shape.x, Y = shape.y, Z = shape.z, V = shape.volume;
+    const T third = T(1) / T(3), ninth = T(1) / T(9);
+    const T e0 = mean ? mean[0] : T(0), e1 = mean ? mean[1] : T(0), e2 = mean ? mean[2] : T(0);
+    const T e3 = mean ? mean[3] : T(0), e4 = mean ? mean[4] : T(0), e5 = mean ? mean[5] : T(0);
+    for (int k = 0; k < 12; ++k) {
+        l[static_cast<size_t>(k) * stride + static_cast<size_t>(n)] = T(0);
+        r[static_cast<size_t>(k) * stride] = T(0);
+    }
+#pragma GCC ivdep
+    for (int32_t i = 0; i < n; ++i) {
+        const auto p = static_cast<size_t>(i);
+        const auto s = [&](int c, int m) OPENFAB_INLINE_LAMBDA {
+            const size_t at = static_cast<size_t>(4 * c + m) * stride + p;
+            return t[at] + t[at + 1];
+        };
+        const auto d = [&](int c, int m) OPENFAB_INLINE_LAMBDA {
+            const size_t at = static_cast<size_t>(4 * c + m) * stride + p;
+            return t[at + 1] - t[at];
+        };
+        const T L = V * static_cast<T>(first[i]), M = V * static_cast<T>(second[i]);
+        const T M2 = M + M, M3 = third * M, M9 = ninth * M;
+        const T B = -(T(2) * third) * M;  // of modes above the first, instead of lambda
+        const T dx0 = d(0, kOne), dxY = d(0, kY), dxZ = d(0, kZ), dxYZ = d(0, kYZ);
+        const T sxY = s(0, kY), sxZ = s(0, kZ), sxYZ = s(0, kYZ);
+        const T dy0 = d(1, kOne), dyY = d(1, kY), dyZ = d(1, kZ), dyYZ = d(1, kYZ);
+        const T syY = s(1, kY), syZ = s(1, kZ), syYZ = s(1, kYZ);
+        const T dz0 = d(2, kOne), dzY = d(2, kY), dzZ = d(2, kZ), dzYZ = d(2, kYZ);
+        const T szY = s(2, kY), szZ = s(2, kZ), szYZ = s(2, kYZ);
+        // Normal strains by mode.
+        const T xx1 = X * dx0 + e0, yy1 = Y * syY + e1, zz1 = Z * szZ + e2;
+        const T xxY = X * dxY, xxZ = X * dxZ, xxYZ = X * dxYZ;
+        const T yyX = Y * dyY, yyZ = Y * syYZ, yyXZ = Y * dyYZ;
+        const T zzX = Z * dzZ, zzY = Z * szYZ, zzXY = Z * dzYZ;
+        const T bulk = L * (xx1 + yy1 + zz1);
+        const T sxx = bulk + M2 * xx1, syy = bulk + M2 * yy1, szz = bulk + M2 * zz1;
+        const T bX = B * (yyX + zzX), bY = B * (xxY + zzY), bZ = B * (xxZ + yyZ);
+        const T sxxY = third * (bY + M2 * xxY), szzY = third * (bY + M2 * zzY);
+        const T sxxZ = third * (bZ + M2 * xxZ), syyZ = third * (bZ + M2 * yyZ);
+        const T syyX = third * (bX + M2 * yyX), szzX = third * (bX + M2 * zzX);
+        const T high = ninth * (B + M2);
+        const T sxxYZ = high * xxYZ, syyXZ = high * yyXZ, szzXY = high * zzXY;
+        // Shears by mode.
+        const T xy1 = M * (Y * sxY + X * dy0 + e5);
+        const T xyX = M3 * (Y * dxY), xyY = M3 * (X * dyY), xyZ = M3 * (Y * sxYZ + X * dyZ);
+        const T xyXZ = M9 * (Y * dxYZ), xyYZ = M9 * (X * dyYZ);
+        const T yz1 = M * (Z * syZ + Y * szY + e3);
+        const T yzX = M3 * (Z * dyZ + Y * dzY), yzY = M3 * (Z * syYZ), yzZ = M3 * (Y * szYZ);
+        const T yzXY = M9 * (Z * dyYZ), yzXZ = M9 * (Y * dzYZ);
+        const T xz1 = M * (Z * sxZ + X * dz0 + e4);
+        const T xzX = M3 * (Z * dxZ), xzY = M3 * (Z * sxYZ + X * dzY), xzZ = M3 * (X * dzZ);
+        const T xzXY = M9 * (Z * dxYZ), xzYZ = M9 * (X * dzYZ);
+        const auto put = [&](int c, int m, T even, T odd) OPENFAB_INLINE_LAMBDA {
+            const size_t at = static_cast<size_t>(4 * c + m) * stride + p;
+            l[at] = even - odd;
+            r[at + 1] = even + odd;
+        };
+        put(0, kOne, T(0), X * sxx);
+        put(0, kY, Y * xy1, X * sxxY + Y * xyX);
+        put(0, kZ, Z * xz1, X * sxxZ + Z * xzX);
+        put(0, kYZ, Y * xyZ + Z * xzY, X * sxxYZ + Y * xyXZ + Z * xzXY);
+        put(1, kOne, T(0), X * xy1);
+        put(1, kY, Y * syy, Y * syyX + X * xyY);
+        put(1, kZ, Z * yz1, X * xyZ + Z * yzX);
+        put(1, kYZ, Y * syyZ + Z * yzY, Y * syyXZ + X * xyYZ + Z * yzXY);
+        put(2, kOne, T(0), X * xz1);
+        put(2, kY, Y * yz1, X * xzY + Y * yzX);
+        put(2, kZ, Z * szz, Z * szzX + X * xzZ);
+        put(2, kYZ, Z * szzY + Y * yzZ, Z * szzXY + X * xzYZ + Y * yzXZ);
+    }
+    from_modes<T, 3>(n, l, r, out);
+}
+
+template <typename T>
+void scalar_row(const ElementShape<T>& shape, int32_t n, const float* first,
+                const float* /*second*/, const T* const* in, T* const* out, const T* mean,
+                T* scratch) {
+    const auto stride = static_cast<size_t>(n) + 1;
+    const T* __restrict t = scratch;
+    T* __restrict l = scratch + 4 * stride;
+    T* __restrict r = scratch + 8 * stride;
+    to_modes<T, 1>(n, in, scratch);
+    const T X = shape.x, Y = shape.y, Z = shape.z, V = shape.volume;
+    const T third = T(1) / T(3), ninth = T(1) / T(9);
+    const T e0 = mean ? mean[0] : T(0), e1 = mean ? mean[1] : T(0), e2 = mean ? mean[2] : T(0);
+    const T xy = third * (X * X + Y * Y), xz = third * (X * X + Z * Z),
+            yz = third * (Y * Y + Z * Z), xyz = ninth * (X * X + Y * Y + Z * Z);
+    for (size_t k = 0; k < 4; ++k) {
+        l[k * stride + static_cast<size_t>(n)] = T(0);
+        r[k * stride] = T(0);
+    }
+#pragma GCC ivdep
+    for (int32_t i = 0; i < n; ++i) {
+        const auto p = static_cast<size_t>(i);
+        const T K = V * static_cast<T>(first[i]);
+        const auto put = [&](int m, T even, T odd) OPENFAB_INLINE_LAMBDA {
+            const size_t at = static_cast<size_t>(m) * stride + p;
+            l[at] = even - odd;
+            r[at + 1] = even + odd;
+        };
+        const auto s = [&](int m) OPENFAB_INLINE_LAMBDA {
+            const size_t at = static_cast<size_t>(m) * stride + p;
+            return t[at] + t[at + 1];
+        };
+        const auto d = [&](int m) OPENFAB_INLINE_LAMBDA {
+            const size_t at = static_cast<size_t>(m) * stride + p;
+            return t[at + 1] - t[at];
+        };
+        put(kOne, T(0), X * K * (X * d(kOne) + e0));
+        put(kY, Y * K * (Y * s(kY) + e1), xy * K * d(kY));
+        put(kZ, Z * K * (Z * s(kZ) + e2), xz * K * d(kZ));
+        put(kYZ, yz * K * s(kYZ), xyz * K * d(kYZ));
+    }
+    from_modes<T, 1>(n, l, r, out);
+}
+
+template <int C>
+void stencil_row(int32_t n, const float* coefficients, size_t stride, const float* const* in,
+                 float* const* out) {
+    for (int c = 0; c < C; ++c)
+        for (int32_t x = 0; x < n; ++x)
+            out[c][x] = 0;
+    for (int o = 0; o < 27; ++o, coefficients += static_cast<size_t>(C * C) * stride) {
+        if (!in[o * C]) continue;
+        if constexpr (C == 3) {
+            const float* __restrict a = coefficients;
+            const float* __restrict u = in[o * 3];
+            const float* __restrict v = in[o * 3 + 1];
+            const float* __restrict w = in[o * 3 + 2];
+            float* __restrict p = out[0];
+            float* __restrict q = out[1];
+            float* __restrict s = out[2];
+            for (int32_t i = 0; i < n; ++i) {
+                const auto x = static_cast<size_t>(i);
+                const float e = u[x], f = v[x], g = w[x];
+                p[x] += a[x] * e + a[stride + x] * f + a[2 * stride + x] * g;
+                q[x] += a[3 * stride + x] * e + a[4 * stride + x] * f + a[5 * stride + x] * g;
+                s[x] += a[6 * stride + x] * e + a[7 * stride + x] * f + a[8 * stride + x] * g;
+            }
+        } else {
+            const float* __restrict a = coefficients;
+            const float* __restrict u = in[o];
+            float* __restrict p = out[0];
+            for (int32_t x = 0; x < n; ++x)
+                p[x] += a[x] * u[x];
+        }
+    }
+}
+
+template <typename A, typename B>
+double dot(size_t n, const A* a, const B* b) {
+    double lane[8] = {};
+    size_t i = 0;
+    for (; i + 8 <= n; i += 8)
+        for (size_t k = 0; k < 8; ++k)
+            lane[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
+    for (; i < n; ++i)
+        lane[i % 8] += static_cast<double>(a[i]) * static_cast<double>(b[i]);
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+}
+
+}  // namespace
+
+extern const RowKernels kRowKernels;
+const RowKernels kRowKernels{elastic_row<float>,   elastic_row<double>, scalar_row<float>,
+                             scalar_row<double>,   stencil_row<3>,      stencil_row<1>,
+                             dot<double, double>,  dot<float, double>,  dot<float, float>};
+
+}  // namespace OPENFAB_SIMD_ISA
+}  // namespace openfab::mechanics

@@ -1,0 +1,54 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Operators of coarser grids: 27 blocks of C x C a node, made from those of the finer grid by Galerkin's
+// products with trilinear interpolation, so that mixtures and voids inside of a coarse cell count.
+
+#include <cstdint>
+#include <vector>
+
+#include "mechanics/solver/element_operator.h"
+
+namespace openfab::mechanics {
+
+/// The grid of every other node: of n nodes (n + 1) / 2 of a periodic grid, n / 2 + 1 of another.
+Grid coarser(const Grid& fine);
+
+template <int C>
+struct Stencil {
+    Grid grid;
+    /// [z][y][27 neighbours, x fastest][C][C][x]
+    std::vector<float> blocks;
+
+    size_t row_size() const { return size_t{27} * C * C * static_cast<size_t>(grid.nodes[0]); }
+    size_t row_at(int32_t y, int32_t z) const {
+        return (static_cast<size_t>(z) * static_cast<size_t>(grid.nodes[1]) +
+                static_cast<size_t>(y)) *
+               row_size();
+    }
+    float at(int32_t x, int32_t y, int32_t z, int o, int c, int d) const {
+        return blocks[row_at(y, z) +
+                      (static_cast<size_t>((o * C + c) * C + d)) *
+                          static_cast<size_t>(grid.nodes[0]) +
+                      static_cast<size_t>(x)];
+    }
+    /// y = A x; fills the ghosts of x.
+    void apply(Field<float, C>* x, Field<float, C>* y) const;
+    void inverse_diagonal(Field<float, C>* out) const;
+};
+
+/// Of the finest grid.
+template <int C>
+Stencil<C> coarsen(const ElementOperator<C>& fine);
+template <int C>
+Stencil<C> coarsen(const Stencil<C>& fine);
+
+/// coarse = P^T fine. Fills no ghosts.
+template <int C>
+void restrict_to(const Field<float, C>& fine, const Grid& fine_grid, Field<float, C>* coarse);
+/// fine += P coarse; fills the ghosts of coarse.
+template <int C>
+void add_prolonged(Field<float, C>* coarse, const Grid& fine_grid, Field<float, C>* fine);
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,97 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "mechanics/model/mixture.h"
+
+namespace openfab::mechanics {
+namespace {
+
+Properties properties(Law law) {
+    Properties p;
+    p.law = law;
+    Material soft, rigid;
+    soft.name = "soft";
+    soft.young_MPa = 0.6;
+    soft.poisson = 0.48;
+    soft.strength_MPa = 1;
+    rigid.name = "rigid";
+    rigid.young_MPa = 2000;
+    rigid.poisson = 0.35;
+    rigid.strength_MPa = 50;
+    p.materials = {soft, rigid};
+    p.table = PropertyTable{{"soft", "rigid"}, {{{1, 0}, 0.6}, {{0.5, 0.5}, 60}, {{0, 1}, 2000}}};
+    return p;
+}
+
+double bulk(const ElementProperties& e) {
+    return e.lambda + 2.0 / 3 * e.mu;
+}
+
+TEST(MechanicsMixture, LawsAreInOrder) {
+    const float half[] = {0.5F, 0.5F};
+    double last = 0;
+    for (const Law law : {Law::kReuss, Law::kHsLower, Law::kHsMean, Law::kHsUpper, Law::kVoigt}) {
+        const Properties p = properties(law);
+        const ElementProperties e = Mixture(p.materials, p).of(half);
+        EXPECT_GT(bulk(e), last);
+        last = bulk(e);
+        EXPECT_DOUBLE_EQ(e.strength, 25.5);
+    }
+}
+
+TEST(MechanicsMixture, PureMaterialsAreThemselvesByEachLaw) {
+    const float rigid[] = {0, 1};
+    for (const Law law : {Law::kTable, Law::kReuss, Law::kHsLower, Law::kHsUpper, Law::kVoigt}) {
+        const Properties p = properties(law);
+        const ElementProperties e = Mixture(p.materials, p).of(rigid);
+        EXPECT_NEAR(e.mu, 2000 / (2 * 1.35), 1e-9);
+    }
+}
+
+TEST(MechanicsMixture, TableIsLinearBetweenRows) {
+    const Properties p = properties(Law::kTable);
+    const float shares[] = {0.25F, 0.75F};
+    const ElementProperties e = Mixture(p.materials, p).of(shares);
+    const double young = e.mu * (3 * e.lambda + 2 * e.mu) / (e.lambda + e.mu);
+    EXPECT_NEAR(young, 1030, 1e-9);
+}
+
+TEST(MechanicsMixture, VoidTakesItsShare) {
+    const Properties p = properties(Law::kHsLower);
+    const float all[] = {0.5F, 0.5F}, some[] = {0.25F, 0.25F}, none[] = {0, 0};
+    const Mixture m(p.materials, p);
+    EXPECT_NEAR(m.of(some).mu, 0.5 * m.of(all).mu, 1e-9);
+    EXPECT_EQ(m.of(none).mu, 0);
+}
+
+std::string error_of(const std::string& text) {
+    const std::string file = testing::TempDir() + "/materials.json";
+    std::ofstream(file) << text;
+    const Result<Properties> read = read_properties(file);
+    return read ? "" : read.error().text();
+}
+
+TEST(MechanicsMaterials, ErrorsSayWhatToDo) {
+    EXPECT_NE(
+        error_of(R"({"materials": {"a": {"nu": 0.3}}})").find("has no `E_MPa`; give its Young's"),
+        std::string::npos);
+    EXPECT_NE(error_of(R"({"materials": {"a": {"E_MPa": 3}}})").find("has no `nu`"),
+              std::string::npos);
+    EXPECT_NE(error_of(R"({"materials": {"a": {"E_MPa": 3, "nu": 0.5}}})").find("below 0.5"),
+              std::string::npos);
+    EXPECT_NE(
+        error_of(R"({"materials": {"a": {"E_MPa": 3, "nu": 0.3, "E": 1}}})").find("has no `E`"),
+        std::string::npos);
+    EXPECT_NE(error_of(R"({"law": "voigt"})").find("no `materials`"), std::string::npos);
+    const Properties p = properties(Law::kVoigt);
+    const Result<std::vector<Material>> found = p.of({"soft", "clear"});
+    ASSERT_FALSE(found);
+    EXPECT_NE(found.error().text().find("add \"clear\""), std::string::npos);
+}
+
+}  // namespace
+}  // namespace openfab::mechanics
