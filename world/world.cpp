@@ -16,6 +16,7 @@
 #include "base/near_miss.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/model/primitives.h"
 #include "world/build_reader.h"
 #include "world/dither_ref.h"
 #include "world/json_reader.h"
@@ -274,7 +275,7 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("mesh"), what)) return;
         const JsonMember* source = nullptr;
         std::vector<std::string> sources = primitive_keys();
-        sources.insert(sources.begin(), "file");
+        sources.insert(sources.begin(), {"file", "shape"});
         for (const std::string& key : sources) {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr) continue;
@@ -286,9 +287,15 @@ class WorldReader {
             source = p;
         }
         if (source == nullptr) {
-            return json_.fail(
-                m.value, fmt::format("{} has no `file`", what),
-                fmt::format("give one, or in mm one of `{}`", fmt::join(primitive_keys(), "`, `")));
+            return json_.fail(m.value, fmt::format("{} has no `file`", what),
+                              fmt::format("give one, or a `shape`, or in mm one of `{}`",
+                                          fmt::join(primitive_keys(), "`, `")));
+        }
+        const JsonMember* box = m.value.find("box_mm");
+        if (box != nullptr && source->key != "shape") {
+            return json_.fail_at(box->line, box->column,
+                                 fmt::format("`box_mm` of {} goes with a `shape`", what),
+                                 "a `box` has its size in mm");
         }
         if (source->key == "file") {
             mesh_file(m, source->value, what);
@@ -301,7 +308,11 @@ class WorldReader {
                         fmt::format("a {} is in mm and has its own `face` numbers", source->key));
                 }
             }
-            primitive(*source, what);
+            if (source->key == "shape") {
+                shape(*source, box, what);
+            } else {
+                primitive(*source, what);
+            }
         }
         if (json_.ok()) {
             world_.meshes.back().name = m.key;
@@ -322,6 +333,43 @@ class WorldReader {
             read_primitive(source, fmt::format("`{}` of {}", source.key, what), &json_);
         if (!mesh || !take_memory(source.value, mesh::mesh_bytes(mesh::counts_of(*mesh)))) return;
         world_.meshes.push_back(std::move(*mesh));
+    }
+
+    /// A shape stands in the world as its box.
+    void shape(const JsonMember& source, const JsonMember* box, const std::string& what) {
+        if (reference(source.value, "`shape` of " + what, "fablet", fablet_places_) < 0) return;
+        if (box == nullptr) {
+            return json_.fail(source.value, fmt::format("{} has no `box_mm`", what),
+                              "give two corners of a box that holds the shape: [[x, y, z], "
+                              "[x, y, z]]");
+        }
+        const std::string name = "`box_mm` of " + what;
+        if (box->value.kind != JsonValue::Kind::kArray || box->value.items.size() != 2)
+            return json_.fail(box->value, name + " is not two corners",
+                              "write [[x, y, z], [x, y, z]]");
+        std::array<std::vector<double>, 2> corners;
+        for (size_t i = 0; i < 2; ++i) {
+            corners[i] = json_.numbers(box->value.items[i], "a corner of " + name, 3, 1e5);
+            if (!json_.ok()) return;
+        }
+        Vec3d low, size;
+        for (int a = 0; a < 3; ++a) {
+            const auto k = static_cast<size_t>(a);
+            low[a] = corners[0][k];
+            size[a] = corners[1][k] - corners[0][k];
+            if (size[a] > 0) continue;
+            return json_.fail(box->value,
+                              fmt::format("{} is from {} to {} along {}", name, corners[0][k],
+                                          corners[1][k], "xyz"[k]),
+                              "the lower corner comes first");
+        }
+        mesh::Mesh mesh = mesh::make_box(size);
+        const Vec3d shift = low + Vec3d{size.x / 2, size.y / 2, 0};  // from where a box stands
+        for (Vec3d& p : mesh.positions)
+            p = p + shift;
+        world_.shapes[static_cast<int32_t>(world_.meshes.size())] = {source.value.text,
+                                                                     json_.location(source.value)};
+        world_.meshes.push_back(std::move(mesh));
     }
 
     /// Objects are read after the meshes; a mesh that one of them repairs is repaired for all.

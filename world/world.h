@@ -99,6 +99,12 @@ struct ObjectPieces {
     SourceLocation location;
 };
 
+/// A mesh that stands for a shape: its box is that of the shape.
+struct ShapeRef {
+    std::string fablet;       ///< name in World::fablets, of the one whose @Shape it is
+    SourceLocation location;  ///< of that name
+};
+
 struct Object {
     std::string name;
     int32_t mesh = 0;      ///< index in World::meshes
@@ -136,6 +142,7 @@ struct World {
     std::vector<Material> materials;
     std::vector<Texture> textures;
     std::vector<mesh::Mesh> meshes;
+    std::map<int32_t, ShapeRef> shapes;  ///< by index in meshes
     std::vector<Object> objects;
     std::vector<Placement> build;
     std::optional<DitherRef> dither;  ///< of the fablets without a rule of their own

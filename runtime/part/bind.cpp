@@ -200,6 +200,7 @@ class WorldBinder {
         if (mesh && *mesh == nullptr) return part;
         if (!mesh) return mesh.error();
         part.mesh = std::move(*mesh);
+        if (Result<void> made = bind_shape(object, &part); !made) return made.error();
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
         if (placement.piece >= 0) {
@@ -210,6 +211,74 @@ class WorldBinder {
             part.name += fmt::format(" {}", part.piece->region.name);
         }
         return part;
+    }
+
+    /// The stage of a shape gets the object's uniforms where the object has the shape's fablet, else
+    /// those of the fablet.
+    Result<void> bind_shape(const world::Object& object, Part* part) {
+        const auto shape = world_.shapes.find(object.mesh);
+        if (shape == world_.shapes.end()) return Ok{};
+        const world::ShapeRef& ref = shape->second;
+        if (part->fablet->has_surface != 0) {
+            return error_at(object.location,
+                            fmt::format("fablet `{}` has a @Surface stage, and `{}` is a shape",
+                                        part->fablet->name, object.name),
+                            "move the surface in the @Shape stage");
+        }
+        auto stage = std::make_shared<Part>();
+        stage->name = object.name;
+        stage->location = ref.location;
+        stage->mesh = part->mesh;
+        stage->instance = 0;
+        if (ref.fablet == object.fablet) {
+            stage->fablet = part->fablet;
+            stage->uniform_values = part->uniform_values;
+            stage->textures = part->textures;
+        } else if (Result<void> done = bind_other_shape(ref, object.name, stage.get()); !done) {
+            return done;
+        }
+        if (stage->fablet->shape == nullptr) {
+            return error_at(ref.location,
+                            fmt::format("fablet `{}` has no @Shape stage", stage->fablet->name),
+                            "name one that has, or give the mesh a `file`");
+        }
+        part->shape = same_stage(std::move(stage));
+        return Ok{};
+    }
+
+    Result<void> bind_other_shape(const world::ShapeRef& ref, const std::string& name,
+                                  Part* stage) {
+        world::Object as;
+        as.name = name;
+        as.fablet = ref.fablet;
+        as.location = ref.location;
+        as.uniforms = world_.fablets.at(ref.fablet).uniforms;
+        const Result<const openfab_fablet*> fablet = fablet_of(as);
+        if (!fablet) return fablet.error();
+        Result<BoundUniforms> uniforms =
+            bind_uniforms(world_, **fablet, as.uniforms, name, ref.location);
+        if (!uniforms) return uniforms.error();
+        stage->fablet = *fablet;
+        stage->uniform_values = std::move(uniforms->values);
+        for (size_t i = 0; i < uniforms->textures.size(); ++i) {
+            Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+                open_texture(uniforms->textures[i], uniforms->texture_is_volume[i]);
+            if (!pyramid) return pyramid.error();
+            stage->textures.push_back(std::move(*pyramid));
+        }
+        return Ok{};
+    }
+
+    /// Returns an equal stage that another part has, if there is one: such parts have one geometry.
+    std::shared_ptr<const Part> same_stage(std::shared_ptr<const Part> stage) {
+        std::vector<std::shared_ptr<const Part>>& known = stages_[stage->mesh.get()];
+        for (const std::shared_ptr<const Part>& other : known) {
+            if (other->fablet == stage->fablet && other->uniform_values == stage->uniform_values &&
+                other->textures == stage->textures)
+                return other;
+        }
+        known.push_back(stage);
+        return stage;
     }
 
     const std::vector<int32_t>& placements_of(int32_t object) {
@@ -282,11 +351,47 @@ class WorldBinder {
         if (known != nullptr) return known;
         memory_left_ -= part_mesh_bytes(world_.meshes[object.mesh], fablet);
         if (memory_left_ < 0) return known;  // reported by run
-        Result<std::shared_ptr<const PartMesh>> made =
-            make_part_mesh(world_.meshes[object.mesh], fablet, s);
+        Result<std::shared_ptr<const PartMesh>> made = make_source_mesh(object, fablet, s);
         if (!made) return error_at(object.mesh_location, made.error().message, made.error().help);
         known = *made;
         return known;
+    }
+
+    /// The box of a shape has the outputs of its stage as attributes, so that names and types are
+    /// checked as those of meshes are; their values come from the stage.
+    Result<std::shared_ptr<const PartMesh>> make_source_mesh(const world::Object& object,
+                                                             const openfab_fablet& fablet,
+                                                             const std::array<double, 9>& s) {
+        const mesh::Mesh& mesh = world_.meshes[object.mesh];
+        const auto shape = world_.shapes.find(object.mesh);
+        if (shape == world_.shapes.end()) return make_part_mesh(mesh, fablet, s);
+        static constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
+        if (s != kUnmoved) {
+            return user_error(
+                fmt::format("`{}` is a shape, and a placement scales it", object.name),
+                "give the shape a uniform for its size");
+        }
+        const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
+        const openfab_fablet* stage = find_fablet(fablets_, ref.fablet);
+        mesh::Mesh box = mesh;
+        box.attributes.clear();
+        for (int32_t i = 0;
+             stage != nullptr && stage->shape != nullptr && i < stage->shape->output_count; ++i) {
+            const openfab_varying& output = stage->shape->outputs[i];
+            mesh::MeshAttribute attribute;
+            attribute.name = output.name;
+            attribute.components = output.components;
+            attribute.is_int = output.scalar != OPENFAB_FLOAT;
+            if (attribute.is_int) {
+                attribute.faces.assign(
+                    box.triangles.size() * static_cast<size_t>(output.components), 0);
+            } else {
+                attribute.values.assign(static_cast<size_t>(output.components), 0.0f);
+                attribute.corners.assign(box.triangles.size(), {0, 0, 0});
+            }
+            box.attributes.push_back(std::move(attribute));
+        }
+        return make_part_mesh(box, fablet, s);
     }
 
     const world::World& world_;
@@ -303,6 +408,7 @@ class WorldBinder {
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
              std::shared_ptr<const PartMesh>>
         meshes_;
+    std::map<const PartMesh*, std::vector<std::shared_ptr<const Part>>> stages_;
 };
 
 /// Distinct, bright colours: hue steps by the golden ratio, so that any number of them are

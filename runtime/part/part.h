@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "abi/fablet_table.h"
+#include "base/result.h"
 #include "base/vec.h"
 #include "pieces/region.h"
 #include "texture/pyramid.h"
@@ -60,6 +61,10 @@ struct Part {
     std::vector<std::shared_ptr<const texture::Pyramid>> textures;  ///< by texture index
     std::vector<uint8_t>
         slot_material;  ///< slot -> print material: 0 void, 1.. the code of the material
+    /// The part whose fablet's @Shape stage is the geometry: its uniform values and textures are those
+    /// of the stage, its mesh the box. Null where the mesh is the geometry.
+    std::shared_ptr<const Part> shape;
+    SourceLocation location;  ///< of a shape: where the world names it
     /// For each Object uniform of the fablet: the placements of that object, as ascending indices
     /// in the build list; at least one.
     std::vector<std::vector<int32_t>> objects;

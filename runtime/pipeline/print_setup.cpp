@@ -186,7 +186,9 @@ Result<void> set_up(PrintSetup* p) {
     p->owners = volume::solid_owners(p->input.parts);
     SurfaceCounts displaced;
     for (size_t i = 0; i < p->owners.size(); ++i) {
-        if (p->input.parts[i].fablet->has_surface == 0) continue;
+        const part::Part& part = p->input.parts[i];
+        const bool asked = part.shape != nullptr && volume::asks_surface(*part.fablet);
+        if (part.fablet->has_surface == 0 && !asked) continue;
         ++displaced.parts;
         displaced.surfaces += p->owns_solid(i) ? 1 : 0;
     }

@@ -142,6 +142,14 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
         fablets.add(std::string(part.fablet->name));
         fablets.add(part.fablet->hash);
         meshes.add(mesh_hashes.of(part.mesh.get()));
+        if (const part::Part* shape = part.shape.get()) {
+            fablets.add(std::string(shape->fablet->name));
+            fablets.add(shape->fablet->hash);
+            uniforms.add_all(std::span(shape->uniform_values)
+                                 .first(static_cast<size_t>(shape->fablet->uniform_value_count)));
+            for (const auto& pyramid : shape->textures)
+                textures.add(texture_hashes.of(pyramid.get()));
+        }
         // Without derived values, which depend on passes.
         uniforms.add_all(std::span(part.uniform_values)
                              .first(static_cast<size_t>(part.fablet->uniform_value_count)));

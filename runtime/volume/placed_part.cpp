@@ -56,6 +56,7 @@ PointNeeds point_needs(const openfab_segments& segments) {
             const openfab_query_result kind = query.outputs[k].kind;
             needs.sign |= kind == OPENFAB_QUERY_DISTANCE;
             needs.geometry |= kind == OPENFAB_QUERY_POSITION || kind == OPENFAB_QUERY_NORMAL;
+            needs.attributes |= kind == OPENFAB_QUERY_ATTRIBUTE;
         }
     }
     return needs;
@@ -129,8 +130,12 @@ void PlacedPart::set_grid(const part::Grid& grid, const solid::QuerySetUp& queri
     bounds = query_needs(arguments(part->fablet->volume_bounds));
     points = point_needs(part->fablet->volume_segments);
     if (&first == this) {
-        const bool asks = asks_surface(*part->fablet);
-        solid->prepare({asks, asks, points.geometry, points.sign}, queries);
+        solid->prepare({.nearest = asks_surface(*part->fablet),
+                        .attributes = volume.attributes || volume.gradients || bounds.attributes ||
+                                      points.attributes || points.geometry,
+                        .geometry = points.geometry,
+                        .sign = points.sign},
+                       queries);
     }
     placed = solid->place({*part, grid, frame, crossing_bytes});
     box = placed->voxel_box();

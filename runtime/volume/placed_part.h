@@ -33,6 +33,7 @@ QueryNeeds query_needs(std::span<const openfab_arg> args);
 struct PointNeeds {
     bool any = false;
     bool sign = false;
+    bool attributes = false;
     bool geometry = false;  ///< positions or normals
 };
 

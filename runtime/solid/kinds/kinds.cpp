@@ -4,12 +4,14 @@
 
 #include "base/check.h"
 #include "runtime/solid/mesh/mesh_solid.h"
+#include "runtime/solid/shape/shape_solid.h"
 
 namespace openfab::solid {
 
 namespace {
 
-constexpr const Kind* kKinds[] = {&kMeshKind};
+// The first that has a source makes the part: a shape has a mesh, too, its box.
+constexpr const Kind* kKinds[] = {&kShapeKind, &kMeshKind};
 
 }  // namespace
 

@@ -1,0 +1,84 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Calls the kernels of a shape (openfab_shape in abi/fablet_table.h) on lists of points and of boxes.
+// One a thread.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "abi/fablet_table.h"
+#include "abi/kernel_call.h"
+#include "runtime/part/part.h"
+#include "runtime/segments/driver.h"
+#include "runtime/surface/kernel_args.h"
+
+namespace openfab::solid {
+
+/// Points, part-local mm, by axis. Rooms are whole groups of segments::kLanes.
+struct ShapePoints {
+    std::array<std::vector<float>, 3> at;
+
+    void resize(size_t n) {
+        for (auto& axis : at)
+            axis.resize(n);
+    }
+    size_t size() const { return at[0].size(); }
+    Vec3f point(size_t i) const { return {at[0][i], at[1][i], at[2][i]}; }
+    void set(size_t i, const Vec3f& p) { at[0][i] = p.x, at[1][i] = p.y, at[2][i] = p.z; }
+    void push_back(const Vec3f& p) {
+        for (int a = 0; a < 3; ++a)
+            at[static_cast<size_t>(a)].push_back(p[a]);
+    }
+    void clear() { resize(0); }
+};
+
+class ShapeCalls final : segments::Arguments, segments::Handler {
+  public:
+    /// `stage`: the part of Part::shape, which must outlive it, as `fixed`, its arguments, must.
+    ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed, openfab_isa isa);
+
+    /// Computes the values at the points; negative is inside.
+    abi::KernelStatus values(const ShapePoints& points, std::vector<float>* out);
+    /// Computes bounds of the values of all points of boxes; NaN, both, where nothing is known.
+    abi::KernelStatus bounds(const ShapePoints& lo, const ShapePoints& hi,
+                             std::vector<float>* out_lo, std::vector<float>* out_hi);
+    /// Computes the outputs at the points: [output component][point], bits; of an empty list none.
+    abi::KernelStatus attributes(const ShapePoints& points,
+                                 std::vector<std::vector<uint32_t>>* out);
+    /// Returns the place of an output's first component in what `attributes` gives.
+    size_t first_component(int32_t output) const {
+        return first_component_[static_cast<size_t>(output)];
+    }
+
+  private:
+    abi::KernelStatus run(const openfab_kernel& kernel, const openfab_segments* segments, size_t n);
+    float* data(const openfab_arg& arg, size_t first);
+    const void* input(const openfab_arg& arg) override;
+    segments::OutputView output(const openfab_arg& arg) override;
+    abi::KernelStatus query(const openfab_query& query, std::span<const int32_t> groups,
+                            const segments::States& states) override;
+    void printf(const openfab_printf& call, std::span<const int32_t> groups,
+                const segments::States& states) override;
+
+    const openfab_shape& shape_;
+    const surface::StaticArgs& fixed_;
+    openfab_isa isa_;
+    std::vector<size_t> first_component_;
+    size_t components_ = 0;
+    segments::Driver driver_;
+    std::vector<uint8_t> wanted_;
+    std::vector<std::unique_ptr<abi::KernelBuffer>> buffers_;
+    size_t buffers_used_ = 0;
+    std::vector<uint32_t> packed_;
+    // Of the current call.
+    std::array<const float*, 3> points_{}, lo_{}, hi_{};
+    float *value_ = nullptr, *value_lo_ = nullptr, *value_hi_ = nullptr;
+    std::vector<std::vector<uint32_t>>* outputs_ = nullptr;
+    size_t first_ = 0;  ///< of the piece of the list
+    int32_t count_ = 0;
+};
+
+}  // namespace openfab::solid

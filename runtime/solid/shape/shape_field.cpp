@@ -1,0 +1,381 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/shape/shape_field.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <queue>
+#include <tuple>
+
+#include "runtime/solid/shape/cell_triangles.h"
+
+namespace openfab::solid {
+
+namespace {
+
+// Steps of the search for a zero. Most end after five; a value that jumps takes all of them.
+constexpr int32_t kMostSteps = 40;
+
+int32_t round_to_power(int32_t n) {
+    int32_t power = 1;
+    while (power < n)
+        power *= 2;
+    return power;
+}
+
+}  // namespace
+
+ShapeField::ShapeField(const part::Part& stage, const openfab_fablet& fablet, double cell_mm,
+                       openfab_isa isa)
+    : stage_(stage), fixed_(stage), cell_mm_(cell_mm), isa_(isa) {
+    Box3d box;
+    for (const Vec3d& p : stage.mesh->positions)
+        box.add(p);
+    for (int a = 0; a < 3; ++a) {
+        first_[a] = static_cast<int32_t>(std::floor(box.lo[a] / cell_mm)) - 1;
+        cells_[a] = static_cast<int32_t>(std::ceil(box.hi[a] / cell_mm)) + 1 - first_[a];
+    }
+    const openfab_shape& shape = *stage.fablet->shape;
+    std::vector<size_t> places;
+    size_t next = 0;
+    for (int32_t i = 0; i < shape.output_count; ++i) {
+        places.push_back(next);
+        next += static_cast<size_t>(shape.outputs[i].components);
+    }
+    for (int32_t i = 0; i < fablet.nearest_count; ++i) {
+        const openfab_varying& input = fablet.nearest[i];
+        for (int32_t k = 0; k < shape.output_count; ++k) {
+            if (std::strcmp(shape.outputs[k].name, input.name) != 0) continue;
+            for (int32_t c = 0; c < input.components; ++c)
+                (input.scalar == OPENFAB_FLOAT ? floats_ : ints_)
+                    .push_back(places[static_cast<size_t>(k)] + static_cast<size_t>(c));
+        }
+    }
+}
+
+Vec3f ShapeField::position(const Vec3i& vertex) const {
+    Vec3f out;
+    for (int a = 0; a < 3; ++a)
+        out[a] = static_cast<float>(static_cast<double>(first_[a] + vertex[a]) * cell_mm_);
+    return out;
+}
+
+Vec3i ShapeField::end_of(const Node& node) const {
+    Vec3i end;
+    for (int a = 0; a < 3; ++a)
+        end[a] = std::min(node.lowest[a] + node.size, cells_[a]);
+    return end;
+}
+
+Box3f ShapeField::box_of(const Node& node) const {
+    return {position(node.lowest), position(end_of(node))};
+}
+
+Box3f ShapeField::block_box(const Vec3i& lowest) const {
+    return box_of({lowest, kPatchCells});
+}
+
+ShapeField::Node ShapeField::root() const {
+    return {
+        {0, 0, 0},
+        kPatchCells * round_to_power((std::max({cells_.x, cells_.y, cells_.z}) + kPatchCells - 1) /
+                                     kPatchCells)};
+}
+
+void ShapeField::split(const Node& node, ShapeCalls* calls, std::vector<Node>* out) const {
+    const int32_t half = node.size / 2;
+    std::vector<Node> parts;
+    ShapePoints lo, hi;
+    for (int32_t k = 0; k < 8; ++k) {
+        const Node part{node.lowest + Vec3i{(k & 1) * half, (k >> 1 & 1) * half, (k >> 2) * half},
+                        half};
+        if (part.lowest.x >= cells_.x || part.lowest.y >= cells_.y || part.lowest.z >= cells_.z)
+            continue;
+        const Box3f box = box_of(part);
+        parts.push_back(part);
+        lo.push_back(box.lo);
+        hi.push_back(box.hi);
+    }
+    std::vector<float> value_lo, value_hi;
+    if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi); !status.ok())
+        return note(status);
+    for (size_t i = 0; i < parts.size(); ++i) {
+        if (!(value_lo[i] >= 0) && !(value_hi[i] < 0)) out->push_back(parts[i]);
+    }
+}
+
+/// A block's values and micro-vertices.
+struct ShapeField::Diced {
+    Vec3i lowest, cells;
+    ShapePoints vertices;
+    std::vector<float> values;
+    /// [axis][vertex]: the micro-vertex on the edge that begins there, or -1.
+    std::array<std::vector<int32_t>, 3> edge;
+    std::vector<std::array<int32_t, 2>> ends;  ///< vertices of each micro-vertex's edge
+    std::vector<int32_t> axis;
+    ShapePoints zeros;
+
+    int32_t number(int32_t x, int32_t y, int32_t z) const {
+        return (z * (cells.y + 1) + y) * (cells.x + 1) + x;
+    }
+};
+
+/// Returns whether some vertices are inside and some are not.
+bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const {
+    diced->lowest = lowest;
+    diced->cells = end_of({lowest, kPatchCells}) - lowest;
+    const Vec3i& n = diced->cells;
+    diced->vertices.resize(static_cast<size_t>(n.x + 1) * static_cast<size_t>(n.y + 1) *
+                           static_cast<size_t>(n.z + 1));
+    size_t v = 0;
+    for (int32_t z = 0; z <= n.z; ++z) {
+        for (int32_t y = 0; y <= n.y; ++y) {
+            for (int32_t x = 0; x <= n.x; ++x)
+                diced->vertices.set(v++, position(lowest + Vec3i{x, y, z}));
+        }
+    }
+    if (const abi::KernelStatus status = calls->values(diced->vertices, &diced->values);
+        !status.ok()) {
+        note(status);
+        return false;
+    }
+    bool inside = false, outside = false;
+    for (size_t i = 0; i < v; ++i) {
+        const bool in = diced->values[i] < 0;
+        inside |= in;
+        outside |= !in;
+        if (std::isnan(diced->values[i])) note_nan(diced->vertices.point(i));
+    }
+    return inside && outside;
+}
+
+/// Regula falsi with the Illinois rule, all edges at once. What an edge gives depends on nothing but
+/// the edge: it ends by itself, when a step is below 2^-20 of it.
+void ShapeField::find_zeros(ShapeCalls* calls, Diced* diced) const {
+    const size_t n = diced->ends.size();
+    struct Bracket {
+        float a, fa, b, fb, x;
+        int32_t kept;  ///< the end that stayed last: 1 a, 2 b
+    };
+    std::vector<Bracket> brackets(n);
+    std::vector<size_t> open;
+    diced->zeros.resize(n);
+    for (size_t i = 0; i < n; ++i) {
+        const auto [from, to] = diced->ends[i];
+        const auto axis = static_cast<size_t>(diced->axis[i]);
+        const auto f = static_cast<size_t>(from), t = static_cast<size_t>(to);
+        diced->zeros.set(i, diced->vertices.point(f));
+        const float a = diced->vertices.at[axis][f], b = diced->vertices.at[axis][t];
+        brackets[i] = {a, diced->values[f], b, diced->values[t], a, 0};
+        open.push_back(i);
+    }
+    ShapePoints points;
+    std::vector<float> values;
+    for (int32_t step = 0; step < kMostSteps && !open.empty(); ++step) {
+        points.resize(open.size());
+        for (size_t k = 0; k < open.size(); ++k) {
+            Bracket& at = brackets[open[k]];
+            const double way = static_cast<double>(at.b) - static_cast<double>(at.a);
+            double share = static_cast<double>(at.fa) /
+                           (static_cast<double>(at.fa) - static_cast<double>(at.fb));
+            // Halves where the values say nothing, and where they converge badly.
+            if (!(share >= 0 && share <= 1) || step % 8 == 7) share = 0.5;
+            at.x = static_cast<float>(static_cast<double>(at.a) + share * way);
+            Vec3f p = diced->zeros.point(open[k]);
+            p[diced->axis[open[k]]] = at.x;
+            points.set(k, p);
+        }
+        if (const abi::KernelStatus status = calls->values(points, &values); !status.ok())
+            return note(status);
+        size_t left = 0;
+        for (size_t k = 0; k < open.size(); ++k) {
+            Bracket& at = brackets[open[k]];
+            const float f = values[k];
+            const auto axis = static_cast<size_t>(diced->axis[open[k]]);
+            const float before = diced->zeros.at[axis][open[k]];
+            diced->zeros.at[axis][open[k]] = at.x;
+            const double size = cell_mm_ * 0x1p-20;
+            if (f == 0 ||
+                std::fabs(static_cast<double>(at.x) - static_cast<double>(before)) <= size)
+                continue;
+            if ((f < 0) == (at.fa < 0)) {
+                at.a = at.x, at.fa = f;
+                if (at.kept == 2) at.fb *= 0.5f;
+                at.kept = 2;
+            } else {
+                at.b = at.x, at.fb = f;
+                if (at.kept == 1) at.fa *= 0.5f;
+                at.kept = 1;
+            }
+            open[left++] = open[k];
+        }
+        open.resize(left);
+    }
+}
+
+void ShapeField::dice(const Vec3i& lowest, surface::MicroMesh* out) const {
+    ShapeCalls* calls = take();
+    Diced diced;
+    if (!fill_values(lowest, calls, &diced)) return give(calls);
+    const Vec3i& n = diced.cells;
+    for (auto& axis : diced.edge)
+        axis.assign(diced.vertices.size(), -1);
+    for (int32_t z = 0; z <= n.z; ++z) {
+        for (int32_t y = 0; y <= n.y; ++y) {
+            for (int32_t x = 0; x <= n.x; ++x) {
+                const Vec3i at{x, y, z};
+                const int32_t from = diced.number(x, y, z);
+                for (int32_t axis = 0; axis < 3; ++axis) {
+                    if (at[axis] == n[axis]) continue;
+                    Vec3i next = at;
+                    ++next[axis];
+                    const int32_t to = diced.number(next.x, next.y, next.z);
+                    if ((diced.values[from] < 0) == (diced.values[to] < 0)) continue;
+                    diced.edge[static_cast<size_t>(axis)][static_cast<size_t>(from)] =
+                        static_cast<int32_t>(diced.ends.size());
+                    diced.ends.push_back({from, to});
+                    diced.axis.push_back(axis);
+                }
+            }
+        }
+    }
+    find_zeros(calls, &diced);
+    for (size_t i = 0; i < diced.ends.size(); ++i)
+        out->positions.push_back(diced.zeros.point(i));
+    std::vector<std::vector<uint32_t>> outputs;
+    if (!floats_.empty() || !ints_.empty()) {
+        if (const abi::KernelStatus status = calls->attributes(diced.zeros, &outputs); !status.ok())
+            note(status);
+        for (size_t i = 0; i < diced.ends.size(); ++i) {
+            for (const size_t component : floats_)
+                out->vertex_attributes.push_back(std::bit_cast<float>(outputs[component][i]));
+        }
+    }
+    const auto& table = cell_triangles();
+    std::array<CellEdge, 12> edges;
+    for (int32_t e = 0; e < 12; ++e)
+        edges[static_cast<size_t>(e)] = cell_edge(e);
+    for (int32_t z = 0; z < n.z; ++z) {
+        for (int32_t y = 0; y < n.y; ++y) {
+            for (int32_t x = 0; x < n.x; ++x) {
+                const auto corner = [&](int32_t c) {
+                    return diced.number(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+                };
+                size_t pattern = 0;
+                for (int32_t c = 0; c < 8; ++c)
+                    pattern |= diced.values[corner(c)] < 0 ? size_t{1} << c : 0;
+                for (const std::array<int32_t, 3>& triangle : table[pattern]) {
+                    std::array<int32_t, 3> made;
+                    for (size_t k = 0; k < 3; ++k) {
+                        const auto e = static_cast<size_t>(triangle[k]);
+                        made[k] = diced.edge[e / 4][static_cast<size_t>(corner(edges[e].from))];
+                    }
+                    const Vec3f &a = out->positions[static_cast<size_t>(made[0])],
+                                &b = out->positions[static_cast<size_t>(made[1])],
+                                &c = out->positions[static_cast<size_t>(made[2])];
+                    if (a == b || b == c || c == a) continue;
+                    out->triangles.push_back(made);
+                    for (const size_t component : ints_)
+                        out->triangle_attributes.push_back(
+                            outputs[component][static_cast<size_t>(made[0])]);
+                }
+            }
+        }
+    }
+    give(calls);
+}
+
+std::vector<Vec3i> ShapeField::find_blocks(const std::atomic<bool>* stop) const {
+    // Level by level, each in parallel.
+    std::vector<Node> open{root()};
+    while (!open.empty() && open.front().size > kPatchCells) {
+        std::vector<std::vector<Node>> parts(open.size());
+        tbb::parallel_for(size_t{0}, open.size(), [&](size_t i) {
+            if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
+            ShapeCalls* calls = take();
+            split(open[i], calls, &parts[i]);
+            give(calls);
+        });
+        open.clear();
+        for (const auto& some : parts)
+            open.insert(open.end(), some.begin(), some.end());
+    }
+    std::vector<uint8_t> has(open.size(), 0);
+    tbb::parallel_for(size_t{0}, open.size(), [&](size_t i) {
+        if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
+        ShapeCalls* calls = take();
+        Diced diced;
+        has[i] = fill_values(open[i].lowest, calls, &diced) ? 1 : 0;
+        give(calls);
+    });
+    std::vector<Vec3i> out;
+    for (size_t i = 0; i < open.size(); ++i) {
+        if (has[i] != 0) out.push_back(open[i].lowest);
+    }
+    std::sort(out.begin(), out.end(), [](const Vec3i& a, const Vec3i& b) {
+        return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+    });
+    return out;
+}
+
+Box3d ShapeField::exact_box(const Affine3d& local_to_other) const {
+    Box3d exact;
+    ShapeCalls* calls = take();
+    for (int side = 0; side < 6; ++side) {
+        const int axis = side / 2;
+        const auto reach = [&](const Box3d& box) {
+            return side % 2 == 0 ? -box.lo[axis] : box.hi[axis];
+        };
+        struct Entry {
+            double reach;
+            Node node;
+            // What is left is a total order, so that the same blocks are diced in each run.
+            bool operator<(const Entry& o) const {
+                return std::tie(reach, o.node.lowest.z, o.node.lowest.y, o.node.lowest.x) <
+                       std::tie(o.reach, node.lowest.z, node.lowest.y, node.lowest.x);
+            }
+        };
+        const auto entry = [&](const Node& node) {
+            const Box3f box = box_of(node);
+            Box3d moved;
+            for (int32_t c = 0; c < 8; ++c) {
+                moved.add(local_to_other.apply(
+                    {static_cast<double>((c & 1) != 0 ? box.hi.x : box.lo.x),
+                     static_cast<double>((c & 2) != 0 ? box.hi.y : box.lo.y),
+                     static_cast<double>((c & 4) != 0 ? box.hi.z : box.lo.z)}));
+            }
+            return Entry{reach(moved), node};
+        };
+        std::priority_queue<Entry> queue;
+        queue.push(entry(root()));
+        std::vector<Node> parts;
+        while (!queue.empty()) {
+            const Entry top = queue.top();
+            queue.pop();
+            if (!exact.empty() && top.reach <= reach(exact)) break;
+            if (top.node.size > kPatchCells) {
+                parts.clear();
+                split(top.node, calls, &parts);
+                for (const Node& part : parts)
+                    queue.push(entry(part));
+                continue;
+            }
+            surface::MicroMesh mesh;
+            dice(top.node.lowest, &mesh);
+            for (const auto& triangle : mesh.triangles) {
+                for (const int32_t v : triangle)
+                    exact.add(local_to_other.apply(vec_cast<double>(mesh.positions[v])));
+            }
+        }
+        if (exact.empty()) break;
+    }
+    give(calls);
+    return exact;
+}
+
+}  // namespace openfab::solid

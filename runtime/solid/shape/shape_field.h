@@ -1,0 +1,99 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The zero set of a shape on a lattice over its box: which blocks of cells it passes, by intervals,
+// and its micropolygons there. Threads share it.
+//
+// The lattice has the pitch `cell`, with vertices at multiples of it in part-local mm, and reaches one
+// to two cells beyond the box. A vertex is inside if its value is below 0. On each edge between an inside
+// and an outside vertex lies one micro-vertex, at the zero that a search finds which looks at nothing
+// but the edge: neighbours that share the edge have it with equal bits.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "base/pool.h"
+#include "base/result.h"
+#include "base/vec.h"
+#include "runtime/solid/shape/shape_calls.h"
+#include "runtime/surface/surface.h"
+
+namespace openfab::solid {
+
+/// Cells along a side of a block, which is a patch of the surface.
+constexpr int32_t kPatchCells = 16;
+
+class ShapeField {
+  public:
+    /// `stage`: the part of Part::shape; `fablet` has the @nearest inputs. Both must outlive it.
+    ShapeField(const part::Part& stage, const openfab_fablet& fablet, double cell_mm,
+               openfab_isa isa);
+
+    /// Returns an error where the shape is negative at the border of its lattice, nowhere negative
+    /// in it, or no number.
+    Result<void> check() const;
+    /// Returns the box of all micropolygons under an affine map, by branch and bound over blocks.
+    Box3d exact_box(const Affine3d& local_to_other) const;
+    /// Returns the lattice's box, part-local.
+    Box3f bounds() const { return {position({0, 0, 0}), position(cells_)}; }
+    /// Returns the lowest cells of all blocks that have a micropolygon, in order of z, y, x.
+    std::vector<Vec3i> find_blocks(const std::atomic<bool>* stop) const;
+    /// Returns the box of a block's cells.
+    Box3f block_box(const Vec3i& lowest) const;
+    /// Makes the micropolygons of a block.
+    void dice(const Vec3i& lowest, surface::MicroMesh* out) const;
+
+    const part::Part& stage() const { return stage_; }
+    ShapeCalls* take() const {
+        return calls_.take([&] { return std::make_unique<ShapeCalls>(stage_, fixed_, isa_); });
+    }
+    void give(ShapeCalls* calls) const { calls_.give(calls); }
+    /// Notes that a kernel failed, or that the value at a point is NaN.
+    void note(const abi::KernelStatus& failed) const;
+    void note_nan(const Vec3f& at) const;
+    Result<void> status() const;
+    int32_t float_components() const { return static_cast<int32_t>(floats_.size()); }
+    int32_t int_components() const { return static_cast<int32_t>(ints_.size()); }
+
+  private:
+    /// A cube of blocks: its lowest cell and cells a side.
+    struct Node {
+        Vec3i lowest;
+        int32_t size = 0;
+    };
+    struct Diced;
+    Vec3f position(const Vec3i& vertex) const;
+    Vec3i end_of(const Node& node) const;
+    Box3f box_of(const Node& node) const;
+    Node root() const;
+    /// Appends those of the node's eight parts that the bounds kernel does not decide.
+    void split(const Node& node, ShapeCalls* calls, std::vector<Node>* out) const;
+    bool fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const;
+    void find_zeros(ShapeCalls* calls, Diced* diced) const;
+    Result<void> check_border() const;
+    Result<void> check_side(int axis, bool high, ShapeCalls* calls) const;
+    Result<void> status_of() const;
+    Error error(const std::string& what, const std::string& help) const;
+    std::string place(const Vec3f& p) const;
+
+    const part::Part& stage_;
+    surface::StaticArgs fixed_;
+    double cell_mm_;
+    openfab_isa isa_;
+    Vec3i first_;  ///< multiple of the pitch that is the lattice's lowest vertex
+    Vec3i cells_;  ///< along each axis
+    /// Places of the @nearest inputs' components in what ShapeCalls::attributes gives.
+    std::vector<size_t> floats_, ints_;
+    mutable Pool<ShapeCalls> calls_;
+    mutable std::mutex mutex_;
+    mutable std::optional<Vec3f> nan_;  ///< the first in z, y, x
+    mutable std::optional<abi::KernelStatus> failed_;
+};
+
+}  // namespace openfab::solid

@@ -1,0 +1,217 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/shape/shape_solid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/nearest/engine/attributes.h"
+#include "runtime/solid/shape/shape_coverage.h"
+#include "runtime/solid/shape/shape_field.h"
+#include "runtime/solid/shape/shape_surface.h"
+#include "runtime/solid/shape/value_engine.h"
+#include "runtime/surface/transform_box.h"
+#include "simd/isa.h"
+
+namespace openfab::solid {
+
+namespace {
+
+struct ShapeScratch final : Scratch {
+    nearest::AttributeReader::Scratch attributes;
+    ShapePoints points;
+    std::vector<float> values;
+};
+
+/// What placements of a shape share.
+struct Shared {
+    Shared(const part::Part& part, const surface::SurfaceOptions& options)
+        : field(*part.shape, *part.fablet, options.micro_edge_mm, options.isa) {}
+
+    ShapeField field;
+    bool asked = false;
+    std::unique_ptr<const surface::Surface> surface;   ///< null where nothing reads nearest points
+    std::shared_ptr<const nearest::BlockIndex> trees;  ///< likewise
+    std::unique_ptr<nearest::AttributeReader> attributes;  ///< likewise; in no frame
+};
+
+/// Returns the voxels of the grid whose centres may lie in the shape's lattice.
+Box3i voxels_of(const ShapeField& field, const Place& where) {
+    const Box3d box =
+        surface::transform_box(part::local_to_voxel(where.part, where.grid), field.bounds());
+    Box3i out;
+    for (int a = 0; a < 3; ++a) {
+        const auto clamped = [&](double x) {
+            return static_cast<int32_t>(
+                std::clamp(x, 0.0, static_cast<double>(where.grid.size[a])));
+        };
+        out.lo[a] = clamped(std::floor(box.lo[a]) - 1);
+        out.hi[a] = clamped(std::ceil(box.hi[a]) + 1);
+    }
+    if (out.lo.x >= out.hi.x || out.lo.y >= out.hi.y || out.lo.z >= out.hi.z)
+        return {{0, 0, 0}, {0, 0, 0}};
+    return out;
+}
+
+class PlacedShape final : public Placed {
+  public:
+    PlacedShape(const Shared& shared, const Place& where)
+        : shared_(shared),
+          frame_(where.frame),
+          voxels_(where.frame),
+          coverage_(shared.field, voxels_, voxels_of(shared.field, where),
+                    part::part_base_voxel(where.part, where.grid)) {}
+
+    Box3i voxel_box() const override { return coverage_.box(); }
+    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
+                  double* seconds) const override {
+        coverage_.coverage(slab, out, stop, seconds);
+    }
+    void raise_tops(const Columns& columns, TopRows* rows) const override {
+        coverage_.raise_tops(columns, rows);
+    }
+    void begin_queries() override {
+        if (engine_ != nullptr || !shared_.asked) return;
+        if (shared_.trees != nullptr) engine_ = nearest::make_block_engine(shared_.trees, frame_);
+        if (shared_.attributes != nullptr)
+            attributes_ = std::make_unique<nearest::AttributeReader>(*shared_.attributes, frame_);
+        if (shared_.field.stage().fablet->shape->is_distance != 0)
+            engine_ = make_value_engine(shared_.field, voxels_, std::move(engine_));
+    }
+    std::unique_ptr<Scratch> make_scratch() const override {
+        auto scratch = std::make_unique<ShapeScratch>();
+        scratch->engine = engine_->make_scratch();
+        return scratch;
+    }
+    void read(const nearest::BlockAnswer& answer, const uint8_t* active,
+              const nearest::AttributeTargets& targets, Scratch* scratch) const override {
+        attributes_->read(answer, active, targets,
+                          &static_cast<ShapeScratch*>(scratch)->attributes);
+    }
+    void read_points(const nearest::PointAnswer& answer, const nearest::PointTargets& targets,
+                     Scratch* scratch) const override {
+        attributes_->read_points(answer, targets, &static_cast<ShapeScratch*>(scratch)->attributes);
+    }
+    uint32_t inside(const nearest::PointPacket& packet, const nearest::PointAnswer& answers,
+                    const KnownInside& /*known*/, Scratch* scratch) const override;
+
+  private:
+    const Shared& shared_;
+    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    const VoxelFrame voxels_;
+    const ShapeCoverage coverage_;
+    std::unique_ptr<nearest::AttributeReader> attributes_;
+};
+
+uint32_t PlacedShape::inside(const nearest::PointPacket& packet,
+                             const nearest::PointAnswer& answers, const KnownInside& /*known*/,
+                             Scratch* scratch) const {
+    auto* mine = static_cast<ShapeScratch*>(scratch);
+    const Box3f box = shared_.field.bounds();
+    mine->points.resize(8);
+    uint32_t asked = 0;
+    for (size_t l = 0; l < 8; ++l) {
+        bool in = (packet.mask >> l & 1) != 0 && answers.distance2[l] < kInfinity;
+        for (size_t a = 0; a < 3; ++a) {
+            const float p = packet.p[a][l];
+            in = in && p >= box.lo[static_cast<int>(a)] && p <= box.hi[static_cast<int>(a)];
+            mine->points.at[a][l] = p;
+        }
+        asked |= (in ? 1u : 0u) << l;
+    }
+    if (asked == 0) return 0;
+    ShapeCalls* calls = shared_.field.take();
+    const abi::KernelStatus status = calls->values(mine->points, &mine->values);
+    shared_.field.give(calls);
+    if (!status.ok()) {
+        shared_.field.note(status);
+        return 0;
+    }
+    uint32_t inside = 0;
+    for (size_t l = 0; l < 8; ++l)
+        inside |= (mine->values[l] < 0 ? 1u : 0u) << l;
+    return inside & asked;
+}
+
+class ShapeSolid final : public Solid {
+  public:
+    ShapeSolid(const part::Part& part, const surface::SurfaceOptions& options)
+        : options_(options), stop_(options.stop), shared_(part, options) {}
+
+    Result<void> check() const { return shared_.field.check(); }
+
+    Box3d exact_box(const Affine3d& local_to_other) const override {
+        return shared_.field.exact_box(local_to_other);
+    }
+    Box3f bounds() const override { return shared_.field.bounds(); }
+    bool dices() const override { return shared_.surface != nullptr; }
+    int64_t patches_to_dice() const override {
+        return dices() ? static_cast<int64_t>(shared_.surface->patches().size()) : 0;
+    }
+    double crowding() const override { return 0; }
+    /// Blocks are found when queries are prepared.
+    int64_t index_bytes(bool /*asked*/) const override { return 0; }
+    int64_t query_bytes() const override {
+        return shared_.trees == nullptr
+                   ? 0
+                   : static_cast<int64_t>(nearest::estimated_bytes(*shared_.trees, 0));
+    }
+    surface::SurfaceCounts counts() const override {
+        return dices() ? shared_.surface->counts() : surface::SurfaceCounts{};
+    }
+    Result<void> status() const override { return shared_.field.status(); }
+    void set_cache_bytes(size_t bytes) const override {
+        if (dices()) shared_.surface->set_cache_bytes(bytes);
+    }
+    void set_stop(const std::atomic<bool>* stop) const override {
+        stop_ = stop;
+        if (dices()) shared_.surface->set_stop(stop);
+    }
+    void prepare(const Asked& asked, const QuerySetUp& queries) override;
+    std::unique_ptr<Placed> place(const Place& where) const override {
+        return std::make_unique<PlacedShape>(shared_, where);
+    }
+
+  private:
+    const surface::SurfaceOptions options_;
+    mutable const std::atomic<bool>* stop_;
+    Shared shared_;
+};
+
+void ShapeSolid::prepare(const Asked& asked, const QuerySetUp& queries) {
+    if (!asked.nearest) return;
+    shared_.asked = true;
+    const bool is_distance = shared_.field.stage().fablet->shape->is_distance != 0;
+    const bool points = !is_distance || asked.attributes || asked.geometry;
+    if (points && shared_.surface == nullptr) {
+        shared_.surface = make_shape_surface(shared_.field, options_.cache_bytes, stop_);
+        const simd::Isa widest =
+            queries.isa >= OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
+        shared_.trees =
+            nearest::make_block_index(*shared_.surface, {.cache = queries.trees, .widest = widest});
+    }
+    if ((asked.attributes || asked.geometry) && shared_.attributes == nullptr) {
+        shared_.attributes = std::make_unique<nearest::AttributeReader>(
+            *shared_.surface, std::array<float, OPENFAB_FRAME_COUNT>{}, asked.geometry);
+    }
+}
+
+}  // namespace
+
+const Kind kShapeKind{
+    .source = [](const part::Part& part) -> const void* { return part.shape.get(); },
+    .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
+    .refine = [](const surface::SurfaceOptions& /*options*/, part::Part* /*part*/) -> Result<void> {
+        return {};
+    },
+    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
+    .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
+    .make = [](const part::Part& part,
+               const surface::SurfaceOptions& options) -> Result<std::shared_ptr<Solid>> {
+        auto made = std::make_shared<ShapeSolid>(part, options);
+        if (Result<void> fine = made->check(); !fine) return fine.error();
+        return std::shared_ptr<Solid>(std::move(made));
+    },
+};
+
+}  // namespace openfab::solid

@@ -1,0 +1,338 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+//
+// Shapes by hand-written kernels: coverage voxel by voxel against the function, volumes and distances
+// against closed forms, the diced surface closed, and what makes a shape impossible.
+
+#include "runtime/solid/shape/shape_solid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "mesh/model/primitives.h"
+#include "runtime/part/part_mesh.h"
+#include "runtime/solid/kinds/kinds.h"
+#include "runtime/solid/shape/shape_surface.h"
+#include "runtime/solid/shape/voxel_frame.h"
+
+namespace openfab::solid {
+namespace {
+
+using Function = float (*)(const Vec3f&);
+
+float ball(const Vec3f& p) {
+    return length(p) - 4;
+}
+float ring(const Vec3f& p) {
+    const float d = std::sqrt(p.x * p.x + p.y * p.y) - 4;
+    return std::sqrt(d * d + p.z * p.z) - 1.5f;
+}
+float brick(const Vec3f& p) {
+    const Vec3f q{std::fabs(p.x) - 3, std::fabs(p.y) - 4, std::fabs(p.z) - 2};
+    const Vec3f out{std::max(q.x, 0.0f), std::max(q.y, 0.0f), std::max(q.z, 0.0f)};
+    return length(out) + std::min(std::max({q.x, q.y, q.z}), 0.0f);
+}
+float pill(const Vec3f& p) {
+    const float z = p.z - std::clamp(p.z, -2.0f, 2.0f);
+    return length(Vec3f{p.x, p.y, z}) - 2;
+}
+/// A cone of radius 3 at z = -2 and height 4: exact in and out.
+float cone(const Vec3f& p) {
+    const float q = std::sqrt(p.x * p.x + p.y * p.y), z = p.z + 2;
+    const float slant = (4 * q + 3 * z - 12) / 5;
+    const float t = std::clamp((3 * (3 - q) + 4 * z) / 25, 0.0f, 1.0f);
+    const float to_side = std::hypot(q - 3 * (1 - t), z - 4 * t);
+    const float to_base = q <= 3 ? std::fabs(z) : std::hypot(q - 3, z);
+    const bool inside = slant < 0 && z > 0;
+    return inside ? -std::min(to_side, to_base) : std::min(to_side, to_base);
+}
+float nothing(const Vec3f& /*p*/) {
+    return 1;
+}
+float wrong(const Vec3f& p) {
+    return std::sqrt(p.x + 1) + length(p) - 4;
+}
+
+const float* in(void* buffer) {
+    return reinterpret_cast<const float*>(static_cast<halide_buffer_t*>(buffer)->host);
+}
+float* out(void* buffer) {
+    return reinterpret_cast<float*>(static_cast<halide_buffer_t*>(buffer)->host);
+}
+int32_t count(void* buffer) {
+    return static_cast<halide_buffer_t*>(buffer)->dim[0].extent;
+}
+
+template <Function kF>
+int values(void** args) {
+    for (int32_t i = 0; i < count(args[3]); ++i)
+        out(args[3])[i] = kF({in(args[0])[i], in(args[1])[i], in(args[2])[i]});
+    return 0;
+}
+/// The functions change by no more than their arguments do.
+template <Function kF>
+int bounds(void** args) {
+    for (int32_t i = 0; i < count(args[6]); ++i) {
+        Vec3f lo, hi;
+        for (int a = 0; a < 3; ++a)
+            lo[a] = in(args[a])[i], hi[a] = in(args[3 + a])[i];
+        const float middle = kF((lo + hi) * 0.5f), reach = length(hi - lo) * 0.5001f + 1e-4f;
+        out(args[6])[i] = middle - reach;
+        out(args[7])[i] = middle + reach;
+    }
+    return 0;
+}
+/// The output `height`: z.
+int heights(void** args) {
+    for (int32_t i = 0; i < count(args[1]); ++i)
+        out(args[1])[i] = in(args[0])[i];
+    return 0;
+}
+
+const openfab_arg kValueArgs[] = {{OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 0, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 1, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 2, 0},
+                                  {OPENFAB_ARG_SHAPE_VALUE, OPENFAB_FLOAT, 0, 0}};
+const openfab_arg kBoundArgs[] = {{OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 0, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 1, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_FLOAT, 2, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 0, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 1, 0},
+                                  {OPENFAB_ARG_SHAPE_POINT_HI, OPENFAB_FLOAT, 2, 0},
+                                  {OPENFAB_ARG_SHAPE_VALUE_LO, OPENFAB_FLOAT, 0, 0},
+                                  {OPENFAB_ARG_SHAPE_VALUE_HI, OPENFAB_FLOAT, 0, 0}};
+const openfab_arg kOutputArgs[] = {{OPENFAB_ARG_SHAPE_POINT, OPENFAB_FLOAT, 2, 0},
+                                   {OPENFAB_ARG_SHAPE_OUT, OPENFAB_FLOAT, 0, 0}};
+const openfab_varying kOutputs[] = {{"height", "float", OPENFAB_FLOAT, 1, -1, nullptr}};
+
+/// A part whose geometry is a function, in a box of `size`.
+struct Made {
+    openfab_shape shape{};
+    openfab_fablet fablet{};
+    part::Part part;
+    Function function;
+
+    Made(Function f, openfab_kernel_fn value, openfab_kernel_fn bound, const Vec3d& size,
+         bool is_distance)
+        : function(f) {
+        shape.is_distance = is_distance ? 1 : 0;
+        shape.output_count = 1;
+        shape.outputs = kOutputs;
+        shape.values = {{value, value, value}, 4, kValueArgs, 0};
+        shape.bounds = {{bound, bound, bound}, 8, kBoundArgs, 0};
+        shape.attributes = {{heights, heights, heights}, 2, kOutputArgs, 0};
+        fablet.abi_version = OPENFAB_ABI_VERSION;
+        fablet.name = "Made";
+        fablet.nearest_count = 1;
+        fablet.nearest = kOutputs;
+        fablet.shape = &shape;
+        mesh::Mesh box = mesh::make_box(size);
+        for (Vec3d& p : box.positions)
+            p.z -= size.z / 2;
+        auto stage = std::make_shared<part::Part>();
+        openfab_fablet plain{};
+        plain.name = "plain";
+        stage->name = "thing";
+        stage->fablet = &fablet;
+        stage->mesh = *part::make_part_mesh(box, plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
+        part = *stage;
+        part.shape = std::move(stage);
+        part.local_to_build.m = {0.40923325984932796, -0.9119847905251406, 0.02849352354321616,
+                                 0.708653140405184,   0.2980114870440326,  -0.6395309845376336,
+                                 0.5747511336456527,  0.28190937451709513, 0.76823709812298};
+        // No face lies along voxels, so that counting them measures the volume.
+    }
+    Made(const Made&) = delete;
+    Made& operator=(const Made&) = delete;
+};
+
+template <Function kF>
+std::unique_ptr<Made> make(const Vec3d& size, bool is_distance = false) {
+    return std::make_unique<Made>(kF, values<kF>, bounds<kF>, size, is_distance);
+}
+
+surface::SurfaceOptions options_of(double pitch) {
+    surface::SurfaceOptions options;
+    options.micro_edge_mm = pitch;
+    return options;
+}
+
+std::shared_ptr<Solid> solid_of(const Made& made, double pitch) {
+    const Kind& kind = kind_of(made.part);
+    EXPECT_EQ(&kind, &kShapeKind);
+    Result<std::shared_ptr<Solid>> solid = kind.make(made.part, options_of(pitch));
+    EXPECT_TRUE(solid) << solid.error().text();
+    return solid ? *solid : nullptr;
+}
+
+/// The grid that a print has of it.
+part::Grid grid_of(const Solid& solid, const Made& made, double pitch) {
+    const Box3d box = solid.exact_box(made.part.local_to_build);
+    part::Grid grid;
+    grid.pitch_mm = {pitch, pitch, pitch};
+    for (int a = 0; a < 3; ++a) {
+        const double lo = std::floor(box.lo[a] / pitch), hi = std::ceil(box.hi[a] / pitch);
+        grid.origin_mm[a] = lo * pitch;
+        grid.size[a] = static_cast<int32_t>(hi - lo);
+    }
+    return grid;
+}
+
+/// The covered voxels, [z][y][x].
+std::vector<uint8_t> covered(const Placed& placed, const part::Grid& grid) {
+    std::vector<uint8_t> all(static_cast<size_t>(grid.size.x) * grid.size.y * grid.size.z, 0);
+    voxel::SlabMask mask;
+    for (int32_t slab = 0; 8 * slab < grid.size.z; ++slab) {
+        placed.coverage(slab, &mask, nullptr, nullptr);
+        for (int32_t y = 0; y < mask.height; ++y) {
+            for (int32_t x = 0; x < mask.width; ++x) {
+                const uint8_t bits = mask.mask[static_cast<size_t>(y) * mask.width + x];
+                for (int32_t z = 0; z < 8; ++z) {
+                    if ((bits >> z & 1) == 0) continue;
+                    const Vec3i at{mask.x0 + x, mask.y0 + y, 8 * slab + z};
+                    EXPECT_TRUE(at.x < grid.size.x && at.y < grid.size.y && at.z < grid.size.z);
+                    all[(static_cast<size_t>(at.z) * grid.size.y + at.y) * grid.size.x + at.x] = 1;
+                }
+            }
+        }
+    }
+    return all;
+}
+
+void expect_coverage(const Made& made, double pitch, double volume) {
+    const auto solid = solid_of(made, pitch);
+    ASSERT_NE(solid, nullptr);
+    const part::Grid grid = grid_of(*solid, made, pitch);
+    const auto frame = part::make_frame(made.part, grid);
+    const Vec3i base = part::part_base_voxel(made.part, grid);
+    solid->prepare({}, {});
+    const auto placed = solid->place({made.part, grid, frame});
+    const std::vector<uint8_t> all = covered(*placed, grid);
+    const VoxelFrame centres(frame);
+    int64_t inside = 0, different = 0;
+    std::vector<int32_t> tops(static_cast<size_t>(grid.size.x) * grid.size.y, 0);
+    size_t i = 0;
+    for (int32_t z = 0; z < grid.size.z; ++z) {
+        for (int32_t y = 0; y < grid.size.y; ++y) {
+            for (int32_t x = 0; x < grid.size.x; ++x, ++i) {
+                const Box3f at = centres.box(Vec3i{x, y, z} - base, Vec3i{x, y, z} - base);
+                inside += all[i];
+                different += (made.function(at.lo) < 0) != (all[i] != 0) ? 1 : 0;
+                if (all[i] != 0) tops[static_cast<size_t>(y) * grid.size.x + x] = z;
+            }
+        }
+    }
+    EXPECT_EQ(different, 0);
+    EXPECT_NEAR(static_cast<double>(inside) * pitch * pitch * pitch / volume, 1, 1e-4);
+    TopRows rows;
+    rows.width = grid.size.x;
+    rows.top.assign(tops.size(), 0);
+    placed->raise_tops({0, 0, grid.size.x, grid.size.y}, &rows);
+    EXPECT_EQ(rows.top, tops);
+    EXPECT_TRUE(solid->status());
+}
+
+TEST(ShapeSolid, CoversWhatIsNegative) {
+    expect_coverage(*make<ball>({8, 8, 8}), 0.035, 4.0 / 3 * M_PI * 64);
+    expect_coverage(*make<ring>({11, 11, 3}), 0.035, 2 * M_PI * M_PI * 4 * 2.25);
+    expect_coverage(*make<brick>({6, 8, 4}), 0.035, 6 * 8 * 4);
+    expect_coverage(*make<pill>({4, 4, 8}), 0.035, M_PI * 4 * 4 + 4.0 / 3 * M_PI * 8);
+    expect_coverage(*make<cone>({7, 7, 5}), 0.035, M_PI * 9 * 4 / 3);
+}
+
+/// The distances of voxel centres in some blocks.
+void expect_distances(const Made& made, double pitch, double tolerance) {
+    const auto solid = solid_of(made, pitch);
+    ASSERT_NE(solid, nullptr);
+    const part::Grid grid = grid_of(*solid, made, pitch);
+    const auto frame = part::make_frame(made.part, grid);
+    solid->prepare({.nearest = true}, {OPENFAB_ISA_AVX2, nearest::make_patch_cache(64 << 20)});
+    const auto placed = solid->place({made.part, grid, frame});
+    placed->begin_queries();
+    const auto scratch = placed->make_scratch();
+    const VoxelFrame centres(frame);
+    auto answer = std::make_unique<nearest::BlockAnswer>();
+    double worst = 0;
+    for (int32_t block = -24; block <= 24; block += 8) {
+        const Vec3i lowest{block, block / 2 / 8 * 8, -block / 16 * 8};
+        placed->engine()->query({.block = lowest}, scratch->engine.get(), answer.get());
+        nearest::BlockBounds bounds;
+        placed->engine()->bound_blocks({&lowest, 1}, scratch->engine.get(), &bounds);
+        const float low = *std::ranges::min_element(bounds.low);
+        const float high = *std::ranges::max_element(bounds.high);
+        for (int32_t i = 0; i < nearest::kBlockVoxels; ++i) {
+            const Vec3i at = lowest + Vec3i{i / 8 % 8, i / 64, i % 8};
+            const float d = std::sqrt(answer->distance2[i]);
+            const float want = std::fabs(made.function(centres.box(at, at).lo));
+            worst = std::max(worst, static_cast<double>(std::fabs(d - want)));
+            EXPECT_LE(low, d + 1e-5f);
+            EXPECT_GE(high, d - 1e-5f);
+        }
+    }
+    EXPECT_LE(worst, tolerance);
+    EXPECT_TRUE(solid->status());
+}
+
+TEST(ShapeSolid, DeclaredDistancesAreTheValue) {
+    expect_distances(*make<ball>({8, 8, 8}, true), 0.1, 0);
+    expect_distances(*make<cone>({7, 7, 5}, true), 0.1, 0);
+}
+
+// A cell's chords lie within 3/8 of its square over the radius.
+TEST(ShapeSolid, DicedDistancesAreWithinAFiftiethOfAVoxel) {
+    expect_distances(*make<ball>({8, 8, 8}), 0.1, 0.002);
+    expect_distances(*make<pill>({4, 4, 8}), 0.07, 0.0014);
+    expect_distances(*make<ring>({11, 11, 3}), 0.06, 0.0012);
+}
+
+TEST(ShapeSolid, TheDicedSurfaceIsClosedAndHasAttributes) {
+    for (const auto& made :
+         {make<ball>({8, 8, 8}), make<ring>({11, 11, 3}), make<brick>({6, 8, 4})}) {
+        const ShapeField field(*made->part.shape, made->fablet, 0.17, OPENFAB_ISA_AVX2);
+        const auto surface = make_shape_surface(field, 64 << 20, nullptr);
+        EXPECT_GT(surface->patches().size(), 8u);
+        std::map<std::array<float, 6>, int> edges;
+        double volume = 0;
+        for (size_t p = 0; p < surface->patches().size(); ++p) {
+            const auto mesh = surface->micro(static_cast<int32_t>(p));
+            ASSERT_FALSE(mesh->triangles.empty());
+            ASSERT_EQ(mesh->vertex_attributes.size(), mesh->positions.size());
+            for (size_t v = 0; v < mesh->positions.size(); ++v) {
+                EXPECT_EQ(mesh->vertex_attributes[v], mesh->positions[v].z);
+                EXPECT_LT(std::fabs(made->function(mesh->positions[v])), 2e-6f);
+            }
+            for (const auto& triangle : mesh->triangles) {
+                std::array<Vec3f, 3> c;
+                for (size_t k = 0; k < 3; ++k)
+                    c[k] = mesh->positions[static_cast<size_t>(triangle[k])];
+                volume += static_cast<double>(dot(c[0], cross(c[1], c[2]))) / 6;
+                for (size_t k = 0; k < 3; ++k) {
+                    const Vec3f a = c[k], b = c[(k + 1) % 3];
+                    ++edges[{a.x, a.y, a.z, b.x, b.y, b.z}];
+                    --edges[{b.x, b.y, b.z, a.x, a.y, a.z}];
+                }
+            }
+        }
+        for (const auto& [edge, sum] : edges)
+            EXPECT_EQ(sum, 0);
+        EXPECT_GT(volume, 100);
+    }
+}
+
+void expect_refused(const Made& made, const std::string& what) {
+    const Result<std::shared_ptr<Solid>> solid = kShapeKind.make(made.part, options_of(0.1));
+    ASSERT_FALSE(solid);
+    EXPECT_NE(solid.error().text().find(what), std::string::npos) << solid.error().text();
+}
+
+TEST(ShapeSolid, RefusesWhatIsNoSolid) {
+    expect_refused(*make<ball>({8, 8, 6}), "is open: it is -");
+    expect_refused(*make<nothing>({8, 8, 8}), "is nowhere negative in its `box_mm`");
+    expect_refused(*make<wrong>({8, 8, 8}), "is no number (NaN) at (");
+}
+
+}  // namespace
+}  // namespace openfab::solid
