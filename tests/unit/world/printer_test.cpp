@@ -61,7 +61,7 @@ TEST(Printer, IsReadFromAFile) {
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
               "1:38: unknown key `colour` in the printer; known: `name`, `maker`, `model`, `dpi`, "
               "`layer_um`, `layers_um`, `pitch_mm`, `build_volume_mm`, `max_materials`, "
-              "`native_format`, `formats`, `makes_support` and 6 more");
+              "`native_format`, `formats`, `makes_support` and 7 more");
     EXPECT_EQ(
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
         "1:66: `key` of the support material is `red`; write it as #rrggbb (it is opaque)");
