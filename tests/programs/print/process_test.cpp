@@ -109,9 +109,15 @@ TEST_F(ProcessOption, DeadRowsHoldNoDropOfTheirInk) {
             for (int32_t x = 0; x < dead.info.size.x; ++x) {
                 const uint8_t before = alive.at(x, y, z), after = dead.at(x, y, z);
                 ASSERT_EQ(before == 0, after == 0);
-                if (no_black) ASSERT_NE(after, kBlack) << row;
-                if (no_white) ASSERT_NE(after, kWhite) << row;
-                if (!no_black) ASSERT_NE(after, kGrey) << row;
+                if (no_black) {
+                    ASSERT_NE(after, kBlack) << row;
+                }
+                if (no_white) {
+                    ASSERT_NE(after, kWhite) << row;
+                }
+                if (!no_black) {
+                    ASSERT_NE(after, kGrey) << row;
+                }
                 without_black += no_black && before == kBlack ? 1 : 0;
                 without_white += no_white && before == kWhite ? 1 : 0;
                 grey += after == kGrey ? 1 : 0;
@@ -155,7 +161,9 @@ TEST_F(ProcessOption, SupportGoesToTheSubstituteToo) {
     for (int32_t z = 0; z < dead.info.size.z; ++z) {
         for (int32_t y = 0; y < dead.info.size.y; ++y) {
             for (int32_t x = 0; x < dead.info.size.x; ++x) {
-                if ((origin + y) % 2 == 0) ASSERT_NE(dead.at(x, y, z), kWhite);
+                if ((origin + y) % 2 == 0) {
+                    ASSERT_NE(dead.at(x, y, z), kWhite);
+                }
                 support += z < 20 && dead.at(x, y, z) == kGrey ? 1 : 0;
             }
         }

@@ -317,7 +317,9 @@ TEST(PointOrder, FullPacketsOfNeighboursAndAnswersWhereTheyBelong) {
     std::vector<nearest::PointAnswer> answers(gathered.size()), back(points.size());
     for (size_t k = 0; k < gathered.size(); ++k) {
         const auto& p = gathered[k].p;
-        if (k + 1 < gathered.size()) EXPECT_EQ(gathered[k].mask, 0xffu);
+        if (k + 1 < gathered.size()) {
+            EXPECT_EQ(gathered[k].mask, 0xffu);
+        }
         const auto [low, high] = std::minmax_element(p[0], p[0] + 8);
         extent += std::isfinite(*high - *low) ? *high - *low : 0;
         for (size_t l = 0; l < 8; ++l) {
