@@ -37,6 +37,7 @@
 #include "compiler/passes/expand_functions.h"
 #include "compiler/passes/expand_picks.h"
 #include "compiler/passes/form_demand.h"
+#include "compiler/passes/form_shape_bounds.h"
 #include "compiler/passes/form_surface_bounds.h"
 #include "compiler/passes/form_tables.h"
 #include "compiler/passes/form_volume_bounds.h"
@@ -179,6 +180,8 @@ const std::map<std::string, Run>& runs() {
          [](const Input& in) { return cleaned(form_volume_bounds(in.fablet.volume)); }},
         {"form_surface_bounds",
          [](const Input& in) { return cleaned(form_surface_bounds(in.fablet.surface)); }},
+        {"form_shape_bounds",
+         [](const Input& in) { return cleaned(form_shape_bounds(in.fablet.volume)); }},
         {"form_demand", [](const Input& in) { return text_of(form_demand(in.fablet.volume)); }},
         {"bound_displacement",
          [](Input in) {

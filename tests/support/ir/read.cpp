@@ -242,7 +242,8 @@ class Reader {
         for (StageKind kind :
              {StageKind::kSurface, StageKind::kSurfaceBounds, StageKind::kSurfaceSegment,
               StageKind::kVolume, StageKind::kVolumeBounds, StageKind::kVolumeDemand,
-              StageKind::kVolumeSegment, StageKind::kDerived}) {
+              StageKind::kVolumeSegment, StageKind::kDerived, StageKind::kShape,
+              StageKind::kShapeBounds}) {
             if (name != stage_name(kind)) continue;
             const bool surface =
                 kind <= StageKind::kSurfaceBounds || kind == StageKind::kSurfaceSegment;
