@@ -74,6 +74,8 @@ class Harmonic : public ::testing::Test {
                                       (scratch_ / "w.fab.json").string(),
                                       "--voxel",
                                       "0.25mm",
+                                      "--sampling",
+                                      "centre",
                                       "--fractions",
                                       (scratch_ / "f.npy").string()};
         argv.insert(argv.end(), more.begin(), more.end());

@@ -139,7 +139,7 @@ TEST(PrintOptions, HelpFitsOnAPage) {
     ASSERT_TRUE(options);
     EXPECT_TRUE(options->help);
     EXPECT_THAT(options->text, HasSubstr("Examples:"));
-    EXPECT_LE(std::count(options->text.begin(), options->text.end(), '\n'), 60);
+    EXPECT_LE(std::count(options->text.begin(), options->text.end(), '\n'), 64);
     EXPECT_THAT(options->text, ::testing::Not(HasSubstr("--no-cull")));
 }
 
