@@ -368,7 +368,7 @@ from openfab import distributed as over
 
 def progress(done, total):
     print("slice", flush=True)
-    time.sleep(0.05)  # the print is not over before the signal is there
+    time.sleep(30)  # the print is not over before the signal is there, which ends the sleep
 
 if __name__ == "__main__":
     with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:

@@ -112,7 +112,7 @@ def test_fractions_are_read(ball: openfab.World, tmp_path: Path, tool: Any) -> N
     said = ball.to_json()
     said["fablets"]["Ball"]["source"] = "ball.fl"
     world.write_text(json.dumps(said))
-    tool(world, "-o", str(tmp_path / "x.ofr"), "--voxel", "0.5mm", "--fractions", str(tmp_path / "mix.npy"))
+    tool(world, "-o", str(tmp_path / "x.ofr"), "--voxel", "0.5mm", "--fractions", str(tmp_path / "mix.npy"), "--sampling", "centre")
     found = openfab.read(tmp_path / "mix.npy")
     assert isinstance(found, openfab.Samples)
     one = openfab.print_world(ball, voxel=0.5, fractions=True)
