@@ -398,9 +398,8 @@ void StageTranslator::finish_loop(const check::Stmt& stmt, const RealLoop& made,
         for (size_t i = 0; i < v.assigned.size(); ++i) {
             const ValueId by_trip = item.second.assigned[i];
             if (by_trip == made.assigned_before.at(item.first)[i]) continue;  // by none
-            const bool by_each = always(by_trip);
-            if (by_each) v.assigned[i] = emit_.logical_or(v.assigned[i], ran);
-            if (!by_each) v.assigned[i] = assigned_by_a_trip(v.assigned[i], kSomeTrip);
+            v.assigned[i] = always(by_trip) ? emit_.logical_or(v.assigned[i], ran)
+                                            : assigned_by_a_trip(v.assigned[i], kSomeTrip);
         }
         set(item.first, std::move(v));
     }

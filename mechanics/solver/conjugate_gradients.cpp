@@ -8,20 +8,6 @@
 
 namespace openfab::mechanics {
 
-namespace {
-
-/// f(rows of fields, n) in parallel.
-template <int C, typename F>
-void for_rows(const Grid& g, const F& f) {
-    for_each_index(g.nodes[2], [&](int32_t z) {
-        for (int32_t y = 0; y < g.nodes[1]; ++y)
-            for (int c = 0; c < C; ++c)
-                f(c, y, z, g.nodes[0]);
-    });
-}
-
-}  // namespace
-
 template <int C>
 SolveReport solve(const ElementOperator<C>& a, Multigrid<C>* preconditioner, Field<double, C>* b,
                   Field<double, C>* x, const SolveOptions& options) {

@@ -62,16 +62,6 @@ namespace {
 /// Small enough for a dense factor.
 constexpr int64_t kCoarsest = 500;
 
-/// Does something to rows of equal length of fields, in parallel over planes.
-template <int C, typename F>
-void for_rows(const Grid& g, const F& f) {
-    for_each_index(g.nodes[2], [&](int32_t z) {
-        for (int32_t y = 0; y < g.nodes[1]; ++y)
-            for (int c = 0; c < C; ++c)
-                f(c, y, z, g.nodes[0]);
-    });
-}
-
 bool is_coarsest(const Grid& g, int components) {
     return g.node_count() * components <= kCoarsest ||
            *std::max_element(g.nodes.begin(), g.nodes.end()) <= 3;

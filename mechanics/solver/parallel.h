@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "mechanics/solver/field.h"
+
 namespace openfab::mechanics {
 
 /// Calls f(i) for i in 0 ... count - 1, at once where it may.
@@ -44,6 +46,16 @@ double sum_over(int32_t count, const F& f) {
     for (const double p : part)
         sum += p;
     return sum;
+}
+
+/// Calls f(component, y, z, nodes) for each row of fields of C components, in parallel over planes.
+template <int C, typename F>
+void for_rows(const Grid& g, const F& f) {
+    for_each_index(g.nodes[2], [&](int32_t z) {
+        for (int32_t y = 0; y < g.nodes[1]; ++y)
+            for (int c = 0; c < C; ++c)
+                f(c, y, z, g.nodes[0]);
+    });
 }
 
 }  // namespace openfab::mechanics
