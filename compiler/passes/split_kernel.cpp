@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -102,6 +103,7 @@ class Splitter {
 
     std::vector<ir::Stage> run() {
         find_rewritten();
+        find_written_in_place();
         count_outputs();
         find_last_uses();
         find_cuts();
@@ -128,6 +130,20 @@ class Splitter {
     }
     bool is_rewritten(int32_t state) const { return rewritten_.count(state) != 0; }
 
+    /// Finds those of them that are written where they are computed, as the elements of an array that
+    /// a loop fills: only the piece of its Input reads a state, which is that one or an earlier one,
+    /// and what a kernel stores is there when it has ended.
+    void find_written_in_place() {
+        std::map<int32_t, ValueId> read;
+        for (ValueId id = 0; id < kernel_.instrs.size(); ++id) {
+            if (live_[id] && is_state(at(id))) read[at(id).a] = id;
+        }
+        for (const ir::Output& output : kernel_.outputs) {
+            if (output.kind != OPENFAB_ARG_STATE_OUT || !is_rewritten(output.a)) continue;
+            if (read.at(output.a) <= output.value) in_place_.insert(output.a);
+        }
+    }
+
     /// True for values that each piece recomputes for itself.
     bool is_made_again(ValueId id) const {
         const Instr& instr = at(id);
@@ -138,7 +154,9 @@ class Splitter {
     /// Returns whether an output goes into the last pieces: those states, and outputs that any
     /// piece can write.
     bool is_written_last(const ir::Output& output) const {
-        if (output.kind == OPENFAB_ARG_STATE_OUT && is_rewritten(output.a)) return true;
+        if (output.kind == OPENFAB_ARG_STATE_OUT && is_rewritten(output.a) &&
+            in_place_.count(output.a) == 0)
+            return true;
         return is_made_again(output.value) || copies_[output.value] > kMaxCopies;
     }
 
@@ -320,6 +338,7 @@ class Splitter {
     // A cut is made where the fewest values cross it between these.
     const size_t shortest_piece_, longest_piece_;
     std::set<int32_t> rewritten_;
+    std::set<int32_t> in_place_;    ///< of those, written where they are computed
     std::vector<size_t> last_use_;  ///< beyond the end: by the pieces that come last
     std::vector<size_t> copies_;    ///< outputs that store each value
     std::vector<size_t> due_;       ///< outputs that are written where the value is computed

@@ -125,6 +125,27 @@ TEST(EmitText, VectorsAreWhole) {
     EXPECT_NE(loops(".split(z, zo, zi, 3).fuse(zo, column, both)", "zi"), "stored");
 }
 
+// Masks of more lanes than a vector has are taken apart and joined again by LLVM, which takes a time
+// that grows faster than the interval form is long.
+TEST(EmitText, IntervalFormsHaveVectorsOfTheTarget) {
+    const auto loops = [](int outputs, openfab_isa isa) {
+        ir::Stage stage;
+        stage.kind = ir::StageKind::kVolumeBounds;
+        ir::Builder b(&stage);
+        for (int32_t k = 0; k < outputs; ++k) {
+            const ir::ValueId lo = b.input(ir::Type::kFloat, OPENFAB_ARG_UNIFORM, k, 0);
+            stage.outputs.push_back({"lo", OPENFAB_ARG_WEIGHT_LO, k / 2, 0, lo});
+        }
+        return std::get<std::string>(
+            emit_text({&stage, {}, "kernel", isa, nullptr}, TextForm::kLoops));
+    };
+    for (const int outputs : {2, 40}) {
+        const std::string narrow = loops(outputs, OPENFAB_ISA_SSE41);
+        EXPECT_NE(narrow.find("vectorized quad"), std::string::npos) << narrow;
+        EXPECT_EQ(loops(outputs, OPENFAB_ISA_AVX2).find("quad"), std::string::npos);
+    }
+}
+
 TEST(EmitText, MemoryIsTakenWhereTheScheduleSays) {
     const ir::Stage stage = distance_stage();
     // Returns whether the memory of `weights` is taken before the loop over batches.

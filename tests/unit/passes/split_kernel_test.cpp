@@ -144,6 +144,12 @@ struct ArrayKernel {
             elements.push_back(b.input(ir::Type::kInt, OPENFAB_ARG_STATE, k, 0));
     }
 
+    size_t count_pieces() const {
+        std::vector<ir::Type> types(kElements + 2, ir::Type::kInt);
+        types[kElements] = ir::Type::kBool;
+        return split_kernel(stage, &types).size();
+    }
+
     void expect_narrow_pieces() const {
         ASSERT_EQ(ir::verify(stage), "");
         ASSERT_TRUE(needs_splitting(stage));
@@ -174,6 +180,8 @@ TEST(SplitKernel, PiecesThatFillAnArrayReadAndWriteFewStates) {
         kernel.stage.outputs.push_back({"out", OPENFAB_ARG_STATE_OUT, k, 0, kept});
     }
     kernel.expect_narrow_pieces();
+    // Each element is written by the kernel that reads it, not copied by another one.
+    EXPECT_LE(kernel.count_pieces(), kElements / 30u);
 }
 
 /// What reads an element by a varying index: all tests, then all choices.
