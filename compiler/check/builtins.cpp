@@ -7,9 +7,10 @@ namespace openfab::check {
 namespace {
 
 constexpr IntrinsicInfo kIntrinsics[] = {
-#define OPENFAB_INTRINSIC(name, spelling, arity, shape) \
+#define OPENFAB_INTRINSIC_INFO(name, spelling, arity, shape) \
     {Intrinsic::k##name, spelling, arity, Shape::shape},
-#include "compiler/check/intrinsics.def"
+    OPENFAB_INTRINSICS(OPENFAB_INTRINSIC_INFO)
+#undef OPENFAB_INTRINSIC_INFO
 };
 
 }  // namespace

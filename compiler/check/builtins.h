@@ -9,12 +9,51 @@
 #include <string_view>
 #include <vector>
 
+#include "compiler/check/intrinsics.h"
+
 namespace openfab::check {
 
 enum class Intrinsic : uint8_t {
-#define OPENFAB_INTRINSIC(name, spelling, arity, shape) k##name,
-#include "compiler/check/intrinsics.def"
+#define OPENFAB_INTRINSIC_NAME(name, ...) k##name,
+    OPENFAB_INTRINSICS(OPENFAB_INTRINSIC_NAME)
+#undef OPENFAB_INTRINSIC_NAME
 };
+
+/// The families of compiler/check/intrinsics.h.
+enum class Family : uint8_t {
+    kComponent,
+    kGeometric,
+    kChoice,
+    kElementary,
+    kBitwise,
+    kSeveral,
+    kBending,
+    kDerivative,
+    kField,
+};
+constexpr Family family(Intrinsic id) {
+    switch (id) {
+        OPENFAB_INTRINSIC_CASES(COMPONENT)
+        return Family::kComponent;
+        OPENFAB_INTRINSIC_CASES(GEOMETRIC)
+        return Family::kGeometric;
+        OPENFAB_INTRINSIC_CASES(CHOICE)
+        return Family::kChoice;
+        OPENFAB_INTRINSIC_CASES(ELEMENTARY)
+        return Family::kElementary;
+        OPENFAB_INTRINSIC_CASES(BITWISE)
+        return Family::kBitwise;
+        OPENFAB_INTRINSIC_CASES(SEVERAL)
+        return Family::kSeveral;
+        OPENFAB_INTRINSIC_CASES(BENDING)
+        return Family::kBending;
+        OPENFAB_INTRINSIC_CASES(DERIVATIVE)
+        return Family::kDerivative;
+        OPENFAB_INTRINSIC_CASES(FIELD)
+        return Family::kField;
+    }
+    return Family::kComponent;
+}
 
 /// How an intrinsic types its arguments and result.
 enum class Shape : uint8_t {

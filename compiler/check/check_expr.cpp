@@ -30,13 +30,6 @@ ir::Op binary_op(std::string_view text) {
     return ir::Op::kAdd;
 }
 
-bool is_comparison(ir::Op op) {
-    return op >= ir::Op::kEq && op <= ir::Op::kGe;
-}
-bool is_bitwise(ir::Op op) {
-    return op >= ir::Op::kBitAnd && op <= ir::Op::kShr;
-}
-
 struct AttributeInfo {
     std::string_view name;
     Attribute id;
@@ -340,10 +333,10 @@ ExprPtr ExpressionChecker::binary(const ast::Expr& expr) {
     if (!materials && !(a.is_numeric() && b.is_numeric())) return bad_operand(expr, both(a, b));
     Type type = materials ? a : common_type(a, b);
     if (type.base == Base::kBool && !equality) type.base = Base::kInt;
-    if (is_bitwise(op) && !type.is_integer()) return bad_operand(expr, both(a, b));
+    if (ir::is_bitwise(op) && !type.is_integer()) return bad_operand(expr, both(a, b));
     check_foreign_operators(expr, *left, *right);
-    ExprPtr out =
-        make(ExprKind::kBinary, is_comparison(op) ? Type{Base::kBool, type.size} : type, expr.span);
+    ExprPtr out = make(ExprKind::kBinary,
+                       ir::is_comparison(op) ? Type{Base::kBool, type.size} : type, expr.span);
     out->op = op;
     out->args.push_back(convert(std::move(left), type));
     out->args.push_back(convert(std::move(right), type));
@@ -357,7 +350,7 @@ ExprPtr ExpressionChecker::matrix_binary(const ast::Expr& expr, ExprPtr left, Ex
     const bool fits = (a.is_matrix() && b.is_scalar()) || (b.is_matrix() && a.is_scalar()) ||
                       (a.is_matrix() && b.is_matrix() && a.rows == b.rows && a.size == b.size);
     const ir::Op op = binary_op(expr.text);
-    if (!fits || is_bitwise(op) || is_comparison(op)) {
+    if (!fits || ir::is_bitwise(op) || ir::is_comparison(op)) {
         diag::Diagnostic& d =
             sink_->report(expr.text_span, diag::kBadOperand, expr.text, both(a, b));
         if (expr.text == "*") {
@@ -471,7 +464,7 @@ ExprPtr ExpressionChecker::assign(const ast::Expr& expr) {
         out->compound = true;
         out->op = binary_op(expr.text.substr(0, expr.text.size() - 1));
         const bool mixture = type.is(Base::kComposition);
-        if (type.is_matrix() && !is_bitwise(out->op) && value->type.is_arithmetic() &&
+        if (type.is_matrix() && !ir::is_bitwise(out->op) && value->type.is_arithmetic() &&
             (value->type.is_scalar() ||
              (value->type.rows == type.rows && value->type.size == type.size))) {
             out->operand_type = type;
@@ -486,7 +479,7 @@ ExprPtr ExpressionChecker::assign(const ast::Expr& expr) {
         }
         Type common = mixture ? type : common_type(type, value->type);
         if (common.base == Base::kBool) common.base = Base::kInt;
-        if (is_bitwise(out->op) && !common.is_integer()) {
+        if (ir::is_bitwise(out->op) && !common.is_integer()) {
             return bad_operand(expr, both(type, value->type));
         }
         // The operation may be wider than the target; converting its result back is then a

@@ -50,9 +50,24 @@ class Arithmetic {
                 return da == kNoValue ? kNoValue : of_sqrt(value, da);
             case Op::kSelect:
                 return choose(instr.args[0], da, db);
-            default:
-                return kNoValue;
+            case Op::kFloor:
+            case Op::kCeil:
+            case Op::kRound:
+            case Op::kTrunc:
+            case Op::kIsNan:
+            case Op::kConvert:
+                OPENFAB_IR_CASES(BITS)
+                OPENFAB_IR_CASES(LOGIC)
+                OPENFAB_IR_CASES(COMPARISONS)
+                return kNoValue;  // steps
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(CONTROL)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                return kNoValue;  // treated apart, or unknown
         }
+        return kNoValue;
     }
 
   private:
@@ -112,17 +127,22 @@ std::vector<ValueId> differentiable_args(const ir::Instr& instr) {
     switch (instr.op) {
         case Op::kSample:
         case Op::kConvert:
-        case Op::kLoopVar:
-        case Op::kLoopResult:
-        case Op::kQueryResult:
+            OPENFAB_IR_CASES(CONTROL)
             return {};
         case Op::kSelect:
             return {instr.args[1], instr.args[2]};
         case Op::kPick:
             return {instr.args.begin() + 1, instr.args.end()};
-        default:
+        case Op::kSampleBound:
+        case Op::kBitCast:
+        case Op::kTable:
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(FUNCTIONS)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            OPENFAB_IR_CASES(OPERATIONS)
             return instr.args;
     }
+    return {};
 }
 
 ValueId differentiate(ValueId value, const ir::Instr& instr, const std::vector<ValueId>& changes,

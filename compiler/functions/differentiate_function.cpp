@@ -27,18 +27,9 @@ class Rules {
         : value_(value), function_(function), changes_(changes), b_(b) {}
 
     ValueId run() {
-        switch (function_.op) {
-            case Op::kAtan2:
-                return atan2();
-            case Op::kPow:
-                return pow();
-            case Op::kNoise:
-            case Op::kSimplex:
-            case Op::kCellular:
-                return noise();
-            default:
-                break;
-        }
+        if (function_.op == Op::kAtan2) return atan2();
+        if (function_.op == Op::kPow) return pow();
+        if (ir::family(function_.op) == ir::Family::kNoise) return noise();
         return changes_[0] == kNoValue ? kNoValue : of_one(arg(0), change(0)).id;
     }
 
@@ -78,9 +69,21 @@ class Rules {
                 return dx * kLog2OfE / x;
             case Op::kLog10:
                 return dx * kLog10OfE / x;
-            default:  // kCbrt
+            case Op::kCbrt:
                 return dx / (value_ * value_ * 3.0f);
+            case Op::kAtan2:
+            case Op::kPow:
+                OPENFAB_IR_CASES(HASHES)
+                OPENFAB_IR_CASES(NOISES)
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(CHOICES)
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(CONTROL)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                OPENFAB_IR_CASES(OPERATIONS)
+                break;  // not of one float
         }
+        return dx;
     }
 
     ValueId sum(ValueId a, ValueId b) const {

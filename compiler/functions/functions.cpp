@@ -53,9 +53,17 @@ typename M::F elementary(Op op, typename M::F x, typename M::F y) {
             return pow<M>(x, y);
         case Op::kCbrt:
             return cbrt<M>(x);
-        default:
-            return x;
+            OPENFAB_IR_CASES(HASHES)
+            OPENFAB_IR_CASES(NOISES)
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(LOOKUPS)
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            OPENFAB_IR_CASES(OPERATIONS)
+            break;
     }
+    return x;
 }
 
 template <typename M, size_t kAxes>
@@ -121,28 +129,27 @@ struct EmitArgs {
 };
 
 bool is_noise(Op op) {
-    return op == Op::kNoise || op == Op::kSimplex || op == Op::kCellular;
+    return ir::family(op) == ir::Family::kNoise;
 }
 
 /// Returns whether the result depends on nothing but the arguments.
 bool is_operation(Op op) {
     switch (op) {
-        case Op::kConst:
-        case Op::kInput:
+        OPENFAB_IR_CASES(LEAVES)
+        OPENFAB_IR_CASES(CONTROL)
         case Op::kSample:
         case Op::kSampleBound:
-        case Op::kLoop:
-        case Op::kLoopVar:
-        case Op::kLoopEnd:
-        case Op::kLoopResult:
-        case Op::kQuery:
-        case Op::kQueryResult:
-        case Op::kPrintf:
         case Op::kTable:
             return false;
-        default:
+        case Op::kBitCast:
+        case Op::kPick:
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(FUNCTIONS)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            OPENFAB_IR_CASES(OPERATIONS)
             return true;
     }
+    return false;
 }
 
 }  // namespace

@@ -84,7 +84,14 @@ class Evaluator {
                 if (args_[0] == 0) return;
                 return environment_.printf(stage_.printfs[instr.a],
                                            std::span<const uint32_t>(args_).subspan(1));
-            default:
+            case ir::Op::kQuery:
+            case ir::Op::kQueryResult:
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(CHOICES)
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                OPENFAB_IR_CASES(OPERATIONS)
                 values_[id] = evaluate_one(instr);
         }
     }
@@ -140,12 +147,21 @@ class Evaluator {
             }
             case ir::Op::kSelect:
                 return args_[0] != 0 ? args_[1] : args_[2];
-            default:
-                break;
+                OPENFAB_IR_CASES(FUNCTIONS)
+                return functions::evaluate(instr, args_);
+            case ir::Op::kBitCast:
+                OPENFAB_IR_CASES(DERIVATIVES)
+                OPENFAB_IR_CASES(OPERATIONS)
+                return ir::eval(instr.op, stage_.instrs[instr.args[0]].type, args_[0],
+                                args_.size() > 1 ? args_[1] : 0, 0);
+            case ir::Op::kLoop:
+            case ir::Op::kLoopVar:
+            case ir::Op::kLoopEnd:
+            case ir::Op::kLoopResult:
+            case ir::Op::kPrintf:
+                break;  // evaluate
         }
-        if (ir::is_function(instr.op)) return functions::evaluate(instr, args_);
-        return ir::eval(instr.op, stage_.instrs[instr.args[0]].type, args_[0],
-                        args_.size() > 1 ? args_[1] : 0, 0);
+        return 0;
     }
 
     const ir::Stage& stage_;

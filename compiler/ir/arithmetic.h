@@ -110,14 +110,16 @@ inline uint32_t eval_float(Op op, float a, float b) {
             return as_bits(a > b);
         case Op::kGe:
             return as_bits(a >= b);
-        default:
-            return 0;
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return 0;
 }
 
-/// Computes operations that have the same bits for int and uint; `known` is false for others.
-inline uint32_t eval_integer(Op op, uint32_t a, uint32_t b, bool* known) {
-    *known = true;
+/// Computes operations that have the same bits for int and uint.
+inline uint32_t eval_integer(Op op, uint32_t a, uint32_t b) {
     switch (op) {
         case Op::kAdd:
             return a + b;
@@ -141,16 +143,20 @@ inline uint32_t eval_integer(Op op, uint32_t a, uint32_t b, bool* known) {
             return as_bits(a == b);
         case Op::kNe:
             return as_bits(a != b);
-        default:
-            *known = false;
-            return 0;
+        case Op::kDiv:
+        case Op::kMod:
+        case Op::kShr:
+            OPENFAB_IR_CASES(ORDERS)
+            OPENFAB_IR_CASES(EXTREMES)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return 0;
 }
 
 inline uint32_t eval_int(Op op, uint32_t x, uint32_t y) {
-    bool known = false;
-    const uint32_t same = eval_integer(op, x, y, &known);
-    if (known) return same;
     const int32_t a = as_int(x);
     const int32_t b = as_int(y);
     switch (op) {
@@ -174,15 +180,26 @@ inline uint32_t eval_int(Op op, uint32_t x, uint32_t y) {
             return as_bits(a > b);
         case Op::kGe:
             return as_bits(a >= b);
-        default:
-            return 0;
+        case Op::kAdd:
+        case Op::kSub:
+        case Op::kMul:
+        case Op::kNeg:
+        case Op::kBitAnd:
+        case Op::kBitOr:
+        case Op::kBitXor:
+        case Op::kBitNot:
+        case Op::kShl:
+        case Op::kEq:
+        case Op::kNe:
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return eval_integer(op, x, y);
 }
 
 inline uint32_t eval_uint(Op op, uint32_t a, uint32_t b) {
-    bool known = false;
-    const uint32_t same = eval_integer(op, a, b, &known);
-    if (known) return same;
     switch (op) {
         case Op::kDiv:
             return b == 0 ? 0 : a / b;
@@ -204,9 +221,23 @@ inline uint32_t eval_uint(Op op, uint32_t a, uint32_t b) {
             return as_bits(a > b);
         case Op::kGe:
             return as_bits(a >= b);
-        default:
-            return 0;
+        case Op::kAdd:
+        case Op::kSub:
+        case Op::kMul:
+        case Op::kNeg:
+        case Op::kBitAnd:
+        case Op::kBitOr:
+        case Op::kBitXor:
+        case Op::kBitNot:
+        case Op::kShl:
+        case Op::kEq:
+        case Op::kNe:
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return eval_integer(op, a, b);
 }
 
 inline uint32_t eval_bool(Op op, uint32_t a, uint32_t b) {
@@ -221,9 +252,15 @@ inline uint32_t eval_bool(Op op, uint32_t a, uint32_t b) {
             return as_bits(a == b);
         case Op::kNe:
             return as_bits(a != b);
-        default:
-            return 0;
+            OPENFAB_IR_CASES(ARITHMETIC)
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(ORDERS)
+            OPENFAB_IR_CASES(EXTREMES)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return 0;
 }
 
 /// Returns the result bits of an instruction whose arguments have type `type` (of a select: its two

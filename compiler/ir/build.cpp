@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
+#include <iterator>
 #include <utility>
 
 #include "compiler/ir/ir.h"
@@ -9,35 +10,13 @@ namespace openfab::ir {
 
 namespace {
 
-constexpr const char* kSpellings[] = {
-#define OPENFAB_IR_OP(name, spelling, arity) spelling,
-#include "compiler/ir/nodes.def"
-#undef OPENFAB_IR_OP
+constexpr Traits kTraits[] = {
+#define OPENFAB_IR_TRAITS(name, spelling, arity, operands, result) \
+    {spelling, arity, Operands::k##operands, Result::k##result},
+    OPENFAB_IR_OPS(OPENFAB_IR_TRAITS)
+#undef OPENFAB_IR_TRAITS
 };
-
-constexpr int kArities[] = {
-#define OPENFAB_IR_OP(name, spelling, arity) arity,
-#include "compiler/ir/nodes.def"
-#undef OPENFAB_IR_OP
-};
-
-bool gives_bool(Op op) {
-    switch (op) {
-        case Op::kEq:
-        case Op::kNe:
-        case Op::kLt:
-        case Op::kLe:
-        case Op::kGt:
-        case Op::kGe:
-        case Op::kAnd:
-        case Op::kOr:
-        case Op::kNot:
-        case Op::kIsNan:
-            return true;
-        default:
-            return false;
-    }
-}
+static_assert(std::size(kTraits) == kOpCount);
 
 Instr make(Op op, Type type, std::vector<ValueId> args) {
     Instr instr;
@@ -49,12 +28,16 @@ Instr make(Op op, Type type, std::vector<ValueId> args) {
 
 }  // namespace
 
+const Traits& traits(Op op) {
+    return kTraits[static_cast<size_t>(op)];
+}
+
 const char* spelling(Op op) {
-    return kSpellings[static_cast<size_t>(op)];
+    return traits(op).spelling;
 }
 
 int arity(Op op) {
-    return kArities[static_cast<size_t>(op)];
+    return traits(op).arity;
 }
 
 const char* spelling(Type type) {
@@ -109,7 +92,8 @@ ValueId Builder::input(Type type, int32_t kind, int32_t a, int32_t b) {
 
 ValueId Builder::emit(Op op, std::vector<ValueId> args) {
     const Type operands = type(args[op == Op::kSelect || op == Op::kPick ? 1 : 0]);
-    return add(make(op, gives_bool(op) ? Type::kBool : operands, std::move(args)));
+    const bool gives_bool = traits(op).result == Result::kBool;
+    return add(make(op, gives_bool ? Type::kBool : operands, std::move(args)));
 }
 
 ValueId Builder::convert(ValueId value, Type to) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "abi/fablet_table.h"
+#include "compiler/ir/ops.h"
 #include "compiler/source/span.h"
 
 namespace openfab::ir {
@@ -23,9 +24,9 @@ namespace openfab::ir {
 enum class Type : uint8_t { kBool, kInt, kUint, kFloat };
 
 enum class Op : uint8_t {
-#define OPENFAB_IR_OP(name, spelling, arity) k##name,
-#include "compiler/ir/nodes.def"
-#undef OPENFAB_IR_OP
+#define OPENFAB_IR_NAME(name, ...) k##name,
+    OPENFAB_IR_OPS(OPENFAB_IR_NAME)
+#undef OPENFAB_IR_NAME
 };
 
 using ValueId = uint32_t;
@@ -216,15 +217,94 @@ struct Module {
     std::vector<Fablet> fablets;
 };
 
-constexpr size_t kOpCount = 0
-#define OPENFAB_IR_OP(name, spelling, arity) +1
-#include "compiler/ir/nodes.def"
-#undef OPENFAB_IR_OP
-    ;
+#define OPENFAB_IR_COUNT(...) +1
+constexpr size_t kOpCount = 0 OPENFAB_IR_OPS(OPENFAB_IR_COUNT);
+#undef OPENFAB_IR_COUNT
+
+/// What an operation's arguments are, all of one type, and its result: the columns of
+/// compiler/ir/ops.h, which says what they mean.
+enum class Operands : uint8_t { kAny, kNumbers, kIntegers, kFloats, kBools, kOwn };
+enum class Result : uint8_t { kSame, kBool, kOwn };
+struct Traits {
+    const char* spelling;
+    int arity;  ///< -1: any number
+    Operands operands;
+    Result result;
+};
+const Traits& traits(Op op);
+
+enum class Family : uint8_t {
+    kLeaf,
+    kArithmetic,
+    kBits,
+    kLogic,
+    kEquality,
+    kOrder,
+    kChoice,
+    kExtreme,
+    kFloatPart,
+    kLookup,
+    kControl,
+    kElementary,
+    kHash,
+    kNoise,
+    kDerivative,
+};
+constexpr Family family(Op op) {
+    switch (op) {
+        OPENFAB_IR_CASES(LEAVES)
+        return Family::kLeaf;
+        OPENFAB_IR_CASES(ARITHMETIC)
+        return Family::kArithmetic;
+        OPENFAB_IR_CASES(BITS)
+        return Family::kBits;
+        OPENFAB_IR_CASES(LOGIC)
+        return Family::kLogic;
+        OPENFAB_IR_CASES(EQUALITIES)
+        return Family::kEquality;
+        OPENFAB_IR_CASES(ORDERS)
+        return Family::kOrder;
+        OPENFAB_IR_CASES(CHOICES)
+        return Family::kChoice;
+        OPENFAB_IR_CASES(EXTREMES)
+        return Family::kExtreme;
+        OPENFAB_IR_CASES(FLOAT_PARTS)
+        return Family::kFloatPart;
+        OPENFAB_IR_CASES(LOOKUPS)
+        return Family::kLookup;
+        OPENFAB_IR_CASES(CONTROL)
+        return Family::kControl;
+        OPENFAB_IR_CASES(ELEMENTARY)
+        return Family::kElementary;
+        OPENFAB_IR_CASES(HASHES)
+        return Family::kHash;
+        OPENFAB_IR_CASES(NOISES)
+        return Family::kNoise;
+        OPENFAB_IR_CASES(DERIVATIVES)
+        return Family::kDerivative;
+    }
+    return Family::kLeaf;
+}
 
 /// True for Sin to Cellular.
 constexpr bool is_function(Op op) {
-    return op >= Op::kSin && op <= Op::kCellular;
+    const Family of = family(op);
+    return of == Family::kElementary || of == Family::kHash || of == Family::kNoise;
+}
+constexpr bool is_bitwise(Op op) {
+    return family(op) == Family::kBits;
+}
+/// True for less, at most, greater and at least.
+constexpr bool is_order(Op op) {
+    return family(op) == Family::kOrder;
+}
+constexpr bool is_comparison(Op op) {
+    return family(op) == Family::kEquality || is_order(op);
+}
+/// True for loops, queries, printfs and their parts: they keep their order and are not pure
+/// functions of their arguments.
+constexpr bool is_effectful(Op op) {
+    return family(op) == Family::kControl;
 }
 
 /// Returns the spelling of an operation in dumps.

@@ -65,7 +65,16 @@ class Liveness {
                 mark(loop + 1 + static_cast<ValueId>(instr.a));
                 break;
             }
-            default:
+            case Op::kLoop:
+            case Op::kQuery:
+            case Op::kQueryResult:
+            case Op::kPrintf:
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(CHOICES)
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                OPENFAB_IR_CASES(OPERATIONS)
                 break;
         }
         for (const ValueId arg : instr.args)

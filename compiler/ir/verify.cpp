@@ -10,62 +10,18 @@ namespace openfab::ir {
 
 namespace {
 
-enum class Rule { kNumbers, kIntegers, kFloats, kBools, kAny };
-
-Rule operand_rule(Op op) {
-    switch (op) {
-        case Op::kAdd:
-        case Op::kSub:
-        case Op::kMul:
-        case Op::kDiv:
-        case Op::kMod:
-        case Op::kNeg:
-        case Op::kMin:
-        case Op::kMax:
-        case Op::kAbs:
-        case Op::kLt:
-        case Op::kLe:
-        case Op::kGt:
-        case Op::kGe:
-            return Rule::kNumbers;
-        case Op::kBitAnd:
-        case Op::kBitOr:
-        case Op::kBitXor:
-        case Op::kBitNot:
-        case Op::kShl:
-        case Op::kShr:
-            return Rule::kIntegers;
-        case Op::kSqrt:
-        case Op::kFloor:
-        case Op::kCeil:
-        case Op::kRound:
-        case Op::kTrunc:
-        case Op::kIsNan:
-            return Rule::kFloats;
-        case Op::kAnd:
-        case Op::kOr:
-        case Op::kNot:
-            return Rule::kBools;
-        case Op::kHash:
-            return Rule::kIntegers;
-        case Op::kDerivative:
-            return Rule::kFloats;
-        default:
-            return is_function(op) ? Rule::kFloats : Rule::kAny;
-    }
-}
-
-bool obeys(Rule rule, Type type) {
+bool obeys(Operands rule, Type type) {
     switch (rule) {
-        case Rule::kNumbers:
+        case Operands::kNumbers:
             return type != Type::kBool;
-        case Rule::kIntegers:
+        case Operands::kIntegers:
             return type == Type::kInt || type == Type::kUint;
-        case Rule::kFloats:
+        case Operands::kFloats:
             return type == Type::kFloat;
-        case Rule::kBools:
+        case Operands::kBools:
             return type == Type::kBool;
-        case Rule::kAny:
+        case Operands::kAny:
+        case Operands::kOwn:
             return true;
     }
     return false;
@@ -123,7 +79,15 @@ class Verifier {
                 case Op::kPrintf:
                     fits = false;
                     break;
-                default:
+                case Op::kLoopVar:
+                case Op::kLoopResult:
+                case Op::kQueryResult:
+                    OPENFAB_IR_CASES(LEAVES)
+                    OPENFAB_IR_CASES(CHOICES)
+                    OPENFAB_IR_CASES(LOOKUPS)
+                    OPENFAB_IR_CASES(FUNCTIONS)
+                    OPENFAB_IR_CASES(DERIVATIVES)
+                    OPENFAB_IR_CASES(OPERATIONS)
                     break;
             }
             if (!fits) return fmt::format("argument %{} is not a value", arg);
@@ -148,6 +112,7 @@ class Verifier {
         if (arity(instr.op) >= 0 && arity(instr.op) != count) {
             return fmt::format("{} arguments, not {}", count, arity(instr.op));
         }
+        const Operands rule = traits(instr.op).operands;
         switch (instr.op) {
             case Op::kConst:
                 if (instr.type == Type::kBool && instr.bits > 1) return "a bool is 0 or 1";
@@ -196,22 +161,25 @@ class Verifier {
             case Op::kPick:
                 return check_pick(instr);
             case Op::kTable:
-                if (!obeys(Rule::kIntegers, type_of(instr, 0))) return "the index is no integer";
+                if (!obeys(Operands::kIntegers, type_of(instr, 0)))
+                    return "the index is no integer";
                 if (instr.a < 0 || instr.b < 1 || instr.bits < 1) return "no such values";
                 return "";
             case Op::kHash:
                 if (instr.args.empty() || instr.type != Type::kUint) return "a uint of uints";
-                return check_operands(instr);
+                return check_operands(instr, Operands::kIntegers);
             case Op::kDerivative:
                 if (instr.a < 0 || instr.a > 1) return "no such axis";
-                return check_operands(instr);
+                return check_operands(instr, Operands::kFloats);
             case Op::kNoise:
             case Op::kSimplex:
             case Op::kCellular:
                 return check_noise(instr);
-            default:
-                return check_operands(instr);
+                OPENFAB_IR_CASES(ELEMENTARY)
+                OPENFAB_IR_CASES(OPERATIONS)
+                return check_operands(instr, rule);
         }
+        return "";
     }
 
     /// Coordinates, as many periods or none, the seed.
@@ -286,7 +254,7 @@ class Verifier {
 
     std::string check_pick(const Instr& instr) const {
         if (instr.args.size() < 2) return "no elements";
-        if (!obeys(Rule::kIntegers, type_of(instr, 0))) return "the index is no integer";
+        if (!obeys(Operands::kIntegers, type_of(instr, 0))) return "the index is no integer";
         for (size_t i = 1; i < instr.args.size(); ++i) {
             if (type_of(instr, i) != instr.type) return "elements and result differ in type";
         }
@@ -305,17 +273,16 @@ class Verifier {
         return "";
     }
 
-    std::string check_operands(const Instr& instr) const {
+    std::string check_operands(const Instr& instr, Operands rule) const {
         const Type type = type_of(instr, 0);
         for (size_t i = 1; i < instr.args.size(); ++i) {
             if (type_of(instr, i) != type) return "operands of different types";
         }
-        if (!obeys(operand_rule(instr.op), type)) {
+        if (!obeys(rule, type)) {
             return fmt::format("not defined on {}", spelling(type));
         }
-        const bool compares =
-            (instr.op >= Op::kEq && instr.op <= Op::kGe) || instr.op == Op::kIsNan;
-        if (instr.type != (compares ? Type::kBool : type)) {
+        const bool gives_bool = traits(instr.op).result == Result::kBool;
+        if (instr.type != (gives_bool ? Type::kBool : type)) {
             return fmt::format("a result of type {}", spelling(instr.type));
         }
         return "";

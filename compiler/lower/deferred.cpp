@@ -51,9 +51,19 @@ Value compute(const Instr& instr, const std::vector<Value>& args,
             return convert(args[0], instr.type);
         case Op::kBitCast:
             return bit_cast(args[0], instr.type);
-        default:
+        case Op::kSelect:
+            OPENFAB_IR_CASES(OPERATIONS)
             return operate(instr.op, args);
+        case Op::kInput:
+        case Op::kSample:
+        case Op::kSampleBound:
+        case Op::kPick:
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(FUNCTIONS)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            break;  // treated apart, or expanded before
     }
+    return args[0];
 }
 
 /// Lists the buffers that an expression loads from, and whether it may be computed once for all

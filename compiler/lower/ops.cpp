@@ -199,7 +199,9 @@ Expr float_op(Op op, const Expr& a, const Expr& b) {
             return both(invert(greater(a, b)), ordered(a, b));
         case Op::kGe:
             return both(invert(greater(b, a)), ordered(a, b));
-        default:
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(STRUCTURE)
             break;
     }
     return Expr();
@@ -252,7 +254,14 @@ Expr bits_op(Op op, const Expr& a, const Expr& b) {
             return a ^ u32(0xffffffffu);
         case Op::kShl:
             return a << (b & u32(31));
-        default:
+        case Op::kDiv:
+        case Op::kMod:
+        case Op::kShr:
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(COMPARISONS)
+            OPENFAB_IR_CASES(EXTREMES)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
             break;
     }
     return Expr();
@@ -277,16 +286,29 @@ Expr compare_op(Op op, const Expr& a, const Expr& b) {
             return choose(b > a, a, b);
         case Op::kMax:
             return choose(a > b, a, b);
-        default:
+        case Op::kAbs:
+            OPENFAB_IR_CASES(ARITHMETIC)
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
             break;
     }
     return Expr();
 }
 
 Expr int_op(Op op, const Expr& a, const Expr& b) {
-    const Expr same = bits_op(op, as_uint(a), b.defined() ? as_uint(b) : Expr());
-    if (same.defined()) return as_int(same);
     switch (op) {
+        case Op::kAdd:
+        case Op::kSub:
+        case Op::kMul:
+        case Op::kNeg:
+        case Op::kBitAnd:
+        case Op::kBitOr:
+        case Op::kBitXor:
+        case Op::kBitNot:
+        case Op::kShl:
+            return as_int(bits_op(op, as_uint(a), b.defined() ? as_uint(b) : Expr()));
         case Op::kDiv:
             return int_div(a, b);
         case Op::kMod:
@@ -299,15 +321,30 @@ Expr int_op(Op op, const Expr& a, const Expr& b) {
             return equal_ints(a, b);
         case Op::kNe:
             return invert(equal_ints(a, b));
-        default:
+        case Op::kMin:
+        case Op::kMax:
+            OPENFAB_IR_CASES(ORDERS)
             return compare_op(op, a, b);
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return Expr();
 }
 
 Expr uint_op(Op op, const Expr& a, const Expr& b) {
-    Expr same = bits_op(op, a, b);
-    if (same.defined()) return same;
     switch (op) {
+        case Op::kAdd:
+        case Op::kSub:
+        case Op::kMul:
+        case Op::kNeg:
+        case Op::kBitAnd:
+        case Op::kBitOr:
+        case Op::kBitXor:
+        case Op::kBitNot:
+        case Op::kShl:
+            return bits_op(op, a, b);
         case Op::kDiv:
             return uint_div(a, b);
         case Op::kMod:
@@ -316,9 +353,16 @@ Expr uint_op(Op op, const Expr& a, const Expr& b) {
             return a;
         case Op::kShr:
             return a >> (b & u32(31));
-        default:
+        case Op::kMin:
+        case Op::kMax:
+            OPENFAB_IR_CASES(COMPARISONS)
             return compare_op(op, a, b);
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return Expr();
 }
 
 Expr bool_op(Op op, const Expr& a, const Expr& b) {
@@ -333,7 +377,12 @@ Expr bool_op(Op op, const Expr& a, const Expr& b) {
             return invert(a ^ b);
         case Op::kNe:
             return a ^ b;
-        default:
+            OPENFAB_IR_CASES(ARITHMETIC)
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(ORDERS)
+            OPENFAB_IR_CASES(EXTREMES)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
             break;
     }
     return Expr();

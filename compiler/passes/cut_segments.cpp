@@ -8,7 +8,6 @@
 #include <map>
 #include <utility>
 
-#include "compiler/passes/effects.h"
 #include "compiler/passes/split_kernel.h"
 
 namespace openfab::passes {
@@ -189,7 +188,7 @@ class Cutter {
             cost_.push_back(cost_of(at(id)));
     }
     int cost_of(const Instr& instr) const {
-        if (is_effectful(instr.op)) return kNotCheap;
+        if (ir::is_effectful(instr.op)) return kNotCheap;
         switch (instr.op) {
             case Op::kConst:
                 return 0;
@@ -200,7 +199,27 @@ class Cutter {
             case Op::kSqrt:
             case Op::kSample:
                 return kNotCheap;
-            default:
+            case Op::kAdd:
+            case Op::kSub:
+            case Op::kMul:
+            case Op::kNeg:
+            case Op::kSampleBound:
+            case Op::kBitCast:
+            case Op::kPick:
+            case Op::kTable:
+            case Op::kFloor:
+            case Op::kCeil:
+            case Op::kRound:
+            case Op::kTrunc:
+            case Op::kIsNan:
+                OPENFAB_IR_CASES(CONTROL)
+                OPENFAB_IR_CASES(BITS)
+                OPENFAB_IR_CASES(LOGIC)
+                OPENFAB_IR_CASES(COMPARISONS)
+                OPENFAB_IR_CASES(CHOICES)
+                OPENFAB_IR_CASES(EXTREMES)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
                 break;
         }
         int cost = 1;
@@ -325,16 +344,9 @@ class Cutter {
     }
 
     void run_barrier(ValueId barrier) {
-        switch (at(barrier).op) {
-            case Op::kQuery:
-                add_step(OPENFAB_STEP_QUERY, query_of_.at(barrier));
-                return;
-            case Op::kPrintf:
-                add_step(OPENFAB_STEP_PRINTF, printf_of_.at(barrier));
-                return;
-            default:
-                break;
-        }
+        const Op op = at(barrier).op;
+        if (op == Op::kQuery) return add_step(OPENFAB_STEP_QUERY, query_of_.at(barrier));
+        if (op == Op::kPrintf) return add_step(OPENFAB_STEP_PRINTF, printf_of_.at(barrier));
         const auto active = static_cast<size_t>(regions_.at(barrier).active);
         const size_t head = out_.steps.size();
         add_step(OPENFAB_STEP_LOOP, active);

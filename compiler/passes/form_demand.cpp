@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <map>
 
-#include "compiler/passes/effects.h"
 #include "compiler/passes/path_condition.h"
 
 namespace openfab::passes {
@@ -25,7 +24,7 @@ bool is_nearest(const ir::Instr& instr) {
 
 /// True for operations that are cheap to compute before any query: not lookups.
 bool is_plain(Op op) {
-    return !is_effectful(op) && op != Op::kSample && op != Op::kSampleBound &&
+    return !ir::is_effectful(op) && op != Op::kSample && op != Op::kSampleBound &&
            op != Op::kDerivative;
 }
 
@@ -106,8 +105,24 @@ class Demand {
                                both(arg(0).may_be_false, arg(2).may_be_true)),
                         either(both(arg(0).may_be_true, arg(1).may_be_false),
                                both(arg(0).may_be_false, arg(2).may_be_false))};
-            default:
+                OPENFAB_IR_CASES(COMPARISONS)
+            case Op::kInput:
+            case Op::kIsNan:
+            case Op::kConvert:
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(CONTROL)
                 break;
+                OPENFAB_IR_CASES(ARITHMETIC)
+                OPENFAB_IR_CASES(BITS)
+                OPENFAB_IR_CASES(EXTREMES)
+            case Op::kSqrt:
+            case Op::kFloor:
+            case Op::kCeil:
+            case Op::kRound:
+            case Op::kTrunc:
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                break;  // no bool
         }
         if (!is_input_independent_[id]) return {};
         return {conditions_.holds(id), conditions_.fails(id)};
@@ -170,7 +185,23 @@ class Demand {
                 need(instr.args[0], when, outcomes(1).may_be_false);
                 need(instr.args[1], when, outcomes(0).may_be_false);
                 return;
-            default:
+            case Op::kNot:
+            case Op::kConvert:
+            case Op::kSampleBound:
+            case Op::kBitCast:
+            case Op::kPick:
+            case Op::kTable:
+            case Op::kLoopVar:
+            case Op::kLoopEnd:
+            case Op::kQueryResult:
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(ARITHMETIC)
+                OPENFAB_IR_CASES(BITS)
+                OPENFAB_IR_CASES(COMPARISONS)
+                OPENFAB_IR_CASES(EXTREMES)
+                OPENFAB_IR_CASES(FLOAT_PARTS)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
                 for (const ValueId arg : instr.args)
                     need(arg, when);
         }

@@ -6,8 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "compiler/passes/effects.h"
-
 namespace openfab::passes {
 
 namespace {
@@ -56,7 +54,7 @@ class Hoister {
                 depth_[id] = open.size();
             }
             home_.push_back(inside_[id]);
-            if (inside_[id] == kNoValue || is_effectful(instr.op)) continue;
+            if (inside_[id] == kNoValue || ir::is_effectful(instr.op)) continue;
             ValueId home = deepest(instr);
             // The guard of a lookup is combined with those of the loops that it leaves.
             if (instr.op == Op::kSample) {

@@ -6,8 +6,6 @@
 
 #include <algorithm>
 
-#include "compiler/passes/effects.h"
-
 namespace openfab::passes {
 
 namespace {
@@ -19,7 +17,7 @@ using ir::ValueId;
 
 /// Lookups stay: the kernel of derived values has no textures.
 bool can_move(Op op) {
-    return !is_effectful(op) && op != Op::kSample && op != Op::kSampleBound;
+    return !ir::is_effectful(op) && op != Op::kSample && op != Op::kSampleBound;
 }
 
 }  // namespace

@@ -129,10 +129,20 @@ Interval IntervalForm::interval_of(const Instr& instr) {
         case Op::kGt:
         case Op::kGe:
             return comparison_interval(instr.op, values_[instr.args[0]], values_[instr.args[1]]);
-        default:
+            OPENFAB_IR_CASES(FUNCTIONS)
+            return function_interval(instr);
+            OPENFAB_IR_CASES(ARITHMETIC)
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(EXTREMES)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
             break;
+        case Op::kSampleBound:
+        case Op::kTable:
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            return unknown(instr.type);  // treated above, or made later
     }
-    if (ir::is_function(instr.op)) return function_interval(instr);
     if (from_.instrs[instr.args[0]].type == Type::kFloat) return float_interval(instr);
     return integer_interval(instr);
 }
@@ -155,14 +165,9 @@ Interval IntervalForm::input_interval(const Instr& instr) {
 }
 
 Interval IntervalForm::bool_interval(Op op, const Interval& a, const Interval& b) {
-    switch (op) {
-        case Op::kAnd:
-            return make_bool(either(a.lo, b.lo), both(a.hi, b.hi));
-        case Op::kOr:
-            return make_bool(both(a.lo, b.lo), either(a.hi, b.hi));
-        default:
-            return make_bool(a.hi, a.lo);
-    }
+    if (op == Op::kAnd) return make_bool(either(a.lo, b.lo), both(a.hi, b.hi));
+    if (op == Op::kOr) return make_bool(both(a.lo, b.lo), either(a.hi, b.hi));
+    return make_bool(a.hi, a.lo);
 }
 
 /// Each end is written as "not certainly the opposite", which is conservative if an end is NaN.
@@ -172,18 +177,14 @@ Interval IntervalForm::comparison_interval(Op op, const Interval& a, const Inter
         const Id may_equal = either(both(a.lo, b.lo), both(a.hi, b.hi));
         return op == Op::kEq ? make_bool(may_differ, may_equal) : make_bool(may_equal, may_differ);
     }
-    switch (op) {
-        case Op::kLt:
-            return make_bool(negate(emit(Op::kLt, a.hi, b.lo)), negate(emit(Op::kGe, a.lo, b.hi)));
-        case Op::kLe:
-            return make_bool(negate(emit(Op::kLe, a.hi, b.lo)), negate(emit(Op::kGt, a.lo, b.hi)));
-        case Op::kGt:
-            return comparison_interval(Op::kLt, b, a);
-        case Op::kGe:
-            return comparison_interval(Op::kLe, b, a);
-        default:
-            break;
+    if (op == Op::kLt) {
+        return make_bool(negate(emit(Op::kLt, a.hi, b.lo)), negate(emit(Op::kGe, a.lo, b.hi)));
     }
+    if (op == Op::kLe) {
+        return make_bool(negate(emit(Op::kLe, a.hi, b.lo)), negate(emit(Op::kGt, a.lo, b.hi)));
+    }
+    if (op == Op::kGt) return comparison_interval(Op::kLt, b, a);
+    if (op == Op::kGe) return comparison_interval(Op::kLe, b, a);
     const Id single = both(emit(Op::kEq, a.lo, a.hi), emit(Op::kEq, b.lo, b.hi));
     const Id equal = both(single, emit(Op::kEq, a.lo, b.lo));
     const Id apart = either(emit(Op::kLt, a.hi, b.lo), emit(Op::kLt, b.hi, a.lo));
@@ -261,9 +262,11 @@ ir::ValueId IntervalForm::constant_like(Type type, float value) {
             return b_.constant(static_cast<int32_t>(value));
         case Type::kUint:
             return b_.constant(static_cast<uint32_t>(value));
-        default:
-            return b_.constant(value);
+        case Type::kBool:
+        case Type::kFloat:
+            break;
     }
+    return b_.constant(value);
 }
 
 Interval IntervalForm::float_interval(const Instr& instr) {
@@ -298,9 +301,18 @@ Interval IntervalForm::float_interval(const Instr& instr) {
             const Id known = both(finite(a.lo), finite(a.hi));
             return make_bool(b_.constant(true), negate(known));
         }
-        default:
+        case Op::kFloor:
+        case Op::kCeil:
+        case Op::kRound:
+        case Op::kTrunc:
             return finish(emit(instr.op, a.lo), emit(instr.op, a.hi));
+            OPENFAB_IR_CASES(BITS)
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(COMPARISONS)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return unknown(instr.type);
 }
 
 Interval IntervalForm::square_interval(const Interval& a) {
@@ -483,9 +495,18 @@ Interval IntervalForm::integer_interval(const Instr& instr) {
                             {b_.select(overflow, full.lo, least),
                              b_.select(overflow, full.hi, emit(Op::kMax, lo, hi)), ir::kNoValue});
         }
-        default:
+        case Op::kDiv:
+        case Op::kMod:
+        case Op::kNeg:
+            OPENFAB_IR_CASES(BITS)
             return exact_or(instr.op, a, b, integer_rest(instr.op, type, a, b));
+            OPENFAB_IR_CASES(LOGIC)
+            OPENFAB_IR_CASES(COMPARISONS)
+            OPENFAB_IR_CASES(FLOAT_PARTS)
+            OPENFAB_IR_CASES(STRUCTURE)
+            break;
     }
+    return unknown(type);
 }
 
 }  // namespace openfab::passes

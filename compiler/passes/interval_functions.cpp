@@ -75,9 +75,26 @@ Interval IntervalForm::function_interval(const Instr& instr) {
             return noise_interval(instr);
         case Op::kHash:
             return hash_interval(instr);
-        default:
+        case Op::kAsin:
+        case Op::kAtan:
+        case Op::kSinh:
+        case Op::kTanh:
+        case Op::kExp:
+        case Op::kExp2:
+        case Op::kLog:
+        case Op::kLog2:
+        case Op::kLog10:
+        case Op::kCbrt:
             return monotone_interval(instr.op, a, false);
+            OPENFAB_IR_CASES(LEAVES)
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(LOOKUPS)
+            OPENFAB_IR_CASES(CONTROL)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            OPENFAB_IR_CASES(OPERATIONS)
+            break;
     }
+    return unknown(instr.type);
 }
 
 /// Any value, unless the box has one list of words alone: a cell of a pattern.

@@ -158,9 +158,18 @@ class Simplifier {
                 return constant.bits == 0;
             case Op::kAnd:
                 return constant.bits == 1;
-            default:
-                return false;
+            case Op::kMod:
+            case Op::kNeg:
+            case Op::kBitAnd:
+            case Op::kBitNot:
+            case Op::kNot:
+                OPENFAB_IR_CASES(COMPARISONS)
+                OPENFAB_IR_CASES(EXTREMES)
+                OPENFAB_IR_CASES(FLOAT_PARTS)
+                OPENFAB_IR_CASES(STRUCTURE)
+                break;
         }
+        return false;
     }
 
     ir::Stage* stage_;

@@ -30,17 +30,9 @@ constexpr size_t kSampleOperations = 100;
 constexpr size_t kSampleBoundOperations = 120;
 
 size_t operations_of(const Instr& instr) {
-    switch (instr.op) {
-        case Op::kConst:
-        case Op::kInput:
-            return 0;
-        case Op::kSample:
-            return kSampleOperations;
-        case Op::kSampleBound:
-            return kSampleBoundOperations;
-        default:
-            return 1;
-    }
+    if (ir::family(instr.op) == ir::Family::kLeaf) return 0;
+    if (instr.op == Op::kSample) return kSampleOperations;
+    return instr.op == Op::kSampleBound ? kSampleBoundOperations : 1;
 }
 
 bool is_state(const Instr& instr) {

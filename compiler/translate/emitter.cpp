@@ -38,11 +38,19 @@ size_t Emitter::cost(const ir::Instr& instr) {
             return kStepCost;
         case Op::kPrintf:
             return kStepCost + kPrintfValueCost * instr.args.size();
-        default:
+        case Op::kPick:
+            return pick_cost(instr);
+        case Op::kSampleBound:
+        case Op::kBitCast:
+        case Op::kTable:
+        case Op::kLoopEnd:
+            OPENFAB_IR_CASES(CHOICES)
+            OPENFAB_IR_CASES(DERIVATIVES)
+            OPENFAB_IR_CASES(OPERATIONS)
+            return 1;
+            OPENFAB_IR_CASES(FUNCTIONS)
             break;
     }
-    if (instr.op == Op::kPick) return pick_cost(instr);
-    if (!ir::is_function(instr.op)) return 1;
     size_t& known = function_sizes_[{instr.op, instr.a, instr.args.size()}];
     if (known == 0) known = functions::operations(instr);
     return known;

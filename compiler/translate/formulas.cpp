@@ -26,43 +26,22 @@ constexpr int32_t kMaxOctaves = 16;
 /// Returns the IR function of an intrinsic.
 std::optional<Op> operation(check::Intrinsic id) {
     switch (id) {
-        case check::Intrinsic::kSin:
-            return Op::kSin;
-        case check::Intrinsic::kCos:
-            return Op::kCos;
-        case check::Intrinsic::kTan:
-            return Op::kTan;
-        case check::Intrinsic::kAsin:
-            return Op::kAsin;
-        case check::Intrinsic::kAcos:
-            return Op::kAcos;
-        case check::Intrinsic::kAtan:
-            return Op::kAtan;
-        case check::Intrinsic::kAtan2:
-            return Op::kAtan2;
-        case check::Intrinsic::kSinh:
-            return Op::kSinh;
-        case check::Intrinsic::kCosh:
-            return Op::kCosh;
-        case check::Intrinsic::kTanh:
-            return Op::kTanh;
-        case check::Intrinsic::kExp:
-            return Op::kExp;
-        case check::Intrinsic::kExp2:
-            return Op::kExp2;
-        case check::Intrinsic::kLog:
-            return Op::kLog;
-        case check::Intrinsic::kLog2:
-            return Op::kLog2;
-        case check::Intrinsic::kLog10:
-            return Op::kLog10;
-        case check::Intrinsic::kPow:
-            return Op::kPow;
-        case check::Intrinsic::kCbrt:
-            return Op::kCbrt;
-        default:
-            return std::nullopt;
+#define OPENFAB_IR_FUNCTION(name, ...) \
+    case check::Intrinsic::k##name:    \
+        return Op::k##name;
+        OPENFAB_ELEMENTARY_INTRINSICS(OPENFAB_IR_FUNCTION)
+#undef OPENFAB_IR_FUNCTION
+        OPENFAB_INTRINSIC_CASES(COMPONENT)
+        OPENFAB_INTRINSIC_CASES(GEOMETRIC)
+        OPENFAB_INTRINSIC_CASES(CHOICE)
+        OPENFAB_INTRINSIC_CASES(BITWISE)
+        OPENFAB_INTRINSIC_CASES(SEVERAL)
+        OPENFAB_INTRINSIC_CASES(BENDING)
+        OPENFAB_INTRINSIC_CASES(DERIVATIVE)
+        OPENFAB_INTRINSIC_CASES(FIELD)
+        break;
     }
+    return std::nullopt;
 }
 
 /// Returns an n by n matrix without row `r` and column `c`.
@@ -109,36 +88,12 @@ ValueId Formulas::sum(const Value& amounts) {
 }
 
 bool Formulas::is_geometric(check::Intrinsic id) {
-    switch (id) {
-        case check::Intrinsic::kAny:
-        case check::Intrinsic::kAll:
-        case check::Intrinsic::kDot:
-        case check::Intrinsic::kLength:
-        case check::Intrinsic::kDistance:
-        case check::Intrinsic::kNormalize:
-        case check::Intrinsic::kReflect:
-        case check::Intrinsic::kFaceforward:
-        case check::Intrinsic::kCross:
-            return true;
-        default:
-            return false;
-    }
+    return check::family(id) == check::Family::kGeometric;
 }
 
 bool Formulas::is_elementary(check::Intrinsic id) {
-    switch (id) {
-        case check::Intrinsic::kLdexp:
-        case check::Intrinsic::kAsFloat:
-        case check::Intrinsic::kAsInt:
-        case check::Intrinsic::kAsUint:
-        case check::Intrinsic::kCountBits:
-        case check::Intrinsic::kReverseBits:
-        case check::Intrinsic::kFirstBitHigh:
-        case check::Intrinsic::kFirstBitLow:
-            return true;
-        default:
-            return operation(id).has_value();
-    }
+    const check::Family of = check::family(id);
+    return of == check::Family::kElementary || of == check::Family::kBitwise;
 }
 
 ValueId Formulas::component(check::Intrinsic id, const std::vector<ValueId>& x) {
@@ -212,9 +167,16 @@ ValueId Formulas::component(check::Intrinsic id, const std::vector<ValueId>& x) 
             const Op op = id == check::Intrinsic::kIsInf ? Op::kEq : Op::kLt;
             return bin(op, emit_.unary(Op::kAbs, x[0]), inf);
         }
-        default:
-            return x[0];
+            OPENFAB_INTRINSIC_CASES(GEOMETRIC)
+            OPENFAB_INTRINSIC_CASES(ELEMENTARY)
+            OPENFAB_INTRINSIC_CASES(BITWISE)
+            OPENFAB_INTRINSIC_CASES(SEVERAL)
+            OPENFAB_INTRINSIC_CASES(BENDING)
+            OPENFAB_INTRINSIC_CASES(DERIVATIVE)
+            OPENFAB_INTRINSIC_CASES(FIELD)
+            break;
     }
+    return x[0];
 }
 
 Value Formulas::geometric(check::Intrinsic id, const std::vector<Value>& args) {
@@ -264,9 +226,16 @@ Value Formulas::geometric(check::Intrinsic id, const std::vector<Value>& args) {
         }
         case check::Intrinsic::kRefract:
             return refract(args);
-        default:
-            return a;
+            OPENFAB_INTRINSIC_CASES(COMPONENT)
+            OPENFAB_INTRINSIC_CASES(CHOICE)
+            OPENFAB_INTRINSIC_CASES(ELEMENTARY)
+            OPENFAB_INTRINSIC_CASES(BITWISE)
+            OPENFAB_INTRINSIC_CASES(SEVERAL)
+            OPENFAB_INTRINSIC_CASES(DERIVATIVE)
+            OPENFAB_INTRINSIC_CASES(FIELD)
+            break;
     }
+    return a;
 }
 
 /// As in HLSL: 0 on total internal reflection.
@@ -318,7 +287,15 @@ ValueId Formulas::elementary(check::Intrinsic id, ValueId x, ValueId y) {
             const ValueId empty = emit_.binary(Op::kEq, u, uint_constant(0));
             return emit_.select(empty, none, count_bits(below));
         }
-        default:
+        case check::Intrinsic::kFirstBitHigh:
+            OPENFAB_INTRINSIC_CASES(COMPONENT)
+            OPENFAB_INTRINSIC_CASES(GEOMETRIC)
+            OPENFAB_INTRINSIC_CASES(CHOICE)
+            OPENFAB_INTRINSIC_CASES(ELEMENTARY)
+            OPENFAB_INTRINSIC_CASES(SEVERAL)
+            OPENFAB_INTRINSIC_CASES(BENDING)
+            OPENFAB_INTRINSIC_CASES(DERIVATIVE)
+            OPENFAB_INTRINSIC_CASES(FIELD)
             break;
     }
     // kFirstBitHigh: for a negative int the highest 0 bit.
@@ -408,9 +385,24 @@ Value Formulas::field(check::Intrinsic id, int32_t size, const std::vector<Value
         case check::Intrinsic::kHash4:
         case check::Intrinsic::kHashUint:
             return hash(id, size, args);
-        default:
-            return noise(id, size, args);
+        case check::Intrinsic::kNoise:
+        case check::Intrinsic::kNoiseGradient:
+        case check::Intrinsic::kPnoise:
+        case check::Intrinsic::kPnoiseGradient:
+        case check::Intrinsic::kSimplex:
+        case check::Intrinsic::kSimplexGradient:
+        case check::Intrinsic::kCellular:
+            OPENFAB_INTRINSIC_CASES(COMPONENT)
+            OPENFAB_INTRINSIC_CASES(GEOMETRIC)
+            OPENFAB_INTRINSIC_CASES(CHOICE)
+            OPENFAB_INTRINSIC_CASES(ELEMENTARY)
+            OPENFAB_INTRINSIC_CASES(BITWISE)
+            OPENFAB_INTRINSIC_CASES(SEVERAL)
+            OPENFAB_INTRINSIC_CASES(BENDING)
+            OPENFAB_INTRINSIC_CASES(DERIVATIVE)
+            break;
     }
+    return noise(id, size, args);
 }
 
 ValueId Formulas::noise_value(Op op, int32_t which, const Value& p, ValueId seed) {

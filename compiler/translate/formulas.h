@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Emits the IR of built-in functions, by the formulas that compiler/check/intrinsics.def and
+// Emits the IR of built-in functions, by the formulas that compiler/check/intrinsics.h and
 // OPENFL.md state. Works on values alone, without variables, paths or stages. Other formulas are in
 // compiler/functions.
 

@@ -66,36 +66,20 @@ class Analysis {
     }
 
     static Op opposite(Op op) {
-        switch (op) {
-            case Op::kLt:
-                return Op::kGe;
-            case Op::kLe:
-                return Op::kGt;
-            case Op::kGt:
-                return Op::kLe;
-            case Op::kGe:
-                return Op::kLt;
-            default:
-                return Op::kConst;
-        }
+        if (op == Op::kLt) return Op::kGe;
+        if (op == Op::kLe) return Op::kGt;
+        return op == Op::kGt ? Op::kLe : Op::kLt;
     }
     static Op mirrored(Op op) {
-        switch (op) {
-            case Op::kLt:
-                return Op::kGt;
-            case Op::kLe:
-                return Op::kGe;
-            case Op::kGt:
-                return Op::kLt;
-            default:
-                return Op::kLe;
-        }
+        if (op == Op::kLt) return Op::kGt;
+        if (op == Op::kLe) return Op::kGe;
+        return op == Op::kGt ? Op::kLt : Op::kLe;
     }
 
     /// Returns how often the loop runs at most if a condition must have this truth.
     double trips_while(ValueId value, bool truth) const {
         const Instr& instr = at(value);
-        if (instr.op < Op::kLt || instr.op > Op::kGe) return kForever;
+        if (!ir::is_order(instr.op)) return kForever;
         // With a NaN both a comparison and its opposite are false.
         if (!truth && at(instr.args[0]).type == Type::kFloat) return kForever;
         const Op op = truth ? instr.op : opposite(instr.op);
@@ -166,9 +150,24 @@ class Analysis {
                 if (!yes || !no) return std::nullopt;
                 return Range{std::min(yes->lo, no->lo), std::max(yes->hi, no->hi)};
             }
-            default:
-                return std::nullopt;
+            case Op::kMul:
+            case Op::kDiv:
+            case Op::kMod:
+            case Op::kNeg:
+            case Op::kConvert:
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(BITS)
+                OPENFAB_IR_CASES(LOGIC)
+                OPENFAB_IR_CASES(COMPARISONS)
+                OPENFAB_IR_CASES(EXTREMES)
+                OPENFAB_IR_CASES(FLOAT_PARTS)
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(CONTROL)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                break;
         }
+        return std::nullopt;
     }
     std::optional<Range> plus(ValueId a, ValueId b, ValueId var, int depth) const {
         const auto from = offset(a, var, depth - 1);
@@ -273,9 +272,34 @@ class Analysis {
                 return converted(instr, depth);
             case Op::kLoopVar:
                 return is_float ? std::nullopt : counter(value, depth);
-            default:
-                return std::nullopt;
+            case Op::kDiv:
+            case Op::kNeg:
+            case Op::kBitOr:
+            case Op::kBitXor:
+            case Op::kBitNot:
+            case Op::kShl:
+            case Op::kShr:
+            case Op::kAbs:
+            case Op::kSqrt:
+            case Op::kIsNan:
+            case Op::kSample:
+            case Op::kSampleBound:
+            case Op::kBitCast:
+            case Op::kTable:
+            case Op::kLoop:
+            case Op::kLoopEnd:
+            case Op::kLoopResult:
+            case Op::kQuery:
+            case Op::kQueryResult:
+            case Op::kPrintf:
+                OPENFAB_IR_CASES(LEAVES)
+                OPENFAB_IR_CASES(LOGIC)
+                OPENFAB_IR_CASES(COMPARISONS)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                break;
         }
+        return std::nullopt;
     }
 
     static Range all_of(Type type) {
@@ -285,7 +309,7 @@ class Analysis {
     /// Cuts the range of an integer to what `fact` says if it compares it; returns whether it does.
     bool cut(ValueId value, ValueId fact, bool truth, int depth, Range* out) const {
         const Instr& test = at(fact);
-        if (test.op < Op::kLt || test.op > Op::kGe) return false;
+        if (!ir::is_order(test.op)) return false;
         const bool left = test.args[0] == value;
         if (!left && test.args[1] != value) return false;
         const std::optional<Range> other = range(test.args[left ? 1 : 0], depth - 1);

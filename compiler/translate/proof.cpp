@@ -25,16 +25,8 @@ constexpr size_t kMaxNodes = size_t{1} << 14;
 constexpr int kProofDepth = 8;  // of nested min and max
 
 bool is_formula(const ir::Instr& instr) {
-    switch (instr.op) {
-        case Op::kAnd:
-        case Op::kOr:
-        case Op::kNot:
-            return true;
-        case Op::kSelect:
-            return instr.type == ir::Type::kBool;
-        default:
-            return false;
-    }
+    if (instr.op == Op::kSelect) return instr.type == ir::Type::kBool;
+    return ir::family(instr.op) == ir::Family::kLogic;
 }
 
 /// Ordered binary decision diagrams (Bryant 1986): equal formulas are the same node, so that a
@@ -180,18 +172,10 @@ class Diagram {
     std::optional<Node> comparison_with_number(Op op, ValueId a, ValueId b) {
         const auto number = integer(b);
         if (!number) return std::nullopt;
-        switch (op) {
-            case Op::kEq:
-                return if_then_else(below(a, *number), kFalse, below(a, *number + 1));
-            case Op::kLt:
-                return below(a, *number);
-            case Op::kLe:
-                return below(a, *number + 1);
-            case Op::kGt:
-                return negate(below(a, *number + 1));
-            default:
-                return negate(below(a, *number));
-        }
+        if (op == Op::kEq) return if_then_else(below(a, *number), kFalse, below(a, *number + 1));
+        if (op == Op::kLt) return below(a, *number);
+        if (op == Op::kLe) return below(a, *number + 1);
+        return negate(below(a, op == Op::kGt ? *number + 1 : *number));
     }
 
     /// Returns whether floats `a < b` never: no min is greater than either side that is a number.
@@ -237,16 +221,21 @@ class Diagram {
                 return negate(arg(0));
             case Op::kSelect:
                 return if_then_else(arg(0), arg(1), arg(2));
-            case Op::kEq:
-            case Op::kNe:
-            case Op::kLt:
-            case Op::kLe:
-            case Op::kGt:
-            case Op::kGe:
+                OPENFAB_IR_CASES(COMPARISONS)
                 return comparison(instr.op, instr.args[0], instr.args[1]);
-            default:
-                return atom(instr.op, id, id);
+            case Op::kInput:
+            case Op::kConvert:
+                OPENFAB_IR_CASES(ARITHMETIC)
+                OPENFAB_IR_CASES(BITS)
+                OPENFAB_IR_CASES(EXTREMES)
+                OPENFAB_IR_CASES(FLOAT_PARTS)
+                OPENFAB_IR_CASES(LOOKUPS)
+                OPENFAB_IR_CASES(CONTROL)
+                OPENFAB_IR_CASES(FUNCTIONS)
+                OPENFAB_IR_CASES(DERIVATIVES)
+                break;
         }
+        return atom(instr.op, id, id);
     }
 
     const ir::Stage& stage_;

@@ -14,34 +14,21 @@ using ir::Op;
 using ir::ValueId;
 
 bool StageTranslator::is_function_intrinsic(check::Intrinsic id) {
-    return Formulas::is_elementary(id) ||
-           (id >= check::Intrinsic::kSincos && id <= check::Intrinsic::kHashUint);
+    const check::Family of = check::family(id);
+    return of != check::Family::kComponent && of != check::Family::kGeometric &&
+           of != check::Family::kChoice;
 }
 
 Value StageTranslator::function_call(const check::Expr& expr) {
-    switch (expr.intrinsic) {
-        case check::Intrinsic::kSincos:
-        case check::Intrinsic::kModf:
-        case check::Intrinsic::kFrexp:
-            return several_results(expr);
-        default:
-            break;
-    }
+    const check::Family family = check::family(expr.intrinsic);
+    if (family == check::Family::kSeveral) return several_results(expr);
     std::vector<Value> args;
     for (const check::ExprPtr& arg : expr.args)
         args.push_back(expression(*arg));
     if (gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
-    switch (expr.intrinsic) {
-        case check::Intrinsic::kDdx:
-        case check::Intrinsic::kDdy:
-        case check::Intrinsic::kFwidth:
-            return derivatives(expr, args[0]);
-        case check::Intrinsic::kRefract:
-            return formulas_.geometric(expr.intrinsic, args);
-        default:
-            break;
-    }
+    if (family == check::Family::kDerivative) return derivatives(expr, args[0]);
+    if (family == check::Family::kBending) return formulas_.geometric(expr.intrinsic, args);
     if (Formulas::is_elementary(expr.intrinsic)) {
         Value out;
         for (size_t i = 0; i < args[0].size(); ++i) {
