@@ -233,8 +233,18 @@ class TableWriter {
                 case ir::StageKind::kVolumeDemand:
                     kernels[5] = text;
                     break;
-                default:
+                case ir::StageKind::kSurface:
+                case ir::StageKind::kSurfaceBounds:
+                case ir::StageKind::kVolume:
+                case ir::StageKind::kVolumeBounds:
                     kernels[static_cast<size_t>(slot.stage->kind)] = text;
+                    break;
+                case ir::StageKind::kDither:
+                case ir::StageKind::kShape:
+                case ir::StageKind::kShapeAttributes:
+                case ir::StageKind::kShapeBounds:
+                case ir::StageKind::kShapeSegment:
+                    break;  // ShapeTexts has those of shapes; a rule is a table of its own
             }
         }
         if (table.surface_segments.step_count > 0) {

@@ -131,9 +131,19 @@ SegmentedStage KernelStages::*segments_of(StageKind kind) {
             return &KernelStages::shape_segments;
         case StageKind::kShapeAttributes:
             return &KernelStages::shape_attribute_segments;
-        default:
-            return &KernelStages::surface_segments;
+        case StageKind::kSurface:
+        case StageKind::kSurfaceBounds:
+        case StageKind::kVolumeBounds:
+        case StageKind::kSurfaceSegment:
+        case StageKind::kVolumeSegment:
+        case StageKind::kDerived:
+        case StageKind::kVolumeDemand:
+        case StageKind::kDither:
+        case StageKind::kShapeBounds:
+        case StageKind::kShapeSegment:
+            break;  // a surface, or never cut
     }
+    return &KernelStages::surface_segments;
 }
 
 Written cut(Work* work, Stage* stage) {

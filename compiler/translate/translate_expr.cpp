@@ -41,7 +41,16 @@ void StageTranslator::add_components(const check::Type& type, std::vector<ir::Ty
         case check::Base::kComposition:
             out->insert(out->end(), static_cast<size_t>(fablet_.ir.slot_count), ir::Type::kFloat);
             return;
-        default:
+        case check::Base::kBool:
+        case check::Base::kInt:
+        case check::Base::kUint:
+        case check::Base::kFloat:
+        case check::Base::kTexture2D:
+        case check::Base::kTexture3D:
+        case check::Base::kMaterial:
+        case check::Base::kObject:
+        case check::Base::kSpline:
+        case check::Base::kColorRamp:
             out->insert(out->end(), static_cast<size_t>(check::min_components(type)),
                         check::component_type(type));
     }
@@ -198,8 +207,14 @@ Value StageTranslator::variable(const check::Expr& expr) {
         case check::SymbolKind::kVoid:
             return {emit_.constant(ir::Type::kInt, static_cast<uint32_t>(fablet_.ir.void_slot))};
         case check::SymbolKind::kAttributes:
+        case check::SymbolKind::kType:
             return {};
-        default:
+        case check::SymbolKind::kLocal:
+        case check::SymbolKind::kParameter:
+        case check::SymbolKind::kSurfaceInput:
+        case check::SymbolKind::kSurfaceOutput:
+        case check::SymbolKind::kShapeOutput:
+        case check::SymbolKind::kNearest:
             break;
     }
     return read(target(expr), expr);
