@@ -23,7 +23,7 @@ using pieces::Tree;
 
 constexpr size_t kMostCuts = 1000;
 constexpr size_t kMostOnCut = 200;
-constexpr size_t kLargestFile = 16'000'000;
+constexpr size_t kLargestPieces = 16'000'000;
 constexpr double kLargest_mm = 1e6;
 constexpr double kUsualClearance_mm = 0.1, kUsualSkin_mm = 1;
 
@@ -248,7 +248,7 @@ std::shared_ptr<const ObjectPieces> read_pieces(const JsonValue& value, const st
     }
     const std::filesystem::path file = files->existing(value, "the file of `pieces` of " + what);
     if (!json->ok()) return nullptr;
-    const Result<std::string> text = read_text_file(file, kLargestFile, files->roots());
+    const Result<std::string> text = read_text_file(file, kLargestPieces, files->roots());
     Result<JsonValue> root = text ? parse_json(*text, file.string()) : text.error();
     if (!root) {
         json->fail_with(root.error());

@@ -13,7 +13,7 @@ namespace openfab::world {
 namespace {
 
 constexpr std::string_view kSuffix = ".printer.json";
-constexpr size_t kLargestFile = 1'000'000;
+constexpr size_t kLargestPrinter = 1'000'000;
 constexpr double kInch_mm = 25.4;
 
 const KeySet& printer_keys() {
@@ -212,7 +212,7 @@ Result<Printer> load_printer(const std::string& name_or_path) {
             fmt::format("no printer is called `{}`, and it is not the path of a {} file; {}",
                         name_or_path, kSuffix, suggest(name_or_path, printer_names())));
     }
-    const Result<std::string> text = read_text_file(name_or_path, kLargestFile);
+    const Result<std::string> text = read_text_file(name_or_path, kLargestPrinter);
     if (!text) return text.error();
     return parse_printer(*text, name_or_path);
 }

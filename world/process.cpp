@@ -10,7 +10,7 @@ namespace openfab::world {
 
 namespace {
 
-constexpr int64_t kLargestFile = 4'000'000;
+constexpr int64_t kLargestProcess = 4'000'000;
 constexpr int32_t kMostNozzles = 1'000'000;
 
 ByMaterial read_by_material(const JsonValue& value, JsonReader* json, const std::string& what,
@@ -168,7 +168,7 @@ void read_process(const JsonValue& value, JsonReader* json, Process* out) {
 }
 
 Result<Process> load_process(const std::filesystem::path& file, const Process& profile) {
-    const Result<std::string> text = read_text_file(file.string(), kLargestFile);
+    const Result<std::string> text = read_text_file(file.string(), kLargestProcess);
     if (!text) return text.error();
     const Result<JsonValue> root = parse_json(*text, file.string());
     if (!root) return root.error();
@@ -180,7 +180,7 @@ Result<Process> load_process(const std::filesystem::path& file, const Process& p
 }
 
 Result<std::vector<DeadNozzles>> load_dead_nozzles(const std::filesystem::path& file) {
-    const Result<std::string> text = read_text_file(file.string(), kLargestFile);
+    const Result<std::string> text = read_text_file(file.string(), kLargestProcess);
     if (!text) return text.error();
     const Result<JsonValue> root = parse_json(*text, file.string());
     if (!root) return root.error();

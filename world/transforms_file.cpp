@@ -15,7 +15,7 @@
 namespace openfab::world {
 namespace {
 
-constexpr size_t kLargestFile = 256'000'000;
+constexpr size_t kLargestTransforms = 256'000'000;
 constexpr std::string_view kBlanks = " \t\r,;";
 
 /// Returns the numbers of a line, or the error.
@@ -75,7 +75,7 @@ Result<std::vector<Affine3d>> parse_transforms(std::string_view bytes,
 }
 
 Result<std::vector<Affine3d>> read_transforms(const std::filesystem::path& file, size_t most) {
-    const Result<std::string> text = read_text_file(file, kLargestFile);
+    const Result<std::string> text = read_text_file(file, kLargestTransforms);
     if (!text) return text.error();
     return parse_transforms(*text, file, most);
 }

@@ -13,7 +13,6 @@ namespace openfab::surface {
 
 namespace {
 
-constexpr int32_t kMaxComponents = 16;
 constexpr float kInf = std::numeric_limits<float>::infinity();
 // Interpolating in float takes seven roundings of values up to twice the largest corner: less than
 // 2^-20 of it. Twice that.

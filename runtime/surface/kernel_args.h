@@ -16,6 +16,9 @@
 
 namespace openfab::surface {
 
+/// Components of the largest output, a matrix.
+constexpr int32_t kMaxComponents = 16;
+
 /// Scalars and textures of one part, at fixed addresses.
 class StaticArgs {
   public:

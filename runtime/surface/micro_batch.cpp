@@ -12,8 +12,6 @@ namespace openfab::surface {
 
 namespace {
 
-constexpr int32_t kMaxComponents = 16;
-
 bool is_gradient(openfab_arg_kind kind) {
     return kind == OPENFAB_ARG_SURFACE_IN_GRAD || kind == OPENFAB_ARG_SURFACE_ATTR_GRAD;
 }

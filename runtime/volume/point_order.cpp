@@ -13,7 +13,7 @@ namespace {
 using nearest::PointAnswer;
 using nearest::PointPacket;
 
-constexpr size_t kLanes = 8;
+constexpr size_t kPacketLanes = 8;
 constexpr float kNowhere = std::numeric_limits<float>::infinity();
 
 /// Calls visit(lane) for each bit of the mask.
@@ -85,17 +85,17 @@ std::span<const PointPacket> PointOrder::gather(std::span<const PointPacket> poi
                 const float at = usable(x) ? std::min((x - range[a].low) * scale, kSteps) : 0;
                 key |= spread(static_cast<uint32_t>(at)) << a;
             }
-            order_.push_back(uint64_t{key} << 32 | (k * kLanes + l));
+            order_.push_back(uint64_t{key} << 32 | (k * kPacketLanes + l));
         });
     }
     std::sort(order_.begin(), order_.end());
-    packets_.resize((active + kLanes - 1) / kLanes);
+    packets_.resize((active + kPacketLanes - 1) / kPacketLanes);
     for (size_t i = 0; i < active; ++i) {
         const auto from = static_cast<uint32_t>(order_[i]);
-        PointPacket& to = packets_[i / kLanes];
+        PointPacket& to = packets_[i / kPacketLanes];
         for (size_t a = 0; a < 3; ++a)
-            to.p[a][i % kLanes] = points[from / kLanes].p[a][from % kLanes];
-        to.mask = (2u << (i % kLanes)) - 1;
+            to.p[a][i % kPacketLanes] = points[from / kPacketLanes].p[a][from % kPacketLanes];
+        to.mask = (2u << (i % kPacketLanes)) - 1;
     }
     return packets_;
 }
@@ -104,14 +104,14 @@ void PointOrder::scatter(std::span<const PointAnswer> gathered,
                          std::span<PointAnswer> answers) const {
     for (PointAnswer& none : answers) {
         none = {};
-        std::fill_n(none.distance2, kLanes, kNowhere);
-        std::fill_n(none.patch, kLanes, -1);
+        std::fill_n(none.distance2, kPacketLanes, kNowhere);
+        std::fill_n(none.patch, kPacketLanes, -1);
     }
     for (size_t i = 0; i < order_.size(); ++i) {
         const auto number = static_cast<uint32_t>(order_[i]);
-        PointAnswer& to = answers[number / kLanes];
-        const PointAnswer& from = gathered[i / kLanes];
-        const size_t l = number % kLanes, f = i % kLanes;
+        PointAnswer& to = answers[number / kPacketLanes];
+        const PointAnswer& from = gathered[i / kPacketLanes];
+        const size_t l = number % kPacketLanes, f = i % kPacketLanes;
         to.distance2[l] = from.distance2[f];
         to.patch[l] = from.patch[f];
         to.triangle[l] = from.triangle[f];

@@ -18,7 +18,7 @@ using ir::ValueId;
 
 constexpr size_t kOutputsPerType = 4;
 
-const std::vector<Op> kOperations = {
+const std::vector<Op> kChoices = {
     Op::kAdd,   Op::kAdd,  Op::kSub,    Op::kSub,    Op::kMul,    Op::kMul,     Op::kDiv,
     Op::kMod,   Op::kNeg,  Op::kBitAnd, Op::kBitOr,  Op::kBitXor, Op::kBitNot,  Op::kShl,
     Op::kShr,   Op::kAnd,  Op::kOr,     Op::kNot,    Op::kEq,     Op::kNe,      Op::kLt,
@@ -170,7 +170,7 @@ class Generator {
     }
 
     bool add_operation() {
-        const Op op = kOperations[random_() % kOperations.size()];
+        const Op op = kChoices[random_() % kChoices.size()];
         const Type type = std::vector<Type>{Type::kFloat, Type::kFloat, Type::kInt, Type::kUint,
                                             Type::kBool}[random_() % 5];
         if (op == Op::kConvert) {

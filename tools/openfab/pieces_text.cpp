@@ -12,7 +12,7 @@ namespace openfab::tools {
 
 namespace {
 
-using Kind = JsonValue::Kind;
+using JsonKind = JsonValue::Kind;
 
 constexpr size_t kLine = 110;
 
@@ -24,21 +24,21 @@ std::string quoted(const std::string& text) {
 
 std::string on_one_line(const JsonValue& value) {
     switch (value.kind) {
-        case Kind::kNull:
+        case JsonKind::kNull:
             return "null";
-        case Kind::kBool:
+        case JsonKind::kBool:
             return value.boolean ? "true" : "false";
-        case Kind::kNumber:
+        case JsonKind::kNumber:
             return fmt::format("{}", value.number);
-        case Kind::kString:
+        case JsonKind::kString:
             return quoted(value.text);
-        case Kind::kArray: {
+        case JsonKind::kArray: {
             std::string out = "[";
             for (size_t i = 0; i < value.items.size(); ++i)
                 out += (i > 0 ? ", " : "") + on_one_line(value.items[i]);
             return out + "]";
         }
-        case Kind::kObject: {
+        case JsonKind::kObject: {
             std::string out = "{";
             for (size_t i = 0; i < value.members.size(); ++i)
                 out += (i > 0 ? ", " : "") + quoted(value.members[i].key) + ": " +
@@ -51,7 +51,7 @@ std::string on_one_line(const JsonValue& value) {
 
 void append(const JsonValue& value, size_t indent, size_t before, std::string* out) {
     const std::string line = on_one_line(value);
-    const bool array = value.is(Kind::kArray);
+    const bool array = value.is(JsonKind::kArray);
     const bool many = array ? !value.items.empty() : !value.members.empty();
     if (!many || (indent > 0 && indent + before + line.size() <= kLine)) {
         *out += line;
@@ -74,7 +74,7 @@ void append(const JsonValue& value, size_t indent, size_t before, std::string* o
 
 JsonValue object() {
     JsonValue out;
-    out.kind = Kind::kObject;
+    out.kind = JsonKind::kObject;
     return out;
 }
 
@@ -97,7 +97,7 @@ JsonValue node(const pieces::Tree& tree, int32_t at) {
     set_member(&out, "normal", tools::json_of(cut.normal));
     set_member(&out, "at_mm", tools::json_of(cut.offset_mm));
     JsonValue connectors, numbers;
-    connectors.kind = numbers.kind = Kind::kArray;
+    connectors.kind = numbers.kind = JsonKind::kArray;
     for (const pieces::Connector& c : cut.connectors)
         connectors.items.push_back(json_of(c));
     for (const pieces::Number& n : cut.numbers) {
@@ -118,7 +118,7 @@ JsonValue node(const pieces::Tree& tree, int32_t at) {
 
 JsonValue json_of(double number) {
     JsonValue out;
-    out.kind = Kind::kNumber;
+    out.kind = JsonKind::kNumber;
     // A millionth of a millimetre.
     out.number = std::round(number * 1e6) / 1e6;
     if (out.number == 0) out.number = 0;
@@ -127,14 +127,14 @@ JsonValue json_of(double number) {
 
 JsonValue json_of(const std::string& text) {
     JsonValue out;
-    out.kind = Kind::kString;
+    out.kind = JsonKind::kString;
     out.text = text;
     return out;
 }
 
 JsonValue json_of(const Vec3d& v) {
     JsonValue out;
-    out.kind = Kind::kArray;
+    out.kind = JsonKind::kArray;
     for (int a = 0; a < 3; ++a)
         out.items.push_back(json_of(v[a]));
     return out;

@@ -47,9 +47,9 @@ constexpr std::array<const char*, 20> kTexts{"null",
                                              "&amp;<x/>",
                                              "\r\n\t"};
 
-using Random = std::mt19937_64;
+using Generator = std::mt19937_64;
 
-size_t below(Random* random, size_t n) {
+size_t below(Generator* random, size_t n) {
     return n == 0 ? 0 : (*random)() % n;
 }
 
@@ -113,7 +113,7 @@ std::vector<Range> lines_of(std::string_view text) {
     return found;
 }
 
-void change_bytes(std::string* bytes, Random* random) {
+void change_bytes(std::string* bytes, Generator* random) {
     const auto place = [&] { return below(random, bytes->size()); };
     switch (below(random, 6)) {
         case 0:
@@ -140,7 +140,7 @@ void change_bytes(std::string* bytes, Random* random) {
     }
 }
 
-void change_text(std::string* text, Random* random) {
+void change_text(std::string* text, Generator* random) {
     const auto one_of = [&](const std::vector<Range>& ranges) {
         return ranges[below(random, ranges.size())];
     };
