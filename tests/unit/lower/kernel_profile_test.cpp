@@ -22,7 +22,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr int32_t kBlocks = 4096;
+constexpr int32_t kProfiledBlocks = 4096;
 
 /// weight 0 is a polynomial of the distance, which takes a while, in both bounds.
 passes::KernelStages slow_bounds() {
@@ -64,10 +64,11 @@ std::vector<float> call(const KernelUnit& unit, const openfab_kernel& entry, dou
     std::deque<std::vector<float>> values;
     std::vector<void*> args;
     for (int32_t k = 0; k < entry.arg_count; ++k) {
-        std::vector<float>& data = values.emplace_back(kBlocks);
-        for (int32_t n = 0; n < kBlocks; ++n)
-            data[static_cast<size_t>(n)] = static_cast<float>(n) / kBlocks;
-        buffers.emplace_back().set_dense(abi::halide_type(OPENFAB_FLOAT), data.data(), {kBlocks});
+        std::vector<float>& data = values.emplace_back(kProfiledBlocks);
+        for (int32_t n = 0; n < kProfiledBlocks; ++n)
+            data[static_cast<size_t>(n)] = static_cast<float>(n) / kProfiledBlocks;
+        buffers.emplace_back().set_dense(abi::halide_type(OPENFAB_FLOAT), data.data(),
+                                         {kProfiledBlocks});
         args.push_back(buffers.back().raw());
     }
     const double end = thread_processor_seconds() + seconds;

@@ -8,7 +8,7 @@
 namespace openfab::mesh {
 namespace {
 
-constexpr const char* kItem = R"(<item objectid="9"/>)";
+constexpr const char* kPlaced = R"(<item objectid="9"/>)";
 
 std::string object(int id, const std::string& attributes = "", double low = 0, double high = 10) {
     return fmt::format(R"(<object id="{}" {}>{}</object>)", id, attributes,
@@ -16,7 +16,7 @@ std::string object(int id, const std::string& attributes = "", double low = 0, d
 }
 
 /// What is told of a model with a cube beside `resources`.
-std::string told_of(const std::string& resources, const std::string& build = kItem) {
+std::string told_of(const std::string& resources, const std::string& build = kPlaced) {
     const MeshSource source =
         read_source(threemf_package(threemf_model(resources + object(9, R"(name="cube")"), build)));
     EXPECT_EQ(source.mesh.triangles.size(), 12u);
@@ -24,7 +24,7 @@ std::string told_of(const std::string& resources, const std::string& build = kIt
 }
 
 TEST(ThreemfExtensions, LeavesOutObjectsThatAreNoModels) {
-    std::string resources, build = kItem, expected;
+    std::string resources, build = kPlaced, expected;
     int id = 20;
     for (const char* type : {"solidsupport", "support", "surface", "other"}) {
         for (int i = 0; i < 2; ++i) {
@@ -46,7 +46,7 @@ TEST(ThreemfExtensions, RefusesMeshesThatStandInForSlices) {
     const auto package = [&](const char* resolution) {
         return threemf_package(threemf_model(
             stack + object(9, fmt::format(R"(name="part" s:slicestackid="2" {})", resolution)),
-            kItem, R"(requiredextensions="s")"));
+            kPlaced, R"(requiredextensions="s")"));
     };
     EXPECT_EQ(parse_error(package(R"(s:meshresolution="lowres")"), "a.3mf"),
               "a.3mf: the mesh of object `part` is a stand-in (meshresolution `lowres`) for "
@@ -62,7 +62,7 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
         std::string inside = mesh;
         inside.insert(inside.find("</mesh>"), more);
         return told(read_source(
-            threemf_package(threemf_model("<object id=\"9\">" + inside + "</object>", kItem))));
+            threemf_package(threemf_model("<object id=\"9\">" + inside + "</object>", kPlaced))));
     };
     EXPECT_EQ(
         told_in_mesh(
@@ -84,7 +84,7 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
     displaced.replace(0, 6, "<x:displacementmesh>");
     displaced.replace(displaced.size() - 7, 7, "</x:displacementmesh>");
     const MeshSource source = read_source(
-        threemf_package(threemf_model("<object id=\"9\">" + displaced + "</object>", kItem)));
+        threemf_package(threemf_model("<object id=\"9\">" + displaced + "</object>", kPlaced)));
     EXPECT_EQ(source.mesh.triangles.size(), 12u);
     EXPECT_EQ(told(source),
               "displacements of meshes (1, object 9); apply them in the program that made them\n");
@@ -95,7 +95,7 @@ TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
         parse_error(
             threemf_package(threemf_model(
                 R"(<object id="9" name="ball"><x:levelset functionid="2" meshid="1"/></object>)",
-                kItem)),
+                kPlaced)),
             "a.3mf"),
         "a.3mf: nothing is left to print without objects that are level sets (object `ball`); "
         "export "
@@ -103,8 +103,9 @@ TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
     // Settings beside the model are no reason.
     const PackageFiles settings = {{"Metadata/Slic3r_PE.config", "; layer_height = 0.2"}};
     EXPECT_EQ(
-        parse_error(threemf_package(threemf_model(object(9, R"(type="support")"), kItem), settings),
-                    "a.3mf"),
+        parse_error(
+            threemf_package(threemf_model(object(9, R"(type="support")"), kPlaced), settings),
+            "a.3mf"),
         "a.3mf: nothing is left to print without objects of type `support` (object 9); objects of "
         "type "
         "`model` are printed; change the type if this is a part");
@@ -112,12 +113,13 @@ TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
 
 TEST(ThreemfExtensions, RefusesExtensionsThatMustBeKnown) {
     EXPECT_EQ(
-        parse_error(threemf_package(threemf_model(object(9), kItem, R"(requiredextensions="m x")")),
-                    "a.3mf"),
+        parse_error(
+            threemf_package(threemf_model(object(9), kPlaced, R"(requiredextensions="m x")")),
+            "a.3mf"),
         "a.3mf: /3D/3dmodel.model:2:1: the file requires the extension "
         "`http://example.org/extension/2026`, which is not supported; export it as plain meshes");
-    EXPECT_EQ(parse_error(threemf_package(
-                              threemf_model(object(9), kItem, R"(requiredextensions="m p s bo")")),
+    EXPECT_EQ(parse_error(threemf_package(threemf_model(object(9), kPlaced,
+                                                        R"(requiredextensions="m p s bo")")),
                           "a.3mf"),
               "no error");
 }
@@ -130,7 +132,7 @@ TEST(ThreemfExtensions, CutsAndUnitesBooleanShapes) {
                 fmt::format(
                     R"(<object id="9" name="shape"><bo:booleanshape objectid="1" {}><bo:boolean objectid="2"/><bo:boolean objectid="3" transform="1 0 0 0 1 0 0 0 1 1 0 0"/></bo:booleanshape></object>)",
                     operation),
-            std::string(kItem) + R"(<item objectid="1" transform="1 0 0 0 1 0 0 0 1 20 0 0"/>)"));
+            std::string(kPlaced) + R"(<item objectid="1" transform="1 0 0 0 1 0 0 0 1 20 0 0"/>)"));
     };
     MeshSource source = read_source(shape(R"(operation="difference")"));
     ASSERT_EQ(source.bodies.size(), 4u);
@@ -160,7 +162,7 @@ TEST(ThreemfExtensions, RefusesEncryptedParts) {
         R"(<keystore xmlns="http://schemas.microsoft.com/3dmanufacturing/securecontent/2019/04"><consumer consumerid="x"/><resourcedatagroup><resourcedata path="/3D/Secret.model"/></resourcedatagroup></keystore>)";
     const std::string root = threemf_model(
         R"(<object id="9"><components><component objectid="1" p:path="/3D/secret.model"/></components></object>)",
-        kItem);
+        kPlaced);
     EXPECT_EQ(parse_error(testing::zip_archive({{"_rels/.rels", relationships},
                                                 {"3D/3dmodel.model", root},
                                                 {"3D/secret.model", "\x01\x02\x03"},
@@ -183,7 +185,7 @@ std::string utf16(const std::string& text, bool big) {
 }
 
 TEST(ThreemfExtensions, ReadsXmlInAnyEncoding) {
-    const std::string model = threemf_model(object(9, R"(name="box")"), kItem);
+    const std::string model = threemf_model(object(9, R"(name="box")"), kPlaced);
     std::string plain = model;
     const size_t at = plain.find(R"( encoding="UTF-8")");
     plain.erase(at, 17);
@@ -196,7 +198,7 @@ TEST(ThreemfExtensions, ReadsXmlInAnyEncoding) {
 }
 
 TEST(ThreemfExtensions, FindsTheModelByAnyPath) {
-    const std::string model = threemf_model(object(9), kItem);
+    const std::string model = threemf_model(object(9), kPlaced);
     const auto relationships = [](const char* target) {
         return fmt::format(
             R"(<Relationships><Relationship Target="{}" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/><Relationship Target="/other.model" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>)",

@@ -13,11 +13,12 @@
 namespace openfab::nearest {
 namespace {
 
-using testing::MeshSurface;
+using openfab::testing::MeshSurface;
 
 /// Patches of `triangles` of a ball of 1 mm.
 MeshSurface ball(int32_t triangles) {
-    return MeshSurface(testing::make_ball(9, [](const Vec3d&) { return 1.0; }), triangles, 0.5f);
+    return MeshSurface(openfab::testing::make_ball(9, [](const Vec3d&) { return 1.0; }), triangles,
+                       0.5f);
 }
 
 bool holds(const Node& box, const Vec3f& p) {
