@@ -219,12 +219,6 @@ class WorldBinder {
         const auto shape = world_.shapes.find(object.mesh);
         if (shape == world_.shapes.end()) return Ok{};
         const world::ShapeRef& ref = shape->second;
-        if (part->fablet->has_surface != 0) {
-            return error_at(object.location,
-                            fmt::format("fablet `{}` has a @Surface stage, and `{}` is a shape",
-                                        part->fablet->name, object.name),
-                            "move the surface in the @Shape stage");
-        }
         auto stage = std::make_shared<Part>();
         stage->name = object.name;
         stage->location = ref.location;

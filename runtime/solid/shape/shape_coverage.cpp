@@ -3,9 +3,11 @@
 #include "runtime/solid/shape/shape_coverage.h"
 
 #include <tbb/parallel_for.h>
+#include <xmmintrin.h>
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
+#include <span>
 
 #include "base/clock.h"
 #include "base/stage_timer.h"
@@ -15,13 +17,34 @@ namespace openfab::solid {
 namespace {
 
 constexpr int32_t kSlabSlices = 8;
-constexpr int32_t kLargest = 64;  // voxels along a side of what intervals decide at once
-constexpr size_t kBatch = 8;      // blocks that are evaluated at once
+// Columns along a side of what intervals decide at once. The smallest are worth a tenth of the points
+// that are left by twice as large ones.
+constexpr int32_t kLargest = 64, kSmallest = 4;
+constexpr int32_t kColumns = kSmallest * kSmallest;
+constexpr size_t kPoints = static_cast<size_t>(kColumns) * kSlabSlices;
+constexpr size_t kBatch = 32;  // of the smallest, that are evaluated at once
 
-struct Tile {
-    Vec2<int32_t> at;  ///< lowest voxel of the grid, in x and y
-    int32_t side = 0;
+/// Eight values, in order, one for each slice. Every set has these registers.
+struct Eight {
+    __m128 low, high;
+    explicit Eight(const float* p) : low(_mm_loadu_ps(p)), high(_mm_loadu_ps(p + 4)) {}
 };
+uint32_t bits(__m128 low, __m128 high) {
+    return static_cast<uint32_t>(_mm_movemask_ps(low)) |
+           static_cast<uint32_t>(_mm_movemask_ps(high)) << 4;
+}
+uint32_t within(const Eight& v, float lo, float hi) {
+    const __m128 least = _mm_set1_ps(lo), most = _mm_set1_ps(hi);
+    return bits(_mm_and_ps(_mm_cmpge_ps(v.low, least), _mm_cmple_ps(v.low, most)),
+                _mm_and_ps(_mm_cmpge_ps(v.high, least), _mm_cmple_ps(v.high, most)));
+}
+uint32_t negative(const Eight& v) {
+    const __m128 zero = _mm_setzero_ps();
+    return bits(_mm_cmplt_ps(v.low, zero), _mm_cmplt_ps(v.high, zero));
+}
+uint32_t no_number(const Eight& v) {
+    return bits(_mm_cmpunord_ps(v.low, v.low), _mm_cmpunord_ps(v.high, v.high));
+}
 
 /// Returns the bits of a slab's slices within [lo, hi).
 uint8_t slices(int32_t slab, int32_t lo, int32_t hi) {
@@ -73,26 +96,26 @@ void ShapeCoverage::coverage(int32_t slab, voxel::SlabMask* out, const std::atom
 
 void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* calls,
                           const std::atomic<bool>* stop, voxel::SlabMask* out) const {
-    const uint8_t bits = slices(slab, box_.lo.z, box_.hi.z);
+    const uint8_t all = slices(slab, box_.lo.z, box_.hi.z);
     const Box3f whole = field_.bounds();
-    std::vector<Tile> open, next;
+    std::vector<Vec2<int32_t>> open, next;
     for (int32_t y = columns.y0; y < columns.y1; y += kLargest) {
         for (int32_t x = columns.x0; x < columns.x1; x += kLargest)
-            open.push_back({{x, y}, kLargest});
+            open.push_back({x, y});
     }
     std::vector<Vec2<int32_t>> undecided;
     ShapePoints lo, hi;
     std::vector<float> value_lo, value_hi;
     for (int32_t side = kLargest; !open.empty(); side /= 2) {
         if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
-        lo.clear();
-        hi.clear();
-        for (const Tile& tile : open) {
-            const Vec3i lowest{tile.at.x, tile.at.y, kSlabSlices * slab};
-            const Box3f box = frame_.box(
-                lowest - base_, lowest - base_ + Vec3i{side - 1, side - 1, kSlabSlices - 1});
-            lo.push_back(box.lo);
-            hi.push_back(box.hi);
+        lo.resize(open.size());
+        hi.resize(open.size());
+        for (size_t i = 0; i < open.size(); ++i) {
+            const Vec3i lowest = Vec3i{open[i].x, open[i].y, kSlabSlices * slab} - base_;
+            const Box3f box =
+                frame_.box(lowest, lowest + Vec3i{side - 1, side - 1, kSlabSlices - 1});
+            lo.set(i, box.lo);
+            hi.set(i, box.hi);
         }
         if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
             !status.ok())
@@ -100,7 +123,7 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* call
         next.clear();
         for (size_t i = 0; i < open.size(); ++i) {
             if (value_lo[i] >= 0) continue;
-            const Vec2<int32_t> at = open[i].at;
+            const Vec2<int32_t> at = open[i];
             if (value_hi[i] < 0 && holds(whole, {lo.point(i), hi.point(i)})) {
                 const int32_t x0 = std::max(at.x, box_.lo.x), x1 = std::min(at.x + side, box_.hi.x);
                 const int32_t y0 = std::max(at.y, box_.lo.y), y1 = std::min(at.y + side, box_.hi.y);
@@ -108,75 +131,71 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* call
                     uint8_t* row = &out->mask[static_cast<size_t>(y - out->y0) *
                                               static_cast<size_t>(out->width)];
                     for (int32_t x = x0; x < x1; ++x)
-                        row[x - out->x0] = bits;
+                        row[x - out->x0] = all;
                 }
                 continue;
             }
-            if (side == 8) {
+            if (side == kSmallest) {
                 undecided.push_back(at);
                 continue;
             }
             const int32_t half = side / 2;
             for (int32_t k = 0; k < 4; ++k) {
                 const Vec2<int32_t> part{at.x + (k & 1) * half, at.y + (k >> 1) * half};
-                if (part.x < columns.x1 && part.y < columns.y1) next.push_back({part, half});
+                if (part.x < columns.x1 && part.y < columns.y1) next.push_back(part);
             }
         }
         open.swap(next);
     }
+    ShapePoints points;
+    std::vector<float> values;
     for (size_t first = 0; first < undecided.size(); first += kBatch) {
         if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
-        const size_t end = std::min(first + kBatch, undecided.size());
         evaluate(slab,
-                 {undecided.begin() + static_cast<ptrdiff_t>(first),
-                  undecided.begin() + static_cast<ptrdiff_t>(end)},
-                 calls, out);
+                 std::span(undecided).subspan(first, std::min(kBatch, undecided.size() - first)),
+                 calls, &points, &values, out);
     }
 }
 
-void ShapeCoverage::evaluate(int32_t slab, const std::vector<Vec2<int32_t>>& blocks,
-                             ShapeCalls* calls, voxel::SlabMask* out) const {
-    const uint8_t bits = slices(slab, box_.lo.z, box_.hi.z);
+void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles, ShapeCalls* calls,
+                             ShapePoints* points, std::vector<float>* values,
+                             voxel::SlabMask* out) const {
+    const uint8_t all = slices(slab, box_.lo.z, box_.hi.z);
     const Box3f whole = field_.bounds();
     const float z0 = static_cast<float>(kSlabSlices * slab - base_.z) + 0.5f;
-    ShapePoints points;
-    points.resize(blocks.size() * 512);
+    points->resize(tiles.size() * kPoints);
     for (size_t a = 0; a < 3; ++a) {
-        float* to = points.at[a].data();
-        for (const Vec2<int32_t>& block : blocks) {
-            for (int32_t y = 0; y < 8; ++y) {
-                const float fy = static_cast<float>(block.y + y - base_.y) + 0.5f;
-                for (int32_t x = 0; x < 8; ++x) {
-                    const float fx = static_cast<float>(block.x + x - base_.x) + 0.5f;
-                    for (int32_t z = 0; z < 8; ++z)
+        float* to = points->at[a].data();
+        for (const Vec2<int32_t>& tile : tiles) {
+            for (int32_t y = 0; y < kSmallest; ++y) {
+                const float fy = static_cast<float>(tile.y + y - base_.y) + 0.5f;
+                for (int32_t x = 0; x < kSmallest; ++x) {
+                    const float fx = static_cast<float>(tile.x + x - base_.x) + 0.5f;
+                    for (int32_t z = 0; z < kSlabSlices; ++z)
                         to[z] = frame_.centre(a, fx, fy, z0 + static_cast<float>(z));
-                    to += 8;
+                    to += kSlabSlices;
                 }
             }
         }
     }
-    std::vector<float> values;
-    if (const abi::KernelStatus status = calls->values(points, &values); !status.ok())
+    if (const abi::KernelStatus status = calls->values(*points, values); !status.ok())
         return field_.note(status);
-    for (size_t b = 0; b < blocks.size(); ++b) {
-        for (int32_t column = 0; column < 64; ++column) {
-            const int32_t x = blocks[b].x + column % 8, y = blocks[b].y + column / 8;
+    for (size_t t = 0; t < tiles.size(); ++t) {
+        for (int32_t column = 0; column < kColumns; ++column) {
+            const int32_t x = tiles[t].x + column % kSmallest, y = tiles[t].y + column / kSmallest;
             if (x < box_.lo.x || x >= box_.hi.x || y < box_.lo.y || y >= box_.hi.y) continue;
-            uint32_t inside = 0;
-            for (size_t z = 0; z < 8; ++z) {
-                const size_t i = 512 * b + 8 * static_cast<size_t>(column) + z;
-                const float v = values[i];
-                bool in = v < 0;
-                for (size_t a = 0; a < 3; ++a) {
-                    const float p = points.at[a][i];
-                    in = in && p >= whole.lo[static_cast<int>(a)] &&
-                         p <= whole.hi[static_cast<int>(a)];
-                }
-                inside |= (in ? 1u : 0u) << z;
-                if (std::isnan(v)) field_.note_nan(points.point(i));
+            const size_t first = kPoints * t + kSlabSlices * static_cast<size_t>(column);
+            const Eight value(values->data() + first);
+            uint32_t inside = negative(value) & all;
+            for (size_t a = 0; a < 3; ++a) {
+                const int axis = static_cast<int>(a);
+                inside &=
+                    within(Eight(points->at[a].data() + first), whole.lo[axis], whole.hi[axis]);
             }
+            if (const uint32_t nans = no_number(value); nans != 0)
+                field_.note_nan(points->point(first + static_cast<size_t>(std::countr_zero(nans))));
             out->mask[static_cast<size_t>(y - out->y0) * static_cast<size_t>(out->width) +
-                      static_cast<size_t>(x - out->x0)] = static_cast<uint8_t>(inside & bits);
+                      static_cast<size_t>(x - out->x0)] = static_cast<uint8_t>(inside);
         }
     }
 }

@@ -7,6 +7,8 @@
 
 #include <atomic>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "runtime/solid/shape/shape_field.h"
 #include "runtime/solid/shape/voxel_frame.h"
@@ -33,8 +35,9 @@ class ShapeCoverage {
     /// Covers columns [x0, x1) x [y0, y1), multiples of 8, of a slab in the mask.
     void cover(int32_t slab, const Columns& columns, ShapeCalls* calls,
                const std::atomic<bool>* stop, voxel::SlabMask* out) const;
-    void evaluate(int32_t slab, const std::vector<Vec2<int32_t>>& blocks, ShapeCalls* calls,
-                  voxel::SlabMask* out) const;
+    /// Evaluates tiles; `points` and `values` are scratch memory.
+    void evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles, ShapeCalls* calls,
+                  ShapePoints* points, std::vector<float>* values, voxel::SlabMask* out) const;
 
     const ShapeField& field_;
     const VoxelFrame& frame_;

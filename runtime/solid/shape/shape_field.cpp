@@ -9,7 +9,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <queue>
 #include <tuple>
 
 #include "runtime/solid/shape/cell_triangles.h"
@@ -20,6 +19,8 @@ namespace {
 
 // Steps of the search for a zero. Most end after five; a value that jumps takes all of them.
 constexpr int32_t kMostSteps = 40;
+// Cells from one of the vertices that are looked at first to the next.
+constexpr int32_t kSome = 4;
 
 int32_t round_to_power(int32_t n) {
     int32_t power = 1;
@@ -87,7 +88,15 @@ ShapeField::Node ShapeField::root() const {
                                      kPatchCells)};
 }
 
-void ShapeField::split(const Node& node, ShapeCalls* calls, std::vector<Node>* out) const {
+Box3f ShapeField::common(const Box3f& a, const Box3f& b) {
+    Box3f out;
+    for (int k = 0; k < 3; ++k)
+        out.lo[k] = std::max(a.lo[k], b.lo[k]), out.hi[k] = std::min(a.hi[k], b.hi[k]);
+    return out;
+}
+
+void ShapeField::split(const Node& node, const Box3f& within, ShapeCalls* calls,
+                       std::vector<Node>* out) const {
     const int32_t half = node.size / 2;
     std::vector<Node> parts;
     ShapePoints lo, hi;
@@ -96,7 +105,8 @@ void ShapeField::split(const Node& node, ShapeCalls* calls, std::vector<Node>* o
                         half};
         if (part.lowest.x >= cells_.x || part.lowest.y >= cells_.y || part.lowest.z >= cells_.z)
             continue;
-        const Box3f box = box_of(part);
+        const Box3f box = common(box_of(part), within);
+        if (box.empty()) continue;
         parts.push_back(part);
         lo.push_back(box.lo);
         hi.push_back(box.hi);
@@ -152,6 +162,60 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
         if (std::isnan(diced->values[i])) note_nan(diced->vertices.point(i));
     }
     return inside && outside;
+}
+
+/// Returns what fill_values does. Most blocks show it at every fourth vertex, others where bounds leave
+/// it open.
+bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
+    const Vec3i end = end_of(block);
+    bool inside = false, outside = false;
+    ShapePoints points, lo, hi;
+    std::vector<float> values, value_lo, value_hi;
+    const auto evaluate = [&](const Vec3i& first, const Vec3i& last, int32_t step) {
+        points.clear();
+        for (int32_t z = first.z; z <= last.z; z += step) {
+            for (int32_t y = first.y; y <= last.y; y += step) {
+                for (int32_t x = first.x; x <= last.x; x += step)
+                    points.push_back(position({x, y, z}));
+            }
+        }
+        if (const abi::KernelStatus status = calls->values(points, &values); !status.ok()) {
+            note(status);
+            return false;
+        }
+        for (size_t i = 0; i < points.size(); ++i) {
+            (values[i] < 0 ? inside : outside) = true;
+            if (std::isnan(values[i])) note_nan(points.point(i));
+        }
+        return true;
+    };
+    if (!evaluate(block.lowest, end, kSome)) return false;
+    if (inside && outside) return true;
+    std::vector<Node> left;
+    for (int32_t z = block.lowest.z; z < end.z; z += kSome) {
+        for (int32_t y = block.lowest.y; y < end.y; y += kSome) {
+            for (int32_t x = block.lowest.x; x < end.x; x += kSome) {
+                left.push_back({{x, y, z}, kSome});
+                const Box3f box = box_of(left.back());
+                lo.push_back(box.lo);
+                hi.push_back(box.hi);
+            }
+        }
+    }
+    if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
+        !status.ok()) {
+        note(status);
+        return false;
+    }
+    for (size_t i = 0; i < left.size(); ++i) {
+        if (value_lo[i] >= 0 || value_hi[i] < 0) {
+            (value_hi[i] < 0 ? inside : outside) = true;
+        } else if (!evaluate(left[i].lowest, end_of(left[i]), 1)) {
+            return false;
+        }
+        if (inside && outside) return true;
+    }
+    return false;
 }
 
 /// Regula falsi with the Illinois rule, all edges at once. What an edge gives depends on nothing but
@@ -298,7 +362,7 @@ std::vector<Vec3i> ShapeField::find_blocks(const std::atomic<bool>* stop) const 
         tbb::parallel_for(size_t{0}, open.size(), [&](size_t i) {
             if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
             ShapeCalls* calls = take();
-            split(open[i], calls, &parts[i]);
+            split(open[i], bounds(), calls, &parts[i]);
             give(calls);
         });
         open.clear();
@@ -309,8 +373,7 @@ std::vector<Vec3i> ShapeField::find_blocks(const std::atomic<bool>* stop) const 
     tbb::parallel_for(size_t{0}, open.size(), [&](size_t i) {
         if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
         ShapeCalls* calls = take();
-        Diced diced;
-        has[i] = fill_values(open[i].lowest, calls, &diced) ? 1 : 0;
+        has[i] = crosses(open[i], calls) ? 1 : 0;
         give(calls);
     });
     std::vector<Vec3i> out;
@@ -321,61 +384,6 @@ std::vector<Vec3i> ShapeField::find_blocks(const std::atomic<bool>* stop) const 
         return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
     });
     return out;
-}
-
-Box3d ShapeField::exact_box(const Affine3d& local_to_other) const {
-    Box3d exact;
-    ShapeCalls* calls = take();
-    for (int side = 0; side < 6; ++side) {
-        const int axis = side / 2;
-        const auto reach = [&](const Box3d& box) {
-            return side % 2 == 0 ? -box.lo[axis] : box.hi[axis];
-        };
-        struct Entry {
-            double reach;
-            Node node;
-            // What is left is a total order, so that the same blocks are diced in each run.
-            bool operator<(const Entry& o) const {
-                return std::tie(reach, o.node.lowest.z, o.node.lowest.y, o.node.lowest.x) <
-                       std::tie(o.reach, node.lowest.z, node.lowest.y, node.lowest.x);
-            }
-        };
-        const auto entry = [&](const Node& node) {
-            const Box3f box = box_of(node);
-            Box3d moved;
-            for (int32_t c = 0; c < 8; ++c) {
-                moved.add(local_to_other.apply(
-                    {static_cast<double>((c & 1) != 0 ? box.hi.x : box.lo.x),
-                     static_cast<double>((c & 2) != 0 ? box.hi.y : box.lo.y),
-                     static_cast<double>((c & 4) != 0 ? box.hi.z : box.lo.z)}));
-            }
-            return Entry{reach(moved), node};
-        };
-        std::priority_queue<Entry> queue;
-        queue.push(entry(root()));
-        std::vector<Node> parts;
-        while (!queue.empty()) {
-            const Entry top = queue.top();
-            queue.pop();
-            if (!exact.empty() && top.reach <= reach(exact)) break;
-            if (top.node.size > kPatchCells) {
-                parts.clear();
-                split(top.node, calls, &parts);
-                for (const Node& part : parts)
-                    queue.push(entry(part));
-                continue;
-            }
-            surface::MicroMesh mesh;
-            dice(top.node.lowest, &mesh);
-            for (const auto& triangle : mesh.triangles) {
-                for (const int32_t v : triangle)
-                    exact.add(local_to_other.apply(vec_cast<double>(mesh.positions[v])));
-            }
-        }
-        if (exact.empty()) break;
-    }
-    give(calls);
-    return exact;
 }
 
 }  // namespace openfab::solid

@@ -38,7 +38,7 @@ class ShapeField {
     /// Returns an error where the shape is negative at the border of its lattice, nowhere negative
     /// in it, or no number.
     Result<void> check() const;
-    /// Returns the box of all micropolygons under an affine map, by branch and bound over blocks.
+    /// Returns the box of all micropolygons under an affine map, to a thousandth of a cell.
     Box3d exact_box(const Affine3d& local_to_other) const;
     /// Returns the lattice's box, part-local.
     Box3f bounds() const { return {position({0, 0, 0}), position(cells_)}; }
@@ -72,9 +72,17 @@ class ShapeField {
     Vec3i end_of(const Node& node) const;
     Box3f box_of(const Node& node) const;
     Node root() const;
-    /// Appends those of the node's eight parts that the bounds kernel does not decide.
-    void split(const Node& node, ShapeCalls* calls, std::vector<Node>* out) const;
+    static Box3f common(const Box3f& a, const Box3f& b);
+    /// Appends those of the node's eight parts that the bounds kernel does not decide within a box.
+    void split(const Node& node, const Box3f& within, ShapeCalls* calls,
+               std::vector<Node>* out) const;
+    bool undecided(const Node& node, const Box3f& within, ShapeCalls* calls) const;
+    Box3f beyond(const Affine3d& map, int axis, double sign, double reach) const;
+    void look(const Node& node, const Box3f& within, const Affine3d& map, std::vector<Node>* parts,
+              Box3d* box) const;
+    void search_side(const Affine3d& map, int axis, double sign, Box3d* box) const;
     bool fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const;
+    bool crosses(const Node& block, ShapeCalls* calls) const;
     void find_zeros(ShapeCalls* calls, Diced* diced) const;
     Result<void> check_border() const;
     Result<void> check_side(int axis, bool high, ShapeCalls* calls) const;

@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "runtime/nearest/engine/attributes.h"
+#include "runtime/solid/mesh/mesh_solid.h"
 #include "runtime/solid/shape/shape_coverage.h"
 #include "runtime/solid/shape/shape_field.h"
+#include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
 #include "runtime/solid/shape/value_engine.h"
 #include "runtime/surface/transform_box.h"
@@ -200,11 +202,24 @@ void ShapeSolid::prepare(const Asked& asked, const QuerySetUp& queries) {
 
 const Kind kShapeKind{
     .source = [](const part::Part& part) -> const void* { return part.shape.get(); },
-    .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
-    .refine = [](const surface::SurfaceOptions& /*options*/, part::Part* /*part*/) -> Result<void> {
-        return {};
+    .alike =
+        [](const part::Part& a, const part::Part& b) {
+            return a.fablet->has_surface == 0 || kMeshKind.alike(a, b);
+        },
+    // What displaces a shape starts from a mesh of it.
+    .refine = [](const surface::SurfaceOptions& options, part::Part* part) -> Result<void> {
+        if (part->fablet->has_surface == 0) return {};
+        Result<std::shared_ptr<const part::PartMesh>> mesh = mesh_of_shape(*part, options);
+        if (!mesh) return mesh.error();
+        part->mesh = std::move(*mesh);
+        part->shape = nullptr;
+        return kMeshKind.refine(options, part);
     },
-    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
+    .share =
+        [](const part::Part& first, part::Part* other) {
+            other->mesh = first.mesh;
+            other->shape = first.shape;
+        },
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
     .make = [](const part::Part& part,
                const surface::SurfaceOptions& options) -> Result<std::shared_ptr<Solid>> {

@@ -15,6 +15,7 @@
 #include "mesh/model/primitives.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/solid/kinds/kinds.h"
+#include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
 #include "runtime/solid/shape/voxel_frame.h"
 
@@ -319,6 +320,53 @@ TEST(ShapeSolid, TheDicedSurfaceIsClosedAndHasAttributes) {
         for (const auto& [edge, sum] : edges)
             EXPECT_EQ(sum, 0);
         EXPECT_GT(volume, 100);
+    }
+}
+
+// What @Surface moves.
+TEST(ShapeSolid, AMeshOfItIsClosedAndHasNormalsAndAttributes) {
+    const auto made = make<ball>({8.5, 8.5, 8.5});
+    auto box = std::make_shared<part::PartMesh>(*made->part.mesh);
+    box->nearest_attributes.push_back({OPENFAB_FLOAT, 1, {0}, {}});
+    made->part.mesh = box;
+    const auto mesh = mesh_of_shape(made->part, options_of(0.1));
+    ASSERT_TRUE(mesh);
+    const part::PartMesh& m = **mesh;
+    std::map<std::array<int32_t, 2>, int> edges;
+    double volume = 0;
+    ASSERT_EQ(m.corner_normals.size(), 3 * m.triangles.size());
+    ASSERT_EQ(m.nearest_attributes.size(), 1u);
+    ASSERT_EQ(m.nearest_attributes[0].corner_values.size(), 3 * m.triangles.size());
+    for (size_t t = 0; t < m.triangles.size(); ++t) {
+        std::array<Vec3d, 3> c;
+        for (size_t k = 0; k < 3; ++k) {
+            const int32_t from = m.triangles[t][k], to = m.triangles[t][(k + 1) % 3];
+            c[k] = m.positions[static_cast<size_t>(from)];
+            ++edges[{from, to}];
+            --edges[{to, from}];
+            const Vec3f n = m.corner_normals[3 * t + k];
+            // Differences of floats: their last bits over an eighth of a cell.
+            EXPECT_NEAR(dot(n, vec_cast<float>(c[k])) / 4, 1, 1e-4);
+            EXPECT_EQ(m.nearest_attributes[0].corner_values[3 * t + k], static_cast<float>(c[k].z));
+        }
+        volume += dot(c[0], cross(c[1], c[2])) / 6;
+    }
+    for (const auto& [edge, sum] : edges)
+        EXPECT_EQ(sum, 0);
+    // Chords of 0.1 mm lie within the ball.
+    EXPECT_NEAR(volume / (4.0 / 3 * M_PI * 64), 1, 1e-3);
+}
+
+// A face that lies along a side of the box of all is found without dicing it.
+TEST(ShapeSolid, ItsBoxIsThatOfItsFaces) {
+    const auto made = make<brick>({6.5, 8.5, 4.5});
+    const auto solid = solid_of(*made, 0.05);
+    ASSERT_NE(solid, nullptr);
+    const Box3d box = solid->exact_box({});
+    for (int a = 0; a < 3; ++a) {
+        const double half = std::array{3.0, 4.0, 2.0}[static_cast<size_t>(a)];
+        EXPECT_NEAR(box.lo[a], -half, 0.05 / 1024 + 1e-5);
+        EXPECT_NEAR(box.hi[a], half, 0.05 / 1024 + 1e-5);
     }
 }
 
