@@ -52,19 +52,18 @@ install(FILES README.md compiler/OPENFL.md world/WORLDS.md docs/streaming.md doc
     DESTINATION share/doc/openfab)
 install(FILES schedules/README.md DESTINATION share/doc/openfab RENAME SCHEDULES.md)
 
-# Worlds of the gallery, but for those with meshes that the build makes, which are thirty megabytes.
+# Worlds of the gallery, and the figures that several share.
 install(FILES gallery/openfab.project DESTINATION share/doc/openfab/examples)
 file(GLOB worlds CONFIGURE_DEPENDS gallery/*/*.fab.json)
 foreach(world IN LISTS worlds)
-    file(STRINGS ${world} generated REGEX "\\.\\./figures/" LIMIT_COUNT 1)
     get_filename_component(folder ${world} DIRECTORY)
-    if(NOT generated)
-        file(RELATIVE_PATH name ${CMAKE_SOURCE_DIR}/gallery ${folder})
-        install(FILES ${world} DESTINATION share/doc/openfab/examples/${name})
-        list(APPEND example_folders ${name})
-    endif()
+    file(RELATIVE_PATH name ${CMAKE_SOURCE_DIR}/gallery ${folder})
+    install(FILES ${world} DESTINATION share/doc/openfab/examples/${name})
+    list(APPEND example_folders ${name})
 endforeach()
 list(REMOVE_DUPLICATES example_folders)
+install(FILES gallery/figures/zebra.png gallery/figures/reef.png DESTINATION share/doc/openfab/examples/figures)
+list(APPEND example_folders figures)
 foreach(name IN LISTS example_folders)
     file(GLOB files CONFIGURE_DEPENDS gallery/${name}/*.fl gallery/${name}/*.obj gallery/${name}/*.jpg
         gallery/${name}/*.csv gallery/${name}/*.nrrd gallery/${name}/*.vtu)
