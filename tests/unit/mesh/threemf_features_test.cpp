@@ -12,7 +12,7 @@ namespace {
 
 using Carried = std::function<bool(const MeshSource&)>;
 
-const std::string kItem = R"(<item objectid="9"/>)";
+const std::string kPlacedCube = R"(<item objectid="9"/>)";
 const std::string kMaterials =
     R"(<basematerials id="1"><base name="red" displaycolor="#FF0000"/><base name="blue" displaycolor="#0000FF80"/><base name="bare"/></basematerials>)";
 const std::string kColors =
@@ -24,7 +24,7 @@ std::string picture(const std::string& attributes = "") {
 }
 
 std::string cube(const std::string& resources, const std::string& faces = "",
-                 const std::string& object = "", const std::string& build = kItem,
+                 const std::string& object = "", const std::string& build = kPlacedCube,
                  const std::string& model = "", const PackageFiles& more = {}) {
     return threemf_package(threemf_model(resources + R"(<object id="9" name="cube" )" + object +
                                              ">" + threemf_cube(0, 10, {faces}) + "</object>",
@@ -35,7 +35,7 @@ std::string cube(const std::string& resources, const std::string& faces = "",
 std::string with_mesh(const std::string& more) {
     std::string mesh = threemf_cube(0, 10);
     mesh.insert(mesh.find("</mesh>"), more);
-    return threemf_package(threemf_model("<object id=\"9\">" + mesh + "</object>", kItem));
+    return threemf_package(threemf_model("<object id=\"9\">" + mesh + "</object>", kPlacedCube));
 }
 
 double largest_x(const MeshSource& m) {
@@ -70,8 +70,8 @@ Carried has(const char* bodies, double x) {
 std::vector<Feature> of_the_core() {
     std::string inches = cube("");
     const std::string in = R"(unit="inch")", mm = R"(unit="millimeter")";
-    std::string model =
-        threemf_model(R"(<object id="9" name="cube">)" + threemf_cube(0, 10) + "</object>", kItem);
+    std::string model = threemf_model(
+        R"(<object id="9" name="cube">)" + threemf_cube(0, 10) + "</object>", kPlacedCube);
     model.replace(model.find(mm), mm.size(), in);
     return {
         {"nothing", cube(""), {}, "", 0, has("cube", 10)},
@@ -95,7 +95,8 @@ std::vector<Feature> of_the_core() {
          0,
          has("cube", 15)},
         {"two items",
-         cube("", "", "", kItem + R"(<item objectid="9" transform="1 0 0 0 1 0 0 0 1 20 0 0"/>)"),
+         cube("", "", "",
+              kPlacedCube + R"(<item objectid="9" transform="1 0 0 0 1 0 0 0 1 20 0 0"/>)"),
          {},
          "",
          0,
@@ -109,14 +110,14 @@ std::vector<Feature> of_the_core() {
          0,
          has("cube, cube", 30)},
         {"an item that is switched off",
-         cube("", "", "", kItem + R"(<item objectid="9" printable="0"/>)"),
+         cube("", "", "", kPlacedCube + R"(<item objectid="9" printable="0"/>)"),
          {},
          "switched off",
          1,
          has("cube", 10)},
         {"an object that is no model",
          cube(R"(<object id="8" type="support">)" + threemf_cube(0, 20) + "</object>", "", "",
-              kItem + R"(<item objectid="8"/>)"),
+              kPlacedCube + R"(<item objectid="8"/>)"),
          {},
          "objects of type `support`",
          1,
@@ -277,7 +278,7 @@ std::vector<Feature> of_other_extensions() {
          threemf_package(
              threemf_model(
                  R"(<object id="9"><components><component objectid="2" p:path="/3D/b.model"/></components></object>)",
-                 kItem),
+                 kPlacedCube),
              {{"3D/b.model", part}}),
          {},
          "",
@@ -311,13 +312,13 @@ std::vector<Feature> of_other_extensions() {
              return m.bodies.size() == 2 && m.bodies[1].role == BodyRole::kPart;
          }},
         {"settings of a slicer",
-         cube("", "", "", kItem, "", {{"Metadata/Slic3r_PE.config", "; layer_height = 0.2"}}),
+         cube("", "", "", kPlacedCube, "", {{"Metadata/Slic3r_PE.config", "; layer_height = 0.2"}}),
          {},
          "settings of a slicer",
          1,
          has("cube", 10)},
         {"painted supports",
-         cube("", R"(slic3rpe:custom_supports="4")", "", kItem,
+         cube("", R"(slic3rpe:custom_supports="4")", "", kPlacedCube,
               R"(xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06")"),
          {},
          "painted supports",

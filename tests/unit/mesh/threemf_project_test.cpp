@@ -12,7 +12,7 @@ namespace {
 
 using Color = std::optional<std::array<double, 3>>;
 
-constexpr const char* kItem = R"(<item objectid="9"/>)";
+constexpr const char* kBuildItem = R"(<item objectid="9"/>)";
 
 double volume_of(const MeshSource& source, int32_t body) {
     double six = 0;
@@ -91,7 +91,7 @@ TEST(ThreemfProject, ReadsVolumesOfPrusaSlicer) {
     const std::string model = threemf_model(
         R"(<object id="9" type="model">)" +
             cubes({{0, 10}, {4, 6}, {12, 15}, {0, 3}, {1, 2}, {2, 3}, {3, 5}}) + "</object>",
-        std::string(kItem) +
+        std::string(kBuildItem) +
             R"(<item objectid="9" transform="1 0 0 0 1 0 0 0 1 50 0 0" printable="1"/>
 <item objectid="9" transform="1 0 0 0 1 0 0 0 1 90 0 0" printable="0"/>)");
     const MeshSource source =
@@ -198,7 +198,7 @@ MeshSource painted(const std::vector<std::string>& codes, const char* attribute 
         faces.push_back(fmt::format(R"({}="{}")", attribute, code));
     faces.emplace_back();
     const std::string package = threemf_package(threemf_model(
-        R"(<object id="9" name="cube">)" + threemf_cube(0, 10, faces) + "</object>", kItem));
+        R"(<object id="9" name="cube">)" + threemf_cube(0, 10, faces) + "</object>", kBuildItem));
     // Whatever is divided, the surface stays closed.
     const Result<LoadedMesh> loaded = parse_bytes(package, "a.3mf");
     EXPECT_TRUE(loaded) << loaded.error().text();
@@ -232,7 +232,7 @@ TEST(ThreemfProject, GivesPaintedTrianglesTheirFilaments) {
                     0, 10,
                     {name + "=\"8\"", name + "=\"0C\"", name + "=\"3FC\"", name + "=\"0\"", ""}) +
                 "</object>",
-            kItem, R"(xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06")");
+            kBuildItem, R"(xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06")");
         const MeshSource source = read_source(threemf_package(model));
         EXPECT_EQ(source.mesh.triangles.size(), 12u);
         EXPECT_EQ(look_of(source, 0).name, "extruder 2");
@@ -301,7 +301,7 @@ TEST(ThreemfProject, KeepsSurfacesClosedWhereVerticesAreNotShared) {
         parse_bytes(threemf_package(threemf_model("<object id=\"9\"><mesh><vertices>" + vertices +
                                                       "</vertices><triangles>" + triangles +
                                                       "</triangles></mesh></object>",
-                                                  kItem)),
+                                                  kBuildItem)),
                     "a.3mf");
     ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_GT(loaded->mesh.triangles.size(), 20u);
@@ -313,7 +313,8 @@ TEST(ThreemfProject, KeepsRangesOfVolumesWhereTrianglesAreDivided) {
     const size_t first = mesh.find("<triangle ");
     mesh.insert(mesh.find("/>", first), R"( slic3rpe:mmu_segmentation="841")");
     const MeshSource source = read_source(threemf_package(
-        threemf_model("<object id=\"9\">" + mesh + "</object>", kItem, R"(xmlns:slic3rpe="s")"),
+        threemf_model("<object id=\"9\">" + mesh + "</object>", kBuildItem,
+                      R"(xmlns:slic3rpe="s")"),
         {{"Metadata/Slic3r_PE_model.config",
           R"(<config><object id="9"><volume firstid="0" lastid="11"/><volume firstid="12" lastid="23"><metadata key="volume_type" value="NegativeVolume"/><metadata key="extruder" value="2"/></volume></object></config>)"}}));
     EXPECT_EQ(bodies(source),
@@ -324,7 +325,7 @@ TEST(ThreemfProject, RefusesDamagedProjects) {
     const auto error = [](const std::string& config) {
         return parse_error(
             threemf_package(
-                threemf_model("<object id=\"9\">" + threemf_cube(0, 10) + "</object>", kItem),
+                threemf_model("<object id=\"9\">" + threemf_cube(0, 10) + "</object>", kBuildItem),
                 {{"Metadata/Slic3r_PE_model.config", config}}),
             "a.3mf");
     };
@@ -346,7 +347,7 @@ TEST(ThreemfProject, RefusesDamagedPaint) {
                 R"(<object id="9" name="cube">)" +
                     threemf_cube(0, 10, {fmt::format(R"(paint_color="{}")", code), ""}) +
                     "</object>",
-                kItem)),
+                kBuildItem)),
             "a.3mf");
     };
     const std::string begin = "a.3mf: object `cube`: the paint of triangle 0 ";
@@ -368,7 +369,7 @@ TEST(ThreemfProject, LetsPropertiesOfTheFileWinOverPaint) {
                          {R"(p1="0" paint_color="8")", R"(paint_color="8")",
                           R"(pid="2" p1="0" p2="1" p3="0")", R"(paint_color="481")", ""}) +
             "</object>",
-        kItem)));
+        kBuildItem)));
     EXPECT_EQ(look_of(source, 0).name, "red");
     EXPECT_EQ(look_of(source, 1).name, "extruder 2");
     EXPECT_EQ(look_of(source, 4).name, "red");
@@ -385,7 +386,7 @@ TEST(ThreemfProject, TellsOfPaintForTheSlicer) {
                 0, 10,
                 {R"(paint_supports="4")", R"(paint_seam="8")", R"(paint_fuzzy_skin="4")", ""}) +
             "</object>",
-        kItem)));
+        kBuildItem)));
     const std::string why =
         " (1, object `cube`); they say how a filament printer prints the part\n";
     EXPECT_EQ(told(source), "painted supports of a slicer" + why + "painted seams of a slicer" +
