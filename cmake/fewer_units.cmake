@@ -21,7 +21,7 @@ function(openfab_fewer_units folder)
         get_target_property(type ${target} TYPE)
         if(type MATCHES "^(STATIC_LIBRARY|EXECUTABLE)$")
             if("QUICK" IN_LIST ARGN)
-                target_compile_options(${target} PRIVATE -O1 $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
+                target_compile_options(${target} PRIVATE ${openfab_quick} $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
             endif()
             if("ALL" IN_LIST ARGN)
                 # Names without a namespace are those of the unit.

@@ -21,7 +21,7 @@ function(openfab_test_program name)
         openfab_options openfab_test_places ${arg_LIBS} fmt::fmt GTest::gmock GTest::gtest GTest::gtest_main)
     # A test's own code runs for less time than -O2 takes to make it, what it tests is in libraries. At -O1 GCC takes more for
     # uninitialised than is.
-    target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>
+    target_compile_options(${name} PRIVATE "$<$<CONFIG:Release>:${openfab_quick}>"
         $<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess;${openfab_pch_warnings};-Wno-maybe-uninitialized>)
     target_precompile_headers(${name} REUSE_FROM openfab_test_headers)
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
