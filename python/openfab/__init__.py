@@ -33,6 +33,7 @@ from .shapes import (
     FileMesh,
     Mesh,
     Primitive,
+    Shape,
     Texture,
     box,
     capsule,
@@ -41,6 +42,7 @@ from .shapes import (
     extrusion,
     plane,
     revolution,
+    shape,
     sphere,
     torus,
 )
@@ -75,6 +77,7 @@ __all__ = [
     "PrintWarning",
     "Printer",
     "Samples",
+    "Shape",
     "Slice",
     "Texture",
     "Uniform",
@@ -96,6 +99,7 @@ __all__ = [
     "read",
     "revolution",
     "sample",
+    "shape",
     "sphere",
     "torus",
 ]

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core, _files, _foreign
 from ._given import Real, array, choice, floats, integers, is_sequence, number, plain, positive, several, short, vector
 from .errors import InputError
+from .fablet import Fablet
 
 
 class Mesh:
@@ -422,19 +423,92 @@ def revolution(polygon: Any) -> Primitive:
     return Primitive("revolution", _corners(polygon))
 
 
-AnyMesh = Mesh | FileMesh | Primitive
+class Shape:
+    """A solid that is a function of a point: the @Shape stage of a fablet. `shape` makes one.
+
+    Parameters
+    ----------
+    fablet : Fablet
+        It has the stage.
+    box : array_like of float, shape (2, 3)
+        Two corners of a box that holds all of it, in mm, the lower first.
+    uniforms : mapping of str to Any, optional
+        Values for the stage where objects have another fablet; else the stage has those of the object.
+
+    Raises
+    ------
+    InputError
+        Where the box is none, or the fablet has no such uniform.
+    """
+
+    def __init__(self, fablet: Fablet, box: ArrayLike, uniforms: Mapping[str, Any] | None = None) -> None:
+        if not isinstance(fablet, Fablet):
+            raise InputError(f"{short(fablet)} is no fablet")
+        corners = floats(box, "`box`", np.float64)
+        if corners.shape != (2, 3):
+            raise InputError(f"`box` has the shape {corners.shape}; it should be (2, 3), two corners")
+        if not (corners[0] < corners[1]).all():
+            raise InputError("`box` is empty; its lower corner comes first")
+        unknown = [f"`{name}`" for name in uniforms or {} if name not in fablet.uniforms]
+        if unknown:
+            raise InputError(f"`{fablet.name}` has no uniform {', '.join(unknown)}")
+        self.fablet = fablet
+        self.box = corners
+        self.uniforms = dict(uniforms or {})
+
+    def _spec(self, allow: set[Path]) -> dict[str, Any]:
+        # The name of its fablet is the world's to give.
+        return {"box_mm": self.box.tolist()}
+
+    def __repr__(self) -> str:
+        return f"Shape({self.fablet!r}, {self.box.tolist()})"
+
+
+def shape(
+    source: Fablet | str | os.PathLike[str], box: ArrayLike, uniforms: Mapping[str, Any] | None = None,
+) -> Shape:
+    """Makes a solid of a fablet's @Shape stage, which stands where a mesh does.
+
+    Parameters
+    ----------
+    source : Fablet, str or path
+        What has the stage; a text with a line break is OpenFL itself, any other is the name of a file.
+    box : array_like of float, shape (2, 3)
+        Two corners of a box that holds all of it, in mm, the lower first.
+    uniforms : mapping of str to Any, optional
+        Values for the stage where objects have another fablet; else the stage has those of the object.
+
+    Returns
+    -------
+    Shape
+        For `World.add`; with the same fablet, or with another that gives it materials.
+
+    Raises
+    ------
+    CompileError
+        Where the source is wrong.
+    InputError
+        Where the box is none, the file cannot be read, or the fablet has no such uniform.
+    """
+    if not isinstance(source, Fablet):
+        text = isinstance(source, str) and "\n" in source
+        source = Fablet(text=source) if text else Fablet(source)  # type: ignore[arg-type]
+    return Shape(source, box, uniforms)
+
+
+AnyMesh = Mesh | FileMesh | Primitive | Shape
 
 
 def as_mesh(value: Any) -> AnyMesh:
     """Returns what can stand for a mesh: a mesh, a file, or one of trimesh or pyvista."""
-    if isinstance(value, (Mesh, FileMesh, Primitive)):
+    if isinstance(value, (Mesh, FileMesh, Primitive, Shape)):
         return value
     if isinstance(value, (str, os.PathLike)):
         return FileMesh(value)
     found = _foreign.arrays_of(value)
     if found is not None:
         return Mesh._of(found)
-    raise InputError(f"{short(value)} is no mesh; pass a Mesh, a file, a primitive, or a mesh of trimesh or pyvista")
+    raise InputError(f"{short(value)} is no mesh; pass a Mesh, a file, a primitive, a shape, or a mesh of trimesh or pyvista")
 
 
 def _attribute(name: str, element: str) -> str:

@@ -20,7 +20,7 @@ from ._bound import check_bound
 from ._given import Real, Whole, array, choice, is_sequence, number, plain, positive, several, short, vector, whole
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
-from .shapes import AnyMesh, Mesh, Texture, as_mesh
+from .shapes import AnyMesh, Mesh, Shape, Texture, as_mesh
 
 T = TypeVar("T")
 
@@ -89,7 +89,7 @@ class Object(MutableMapping[str, Any]):
     ----------
     name : str
         What the world calls it.
-    mesh : Mesh, FileMesh or Primitive
+    mesh : Mesh, FileMesh, Primitive or Shape
         Its shape.
     fablet : Fablet
         What it is made by.
@@ -297,7 +297,7 @@ class World:
 
         Parameters
         ----------
-        mesh : Mesh, FileMesh, Primitive, str, path, or a mesh of trimesh or pyvista
+        mesh : Mesh, FileMesh, Primitive, Shape, str, path, or a mesh of trimesh or pyvista
             Its shape; a text is the name of a file.
         fablet : Fablet
             What it is made by.
@@ -390,7 +390,7 @@ class World:
         self, names: _Names, allow: set[Path], uniforms: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Returns what a `.fab.json` says, and other values of some uniforms, whose materials and textures it has."""
-        fablets = _Named[Fablet]()
+        fablets = _Named[Fablet | Shape]()
         objects = {}
         for name, one in self._objects.items():
             objects[name] = {
@@ -404,8 +404,20 @@ class World:
             own = names.encode_all(placement.uniforms)
             build.append({**placement.spec, "uniforms": own} if own else placement.spec)
         settings = {target: self._setting(target, value, names) for target, value in uniforms.items()}
-        sources = {name: fablet.source() for name, fablet in fablets.items()}
-        allow.update(source.parent for source in sources.values())
+        meshes = {name: mesh._spec(allow) for name, mesh in names.meshes.items()}
+        for name, mesh in names.meshes.items():
+            if isinstance(mesh, Shape):
+                # With values of its own the stage is another than that of objects with the same fablet.
+                stage: Fablet | Shape = mesh if mesh.uniforms else mesh.fablet
+                meshes[name] = {"shape": fablets.name(stage, mesh.fablet.name), **meshes[name]}
+        described = {}
+        for name, one_of in fablets.items():
+            fablet = one_of.fablet if isinstance(one_of, Shape) else one_of
+            source = fablet.source()
+            allow.add(source.parent)
+            described[name] = {"source": str(source), "fablet": fablet.name}
+            if isinstance(one_of, Shape):
+                described[name]["uniforms"] = names.encode_all(one_of.uniforms)
         world: dict[str, Any] = {"openfab": 1}
         if self._printer is not None:
             world["printer"] = self._printer
@@ -415,12 +427,10 @@ class World:
             source = Path(dither["source"]).absolute()
             world["dither"] = {**dither, "source": str(source)}
             allow.add(source.parent)
-        world["fablets"] = {
-            name: {"source": str(sources[name]), "fablet": fablet.name} for name, fablet in fablets.items()
-        }
+        world["fablets"] = described
         world["materials"] = {name: material._spec() for name, material in names.materials.items()}
         world["textures"] = {name: texture._spec(allow) for name, texture in names.textures.items()}
-        world["meshes"] = {name: mesh._spec(allow) for name, mesh in names.meshes.items()}
+        world["meshes"] = meshes
         world["objects"] = objects
         world["build"] = build
         return world, settings
@@ -430,7 +440,9 @@ class World:
         names, allow = _Names(), set[Path]()
         with _files.lock:
             description, settings = self._describe(names, allow, uniforms or {})
-            sources = dict.fromkeys(one.fablet.source() for one in self._objects.values())
+            shapes = [mesh.fablet for _, mesh in names.meshes.items() if isinstance(mesh, Shape)]
+            fablets = [*(one.fablet for one in self._objects.values()), *shapes]
+            sources = dict.fromkeys(fablet.source() for fablet in fablets)
         path = _files.unique(self.title, _files.WORLD)
         with _files.outside_errors(f"`{path}` cannot be written"):
             path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")

@@ -259,3 +259,41 @@ def test_a_dither_rule_that_is_none_says_which_there_are(tmp_path: Path) -> None
     world = solid(openfab.box(2, 4, 3), dither={"source": tmp_path / "screens.fl", "rule": "course"})
     with pytest.raises(openfab.CompileError, match="`coarse`, `fine`"):
         openfab.print_world(world, tmp_path / "a.ofr", voxel=0.5)
+
+
+ROUND = """fablet Round {
+    @uniform { float radius = 3; }
+    @Shape(@varying { ShapeAttributes attr }) [[ distance ]] { return length(attr.p) - radius; }
+}
+"""
+
+
+def test_a_shape_is_where_its_function_is_negative() -> None:
+    for uniforms, radius in ((None, 3.0), ({"radius": 2}, 2.0)):
+        codes = openfab.print_world(
+            solid(openfab.shape(ROUND, [(-4, -4, -4), (4, 4, 4)], uniforms)), voxel=0.25
+        ).array()
+        at = (np.indices(codes.shape) + 0.5) * 0.25 - radius
+        np.testing.assert_array_equal(codes != 0, (at**2).sum(0) < radius**2)
+
+
+def test_shapes_of_one_fablet_have_values_of_their_own() -> None:
+    fablet = openfab.Fablet(text=ROUND)
+    world = solid(openfab.shape(fablet, [(-4, -4, -4), (4, 4, 4)], {"radius": 2}))
+    world.add(openfab.shape(fablet, [(-4, -4, -4), (4, 4, 4)]), openfab.Fablet(text=BALL), {"core": RED, "shell": BLUE})
+    described = world.to_json()
+    stages = [described["fablets"][mesh["shape"]] for mesh in described["meshes"].values()]
+    assert [stage.get("uniforms") for stage in stages] == [{"radius": 2}, None]
+
+
+@pytest.mark.parametrize(
+    ("box", "uniforms", "said"),
+    [
+        ([(0, 0, 0)], None, r"`box` has the shape \(1, 3\)"),
+        ([(0, 0, 0), (1, 0, 1)], None, "`box` is empty"),
+        ([(0, 0, 0), (1, 1, 1)], {"size": 1}, "`Round` has no uniform `size`"),
+    ],
+)
+def test_a_shape_is_checked_when_it_is_made(box: Any, uniforms: Any, said: str) -> None:
+    with pytest.raises(openfab.InputError, match=said):
+        openfab.shape(ROUND, box, uniforms)
