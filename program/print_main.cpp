@@ -25,6 +25,7 @@
 #include "program/statistics.h"
 #include "program/supersample.h"
 #include "runtime/pipeline/print_job.h"
+#include "runtime/segments/printf_log.h"
 
 namespace openfab::program {
 
@@ -157,6 +158,10 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory
     return write_supersampled(coarse, parts, options, fablets, interrupt, &progress);
+}
+
+void keep_print_lines(int64_t most) {
+    segments::PrintfLog::keep_lines(most);
 }
 
 int finish(const Result<void>& done) {

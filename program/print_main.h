@@ -5,6 +5,7 @@
 // The program that `openflc build` links with a list of fablets: a print binary.
 
 #include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -20,6 +21,9 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
                        const std::atomic<bool>& interrupt,
                        std::vector<std::filesystem::path>* files = nullptr,
                        double began_seconds = 0);
+
+/// Sets how many lines of each printf prints of this process show; 100 unless told.
+void keep_print_lines(int64_t most);
 
 /// Reports an error, if any, on stderr and returns the exit code.
 int finish(const Result<void>& done);

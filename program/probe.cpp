@@ -9,6 +9,7 @@
 #include "backends/common/tee_sink.h"
 #include "base/json_text.h"
 #include "base/say.h"
+#include "base/text.h"
 #include "program/prepare.h"
 
 namespace openfab::program {
@@ -47,6 +48,7 @@ Result<void> run_probe(const Options& options, const openfab_fablet_list& fablet
     OneVoxel voxel;
     PrintHooks hooks{.interrupt = interrupt};
     hooks.fractions = &voxel;
+    hooks.print_line = [](const std::string& line) { say(printable(line) + "\n"); };
     hooks.window_mm = Box3d{*options.probe_mm, *options.probe_mm};
     Result<PreparedPrint> ready = prepare_print(options, fablets, hooks);
     if (!ready) return ready.error();

@@ -166,6 +166,11 @@ void add_run(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command = app.add_subcommand(
         "run", "Compile fablets in memory and print: FILE.fl WORLD.fab.json -o OUT …");
     auto options = std::make_shared<RunOptions>();
+    command
+        ->add_option("--print-lines", options->print_lines,
+                     "lines that each `printf` shows at most (default: 100)")
+        ->check(CLI::Range(1, 1000000))
+        ->type_name("N");
     command->add_flag("--watch", options->watch,
                       "print again whenever a fablet, the world, a mesh or an image changes");
     add_compilation_options(command, &options->compilation);

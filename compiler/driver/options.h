@@ -4,6 +4,7 @@
 
 // The options of openflc's commands; main.cpp defines their syntax.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,6 +57,7 @@ struct BuildOptions {
 struct RunOptions {
     CompilationOptions compilation;
     bool watch = false;
+    int64_t print_lines = 100;  ///< of each `printf`
 };
 
 struct EmitOptions {

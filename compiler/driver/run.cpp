@@ -237,6 +237,7 @@ int run(RunOptions options, const CommonOptions& common, const std::vector<std::
     const Result<program::Options> print =
         program::parse_options(static_cast<int>(rest.size()), rest.data(), "openflc run FILE.fl");
     if (!print) return program::finish(print.error());
+    program::keep_print_lines(options.print_lines);
     Run program(options, common, *print);
     return options.watch ? program.watch() : program.once();
 }

@@ -72,7 +72,7 @@ void PrintfLog::add(const openfab_segments& segments, const openfab_printf& prin
     int64_t all = 0;
     const bool full =  // by earlier batches
         std::any_of(counts_.begin(), counts_.end(), [&](const Count& count) {
-            return count.print == &print && count.kept == kMostLines;
+            return count.print == &print && count.kept == most_lines();
         });
     for (const int32_t group : groups) {
         for (int32_t l = 0; l < kLanes; ++l) {
@@ -101,7 +101,7 @@ void PrintfLog::shorten() {
         auto found = std::find_if(seen.begin(), seen.end(),
                                   [&](const Count& c) { return c.print == p.line.print; });
         if (found == seen.end()) found = seen.insert(seen.end(), Count{p.line.print, 0, 0});
-        return ++found->kept > kMostLines;
+        return ++found->kept > most_lines();
     });
     sorted_ = pending_.size();
 }
@@ -111,7 +111,7 @@ void PrintfLog::end_batch() {
     shorten();
     for (Pending& p : pending_) {
         Count& count = count_of(p.line.print);
-        if (count.kept == kMostLines) continue;
+        if (count.kept == most_lines()) continue;
         ++count.kept;
         lines_.push_back(std::move(p.line));
     }
@@ -123,7 +123,7 @@ void PrintfLog::append(PrintfLog* later) {
     OPENFAB_CHECK(later->pending_.empty());  // its batches have ended
     for (Line& line : later->lines_) {
         Count& count = count_of(line.print);
-        if (count.kept == kMostLines) continue;
+        if (count.kept == most_lines()) continue;
         ++count.kept;
         lines_.push_back(std::move(line));
     }

@@ -4,7 +4,7 @@
 
 // Lines of printf and assert, in an order that does not depend on threads: first those of surfaces,
 // by part, triangle and vertex (see surface::Surface::log), then those at voxels, by row of blocks,
-// part, block, voxel (y, x, z); each then in program order. Only the first kMostLines of each
+// part, block, voxel (y, x, z); each then in program order. Only the first lines of each
 // printf are kept and the rest counted; since logs are joined in that order, the first of the whole
 // print are among them.
 
@@ -22,7 +22,9 @@ namespace openfab::segments {
 
 class PrintfLog {
   public:
-    static constexpr int64_t kMostLines = 100;
+    /// How many lines of each printf are kept. Changed before a print, for all of the process.
+    static int64_t most_lines() { return most_lines_; }
+    static void keep_lines(int64_t most) { most_lines_ = most; }
 
     struct Line {
         const openfab_printf* print = nullptr;
@@ -59,6 +61,7 @@ class PrintfLog {
     Count& count_of(const openfab_printf* print);
     void shorten();
 
+    inline static int64_t most_lines_ = 100;
     std::vector<Pending> pending_;  ///< of the current batch, in the order of its steps
     size_t sorted_ = 0;             ///< number of pending lines after the last `shorten`
     std::vector<Line> lines_;
