@@ -18,7 +18,7 @@ namespace openfab::tools {
 
 struct ImportArguments {
     std::string file, folder, unit, up, size, picture_size, repair, memory;
-    bool recentre = false, list = false, json = false;
+    bool recentre = false, list = false, json = false, quiet = false;
     ImportOptions import;
 };
 
@@ -38,6 +38,7 @@ struct MergeOptions {
 
 struct ViewArguments {
     viewer::ViewOptions view;
+    std::string new_folder, from = "starter";  ///< of --new
     std::string memory;
 };
 
@@ -46,8 +47,11 @@ struct ReceiveArguments {
     int32_t buffer = 20;
 };
 
-/// `new`: makes a folder, whose last part names the fablet.
-Result<void> make_folder(const std::string& path);
+/// `new`: makes a folder, whose last part names the fablet, from a template.
+Result<void> make_folder(const std::string& path, const std::string& from);
+/// Returns "starter, solid, …", and each of them.
+std::string template_names();
+std::vector<std::string> template_list();
 /// `import`: makes a world of a mesh, or lists what it holds.
 Result<void> run_import(ImportArguments arguments);
 /// Makes a world of a mesh; returns its file.

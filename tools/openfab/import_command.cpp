@@ -4,12 +4,16 @@
 // `openfab import FILE -o FOLDER`: makes a world of a mesh with its files, ready to print.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
 #include <set>
+#include <utility>
+#include <vector>
 
+#include "base/input_file.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/text.h"
@@ -206,6 +210,7 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
         note(text);
     if (Result<void> done = write_all(mesh, *loaded, *import, folder, world); !done)
         return done.error();
+    if (arguments.quiet) return world;
     if (loaded->bodies.size() == 1) {
         for (const auto& [name, number] : loaded->bodies[0].groups)
             say(fmt::format("group {} is {}\n", number, printable(name)));
@@ -214,7 +219,43 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
     return world;
 }
 
+namespace {
+
+/// Looks of MaterialX are read by its own package, in the Python that is on the PATH; replaces this process.
+Error import_materialx(const ImportArguments& arguments) {
+    constexpr const char* kRun =
+        "import sys\n"
+        "try:\n"
+        "    from openfab import materialx\n"
+        "except ImportError:\n"
+        "    print('error: looks of MaterialX are read by the Python package openfab, which "
+        "python3 does not "
+        "have; docs/without_text.md says how without it', file=sys.stderr)\n"
+        "    sys.exit(3)\n"
+        "sys.exit(materialx.main(sys.argv[1:]))\n";
+    std::vector<std::string> words{
+        "python3", "-c", kRun, as_argument(arguments.file), "--printer", arguments.import.printer};
+    const std::pair<const char*, const std::string*> more[] = {
+        {"--output", &arguments.folder},
+        {"--unit", &arguments.unit},
+        {"--profile", &arguments.import.profile}};
+    for (const auto& [name, value] : more) {
+        if (value->empty()) continue;
+        words.emplace_back(name);
+        words.push_back(*value);
+    }
+    std::vector<char*> argv;
+    for (const std::string& word : words)
+        argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    ::execvp(argv[0], argv.data());
+    return outside_error("looks of MaterialX want `python3` on the PATH");
+}
+
+}  // namespace
+
 Result<void> run_import(ImportArguments arguments) {
+    if (arguments.file.ends_with(".mtlx")) return import_materialx(arguments);
     if (arguments.list) {
         const Result<mesh::MeshOptions> options = read_arguments(&arguments);
         if (!options) return options.error();

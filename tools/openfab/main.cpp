@@ -60,8 +60,11 @@ void add_memory_option(CLI::App* command, std::string* text) {
 void add_new(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand("new", "make a folder with a fablet and a world");
     auto name = std::make_shared<std::string>();
+    auto from = std::make_shared<std::string>("starter");
     command->add_option("NAME", *name, "the folder; its last part names the fablet")->required();
-    command->callback([name, action] { *action = [name] { return make_folder(*name); }; });
+    command->add_option("--template", *from, template_names() + " (default: starter)");
+    command->callback(
+        [name, from, action] { *action = [name, from] { return make_folder(*name, *from); }; });
 }
 
 void add_import(CLI::App& app, Action* action) {
@@ -256,11 +259,19 @@ void add_view(CLI::App& app, Action* action) {
         "view", "show a print, also an unfinished one, a world or a mesh in a page for a browser");
     auto a = std::make_shared<ViewArguments>();
     viewer::ViewOptions& view = a->view;
+    command->add_option(
+        "FILE", view.file,
+        "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which is "
+        "imported for the time");
     command
-        ->add_option("FILE", view.file,
-                     "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which is "
-                     "imported for the time")
-        ->required();
+        ->add_option(
+            "--new", a->new_folder,
+            "make a folder with a fablet and a world as `openfab new` does, and view it with "
+            "--watch")
+        ->type_name("NAME");
+    command
+        ->add_option("--template", a->from, "of --new: " + template_names() + " (default: starter)")
+        ->type_name("TEMPLATE");
     command->add_option("OTHER", view.compare, "a second print, to see the difference");
     command
         ->add_option("--world", view.world,

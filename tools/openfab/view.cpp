@@ -21,6 +21,20 @@ Result<void> run_view(ViewArguments arguments) {
     if (!programs) return programs.error();
     arguments.view.memory_bytes = *memory;
     arguments.view.programs = *programs;
+    if (arguments.view.file.empty() == arguments.new_folder.empty())
+        return usage_error("give a file to view, or `--new NAME` for a new world");
+    if (!arguments.new_folder.empty()) {
+        if (Result<void> made = make_folder(arguments.new_folder, arguments.from); !made)
+            return made;
+        const std::filesystem::path folder =
+            std::filesystem::absolute(arguments.new_folder).lexically_normal();
+        const std::string name = folder.filename().empty()
+                                     ? folder.parent_path().filename().string()
+                                     : folder.filename().string();
+        arguments.view.file = (folder / (name + ".fab.json")).string();
+        arguments.view.watch = true;
+        arguments.view.templates = template_list();
+    }
     // A mesh is shown as the world that an import makes of it.
     std::unique_ptr<TemporaryFolder> made;
     if (mesh::is_mesh_file(arguments.view.file)) {

@@ -98,20 +98,27 @@ Result<std::vector<Diagnostic>> FabletCompiler::check_text(const fs::path& sourc
                                                            const std::string& text) const {
     const Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create(scratch_);
     if (!folder) return folder.error();
-    copy_modules(source, (*folder)->path());
-    const fs::path copy = (*folder)->path() / source.filename();
+    const Result<fs::path> copy = put_source((*folder)->path(), source, text);
+    if (!copy) return copy.error();
+    Result<std::vector<Diagnostic>> found = check(*copy);
+    if (!found) return found;
+    // As if they were of the files that were copied.
+    for (Diagnostic& one : *found) {
+        if (one.file.parent_path() == copy->parent_path())
+            one.file = source.parent_path() / one.file.filename();
+    }
+    return found;
+}
+
+Result<fs::path> put_source(const fs::path& folder, const fs::path& source,
+                            const std::string& text) {
+    copy_modules(source, folder);
+    fs::path copy = folder / source.filename();
     std::ofstream out(copy, std::ios::binary);
     out << text;
     out.close();
     if (!out) return outside_error(fmt::format("cannot write `{}`", copy.string()));
-    Result<std::vector<Diagnostic>> found = check(copy);
-    if (!found) return found;
-    // As if they were of the files that were copied.
-    for (Diagnostic& one : *found) {
-        if (one.file.parent_path() == copy.parent_path())
-            one.file = source.parent_path() / one.file.filename();
-    }
-    return found;
+    return copy;
 }
 
 Result<std::map<std::string, JsonValue>> FabletCompiler::describe(const fs::path& source) const {

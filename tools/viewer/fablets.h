@@ -44,6 +44,11 @@ class FabletCompiler {
     std::filesystem::path programs_, scratch_;
 };
 
+/// Writes a text that would be in `source` to a folder, with the modules beside that. Returns its file.
+Result<std::filesystem::path> put_source(const std::filesystem::path& folder,
+                                         const std::filesystem::path& source,
+                                         const std::string& text);
+
 /// Whether any is an error.
 bool has_errors(const std::vector<Diagnostic>& diagnostics);
 

@@ -11,6 +11,7 @@
 #include "base/input_file.h"
 #include "base/replace_file.h"
 #include "tools/viewer/uniform_value.h"
+#include "tools/viewer/words.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -41,29 +42,20 @@ std::vector<fs::path> with_modules(const std::vector<fs::path>& sources) {
     return files;
 }
 
-/// What a print has written for people: all lines but those of --progress json, or of one that went
-/// well the warnings alone.
-std::string words_of(const std::string& err, bool went_well) {
-    std::string words;
-    for (size_t from = 0; from < err.size();) {
-        const size_t to = std::min(err.find('\n', from), err.size());
-        const std::string_view line = std::string_view(err).substr(from, to - from);
-        if (went_well ? line.starts_with("warning: ") : !line.starts_with('{'))
-            words += std::string(line) + '\n';
-        from = to + 1;
+/// Of the statistics of a print, the million voxels that a second of work on voxels makes: set-up and files, which a
+/// fablet does not change, are most of a small draft. 0: not known.
+double speed_of(const std::string& statistics) {
+    const Result<JsonValue> json = parse_json(statistics, "statistics");
+    const JsonValue* voxels = json ? member_of(*json, "voxels_solid") : nullptr;
+    const JsonValue* phases = json ? member_of(*json, "seconds_by_phase") : nullptr;
+    if (voxels == nullptr || phases == nullptr) return 0;
+    double seconds = 0;
+    for (const JsonMember& phase : phases->members) {
+        const bool is_work = phase.key != "set_up" && phase.key != "encode" &&
+                             phase.key != "commit" && phase.key != "finish";
+        if (is_work) seconds += phase.value.number;
     }
-    return words;
-}
-
-/// The last report of --progress json that is whole.
-std::optional<JsonValue> last_progress(const std::string& err) {
-    const size_t end = err.rfind('\n');
-    if (end == std::string::npos) return {};
-    const size_t from = err.rfind("{\"event\": \"progress\"", end);
-    if (from == std::string::npos) return {};
-    Result<JsonValue> read =
-        parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "progress");
-    return read ? std::optional(std::move(*read)) : std::nullopt;
+    return seconds > 0 ? voxels->number * 1e-6 / seconds : 0;
 }
 
 }  // namespace
@@ -71,7 +63,7 @@ std::optional<JsonValue> last_progress(const std::string& err) {
 Result<std::unique_ptr<Live>> Live::start(const ViewOptions& options, Session* session) {
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
-    for (const char* name : {"loop", "page"}) {
+    for (const char* name : {"loop", "page", "dropped"}) {
         std::error_code status;
         fs::create_directory((*folder)->path() / name, status);
         if (status) return outside_error("cannot make a folder: " + status.message());
@@ -87,6 +79,9 @@ Live::Live(ViewOptions options, Session* session, std::unique_ptr<TemporaryFolde
       page_compiler_(options_.programs, folder_->path() / "page"),
       graphs_(options_.programs),
       prober_(options_.programs, folder_->path()),
+      looker_(options_.programs, folder_->path()),
+      dropped_(options_.programs, folder_->path() / "dropped"),
+      full_print_(options_.programs, folder_->path()),
       draft_(options_.draft) {
     thread_ = std::thread([this] { run(); });
 }
@@ -212,7 +207,8 @@ void Live::begin_print() {
         preview_ = folder_->path() / fmt::format("preview-{}.ofr", ++number_);
         for (const std::string& word :
              {std::string("-o"), preview_.string(), std::string("--progress"), std::string("json"),
-              std::string("--draft"), std::to_string(draft_)})
+              std::string("--draft"), std::to_string(draft_), std::string("--stats"),
+              (folder_->path() / "print.stats").string()})
             argv.push_back(word);
         for (const std::string& folder : options_.allow) {
             argv.emplace_back("--allow");
@@ -263,6 +259,12 @@ void Live::follow_print() {
     }
     if (!code) return;
     child_.reset();
+    if (fine) {
+        const double speed = speed_of(end_of_file(folder_->path() / "print.stats", kTailBytes));
+        const std::lock_guard lock(mutex_);
+        mvoxels_per_second_ = speed;
+        print_done_ = number_;
+    }
     if (!fine && shown_ != preview_) {
         std::error_code ignored;
         fs::remove(preview_, ignored);
@@ -373,10 +375,12 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
             "copy your text, and load the page again");
     }
     if (Result<void> written = replace_file(path, text); !written) return written.error();
+    const Result<std::string> renamed = rename_bindings(*of, *there, text);
     const std::lock_guard lock(mutex_);
     touch();
     JsonText out;
-    out.begin_object().member("stamp", stamp_of(text)).end_object();
+    out.begin_object().member("stamp", stamp_of(text));
+    out.member("notes", renamed ? *renamed : renamed.error().text()).end_object();
     return out.take();
 }
 

@@ -21,8 +21,11 @@
 #include "base/own_folder.h"
 #include "base/result.h"
 #include "tools/viewer/child.h"
+#include "tools/viewer/dropped.h"
 #include "tools/viewer/fablets.h"
+#include "tools/viewer/full_print.h"
 #include "tools/viewer/graph_compiler.h"
+#include "tools/viewer/node_look.h"
 #include "tools/viewer/part_finder.h"
 #include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
@@ -61,9 +64,22 @@ class Live {
     /// `graph`, `edit` or `palette` (compiler/graph/service.h).
     Result<std::string> graph(const std::string& method, int32_t fablet, const std::string& text,
                               const JsonValue* action);
-    /// Saves a source that still is the one of this stamp; returns `{"stamp"}`.
+    /// Returns what nodes of a text are at voxels of the print in view (node_look.h). `action`: {"tab", "nodes",
+    /// "surface"} and {"slice"} or {"point_mm"}.
+    Result<std::string> look(int32_t fablet, const std::string& text, const JsonValue& action);
+    /// Saves a source that still is the one of this stamp; returns `{"stamp", "notes"}`. Where it gives a uniform another
+    /// name, so does the world.
     Result<std::string> save(int32_t fablet, const std::string& text, const std::string& stamp);
     Result<void> set(const std::string& object, const std::string& uniform, const JsonValue& value);
+    /// Takes a part of a file that is dropped on the page (dropped.h).
+    Result<void> upload(const std::string& name, int64_t at, const std::string& bytes);
+    /// Makes it part of the world, as the mesh of an object or a texture; returns {"name", "mesh", "notes"}.
+    Result<std::string> use_file(const std::string& name, const std::string& object);
+    /// Prints the world with the values that were set, at its printer's own pitch.
+    Result<void> begin_full_print();
+    void stop_full_print() { full_print_.stop(); }
+    /// Puts a template in place of the world and its fablet; where `openfab view --new` made them.
+    Result<void> use_template(const std::string& name);
     void set_draft(int32_t draft);
     /// Forgets the values that were set.
     void revert();
@@ -104,6 +120,10 @@ class Live {
         std::vector<std::filesystem::path> roots;
     };
     Result<Source> source_of(int32_t fablet) const;
+    /// Finds a uniform that two texts of a source call differently, and gives it its new name in the world. Returns what
+    /// was done, for people.
+    Result<std::string> rename_bindings(const Source& source, const std::string& before,
+                                        const std::string& after);
     void touch();
     /// Whether the print with the values that were set has begun to make slices, or is done.
     bool values_are_taken() const;
@@ -116,6 +136,9 @@ class Live {
     std::mutex check_mutex_;
     GraphCompiler graphs_;
     Prober prober_;
+    NodeLooker looker_;
+    Dropped dropped_;
+    mutable FullPrint full_print_;
     std::atomic<bool> stop_{false};
 
     mutable std::mutex mutex_;  ///< of all below
@@ -127,6 +150,8 @@ class Live {
     int64_t version_ = 0;            ///< of details()
     int32_t draft_ = 1;
     int32_t slices_done_ = 0, slices_total_ = 0;
+    double mvoxels_per_second_ = 0;  ///< of the last print that was done; 0: not known
+    int64_t print_done_ = 0;         ///< its number
     std::vector<Override> overrides_;
     Read read_;
     std::shared_ptr<const PartFinder> finder_;

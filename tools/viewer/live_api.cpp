@@ -69,7 +69,7 @@ class Body {
 
 bool is_graph(const std::string& path) {
     return path == "/api/graph" || path == "/api/edit" || path == "/api/palette" ||
-           path == "/api/picture";
+           path == "/api/picture" || path == "/api/look";
 }
 
 Answer post(Live* live, const std::string& path, Body body) {
@@ -78,6 +78,18 @@ Answer post(Live* live, const std::string& path, Body body) {
         return fine();
     }
     if (path == "/api/write") return answer_of(live->write());
+    if (path == "/api/print") return answer_of(live->begin_full_print());
+    if (path == "/api/stop") {
+        live->stop_full_print();
+        return fine();
+    }
+    if (path == "/api/template" || path == "/api/use") {
+        const std::string name = body.text("name");
+        const std::string object = path == "/api/use" ? body.text("object") : std::string();
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        if (path == "/api/use") return answer_of(live->use_file(name, object));
+        return answer_of(live->use_template(name));
+    }
     if (path == "/api/draft") {
         const int32_t draft = body.whole("draft", 1, kMostDraft);
         if (!body.failed().empty()) return refusal(400, body.failed());
@@ -94,11 +106,13 @@ Answer post(Live* live, const std::string& path, Body body) {
     const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
     const std::string text = body.text("text");
     const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
-    const JsonValue* action =
-        path == "/api/edit" || path == "/api/picture" ? &body.value("action") : nullptr;
+    const JsonValue* action = path == "/api/edit" || path == "/api/picture" || path == "/api/look"
+                                  ? &body.value("action")
+                                  : nullptr;
     if (!body.failed().empty()) return refusal(400, body.failed());
     if (static_cast<int64_t>(text.size()) > kLargestSource)
         return refusal(413, "that is too large for a fablet");
+    if (path == "/api/look") return answer_of(live->look(fablet, text, *action));
     if (is_graph(path)) return answer_of(live->graph(path.substr(5), fablet, text, action));
     return answer_of(path == "/api/source" ? live->save(fablet, text, stamp)
                                            : live->check(fablet, text));
@@ -111,7 +125,8 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     const bool reads = path == "/api/live" || path == "/api/source";
     const bool writes = path == "/api/check" || path == "/api/source" || is_graph(path) ||
                         path == "/api/set" || path == "/api/draft" || path == "/api/revert" ||
-                        path == "/api/write";
+                        path == "/api/write" || path == "/api/print" || path == "/api/stop" ||
+                        path == "/api/template" || path == "/api/use" || path == "/api/upload";
     if (!(request.post ? writes : reads)) return {};
     if (live == nullptr) return refusal(404, "this is a print, not a world");
     if (!request.post) {
@@ -124,6 +139,14 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     if (!live->watches())
         return refusal(403,
                        "the world is only looked at; start `openfab view --watch` to change it");
+    if (path == "/api/upload") {
+        Parameters in(request);
+        const int32_t at = in.whole("at", 0, INT32_MAX);
+        const auto name = request.query.find("name");
+        if (!in.failed().empty() || name == request.query.end())
+            return refusal(400, name == request.query.end() ? "`name` is missing" : in.failed());
+        return answer_of(live->upload(name->second, at, request.body));
+    }
     const Result<JsonValue> json = parse_json(request.body, "request", kMostJsonBytes);
     if (!json) return refusal(400, json.error().text());
     return post(live, path, Body(*json));

@@ -12,10 +12,15 @@
 //   POST api/edit    {"fablet", "text", "action"}   {"text", "graph"}, after an action; nothing is saved
 //   POST api/palette {"fablet", "text"}       what can be added to a graph
 //   POST api/picture {"fablet", "text", "action"}   what a function of the palette looks like
+//   POST api/look    {"fablet", "text", "action"}   what nodes are at voxels (node_look.h)
 //   POST api/source  {"fablet", "text", "stamp"}   saves it; {"stamp"}
 //   POST api/set     {"object", "uniform", "value"}
 //   POST api/draft   {"draft"}
 //   POST api/revert, api/write   {}
+//   POST api/upload?name=…&at=N   the next bytes of a file that was dropped
+//   POST api/use     {"name", "object"}   makes it part of the world; {"name", "mesh", "notes"}
+//   POST api/print, api/stop   {}   the whole print, to a file beside the world
+//   POST api/template   {"name"}   of a world that `openfab view --new` made
 
 #include <optional>
 

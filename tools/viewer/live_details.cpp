@@ -14,8 +14,11 @@ void Live::describe(JsonText* out) const {
     out->begin_object().member("watch", options_.watch);
     out->member("phase", kNames[static_cast<size_t>(phase_)]).member("message", message_);
     out->member("slices_done", slices_done_).member("slices_total", slices_total_);
+    out->member("print", print_done_).member("mvoxels_per_second", mvoxels_per_second_);
     out->member("writable", !overrides_.empty() && values_are_taken());
-    out->member("draft", draft_).member("version", version_).end_object();
+    out->member("draft", draft_).member("version", version_).key("full_print");
+    full_print_.describe(out);
+    out->end_object();
 }
 
 void Live::describe_object(const world::Object& object, JsonText* out) const {
@@ -78,6 +81,9 @@ std::string Live::details() const {
         out.begin_object().member("file", source.filename().string());
         out.member("stamp", text ? stamp_of(*text) : std::string()).end_object();
     }
+    out.end_array().key("templates").begin_array();
+    for (const std::string& one : options_.templates)
+        out.value(one);
     out.end_array().key("diagnostics");
     write_diagnostics(read_.diagnostics, read_.sources, &out);
     out.end_object();

@@ -21,7 +21,9 @@ struct ViewOptions {
     std::string address = "127.0.0.1";
     int32_t port = 0;    ///< 0: any that is free
     bool watch = false;  ///< print a world again on each change, and let the page make changes
-    int32_t draft = 4;   ///< a world's pitch times this
+    std::vector<std::string>
+        templates;      ///< of a world that this command made: others that the page offers
+    int32_t draft = 4;  ///< a world's pitch times this
     std::vector<std::string> allow;     ///< folders that a world may read besides its own
     std::vector<std::string> settings;  ///< OBJECT.UNIFORM=VALUE, as of a print
     int64_t memory_bytes = 0;

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/json.h"
 #include "base/json_text.h"
 
@@ -70,7 +72,64 @@ std::string with_first_member(const std::string& text, const JsonValue& object,
     return text.substr(0, key) + member + "," + (space.empty() ? " " : space) + text.substr(key);
 }
 
+/// Gives a member of an object that value; an object has no two of one key.
+std::string with_member(const std::string& text, const JsonValue& object, std::string_view key,
+                        std::string_view value) {
+    const JsonValue* there = member_of(object, key);
+    if (there == nullptr)
+        return with_first_member(text, object, fmt::format("{}: {}", quoted(key), value));
+    const size_t from = offset_of(text, there->line, there->column);
+    return text.substr(0, from) + std::string(value) + text.substr(end_of_value(text, from));
+}
+
 }  // namespace
+
+Result<std::string> with_entry(const std::string& text, const std::string& name,
+                               std::string_view section, std::string_view key,
+                               std::string_view value) {
+    const Result<JsonValue> world = parse_json(text, name);
+    if (!world) return world.error();
+    if (!world->is(JsonValue::Kind::kObject))
+        return user_error(fmt::format("{}: this is no world", name));
+    const JsonValue* of_section = member_of(*world, section);
+    if (of_section == nullptr)
+        return with_first_member(
+            text, *world, fmt::format("{}: {{{}: {}}}", quoted(section), quoted(key), value));
+    if (!of_section->is(JsonValue::Kind::kObject))
+        return user_error(fmt::format("{}: `{}` is no object", name, section));
+    return with_member(text, *of_section, key, value);
+}
+
+Result<std::string> with_renamed_uniform(const std::string& text, const std::string& name,
+                                         std::string_view section, std::string_view entry,
+                                         std::string_view from, std::string_view to) {
+    const Result<JsonValue> world = parse_json(text, name);
+    if (!world) return world.error();
+    const JsonValue* at = member_of(*world, section);
+    for (const std::string_view key : {entry, std::string_view("uniforms")})
+        at = at == nullptr ? nullptr : member_of(*at, key);
+    if (at == nullptr) return text;
+    for (const JsonMember& member : at->members) {
+        if (member.key != from) continue;
+        const size_t begin = offset_of(text, member.line, member.column);
+        size_t end = begin + 1;
+        while (end < text.size() && text[end] != '"')
+            end += text[end] == '\\' ? 2 : 1;
+        return text.substr(0, begin) + quoted(to) + text.substr(std::min(end + 1, text.size()));
+    }
+    return text;
+}
+
+Result<std::string> with_mesh(const std::string& text, const std::string& name,
+                              std::string_view object, std::string_view mesh) {
+    const Result<JsonValue> world = parse_json(text, name);
+    if (!world) return world.error();
+    const JsonValue* objects = member_of(*world, "objects");
+    const JsonValue* of_object = objects == nullptr ? nullptr : member_of(*objects, object);
+    if (of_object == nullptr || !of_object->is(JsonValue::Kind::kObject))
+        return user_error(fmt::format("{}: there is no object `{}`", name, object));
+    return with_member(text, *of_object, "mesh", quoted(mesh));
+}
 
 Result<std::string> with_uniform(const std::string& text, const std::string& name,
                                  std::string_view object, std::string_view uniform,
@@ -87,10 +146,7 @@ Result<std::string> with_uniform(const std::string& text, const std::string& nam
         return with_first_member(text, *of_object, "\"uniforms\": {" + member + "}");
     if (!uniforms->is(JsonValue::Kind::kObject))
         return user_error(fmt::format("{}: the uniforms of `{}` are no object", name, object));
-    const JsonValue* there = member_of(*uniforms, uniform);
-    if (there == nullptr) return with_first_member(text, *uniforms, member);
-    const size_t from = offset_of(text, there->line, there->column);
-    return text.substr(0, from) + std::string(value) + text.substr(end_of_value(text, from));
+    return with_member(text, *uniforms, uniform, value);
 }
 
 }  // namespace openfab::viewer

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Changes uniforms in the text of a world, and leaves all else of it as somebody has written it.
+// Changes members in the text of a world, and leaves all else of it as somebody has written it.
 
 #include <string>
 #include <string_view>
@@ -16,5 +16,20 @@ namespace openfab::viewer {
 Result<std::string> with_uniform(const std::string& text, const std::string& name,
                                  std::string_view object, std::string_view uniform,
                                  std::string_view value);
+
+/// Returns the text with `"key": value` in an object of the world such as `meshes`, which is made if it is not there.
+Result<std::string> with_entry(const std::string& text, const std::string& name,
+                               std::string_view section, std::string_view key,
+                               std::string_view value);
+
+/// Returns the text with another name of a uniform that an entry of `objects` or `fablets` binds; unchanged where it binds
+/// none of this name.
+Result<std::string> with_renamed_uniform(const std::string& text, const std::string& name,
+                                         std::string_view section, std::string_view entry,
+                                         std::string_view from, std::string_view to);
+
+/// Returns the text with another mesh of an object.
+Result<std::string> with_mesh(const std::string& text, const std::string& name,
+                              std::string_view object, std::string_view mesh);
 
 }  // namespace openfab::viewer

@@ -331,7 +331,7 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
         {"/api/source", R"({"fablet": 7, "text": "x", "stamp": "0"})", 422},
         {"/api/source",
          R"({"fablet": 0, "text": ")" + std::string(3 << 20, 'x') + R"(", "stamp": "0"})", 413},
-        {"/api/print", "{}", 404}};
+        {"/api/nothing", "{}", 404}};
     for (const auto& [path, body, status] : wrong) {
         const HttpAnswer answer = viewer.post(path, body);
         EXPECT_EQ(answer.status, status) << path << " " << body.substr(0, 80) << "\n"

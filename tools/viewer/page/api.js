@@ -45,6 +45,11 @@ export async function getBytes(path) {
     return response.status === 204 ? null : { bytes: new Uint8Array(await response.arrayBuffer()), step: Number(response.headers.get("X-OpenFab-Step")) };
 }
 
+export async function postBytes(path, bytes) {
+    const response = await request(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: bytes });
+    return response.json();
+}
+
 export async function postJson(path, value) {
     const response = await request(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(value) });
     return response.json();

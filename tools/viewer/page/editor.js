@@ -163,6 +163,7 @@ export class Editor {
             this.stored = text;
             this.stamp = got.stamp;
             this.known.add(got.stamp);
+            if (got.notes) { byId("files_note").textContent = got.notes.trim(); byId("files_note").hidden = false; }
             byId("save").disabled = !this.edited;
         });
     }

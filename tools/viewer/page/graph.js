@@ -5,6 +5,7 @@ import { postJson } from "./api.js";
 import { element } from "./format.js";
 import { GraphDrawing } from "./graph_draw.js";
 import { GraphInspector } from "./graph_inspector.js";
+import { canBeLookedAt, GraphLooks, hasPicture, short } from "./graph_look.js";
 import { GraphPalette } from "./graph_palette.js";
 
 const byId = (id) => document.getElementById(id);
@@ -12,8 +13,8 @@ const kDrawMs = 200;
 const kMostUndo = 200;
 
 export class GraphPane {
-    /** `editor` holds the text; `fail` shows an error of the server. */
-    constructor(editor, fail) {
+    /** `editor` holds the text; `fail` shows an error of the server; `colorOf` is that of the material of a uniform. */
+    constructor(editor, fail, colorOf) {
         this.editor = editor;
         this.fail = fail;
         this.graph = null;
@@ -25,6 +26,10 @@ export class GraphPane {
         this.drawing = new GraphDrawing(byId("graph_svg"));
         this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }));
         this.inspector = new GraphInspector({ act: (action) => this.act(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
+        this.looks = new GraphLooks({
+            ask: (text, action) => postJson("api/look", { fablet: this.editor.fablet, text, action }), show: () => this.showLooks(), colorOf,
+            tell: (text) => { byId("graph_look_trouble").textContent = text; },
+        });
         this.listen();
     }
 
@@ -37,6 +42,15 @@ export class GraphPane {
         byId("graph_button").setAttribute("aria-pressed", open);
         document.body.classList.toggle("with_graph", open);
         if (open) this.draw().then(() => this.drawing.fit(true));
+    }
+
+    /** What the loop says: whether a print runs, and how quick the last was. */
+    showState(live) {
+        this.looks.setBusy(live.phase === "checking" || live.phase === "printing");
+        if (live.phase !== "done" || live.print === this.measured?.print) return;
+        const before = this.measured?.speed;
+        this.measured = { print: live.print, speed: live.mvoxels_per_second };
+        byId("graph_speed").textContent = live.mvoxels_per_second ? `${short(live.mvoxels_per_second)} M voxels/s${before ? `, before ${short(before)}` : ""}` : "";
     }
 
     say(text, isError = true) {
@@ -104,13 +118,38 @@ export class GraphPane {
         if (this.stale) {
             for (const d of this.diagnostics) for (const node of tab.nodes) if (node.line === d.line && node.kind !== "input") marked.set(node.id, d.message);
         }
+        const isShown = this.looks.isOn && ["@Volume", "@Surface"].includes(tab.name) || this.looks.isOn && !tab.stage;
+        for (const node of tab.nodes) node.look = isShown && hasPicture(node);
         this.drawing.show(tab, this.selected, this.port, marked);
+        this.wantLooks(isShown);
         this.inspector.show(this.graph, this.tab, this.selected, this.port);
         byId("graph_svg").setAttribute("aria-label", `Graph of ${tab.name}: ${tab.nodes.length} nodes`);
     }
 
+    /** Asks for what nodes in view are; where there are many, for those alone. */
+    wantLooks(isShown) {
+        if (this.stale) return;
+        const nodes = this.nodes.filter(canBeLookedAt).map((node) => ({ id: node.id, key: this.keyOf(node), picture: hasPicture(node), seen: this.drawing.isSeen(node.id) }));
+        this.looks.want(isShown ? { text: this.drawn, tab: this.tab, name: this.graph.tabs[this.tab].name, nodes: nodes.sort((a, b) => b.seen - a.seen) } : null);
+        this.showLooks();
+    }
+
+    showLooks() {
+        this.drawing.showLooks((node) => ({ picture: this.looks.pictures.get(this.keyOf(node)), values: this.looks.values.get(this.keyOf(node)) }));
+        this.inspector.showValues((node) => this.looks.values.get(this.keyOf(node)));
+    }
+
+    /** Draws again what a change of the switch is about. */
+    toggleLooks() {
+        this.looks.isOn = !this.looks.isOn;
+        byId("graph_look").setAttribute("aria-pressed", this.looks.isOn);
+        byId("graph_look_trouble").textContent = "";
+        if (this.graph) this.show();
+    }
+
     setTab(tab) {
         this.tab = tab;
+        this.looks.forget();
         this.selected.clear();
         this.port = null;
         this.show();
@@ -138,6 +177,14 @@ export class GraphPane {
 
     /** Does one action on the text that is drawn. */
     async act(action) {
+        document.body.classList.add("graph_busy");
+        this.waiting = (this.waiting ?? 0) + 1;
+        const done = await this.actNow(action);
+        if (--this.waiting === 0) document.body.classList.remove("graph_busy");
+        return done;
+    }
+
+    async actNow(action) {
         if (this.stale) return this.say("the text has errors that hide parts of the graph; mend them first");
         if (this.busy) await this.busy;
         const before = this.editor.text;
@@ -167,8 +214,9 @@ export class GraphPane {
                 this.inspector.show(this.graph, this.tab, this.selected, this.port);
             }
         })();
-        await this.busy;
+        const done = await this.busy;
         this.busy = null;
+        return done;
     }
 
     /** Gives the editor a text; saves it where each change is to be printed. */
@@ -211,7 +259,20 @@ export class GraphPane {
         const nodes = [...this.selected];
         if (nodes.length === 1 && this.port) return this.act({ do: "disconnect", ...this.port });
         if (nodes.length === 1) return this.act({ do: "delete", node: nodes[0] });
-        return this.say(nodes.length ? "delete them one by one" : "choose a node first");
+        return nodes.length ? this.removeAll(nodes) : this.say("choose a node first");
+    }
+
+    /** The last first: what it reads may go with it. One step to undo. */
+    async removeAll(nodes) {
+        const keys = nodes.sort((a, b) => b - a).map((id) => this.keyOf(this.nodes[id]));
+        const [steps, text] = [this.history.length, this.editor.text];
+        for (const key of keys) {
+            const node = this.nodes.find((one) => this.keyOf(one) === key);
+            if (node && !(await this.act({ do: "delete", node: node.id }))) break;
+        }
+        if (this.history.length <= steps) return;
+        this.history.splice(steps, Infinity, text);
+        this.select(null);
     }
 
     group() {
@@ -313,7 +374,7 @@ export class GraphPane {
         });
         for (const [id, does] of Object.entries({
             graph_button: () => this.toggle(), graph_add: () => this.openPalette(), graph_group: () => this.group(), graph_undo: () => this.undo(), graph_redo: () => this.redo(),
-            graph_fit: () => this.drawing.fit(), graph_delete: () => this.remove(),
+            graph_fit: () => this.drawing.fit(), graph_delete: () => this.remove(), graph_look: () => this.toggleLooks(),
         })) byId(id).addEventListener("click", does);
         byId("source").addEventListener("input", () => {
             if (this.editor.text === this.drawn) return;

@@ -1,6 +1,7 @@
 // Draws a graph as SVG, moves and scales the drawing, and says what is at a point of it.
 
-import { heightOf, kSize, layout } from "./graph_layout.js";
+import { heightOf, kSize, layout, rowsEnd } from "./graph_layout.js";
+import { membersOf, short } from "./graph_look.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
 const kSettleMs = 200, kLeast = 0.12, kFar = 0.4, kReadable = 0.62;
@@ -52,6 +53,36 @@ export class GraphDrawing {
         this.nodes.replaceChildren(...tab.nodes.map((node) => this.node(node, marked.get(node.id))));
         this.wires.replaceChildren(...tab.nodes.flatMap((node) => node.ports.map((one, i) => this.wire(node, one, i)).filter(Boolean)));
         this.select(selected, port);
+    }
+
+    /** Shows what nodes are: `lookOf` gives a node's {picture, values}. */
+    showLooks(lookOf) {
+        if (!this.tab) return;
+        for (const made of this.nodes.children) {
+            const node = this.tab.nodes[made.dataset.node];
+            made.querySelector(".look")?.remove();
+            if (node.look) made.append(this.look(node, lookOf(node)));
+        }
+        for (const wire of this.wires.children) {
+            const port = this.tab.nodes[wire.dataset.node].ports[wire.dataset.port];
+            const { values } = lookOf(this.tab.nodes[port.from]);
+            wire.querySelector("title")?.remove();
+            if (values && port.output === 0) wire.append(svg("title", {}, `${port.label}: ${membersOf(values, port.suffix).map(short).join(", ")} in the voxel`));
+        }
+    }
+
+    look(node, { picture, values }) {
+        const y = rowsEnd(node) + 4, side = kSize.look - 8;
+        const made = svg("g", { class: "look" }, svg("rect", { class: "paper", x: 8, y, width: side, height: side, rx: 2 }));
+        const lines = [];
+        if (picture) {
+            made.append(svg("image", { x: 8, y, width: side, height: side, href: picture.url, preserveAspectRatio: "xMidYMid" }));
+            if (picture.low === undefined) lines.push("no number");
+            else if (picture.type !== "MaterialComposition") lines.push(...(picture.low === picture.high ? [short(picture.low)] : [`${short(picture.low)} …`, short(picture.high)]));
+        }
+        if (values) lines.push(`▸ ${values.map(short).join(" ")}`);
+        lines.forEach((line, i) => made.append(svg("text", { class: i === lines.length - 1 && values ? "value here" : "value", x: side + 14, y: y + 12 + 14 * i }, clip(line, 15))));
+        return made;
     }
 
     select(selected, port) {
@@ -174,6 +205,13 @@ export class GraphDrawing {
         this.view = { scale: used, x: Math.min(left, box.width - 20 - this.placed.width * used), y: Math.max(20, (box.height - this.placed.height * used) / 2) };
         if (left >= 0) this.view.x = left;
         this.apply();
+    }
+
+    /** Whether some of a node is in view. */
+    isSeen(id) {
+        const at = this.placed.at[id];
+        const [x, y] = [at.x * this.view.scale + this.view.x, at.y * this.view.scale + this.view.y];
+        return x > -kSize.width && y > -100 && x < this.root.clientWidth && y < this.root.clientHeight;
     }
 
     /** Brings a node into view. */

@@ -2,6 +2,7 @@
 
 import { element } from "./format.js";
 import { titleOf } from "./graph_draw.js";
+import { membersOf, short } from "./graph_look.js";
 import { mayTake } from "./graph_palette.js";
 
 const byId = (id) => document.getElementById(id);
@@ -42,12 +43,29 @@ export class GraphInspector {
         if (!node) return;
         host.append(...this.head(node, tab));
         node.ports.forEach((one, i) => host.append(this.port(tab, node, one, i, port?.port === i)));
+        if (this.valuesOf) this.showValues(this.valuesOf);
         if (focused) host.querySelector(`[data-control="${focused}"]`)?.focus();
+    }
+
+    /** Says what the node and its inputs are in the voxel that was picked. */
+    showValues(valuesOf) {
+        this.valuesOf = valuesOf;
+        const tab = this.graph?.tabs[this.tabIndex];
+        for (const place of byId("inspector").querySelectorAll("[data-value-of]")) {
+            const node = tab?.nodes[place.dataset.valueOf];
+            const values = node && valuesOf(node);
+            place.textContent = values ? `in the voxel: ${membersOf(values, place.dataset.suffix).map(short).join(", ")}` : "";
+        }
+    }
+
+    valuePlace(id, suffix = "") {
+        return element("p", { class: "type here", "data-value-of": id, "data-suffix": suffix });
     }
 
     head(node, tab) {
         const parts = [element("h3", {}, titleOf(node))];
         if (node.outputs[0]?.type) parts.push(element("p", { class: "type" }, node.outputs[0].type));
+        parts.push(this.valuePlace(node.id));
         if (node.module) parts.push(element("p", { class: "type" }, `from ${node.module}`));
         for (const trouble of node.troubles ?? []) parts.push(element("p", { class: "trouble" }, trouble.message));
         if (node.help) parts.push(element("p", { class: "help" }, node.help.replace(/```openfl\n?|```\n?/g, "").trim()));
@@ -103,6 +121,7 @@ export class GraphInspector {
         for (const input of tab.inputs) if (!shown.has(input.name) && mayTake(type, input.type)) select.append(element("option", { value: `t${input.name}` }, input.name));
         for (const u of this.graph.uniforms) if (u.fablet === tab.fablet && !shown.has(u.name) && mayTake(type, u.type)) select.append(element("option", { value: `t${u.name}` }, u.name));
         row.append(select);
+        if (from && port.output === 0) row.append(this.valuePlace(from.id, port.suffix));
         if (port.plain && tab.fablet) row.append(element("button", { class: "quiet", title: "Make a uniform of this value", onclick: () => this.act({ do: "expose", node: node.id, port: i }) }, "uniform"));
         return row;
     }

@@ -1,11 +1,16 @@
 // Where the nodes of a graph stand: columns from what is read on the left to the result on the right, each node beside
 // what it gives its value to. Nothing here touches the page.
 
-export const kSize = { width: 156, head: 24, row: 20, column: 204, gap: 16 };
+export const kSize = { width: 156, head: 24, row: 20, column: 204, gap: 16, look: 52 };
 
-/** The rows of a node: its inputs, and beside them the outputs after the first. */
+/** Where the rows of a node end: its inputs, and beside them the outputs after the first. */
+export function rowsEnd(node) {
+    return kSize.head + Math.max(node.ports.length, node.outputs.length - 1, node.kind === "opaque" ? 1 : 0) * kSize.row;
+}
+
+/** With room for its picture, if it has one. */
 export function heightOf(node) {
-    return kSize.head + Math.max(node.ports.length, node.outputs.length - 1, node.kind === "opaque" ? 1 : 0) * kSize.row + 4;
+    return rowsEnd(node) + 4 + (node.look ? kSize.look : 0);
 }
 
 /** The nodes that read each node. */

@@ -2,14 +2,15 @@
 
 import { getJson } from "./api.js";
 import { Editor } from "./editor.js";
+import { Files } from "./files.js";
 import { GraphPane } from "./graph.js";
 import { Uniforms } from "./uniforms.js";
 
 const byId = (id) => document.getElementById(id);
 
 export class LivePanel {
-    /** `refresh` asks for the state again; `tell` makes of a place for words one for errors. */
-    constructor({ refresh, tell }) {
+    /** `refresh` asks for the state again; `tell` makes of a place for words one for errors; colours are red, green, blue. */
+    constructor({ refresh, tell, colorOfMaterial }) {
         this.version = -1;
         this.fail = tell((text) => this.showMessage(text, true));
         // Does something that asks the server, and shows at `id` what is wrong with it.
@@ -23,8 +24,16 @@ export class LivePanel {
             }
         };
         this.uniforms = new Uniforms(run("uniforms_trouble"));
+        this.files = new Files(run("uniforms_trouble"));
         this.editor = new Editor(run("editor_trouble"));
-        this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)));
+        this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)),
+            (uniform) => colorOfMaterial(this.materialOf(uniform)));
+    }
+
+    /** The material that the first object with a uniform of this name has there. */
+    materialOf(uniform) {
+        const value = this.details?.objects.flatMap((object) => object.uniforms).find((one) => one.name === uniform)?.value;
+        return typeof value === "string" ? value : undefined;
     }
 
     showMessage(text, isError) {
@@ -36,11 +45,15 @@ export class LivePanel {
     async showState(live) {
         if (!live?.watch) return;
         this.uniforms.showState(live);
+        this.graph.showState(live);
+        this.files.showState(live);
         if (live.version === this.version) return;
         this.version = live.version;
         try {
             const details = await getJson("api/live");
+            this.details = details;
             this.uniforms.show(details);
+            this.files.show(details);
             this.showMessage(details.message.trimEnd(), live.phase === "failed");
             await this.editor.show(details);
         } catch (error) {

@@ -58,7 +58,13 @@ const volume = new VolumeView(byId("volume"), byId("below"), byId("above"), mode
 const cursor = new Cursor(byId("cursor"), showing);
 const address = new Address(addressValues, applyAddress);
 const follower = new Follower(showState, (error) => notice(error.message));
-const live = new LivePanel({ refresh: () => follower.refresh(), tell });
+const live = new LivePanel({ refresh: () => follower.refresh(), tell, colorOfMaterial });
+
+/** Red, green and blue of a material by its name; grey where there is none. */
+function colorOfMaterial(name) {
+    const hex = model.print()?.materials.find((one) => one.name === name)?.preview ?? "#808080";
+    return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+}
 
 function showing() { return model.view === "3" ? volume : plane; }
 
@@ -100,6 +106,7 @@ let settling = 0;
 /** What is worth a request only once one stays at a slice. */
 function settle() {
     clearTimeout(settling);
+    live.graph.looks.setSlice(model.at.z);
     settling = setTimeout(async () => {
         if (!model.print()?.whole || (model.which === "diff" && model.state.difference)) return;
         try {
@@ -136,6 +143,7 @@ async function pick(voxel, reach = 0) {
         // The planes that are not shown go there.
         axisNames.forEach((axis, a) => { if (axis !== model.view && !(model.view === "3" && volume.clip[a])) model.at[axis] = picked.voxel[a]; });
         panels.showPick(model.picked);
+        live.graph.looks.setPoint(picked.mm);
         showPlace();
         settle();
         redraw();

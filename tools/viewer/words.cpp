@@ -1,0 +1,33 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/viewer/words.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+namespace openfab::viewer {
+
+std::string words_of(const std::string& err, bool went_well) {
+    std::string words;
+    for (size_t from = 0; from < err.size();) {
+        const size_t to = std::min(err.find('\n', from), err.size());
+        const std::string_view line = std::string_view(err).substr(from, to - from);
+        if (went_well ? line.starts_with("warning: ") : !line.starts_with('{'))
+            words += std::string(line) + '\n';
+        from = to + 1;
+    }
+    return words;
+}
+
+std::optional<JsonValue> last_progress(const std::string& err) {
+    const size_t end = err.rfind('\n');
+    if (end == std::string::npos) return {};
+    const size_t from = err.rfind("{\"event\": \"progress\"", end);
+    if (from == std::string::npos) return {};
+    Result<JsonValue> read =
+        parse_json(std::string_view(err).substr(from, err.find('\n', from) - from), "progress");
+    return read ? std::optional(std::move(*read)) : std::nullopt;
+}
+
+}  // namespace openfab::viewer
