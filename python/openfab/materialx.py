@@ -1,0 +1,655 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Looks of MaterialX as fablets: pattern graphs become OpenFL text, base colour and opacity inks, displacement the surface.
+
+    python3 -m openfab.materialx looks.mtlx -o FOLDER [--mesh part.obj] [--unit 10mm] [--printer j750]
+
+`openfab import looks.mtlx` runs this. It needs the package MaterialX of PyPI, nothing else; this file runs alone, too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import json
+import re
+import shutil
+import struct
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+TYPES = {
+    "float": "float", "integer": "int", "boolean": "bool", "color3": "float3", "vector3": "float3", "vector2": "float2",
+    "color4": "float4", "vector4": "float4",
+}
+SIZES = {"float": 1, "int": 1, "bool": 1, "float2": 2, "float3": 3, "float4": 4}
+
+# Shading models: their colour, its weight, how opaque it is.
+MODELS = {
+    "standard_surface": ("base_color", "base", "opacity"),
+    "open_pbr_surface": ("base_color", "base_weight", "geometry_opacity"),
+    "UsdPreviewSurface": ("diffuseColor", None, "opacity"),
+    "gltf_pbr": ("base_color", None, "alpha"),
+    "disney_principled": ("baseColor", None, None),
+    "surface_unlit": ("emission_color", "emission", "opacity"),
+}
+
+# Nodes by their formula; {} are inputs. What MaterialX defines by graphs of these is taken apart first.
+FORMULAS = {
+    "add": "{in1} + {in2}", "subtract": "{in1} - {in2}", "multiply": "{in1} * {in2}", "divide": "{in1} / {in2}",
+    "modulo": "mx_modulo({in1}, {in2})", "absval": "abs({in})", "floor": "floor({in})", "ceil": "ceil({in})",
+    "round": "round({in})", "power": "pow({in1}, {in2})", "sin": "sin({in})", "cos": "cos({in})", "tan": "tan({in})",
+    "asin": "asin({in})", "acos": "acos({in})", "sqrt": "sqrt({in})", "ln": "log({in})", "exp": "exp({in})",
+    "fract": "frac({in})", "sign": "mx_sign({in})", "clamp": "clamp({in}, {low}, {high})", "min": "min({in1}, {in2})",
+    "max": "max({in1}, {in2})", "normalize": "normalize({in})", "magnitude": "length({in})",
+    "dotproduct": "dot({in1}, {in2})", "crossproduct": "cross({in1}, {in2})", "distance": "distance({in1}, {in2})",
+    "invert": "{amount} - {in}", "mix": "lerp({bg}, {fg}, {mix})", "smoothstep": "mx_smoothstep({in}, {low}, {high})",
+    "remap": "{outlow} + ({in} - {inlow}) * ({outhigh} - {outlow}) / ({inhigh} - {inlow})",
+    "ifgreater": "{value1} > {value2} ? {in1} : {in2}", "ifgreatereq": "{value1} >= {value2} ? {in1} : {in2}",
+    "ifequal": "{value1} == {value2} ? {in1} : {in2}", "and": "{in1} && {in2}", "or": "{in1} || {in2}", "not": "!{in}",
+    "plus": "{mix} * ({bg} + {fg}) + (1 - {mix}) * {bg}", "minus": "{mix} * ({bg} - {fg}) + (1 - {mix}) * {bg}",
+    "difference": "{mix} * abs({bg} - {fg}) + (1 - {mix}) * {bg}",
+    "screen": "{mix} * (1 - (1 - {fg}) * (1 - {bg})) + (1 - {mix}) * {bg}",
+    "burn": "mx_burn({fg}, {bg}, {mix})", "dodge": "mx_dodge({fg}, {bg}, {mix})",
+    "inside": "{in} * {mask}", "outside": "{in} * (1 - {mask})", "dot": "{in}", "constant": "{value}",
+    "rotate2d": "mx_rotate({in}, {amount})", "rotate3d": "mx_rotate({in}, {amount}, {axis})",
+    "ramplr": "lerp({valuel}, {valuer}, saturate({texcoord}.x))", "ramptb": "lerp({valuet}, {valueb}, saturate(1 - {texcoord}.y))",
+    "splitlr": "{texcoord}.x < {center} ? {valuel} : {valuer}", "splittb": "1 - {texcoord}.y < {center} ? {valuet} : {valueb}",
+    "luminance": "{type}(dot({in}, {lumacoeffs}))", "rgbtohsv": "rgb_to_hsv({in})", "hsvtorgb": "hsv_to_rgb({in})",
+    "cellnoise2d": "mx_cell({texcoord})", "cellnoise3d": "mx_cell({position})",
+}
+LIGHT = re.compile(r"specular|rough|metal|sheen|coat|subsurface|transmission|thin|emission|fuzz|normal|tangent|ior|occlusion|clearcoat|iridescence")
+
+
+class LooksError(Exception):
+    """What is wrong with a file, for people."""
+
+
+@dataclass
+class Written:
+    """A function of a look: its statements, and what they read."""
+
+    result: str = ""
+    lines: list[str] = field(default_factory=list)
+    reads: set[str] = field(default_factory=set)  # p, uv, n
+
+
+def name_of(text: str, taken: set[str]) -> str:
+    """A name for a variable: that of the node, as OpenFL wants it."""
+    base = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
+    if base[0].isdigit():
+        base = "v" + base
+    name, i = base, 2
+    while name in taken:
+        name, i = f"{base}_{i}", i + 1
+    taken.add(name)
+    return name
+
+
+# Names that OpenFL has, or that the functions here use.
+RESERVED = set(
+    """p uv n attr float float2 float3 float4 int bool uint if else for while return true false lerp clamp saturate noise mix
+    min max abs floor ceil round trunc frac fmod sqrt sin cos tan asin acos atan atan2 exp log pow step smoothstep dot cross
+    length distance normalize select and or any all hash fbm cellular nearest color depth density opacity displacement in out
+    base_color fablet import const struct switch case default break continue do void unit mul sign inks material""".split()
+)
+
+
+def number(value: float) -> str:
+    """The fewest digits that are the same float."""
+    single = struct.pack("f", value)
+    return next((text for digits in range(1, 10) if struct.pack("f", float(text := f"{value:.{digits}g}")) == single), repr(value))
+
+
+def literal(value: Any, kind: str) -> str:
+    """A value of MaterialX as OpenFL writes it."""
+    if kind == "bool":
+        return "true" if value else "false"
+    if kind in ("float", "int"):
+        return number(value)
+    parts = [number(one) for one in value]
+    return f"{kind}({parts[0]})" if len(set(parts)) == 1 else f"{kind}({', '.join(parts)})"
+
+
+class Writer:
+    """Writes the function of one input of a shader."""
+
+    def __init__(self, look: "Looks", document: Any, material: str) -> None:
+        self.look, self.document, self.material = look, document, material
+        self.out = Written()
+        self.taken = set(RESERVED) | {texture["uniform"] for texture in look.textures}
+        self.known: dict[tuple[str, str], str] = {}
+        self.kinds: dict[str, str] = {}
+
+    def fail(self, node: Any, what: str) -> LooksError:
+        return LooksError(f"{node.getNamePath()}: {what}")
+
+    def value(self, port: Any, kind: str) -> str:
+        """What an input holds: a wire, or its own value."""
+        node = self.connected(port)
+        if node is not None:
+            source, output = node
+            text, has = self.node(source, output)
+            channels = port.getAttribute("channels")
+            if channels:
+                text = f"{bracket(text)}.{channels.translate(str.maketrans('rgba', 'xyzw'))}"
+                has = f"float{len(channels)}" if len(channels) > 1 else "float"
+            return self.convert(text, has, kind)
+        if port.hasInterfaceName():
+            outer = port.getInterfaceInput()
+            if outer is not None and outer is not port:
+                return self.value(outer, kind)
+        value = port.getValue()
+        if value is None:
+            geometry = port.getAttribute("defaultgeomprop")
+            if geometry:
+                return self.geometry(geometry)
+            return literal([0] * SIZES[kind] if SIZES[kind] > 1 else 0, kind)
+        if kind in ("float", "int", "bool"):
+            return literal(value, kind)
+        return literal(list(value) if not isinstance(value, (int, float)) else [value] * SIZES[kind], kind)
+
+    def connected(self, port: Any) -> tuple[Any, str] | None:
+        node = port.getConnectedNode()
+        output = port.getOutputString()
+        if node is None:
+            graph_output = port.getConnectedOutput()
+            if graph_output is None:
+                return None
+            node, output = graph_output.getConnectedNode(), graph_output.getOutputString()
+            if node is None:
+                return None
+        return node, output
+
+    def geometry(self, name: str) -> str:
+        name = name.lower()
+        if name.startswith("uv"):
+            self.out.reads.add("uv")
+            return "uv"
+        if name.startswith("n"):
+            self.out.reads.add("n")
+            return "n"
+        self.out.reads.add("p")
+        return "p"
+
+    def convert(self, text: str, has: str, kind: str) -> str:
+        if has == kind or (SIZES[has] == 1 and kind not in ("bool", "int")):
+            return text if has == kind or SIZES[kind] == 1 else f"{kind}({text})"
+        if SIZES[kind] == 1:
+            return f"{bracket(text)}.x" if SIZES[has] > 1 else f"{kind}({text})"
+        if SIZES[has] < SIZES[kind]:
+            rest = ["0"] * (SIZES[kind] - SIZES[has])
+            if kind == "float4":
+                rest[-1] = "1"
+            return f"{kind}({', '.join([text] + rest)})"
+        return f"{bracket(text)}.{'xyzw'[:SIZES[kind]]}"
+
+    def node(self, node: Any, output: str = "") -> tuple[str, str]:
+        """A node's value and its type: the name of a variable, or what is short enough to stand where it is read."""
+        key = (node.getNamePath(), output)
+        if key in self.known:
+            return self.known[key], self.kinds[self.known[key]]
+        text, kind = self.expression(node, output)
+        category = node.getCategory()
+        if category in ("constant", "dot", "position", "texcoord", "normal") and re.fullmatch(r"[\w.\-]+|float\d\([^()]*\)", text):
+            return text, kind
+        name = name_of(node.getName(), self.taken)
+        self.known[key], self.kinds[name] = name, kind
+        self.out.lines.append(f"{kind} {name} = {text};")
+        return name, kind
+
+    def port(self, node: Any, name: str) -> Any:
+        """An input as it is, or as the node's definition has it."""
+        found = node.getInput(name)
+        if found is None:
+            definition = node.getNodeDef()
+            found = definition.getActiveInput(name) if definition is not None else None
+        if found is None:
+            raise self.fail(node, f"has no input `{name}`")
+        return found
+
+    def input(self, node: Any, name: str, kind: str | None = None) -> str:
+        port = self.port(node, name)
+        has = TYPES.get(port.getType())
+        if has is None:
+            raise self.fail(node, f"`{name}` is a {port.getType()}, which has no place in a fablet")
+        text = self.value(port, has)
+        return self.convert(text, has, kind) if kind else text
+
+    def has(self, node: Any, name: str) -> bool:
+        definition = node.getNodeDef()
+        return node.getInput(name) is not None or (definition is not None and definition.getActiveInput(name) is not None)
+
+    def expression(self, node: Any, output: str) -> tuple[str, str]:
+        category = node.getCategory()
+        kind = TYPES.get(node.getType() if node.getType() != "multioutput" else "float")
+        if kind is None:
+            raise self.fail(node, f"gives a {node.getType()}, which has no place in a fablet")
+        special = getattr(self, "of_" + category, None)
+        if special is not None:
+            return special(node, kind, output), kind
+        if category in ("position", "texcoord", "normal"):
+            return self.convert(self.geometry({"position": "p", "texcoord": "uv", "normal": "n"}[category]), {"texcoord": "float2"}.get(category, "float3"), kind), kind
+        formula = FORMULAS.get(category)
+        if formula is None:
+            raise self.fail(node, f"nodes of the kind `{category}` are not known here; bake it to a picture in the program that made it")
+        if category in ("ifequal", "ifgreater", "ifgreatereq") and node.getType() == "boolean" and not self.has(node, "in1"):
+            formula = formula.split(" ?")[0]
+        ports = {one: self.input(node, one) for one in re.findall(r"{(\w+)}", formula) if one != "type"}
+        inside_call = not any(op in formula for op in "+-*/?&|!<>=.")
+        shown = {one: text if inside_call else bracket(text) for one, text in ports.items()}
+        text = formula.format(**shown, type=kind)
+        if category in ("floor", "ceil", "round") and kind == "int":
+            text = f"int({text})"
+        return text, kind
+
+    def of_noise2d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_noise", self.input(node, "texcoord"), "", self.input(node, "pivot"))
+
+    def of_noise3d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_noise", self.input(node, "position"), "", self.input(node, "pivot"))
+
+    def of_fractal2d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_fractal", self.input(node, "texcoord"), self.octaves(node), "0")
+
+    def of_fractal3d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_fractal", self.input(node, "position"), self.octaves(node), "0")
+
+    def octaves(self, node: Any) -> str:
+        return "".join(f", {self.input(node, one)}" for one in ("octaves", "lacunarity", "diminish"))
+
+    def noise(self, node: Any, kind: str, function: str, at: str, more: str, pivot: str) -> str:
+        plane = node.getCategory().endswith("2d")
+        far = {("mx_noise", False): "float3(19, 73, 29)", ("mx_noise", True): "float2(19, 73)", ("mx_fractal", False): "float3(19, 193, 17)", ("mx_fractal", True): "float2(19, 193)"}[function, plane]
+        value = {
+            "float": f"{function}({at}{more})", "float3": f"{function}3({at}{more})",
+            "float2": f"{function}3({at}{more}).xy" if function == "mx_noise" else f"float2({function}({at}{more}), {function}({bracket(at)} + {far}{more}))",
+            "float4": f"float4({function}3({at}{more}), {function}({bracket(at)} + {far}{more}))",
+        }[kind]
+        amplitude = self.input(node, "amplitude", kind if SIZES[kind] > 1 and SIZES[TYPES[self.port(node, "amplitude").getType()]] > 1 else "float")
+        if amplitude not in ("1", f"{kind}(1)"):
+            value = f"{value} * {bracket(amplitude)}"
+        return value if pivot == "0" else f"{value} + {bracket(pivot)}"
+
+    def of_worleynoise2d(self, node: Any, kind: str, _: str) -> str:
+        return self.worley(node, kind, self.input(node, "texcoord"))
+
+    def of_worleynoise3d(self, node: Any, kind: str, _: str) -> str:
+        return self.worley(node, kind, self.input(node, "position"))
+
+    def worley(self, node: Any, kind: str, at: str) -> str:
+        style = self.input(node, "style") if self.has(node, "style") else "0"
+        arguments = f"({at}, {self.input(node, 'jitter')}, {style})"
+        return {"float": f"mx_worley{arguments}", "float2": f"mx_worley3{arguments}.xy", "float3": f"mx_worley3{arguments}"}[kind]
+
+    def of_atan2(self, node: Any, _kind: str, _: str) -> str:
+        names = ("iny", "inx") if self.has(node, "iny") else ("in1", "in2")
+        return f"atan2({self.input(node, names[0])}, {self.input(node, names[1])})"
+
+    def combine(self, node: Any, kind: str, _: str = "") -> str:
+        parts = [self.input(node, f"in{i}") for i in range(1, 5) if self.has(node, f"in{i}")]
+        return f"{kind}({', '.join(parts)})"
+
+    of_combine2 = of_combine3 = of_combine4 = combine
+
+    def separate(self, node: Any, _kind: str, output: str) -> str:
+        letters = {"outx": "x", "outy": "y", "outz": "z", "outw": "w", "outr": "x", "outg": "y", "outb": "z", "outa": "w"}
+        return f"{bracket(self.input(node, 'in'))}.{letters[output or 'outx']}"
+
+    of_separate2 = of_separate3 = of_separate4 = separate
+
+    def of_extract(self, node: Any, _kind: str, _: str) -> str:
+        index = self.input(node, "index")
+        text = bracket(self.input(node, "in"))
+        return f"{text}.{'xyzw'[int(index)]}" if re.fullmatch("[0-3]", index) else f"{text}[{index}]"
+
+    def of_swizzle(self, node: Any, kind: str, _: str) -> str:
+        channels = self.port(node, "channels").getValueString()
+        source = bracket(self.input(node, "in"))
+        one = SIZES[TYPES[self.port(node, "in").getType()]] == 1
+        parts = [c if c in "01" else source if one else f"{source}.{c.translate(str.maketrans('rgba', 'xyzw'))}" for c in channels]
+        return parts[0] if len(parts) == 1 else f"{kind}({', '.join(parts)})"
+
+    def of_convert(self, node: Any, kind: str, _: str) -> str:
+        return self.input(node, "in", kind)
+
+    def of_switch(self, node: Any, _kind: str, _: str) -> str:
+        which = bracket(self.input(node, "which"))
+        cases = [self.input(node, f"in{i}") for i in range(1, 11) if self.has(node, f"in{i}")]
+        text = "0"
+        for i, case in reversed(list(enumerate(cases))):
+            text = f"{which} < {i + 1} ? {bracket(case)} : {text}"
+        return text
+
+    def of_image(self, node: Any, kind: str, _: str) -> str:
+        port = self.port(node, "file")
+        file = port.getResolvedValueString()
+        if not file:
+            return self.input(node, "default")
+        texture = self.look.texture(file, port.getActiveColorSpace(), node, kind)
+        size = SIZES[kind] if SIZES[kind] != 2 else 3
+        text = f"{texture}.Sample{size}({self.input(node, 'texcoord')}, 0)"
+        return text + ".xy" if kind == "float2" else text
+
+    def of_geomcolor(self, node: Any, kind: str, _: str) -> str:
+        self.look.note(node, "colours of vertices are white here")
+        return literal([1] * SIZES[kind] if SIZES[kind] > 1 else 1, kind)
+
+    def still(self, node: Any, kind: str, _: str) -> str:
+        self.look.note(node, "a print does not move: 0")
+        return literal([0] * SIZES[kind] if SIZES[kind] > 1 else 0, kind)
+
+    of_time = of_frame = still
+
+
+def bracket(text: str) -> str:
+    """In brackets where an operator beside it would take it apart."""
+    return text if re.fullmatch(r"[\w.]+|\w+\([^()]*(\([^()]*\)[^()]*)*\)(\.\w+)?", text) else f"({text})"
+
+
+class Looks:
+    """A file's materials, and what becomes of them."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        self.notes: list[str] = []
+        self.textures: list[dict[str, Any]] = []
+
+    def note(self, node: Any, text: str) -> None:
+        line = f"{node.getNamePath()}: {text}"
+        if line not in self.notes:
+            self.notes.append(line)
+
+    def texture(self, name: str, space: str, node: Any, kind: str) -> str:
+        path = (self.file.parent / name).resolve()
+        if not path.is_file():
+            raise LooksError(f"{node.getNamePath()}: there is no picture `{name}` beside `{self.file.name}`")
+        wraps = {"periodic": "repeat", "clamp": "clamp", "mirror": "mirror", "constant": "black"}
+        port_of = lambda which: node.getInput(which).getValueString() if node.getInput(which) is not None else "periodic"
+        data = kind in ("float", "float2") or not space.startswith("srgb")
+        wrap = [wraps.get(port_of(which), "repeat") for which in ("uaddressmode", "vaddressmode")]
+        for texture in self.textures:
+            if (texture["path"], texture["data"], texture["wrap"]) == (path, data, wrap):
+                return texture["uniform"]
+        taken = {texture["uniform"] for texture in self.textures} | RESERVED
+        uniform = name_of(path.stem, taken)
+        self.textures.append({"path": path, "uniform": uniform, "data": data, "wrap": wrap})
+        return uniform
+
+
+def shaders_of(document: Any) -> list[tuple[str, Any, Any]]:
+    """Name, surface shader and displacement of each material; of a file without any, its shaders."""
+    found = []
+    for material in document.getMaterialNodes():
+        pick = lambda name: material.getInput(name).getConnectedNode() if material.getInput(name) is not None else None
+        if pick("surfaceshader") is not None:
+            found.append((material.getName(), pick("surfaceshader"), pick("displacementshader")))
+    if not found:
+        found = [(node.getName(), node, None) for node in document.getNodes() if node.getCategory() in MODELS]
+    return found
+
+
+def fablet_name(text: str) -> str:
+    name = "".join(word[:1].upper() + word[1:] for word in re.split(r"[\W_]+", text) if word)
+    return name if name and not name[0].isdigit() else "Look" + name
+
+
+class Fablet:
+    """One material as a fablet."""
+
+    def __init__(self, looks: Looks, document: Any, name: str, shader: Any, displacement: Any) -> None:
+        self.name, self.looks = fablet_name(name), looks
+        first = len(looks.textures)
+        color, weight, opacity = MODELS.get(shader.getCategory(), (None, None, None))
+        if color is None:
+            raise LooksError(f"{shader.getNamePath()}: the shading model `{shader.getCategory()}` is not known; {', '.join(MODELS)} are")
+        self.functions: list[tuple[str, str, Written]] = []
+        self.write(document, shader, color, "float3", "base_color")
+        if weight and shader.getInput(weight) is not None:
+            self.write(document, shader, weight, "float", "base_weight")
+        if opacity and shader.getInput(opacity) is not None:
+            self.write(document, shader, opacity, "float", "opacity")
+        if displacement is not None:
+            self.displace(document, displacement)
+        for port in shader.getInputs():
+            if port.getName() not in (color, weight, opacity):
+                what = "is about light, not material" if LIGHT.search(port.getName()) else "has no place in a print"
+                looks.note(shader, f"`{port.getName()}` {what}; left out")
+        self.textures = [one["uniform"] for one in looks.textures if one in looks.textures[first:] or self.uses(one["uniform"])]
+
+    def uses(self, uniform: str) -> bool:
+        return any(re.search(rf"\b{uniform}\.Sample", " ".join(w.lines) + w.result) for _, _, w in self.functions)
+
+    def write(self, document: Any, shader: Any, port: str, kind: str, name: str, scale: str = "") -> None:
+        writer = Writer(self.looks, document, self.name)
+        found = shader.getInput(port)
+        if found is None:
+            definition = shader.getNodeDef()
+            found = definition.getActiveInput(port)
+        has = TYPES[found.getType()]
+        result = writer.value(found, has)
+        writer.out.result = f"dot({result}, float3(1) / 3)" if (has, kind) == ("float3", "float") else writer.convert(result, has, kind)
+        if scale:
+            writer.out.result = f"{bracket(writer.out.result)} * {scale}"
+        self.functions.append((kind, name, writer.out))
+
+    def displace(self, document: Any, node: Any) -> None:
+        if node.getCategory() != "displacement":
+            raise LooksError(f"{node.getNamePath()}: `{node.getCategory()}` is no displacement that is known here")
+        kind = TYPES[node.getInput("displacement").getType()] if node.getInput("displacement") is not None else "float"
+        scale = node.getInput("scale")
+        if scale is not None and scale.getConnectedNode() is not None:
+            raise LooksError(f"{node.getNamePath()}: `scale` has a wire; multiply the displacement itself")
+        factor = number(scale.getValue()) if scale is not None and scale.getValue() is not None else "1"
+        self.write(document, node, "displacement", kind, "displacement", "" if factor == "1" else factor)
+
+    def has(self, function: str) -> Written | None:
+        return next((written for _, name, written in self.functions if name == function), None)
+
+    def call(self, name: str, point: str, normal: str) -> str:
+        written = self.has(name)
+        values = {"p": point, "uv": "uv", "n": normal}
+        return f"{name}({', '.join(values[one] for one in ('p', 'uv', 'n') if one in written.reads)})"
+
+    def text(self, profile: bool) -> str:
+        reads = {one for name in ("base_color", "base_weight", "opacity") if self.has(name) for one in self.has(name).reads}
+        moves = self.has("displacement")
+        uv_below = "uv" in reads
+        parameters = {"p": "float3 p", "uv": "float2 uv", "n": "float3 n"}
+        out = [f"fablet {self.name} {{", "    @uniform {"]
+        out.append('        float unit = 10 [[ float min = 0.001, string help = "of the look, mm: its patterns are as large as this says" ]];')
+        out.append('        float depth = 0.5 [[ float min = 0, string help = "thickness of the coloured skin, mm" ]];')
+        if not profile:
+            out.append('        float density = 1.2 [[ float min = 0.1, string help = "optical density of a skin of pure ink" ]];')
+        for texture in self.textures:
+            out.append(f"        ImageTexture2D {texture};")
+        if profile:
+            out.append('        ImageTexture3D profile [[ string help = "the amounts of inks for a colour, of `openfab color bake`" ]];')
+        out.append(f"        Material cyan, magenta, yellow, black, white{', clear' if self.has('opacity') else ''};")
+        out.append("    }\n")
+        for kind, name, written in self.functions:
+            out.append(f"    {kind} {name}({', '.join(parameters[one] for one in ('p', 'uv', 'n') if one in written.reads)})\n    {{")
+            out += [f"        {line}" for line in written.lines] + [f"        return {written.result};", "    }\n"]
+        if moves or uv_below:
+            needs_uv = uv_below or "uv" in moves.reads
+            varyings = "SurfaceAttributes attr" + (", float2 uv" if needs_uv else "") + (", out float2 uvOut" if uv_below else "")
+            out.append(f"    @Surface(@varying {{ {varyings} }})\n    {{")
+            if uv_below:
+                out.append("        uvOut = uv;")
+            push = "0"
+            if moves:
+                call = self.call("displacement", "attr.p / unit", "attr.n")
+                push = f"{call} * unit" if self.kind_of("displacement") == "float3" else f"attr.n * ({call} * unit)"
+            out += [f"        return {push};", "    }\n"]
+        out.append(f"    @Volume(@varying {{ VolumeAttributes attr{', @nearest float2 uv' if uv_below else ''} }})\n    {{")
+        out.append("        float4 ink = 0;")
+        point = "attr.voxelCenter / unit"
+        normal = "nearest(attr.voxelCenter).normal"
+        out.append("        if (-distance(attr.voxelCenter) <= depth) {")
+        weight = f" * {self.call('base_weight', point, normal)}" if self.has("base_weight") else ""
+        out.append(f"            float3 rgb = saturate({self.call('base_color', point, normal)}{weight});")
+        out.append(f"            ink = {'ink_amounts(profile, rgb)' if profile else 'ink_limit(rgb_to_cmyk(rgb, density, 0.8), 1)'};")
+        out.append("        }")
+        mixture = "inks(cyan, magenta, yellow, black, white, ink)"
+        if self.has("opacity"):
+            out.append(f"        float cover = saturate({self.call('opacity', point, normal)});")
+            out.append(f"        MaterialComposition mc = {mixture} * cover;\n        mc.Add(clear, 1 - cover);\n        return mc;")
+        else:
+            out.append(f"        return {mixture};")
+        return "\n".join(out + ["    }", "}"]) + "\n"
+
+    def kind_of(self, function: str) -> str:
+        return next(kind for kind, name, _ in self.functions if name == function)
+
+    def needs_uv(self) -> bool:
+        return any("uv" in written.reads for _, _, written in self.functions)
+
+
+PLAQUE = """v -20 -20 0\nv 20 -20 0\nv 20 20 0\nv -20 20 0\nv -20 -20 3\nv 20 -20 3\nv 20 20 3\nv -20 20 3
+vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+f 4/4 3/3 2/2 1/1\nf 5/1 6/2 7/3 8/4\nf 1/1 2/2 6/2 5/1\nf 2/2 3/3 7/3 6/2\nf 3/3 4/4 8/4 7/3\nf 4/4 1/1 5/1 8/4
+"""
+
+MATERIALS = {
+    "white": ("#ffffff", "#f4f2ecff"), "cyan": ("#00a0e0", "#0098dcff"), "magenta": ("#e0007a", "#d9006eff"),
+    "yellow": ("#ffe000", "#f7d900ff"), "black": ("#000000", "#161616ff"), "clear": ("#c0c0c0", "#e8f0f040"),
+}
+
+
+@functools.cache
+def library() -> Any:
+    """The definitions of all nodes."""
+    import MaterialX as mx
+
+    made = mx.createDocument()
+    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), made)
+    return made
+
+
+def read(file: Path) -> Any:
+    try:
+        import MaterialX as mx
+    except ImportError:
+        raise LooksError("looks of MaterialX want its package: python3 -m pip install MaterialX") from None
+    document = mx.createDocument()
+    try:
+        mx.readFromXmlFile(document, str(file))
+    except Exception as error:  # its own kinds differ by version
+        raise LooksError(f"`{file}` cannot be read: {error}") from None
+    document.importLibrary(library())
+    fine, messages = document.validate()
+    if not fine:
+        raise LooksError(f"`{file}` is not valid: {messages.strip().splitlines()[0]}")
+    return document
+
+
+def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | None = None, unit_mm: float = 10, printer: str = "generic", profile: str | Path | None = None) -> list[str]:
+    """Makes a folder with a fablet for each material of a file, and a world that prints them side by side.
+
+    Parameters
+    ----------
+    file : str or path
+        A document of MaterialX.
+    folder : str or path
+        To be made; it must not exist.
+    mesh : str or path, optional
+        What the looks are put on. Else a ball of 12 mm radius, or a plaque where they want texture coordinates.
+    unit_mm : float
+        Millimetres of one unit of the looks' positions.
+    printer : str
+        As `openfab printers` lists.
+    profile : str or path, optional
+        A table of inks of `openfab color bake`; else a formula mixes them.
+
+    Returns
+    -------
+    list of str
+        What was left out, a line each.
+    """
+    file, folder = Path(file), Path(folder)
+    if folder.exists():
+        raise LooksError(f"`{folder}` exists already; choose another name")
+    document = read(file)
+    # What MaterialX itself defines by graphs becomes these.
+    for graph in [*document.getNodeGraphs(), document]:
+        if not graph.hasSourceUri():
+            graph.flattenSubgraphs("genglsl", lambda node: node.getCategory() not in FORMULAS and not hasattr(Writer, "of_" + node.getCategory()) and node.getCategory() not in MODELS and node.getType() not in ("material", "displacementshader"))
+    looks = Looks(file)
+    shaders = shaders_of(document)
+    if not shaders:
+        raise LooksError(f"`{file}` has no material with a surface")
+    fablets = [Fablet(looks, document, *one) for one in shaders]
+    name = re.sub(r"\W+", "_", file.stem)
+    if name == "materialx":
+        name = "looks"
+    needs_uv = any(one.needs_uv() for one in fablets)
+    source = "// Made by `openfab import` of " + file.name + ".\nimport color;\nimport materialx;\n\n" + "\n".join(one.text(profile is not None) for one in fablets)
+    objects, build = {}, []
+    for i, one in enumerate(fablets):
+        uniforms: dict[str, Any] = {m: m for m in MATERIALS if m != "clear" or one.has("opacity")}
+        uniforms.update({texture: texture for texture in one.textures})
+        if profile is not None:
+            uniforms["profile"] = "profile"
+        objects[one.name] = {"mesh": "part", "fablet": one.name, "uniforms": {"unit": unit_mm, **uniforms}}
+        build.append({"object": one.name, "translate_mm": [45 * i, 0]})
+    used = {m for one in objects.values() for m in one["uniforms"] if m in MATERIALS}
+    world: dict[str, Any] = {
+        "$schema": "fab_world.schema.json", "openfab": 1, "printer": printer,
+        "fablets": {one.name: {"source": f"{name}.fl", "fablet": one.name} for one in fablets},
+        "materials": {m: {"key": key, "preview": preview} for m, (key, preview) in MATERIALS.items() if m in used},
+    }
+    textures: dict[str, Any] = {}
+    for texture in looks.textures:
+        textures[texture["uniform"]] = {"file": texture["path"].name, "wrap": texture["wrap"], **({"space": "data"} if texture["data"] else {})}
+    if profile is not None:
+        textures["profile"] = {"file": Path(profile).name}
+    if textures:
+        world["textures"] = textures
+    folder.mkdir(parents=True)
+    if mesh is not None:
+        shutil.copy(mesh, folder)
+        world["meshes"] = {"part": {"file": Path(mesh).name}}
+    elif needs_uv:
+        (folder / "plaque.obj").write_text(PLAQUE)
+        world["meshes"] = {"part": {"file": "plaque.obj"}}
+    else:
+        world["meshes"] = {"part": {"sphere": 12}}
+    world |= {"objects": objects, "build": build}
+    for copied in [*(texture["path"] for texture in looks.textures), *([Path(profile)] if profile is not None else [])]:
+        shutil.copy(copied, folder)
+    shutil.copy(Path(__file__).with_name("materialx.fl"), folder)
+    (folder / f"{name}.fl").write_text(source)
+    (folder / f"{name}.fab.json").write_text(json.dumps(world, indent=4) + "\n")
+    return looks.notes
+
+
+def main(words: list[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(prog="openfab import", description="make a world of the looks of a MaterialX document")
+    parser.add_argument("file")
+    parser.add_argument("-o", "--output", help="the folder to make")
+    parser.add_argument("--mesh", help="what the looks are put on")
+    parser.add_argument("--unit", default="10mm", help="the length of one unit of the looks, as 20mm (default: 10mm)")
+    parser.add_argument("--printer", default="generic")
+    parser.add_argument("--profile", help="a table of inks of `openfab color bake`")
+    options = parser.parse_args(words)
+    unit = re.fullmatch(r"([0-9.]*)\s*(mm|cm|m|um|in|)", options.unit)
+    length = float(unit[1] or "1") * {"mm": 1, "": 1, "cm": 10, "m": 1000, "um": 0.001, "in": 25.4}[unit[2]] if unit else 0
+    if not length > 0:
+        parser.error("--unit is a length, as 10mm")
+    folder = options.output or Path(options.file).stem
+    try:
+        notes = import_looks(options.file, folder, mesh=options.mesh, unit_mm=length, printer=options.printer, profile=options.profile)
+    except (LooksError, OSError) as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1 if isinstance(error, LooksError) else 3
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    name = next(Path(folder).glob("*.fab.json"))
+    print(f"made {name}\nprint it: openfab print {name} -o {name.name.split('.')[0]}.ofr", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
