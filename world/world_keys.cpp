@@ -22,7 +22,7 @@ const std::vector<KeySet>& world_key_sets() {
     static const std::vector<KeySet> sets = {
         {"world",
          {"$schema", "openfab", "printer", "tray", "support", "fablets", "dither", "materials",
-          "textures", "meshes", "objects", "groups", "arrange", "build"},
+          "textures", "meshes", "objects", "groups", "arrange", "build", "cases"},
          {"openfab", "fablets", "meshes", "objects", "build"}},
         {"fablet", {"source", "fablet", "uniforms"}, {"source", "fablet"}},
         {"dither", {"source", "rule"}, {"source", "rule"}},

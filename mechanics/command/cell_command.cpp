@@ -177,7 +177,8 @@ Result<CellResult> CellRun::run(
     }
     out.compliance = compliance_of(out.stiffness.tensor);
     if (out.compliance) out.engineering = engineering_of(out.stiffness.tensor, *out.compliance);
-    for (std::vector<float>* all : {&voxels->strength, &voxels->density, &voxels->conductivity})
+    for (std::vector<float>* all :
+         {&voxels->strength, &voxels->density, &voxels->conductivity, &voxels->solid})
         *all = {};
     voxels->code = {};
     out.voxels = std::move(*voxels);

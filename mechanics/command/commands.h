@@ -21,4 +21,42 @@ struct CellOptions {
 };
 Result<void> run_cell(const CellOptions& options);
 
+struct PartCommandOptions {
+    CommonOptions common;
+    std::string load_case;             ///< empty: the only one
+    std::vector<std::string> outputs;  ///< .vti, .npy, .json
+    std::string preview, show = "von-mises", view;
+    double require = 0;  ///< a safety factor; less is an error
+    bool loose = false, thin = false, converge = false, full = false;
+};
+Result<void> run_part(const PartCommandOptions& options);
+
+struct StandOptions {
+    CommonOptions common;
+    std::vector<std::string> outputs;  ///< .json, .vti
+    std::string preview;
+    int modes = 4;
+    bool loose = false, thin = false;
+};
+Result<void> run_stand(const StandOptions& options);
+
+struct StrengthenOptions {
+    CommonOptions common;
+    std::string load_case;  ///< empty: the only one
+    std::string field;      ///< a texture of the world
+    std::string output;     ///< NAME.fab.json
+    double safety = 1.5, limit = 1, reach_mm = 0;
+    int rounds = 20;
+    bool loose = false, thin = false;
+};
+Result<void> run_strengthen(const StrengthenOptions& options);
+
+struct ExportOptions {
+    CommonOptions common;
+    std::string load_case;             ///< empty: none
+    std::vector<std::string> outputs;  ///< .inp, .vtu, .msh, .xdmf
+    bool loose = false, thin = false;
+};
+Result<void> run_export(const ExportOptions& options);
+
 }  // namespace openfab::mechanics

@@ -28,6 +28,10 @@ namespace {
 constexpr const char* kFooter = R"(Examples:
   openfab mechanics cell gyroid.fl --cell 8mm --polar gyroid.png
   openfab mechanics cell gyroid.fl --cell 8mm --sweep thin=0.4:1.6:5 -o table.json
+  openfab mechanics part hook.fab.json --case carry --voxel 0.5mm --preview hook.png -o hook.vti
+  openfab mechanics stand hook.fab.json --voxel 0.5mm
+  openfab mechanics strengthen hook.fab.json --field need --safety 2 -o strong.fab.json
+  openfab mechanics export hook.fab.json --case carry --voxel 1mm -o hook.inp -o hook.vtu
 )";
 
 /// What is parsed later.
@@ -129,6 +133,127 @@ void add_cell(CLI::App& app, Action* action) {
     command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_cell); }; });
 }
 
+void add_part(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "part", "whether what is built holds: displacements, stresses, safety, weakest places");
+    auto o = std::make_shared<PartCommandOptions>();
+    auto texts = std::make_shared<Texts>();
+    command->add_option("WORLD", o->common.input, "a world (.fab.json) with `cases`")->required();
+    command->add_option("--case", o->load_case, "of the world's cases (default: the only one)")
+        ->type_name("NAME");
+    command
+        ->add_option("-o,--output", o->outputs,
+                     "results: .vti (volumes), .npy (numpy), .json (all numbers); repeatable")
+        ->allow_extra_args(false)
+        ->type_name("FILE");
+    command->add_option("--preview", o->preview, "a picture of the loaded part, .png")
+        ->type_name("FILE");
+    command
+        ->add_option("--show", o->show, "in it: von-mises (default), displacement, tension, safety")
+        ->type_name("WHAT")
+        ->check(CLI::IsMember({"von-mises", "displacement", "tension", "safety"}));
+    command->add_option("--view", o->view, "of it: TURN:TILT in degrees (default: 30:25)")
+        ->type_name("ANGLES");
+    command
+        ->add_option("--require", o->require, "a safety factor: exit code 1 if it is not reached")
+        ->type_name("FACTOR")
+        ->check(CLI::Range(0.0, 1e6));
+    command->add_flag("--loose", o->loose, "leave out pieces that nothing holds");
+    command->add_flag("--thin", o->thin, "take walls that the pitch does not resolve as they come");
+    command->add_flag("--full", o->full,
+                      "elements as C3D8 of CalculiX, stiffer in bending, for comparisons");
+    command->add_flag("--converge", o->converge,
+                      "again at twice the pitch: what the elements' size costs");
+    add_common(command, &o->common, texts.get());
+    command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_part); }; });
+}
+
+void add_stand(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "stand", "without loads: whether it stands, its own weight, thinnest walls, softest modes");
+    auto o = std::make_shared<StandOptions>();
+    auto texts = std::make_shared<Texts>();
+    command->add_option("WORLD", o->common.input, "a world (.fab.json)")->required();
+    command->add_option("--modes", o->modes, "how many of the softest (default: 4)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 30));
+    command
+        ->add_option("-o,--output", o->outputs,
+                     "results: .json (all numbers), .vti (own weight, and where modes are weak)")
+        ->allow_extra_args(false)
+        ->type_name("FILE");
+    command->add_option("--preview", o->preview, "a picture of where modes are weak, .png")
+        ->type_name("FILE");
+    command->add_flag("--loose", o->loose, "leave out pieces that do not stand on the ground");
+    command->add_flag("--thin", o->thin, "take walls that the pitch does not resolve as they come");
+    add_common(command, &o->common, texts.get());
+    command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_stand); }; });
+}
+
+void add_strengthen(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "strengthen", "grows a field that the fablet reads until the part is strong enough");
+    auto o = std::make_shared<StrengthenOptions>();
+    auto texts = std::make_shared<Texts>();
+    auto reach = std::make_shared<std::string>();
+    command->add_option("WORLD", o->common.input, "a world (.fab.json) with `cases`")->required();
+    command->add_option("--case", o->load_case, "of the world's cases (default: the only one)")
+        ->type_name("NAME");
+    command->add_option("--field", o->field, "the texture of the world that is grown, from 0")
+        ->required()
+        ->type_name("NAME");
+    command->add_option("-o,--output", o->output, "the world with the field, NAME.fab.json")
+        ->required()
+        ->type_name("FILE");
+    command->add_option("--safety", o->safety, "the factor that is wanted (default: 1.5)")
+        ->type_name("FACTOR")
+        ->check(CLI::Range(0.01, 1e4));
+    command->add_option("--limit", o->limit, "of the field (default: 1)")
+        ->type_name("VALUE")
+        ->check(CLI::Range(1e-6, 1e6));
+    command
+        ->add_option("--reach", *reach,
+                     "how far around a weak place it grows (default: four elements)")
+        ->type_name("LENGTH");
+    command->add_option("--rounds", o->rounds, "at most (default: 20)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    command->add_flag("--loose", o->loose, "leave out pieces that nothing holds");
+    command->add_flag("--thin", o->thin, "take walls that the pitch does not resolve as they come");
+    add_common(command, &o->common, texts.get());
+    command->callback([=] {
+        *action = [=]() -> Result<void> {
+            if (!reach->empty()) {
+                const Result<double> mm = parse_length_mm(*reach);
+                if (!mm) return usage_error(fmt::format("`--reach`: {}", mm.error().text()));
+                o->reach_mm = *mm;
+            }
+            return run_with(o.get(), *texts, run_strengthen);
+        };
+    });
+}
+
+void add_export(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("export", "what is built, as hexahedra for other programs");
+    auto o = std::make_shared<ExportOptions>();
+    auto texts = std::make_shared<Texts>();
+    command->add_option("WORLD", o->common.input, "a world (.fab.json)")->required();
+    command
+        ->add_option("-o,--output", o->outputs,
+                     "a mesh: .inp (Abaqus, CalculiX), .vtu (ParaView), .msh (gmsh), .xdmf; "
+                     "repeatable")
+        ->required()
+        ->allow_extra_args(false)
+        ->type_name("FILE");
+    command->add_option("--case", o->load_case, "of the world's cases, too (.inp)")
+        ->type_name("NAME");
+    command->add_flag("--loose", o->loose, "leave out pieces that nothing holds");
+    command->add_flag("--thin", o->thin, "take walls that the pitch does not resolve as they come");
+    add_common(command, &o->common, texts.get());
+    command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_export); }; });
+}
+
 int mechanics_main(int argc, char** argv) {
     prepare_streams();
     // Whatever is computed is not written before it is complete, so a signal may end it at once.
@@ -137,6 +262,10 @@ int mechanics_main(int argc, char** argv) {
     app.require_subcommand(1);
     Action action;
     add_cell(app, &action);
+    add_part(app, &action);
+    add_stand(app, &action);
+    add_strengthen(app, &action);
+    add_export(app, &action);
     app.footer(kFooter);
     return run_command_line(&app, argc, argv, "openfab mechanics", [&] { return action(); });
 }

@@ -5,12 +5,14 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstdio>
 #include <memory>
 
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/json_text.h"
 #include "base/say.h"
+#include "mechanics/model/absolute_paths.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
 
@@ -36,29 +38,6 @@ Result<void> run(const std::vector<std::string>& argv, const fs::path& folder) {
          {ErrorCode::kUserInput, ErrorCode::kOutside, ErrorCode::kInterrupted})
         if (code == exit_code(one)) return Error{one, "", "", {}};
     return Error{ErrorCode::kInternal, "", "", {}};
-}
-
-/// Writes a value of a world with the paths in it made absolute.
-void write_absolute(const JsonValue& value, const fs::path& folder, JsonText* out) {
-    if (value.is(JsonValue::Kind::kArray)) {
-        out->begin_array();
-        for (const JsonValue& one : value.items)
-            write_absolute(one, folder, out);
-        out->end_array();
-    } else if (value.is(JsonValue::Kind::kObject)) {
-        out->begin_object();
-        for (const JsonMember& one : value.members) {
-            out->key(one.key);
-            const bool path = one.key == "file" || one.key == "source" || one.key == "transforms";
-            if (path && one.value.is(JsonValue::Kind::kString))
-                out->value((folder / one.value.text).string());
-            else
-                write_absolute(one.value, folder, out);
-        }
-        out->end_object();
-    } else {
-        out->value(value);
-    }
 }
 
 std::string box_text(const std::array<double, 3>& mm) {
@@ -144,6 +123,29 @@ Result<fs::path> print_voxels(const PrintRequest& request, const fs::path& folde
         argv.insert(argv.end(), {"--set", one});
     if (Result<void> done = run(argv, folder); !done) return done.error();
     return file;
+}
+
+Result<std::array<double, 3>> build_size(const PrintRequest& request, const fs::path& folder) {
+    std::vector<std::string> argv{(request.programs / "openfab").string(),
+                                  "print",
+                                  as_argument(request.world),
+                                  "--estimate",
+                                  "--voxel",
+                                  "0.5mm"};
+    for (const std::string& one : request.allow)
+        argv.insert(argv.end(), {"--allow", one});
+    for (const std::string& one : request.settings)
+        argv.insert(argv.end(), {"--set", one});
+    if (Result<void> done = run(argv, folder); !done) return done.error();
+    constexpr int64_t kMostSaid = 64 << 10;
+    const std::string said = viewer::end_of_file(folder / "print.out", kMostSaid);
+    // "87 x 87 x 20 voxels, 0.2 million; 43.500 x 43.500 x 10.000 mm"
+    const size_t at = said.find("; ");
+    std::array<double, 3> out{};
+    if (at == std::string::npos ||
+        std::sscanf(said.c_str() + at, "; %lf x %lf x %lf mm", &out[0], &out[1], &out[2]) != 3)
+        return internal_error("`openfab print --estimate` says no size");
+    return out;
 }
 
 Result<CellWorld> cell_world(const fs::path& input, const std::string& object,

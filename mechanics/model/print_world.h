@@ -4,6 +4,7 @@
 
 // Has worlds printed as arrays of mixtures or codes, by `openfab print` beside this program.
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -28,6 +29,15 @@ struct PrintRequest {
 Result<std::filesystem::path> print_voxels(const PrintRequest& request,
                                            const std::filesystem::path& folder,
                                            const std::string& name);
+
+/// The size of what is built, in mm.
+Result<std::array<double, 3>> build_size(const PrintRequest& request,
+                                         const std::filesystem::path& folder);
+
+/// The text of a world with one object only, where the build places it, or at the origin where the build
+/// does not have it: all of it of the world's first material, whatever its fablet does.
+Result<std::string> object_world(const std::filesystem::path& input, const std::string& object,
+                                 const std::filesystem::path& scratch);
 
 /// The text of a world with a box of a fablet's, which stands at the world's files wherever it is
 /// written. `input`: a fablet (.fl), whose materials are named as its uniforms are, or a world, of which

@@ -25,8 +25,13 @@ Result<std::array<double, 3>> three(const JsonValue& json, const char* key,
     if (!m || m->value.items.size() != 3)
         return user_error(
             fmt::format("{}: `{}` is not there, or not three numbers", file.string(), key));
-    return std::array<double, 3>{m->value.items[0].number, m->value.items[1].number,
-                                 m->value.items[2].number};
+    std::array<double, 3> out;
+    for (size_t a = 0; a < 3; ++a) {
+        out[a] = m->value.items[a].number;
+        if (!m->value.items[a].is(JsonValue::Kind::kNumber) || !std::isfinite(out[a]))
+            return user_error(fmt::format("{}: `{}` is not three numbers", file.string(), key));
+    }
+    return out;
 }
 
 }  // namespace
@@ -44,6 +49,8 @@ Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
     const auto origin = three(*json, "origin_mm", beside);
     if (!pitch) return pitch.error();
     if (!origin) return origin.error();
+    for (const double h : *pitch)
+        if (!(h > 0)) return user_error(fmt::format("{}: a pitch of {} mm", beside.string(), h));
     out.pitch_mm = *pitch;
     out.origin_mm = *origin;
     const JsonMember* materials = json->find("materials");
@@ -85,10 +92,22 @@ Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
                 fmt::format("choose a pitch by `--voxel` that makes less than {}", kMostNodes));
         out.size[a] = static_cast<int32_t>(sizes[2 - a]);
     }
+    // What is claimed is there, before memory is asked for.
+    const auto materials_there = static_cast<int64_t>(out.materials.size());
+    if (materials_there == 0 || (!out.codes && sizes[3] != materials_there))
+        return user_error(
+            fmt::format("{}: the array has fractions of {} materials, and {} names {}",
+                        file.string(), sizes[3], beside.string(), materials_there));
+    const int64_t voxel = out.codes ? 1 : materials_there * int64_t{sizeof(float)};
+    const int64_t wanted =
+        int64_t{raster::kNpyHeaderBytes} + int64_t{out.size[0]} * out.size[1] * out.size[2] * voxel;
+    if (opened->bytes() < wanted)
+        return user_error(fmt::format("{}: the file has {} bytes, and its array takes {}",
+                                      file.string(), opened->bytes(), wanted));
     return out;
 }
 
-Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture) {
+Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares) {
     const Result<InputFile> opened = InputFile::open(file.file);
     if (!opened) return opened.error();
     Voxels out;
@@ -101,7 +120,7 @@ Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture) {
     const size_t m = file.materials.size();
     out.share.resize(m);
     for (std::vector<float>* all :
-         {&out.lambda, &out.mu, &out.strength, &out.density, &out.conductivity})
+         {&out.lambda, &out.mu, &out.strength, &out.density, &out.conductivity, &out.solid})
         all->resize(n);
     out.code.resize(n);
     const size_t voxel = file.codes ? 1 : m * sizeof(float);
@@ -128,6 +147,7 @@ Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture) {
                 for (float& s : shares)
                     s = s > 0 && s <= 1.001F ? s : 0;
             }
+            if (keep_shares) out.shares.insert(out.shares.end(), shares.begin(), shares.end());
             // Neighbours are often alike.
             if (shares != last) {
                 p = mixture.of(shares);
@@ -139,6 +159,10 @@ Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture) {
             out.strength[at] = static_cast<float>(p.strength);
             out.density[at] = static_cast<float>(p.density);
             out.conductivity[at] = static_cast<float>(p.conductivity);
+            float solid = 0;
+            for (const float share : shares)
+                solid += share;
+            out.solid[at] = std::min(solid, 1.F);
             size_t largest = 0;
             for (size_t k = 0; k < m; ++k) {
                 out.share[k] += static_cast<double>(shares[k]);

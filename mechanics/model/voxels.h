@@ -32,13 +32,15 @@ struct Voxels {
     std::vector<float> lambda, mu;         ///< MPa, [z][y][x]
     std::vector<float> strength, density;  ///< MPa, 0 unknown; g/cm3
     std::vector<float> conductivity;
+    std::vector<float> solid;   ///< share of all materials
+    std::vector<float> shares;  ///< [voxel][material], where they were asked for
     std::vector<uint8_t> code;  ///< largest material from 1, 0: nothing
     std::vector<double> share;  ///< of all voxels, of each material
 
     size_t count() const { return code.size(); }
-    static int64_t bytes_per_voxel() { return 4 * 5 + 1; }
+    static int64_t bytes_per_voxel() { return 4 * 6 + 1; }
 };
 
-Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture);
+Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares = false);
 
 }  // namespace openfab::mechanics

@@ -78,7 +78,7 @@ void ElementOperator<C>::add_row(int32_t y, int32_t z, const Field<T, C>& x, Fie
         }
     const size_t at = grid_.element(0, y, z);
     const bool scalar = values_->second.empty();
-    element_row<T, C>()(element_shape<T>(grid_.pitch_mm), grid_.elements[0],
+    element_row<T, C>()(element_shape<T>(grid_.pitch_mm, values_->full), grid_.elements[0],
                         values_->first.data() + at, scalar ? nullptr : values_->second.data() + at,
                         in, to, mean, scratch);
 }
@@ -122,10 +122,10 @@ void ElementOperator<C>::apply(Field<T, C>* x, Field<T, C>* y, const double* mea
 
 template <int C>
 std::vector<double> ElementOperator<C>::element_matrix(const std::array<double, 3>& pitch_mm,
-                                                       int which) {
+                                                       int which, bool full) {
     constexpr size_t kSize = 8 * C;
     std::vector<double> matrix(kSize * kSize);
-    const ElementShape<double> shape = element_shape<double>(pitch_mm);
+    const ElementShape<double> shape = element_shape<double>(pitch_mm, full);
     const float first = which == 0 ? 1 : 0, second = which == 1 ? 1 : 0;
     for (size_t j = 0; j < kSize; ++j) {
         double in[kSize] = {}, out[kSize] = {}, scratch[24 * C];
@@ -150,8 +150,8 @@ std::vector<double> ElementOperator<C>::element_matrix(const std::array<double, 
 
 template <int C>
 void ElementOperator<C>::inverse_diagonal(Field<float, C>* out) const {
-    const std::vector<double> a = element_matrix(grid_.pitch_mm, 0),
-                              b = element_matrix(grid_.pitch_mm, 1);
+    const std::vector<double> a = element_matrix(grid_.pitch_mm, 0, values_->full),
+                              b = element_matrix(grid_.pitch_mm, 1, values_->full);
     float first[C], second[C];
     for (size_t c = 0; c < C; ++c) {
         // All corners have the same, by symmetry.

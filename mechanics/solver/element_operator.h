@@ -21,6 +21,9 @@ constexpr int kElastic = 3, kScalar = 1;
 struct ElementValues {
     std::vector<float> first, second;
     double unit = 1;
+    /// The volume of an element changes unevenly, as in hexahedra that are integrated in full; else evenly
+    /// (B-bar), which does not lock.
+    bool full = false;
 
     /// Does the division.
     void normalise();
@@ -51,7 +54,8 @@ class ElementOperator {
     void inverse_diagonal(Field<float, C>* out) const;
 
     /// The matrix of an element whose `first`, or whose `second`, is 1: [8 C][8 C], corners x fastest.
-    static std::vector<double> element_matrix(const std::array<double, 3>& pitch_mm, int which);
+    static std::vector<double> element_matrix(const std::array<double, 3>& pitch_mm, int which,
+                                              bool full = false);
 
     const Grid& grid() const { return grid_; }
     const ElementValues& values() const { return *values_; }
@@ -71,10 +75,13 @@ class ElementOperator {
 };
 
 template <typename T>
-ElementShape<T> element_shape(const std::array<double, 3>& pitch_mm) {
-    return {static_cast<T>(2 / pitch_mm[0]), static_cast<T>(2 / pitch_mm[1]),
+ElementShape<T> element_shape(const std::array<double, 3>& pitch_mm, bool full = false) {
+    return {static_cast<T>(2 / pitch_mm[0]),
+            static_cast<T>(2 / pitch_mm[1]),
             static_cast<T>(2 / pitch_mm[2]),
-            static_cast<T>(pitch_mm[0] * pitch_mm[1] * pitch_mm[2] / 64)};
+            static_cast<T>(pitch_mm[0] * pitch_mm[1] * pitch_mm[2] / 64),
+            static_cast<T>(full ? 0 : 1),
+            static_cast<T>(full ? 1 : 0)};
 }
 
 /// The kernel for a type and a number of components.

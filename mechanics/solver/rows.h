@@ -15,13 +15,15 @@ namespace openfab::mechanics {
 template <typename T>
 struct ElementShape {
     T x, y, z, volume;
+    T even = 1, whole = 0;  ///< of modes above the first: B-bar, or all of lambda
 };
 
 /// Applies the elements of a row: adds their nodal forces to the four rows of nodes around them.
 ///
 /// Displacements of an element are a_m 1, xi, eta, zeta, xi eta, ... (eight modes a component), whose
 /// derivatives are orthogonal, so that its 24 x 24 matrix is butterflies and a few products. Of a mode
-/// above the first only the deviatoric part is stiff in bulk (B-bar), else soft materials lock.
+/// above the first only the deviatoric part is stiff in bulk (B-bar), else soft materials lock; or all of it, as in
+/// the hexahedra of other programs.
 ///
 /// C = 3: `first` is lambda, `second` mu. C = 1: `first` is the conductivity, `second` is not read.
 /// in and out: [4 rows: y, y+1, y at z+1, y+1 at z+1][C], nodes 0 ... n. `mean`: a strain (xx, yy, zz,

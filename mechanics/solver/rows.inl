@@ -94,7 +94,7 @@ void elastic_row(const ElementShape<T>& shape, int32_t n, const float* first, co
         };
         const T L = V * static_cast<T>(first[i]), M = V * static_cast<T>(second[i]);
         const T M2 = M + M, M3 = third * M, M9 = ninth * M;
-        const T B = -(T(2) * third) * M;  // of modes above the first, instead of lambda
+        const T B = shape.whole * L - (T(2) * third) * (shape.even * M);  // instead of lambda
         const T dx0 = d(0, kOne), dxY = d(0, kY), dxZ = d(0, kZ), dxYZ = d(0, kYZ);
         const T sxY = s(0, kY), sxZ = s(0, kZ), sxYZ = s(0, kYZ);
         const T dy0 = d(1, kOne), dyY = d(1, kY), dyZ = d(1, kZ), dyYZ = d(1, kYZ);

@@ -111,8 +111,8 @@ class ElementCoarsener {
   public:
     explicit ElementCoarsener(const ElementOperator<C>& fine)
         : fine_(fine),
-          first_(ElementOperator<C>::element_matrix(fine.grid().pitch_mm, 0)),
-          second_(ElementOperator<C>::element_matrix(fine.grid().pitch_mm, 1)) {
+          first_(ElementOperator<C>::element_matrix(fine.grid().pitch_mm, 0, fine.values().full)),
+          second_(ElementOperator<C>::element_matrix(fine.grid().pitch_mm, 1, fine.values().full)) {
         for (int k = 0; k < 27; ++k) {
             for (const int which : {0, 1}) {
                 const std::vector<double> all =

@@ -12,6 +12,7 @@
 
 #include "base/json.h"
 #include "base/text.h"
+#include "tools/openfab/module_text.h"
 
 namespace openfab::tools {
 
@@ -148,36 +149,6 @@ class Reader {
     const std::string& file_;
 };
 
-/// `sole_modulus` makes SOLE_MODULUS; empty where that is no name.
-std::string constant_name(const std::string& stem) {
-    std::string out;
-    for (const char c : stem) {
-        const char capital = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-        const bool letter = capital >= 'A' && capital <= 'Z';
-        const bool digit = capital >= '0' && capital <= '9';
-        if (!letter && (out.empty() || !(digit || capital == '_'))) return {};
-        out += capital;
-    }
-    return out;
-}
-
-/// Puts words into lines of a comment.
-std::string comment(const std::string& text) {
-    constexpr size_t kWidth = 116;
-    std::string out, line = "//";
-    size_t at = 0;
-    while (at < text.size()) {
-        const size_t end = std::min(text.find(' ', at), text.size());
-        if (line.size() > 2 && line.size() + end - at > kWidth) {
-            out += line + "\n";
-            line = "//";
-        }
-        line += " " + text.substr(at, end - at);
-        at = end + 1;
-    }
-    return out + line + "\n";
-}
-
 std::string list(const std::vector<std::string>& items, size_t in_line) {
     std::string out = "{";
     for (size_t i = 0; i < items.size(); ++i)
@@ -190,6 +161,7 @@ std::string list(const std::vector<std::string>& items, size_t in_line) {
 Result<std::string> property_module(std::string_view text, const std::string& file) {
     const Result<JsonValue> json = parse_json(text, file);
     if (!json) return json.error();
+    if (json->is(Kind::kObject) && json->find("parameter")) return sweep_module(*json, file);
     const Result<Table> table = Reader(*json, file).read();
     if (!table) return table.error();
     const std::filesystem::path path(file);

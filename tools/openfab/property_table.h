@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/json.h"
 #include "base/result.h"
 
 namespace openfab::tools {
@@ -20,5 +21,9 @@ namespace openfab::tools {
 /// are not 0 ... 1 with a sum of 1; values that neither rise nor fall from row to row, which no
 /// request could be found in.
 Result<std::string> property_module(std::string_view text, const std::string& file);
+
+/// The same of a table with a `parameter`, a uniform, in place of materials: a function that gives the
+/// parameter of a value. `property_module` calls it.
+Result<std::string> sweep_module(const JsonValue& table, const std::string& file);
 
 }  // namespace openfab::tools

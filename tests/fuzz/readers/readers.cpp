@@ -26,6 +26,8 @@
 #include "base/result.h"
 #include "base/text.h"
 #include "compiler/schedule/schedule.h"
+#include "mechanics/model/voxels.h"
+#include "mechanics/part/load_case.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/load/pictures.h"
@@ -346,6 +348,33 @@ bool http(std::string_view bytes) {
     return read.bytes > 0;
 }
 
+bool materials(std::string_view bytes) {
+    return answered(mechanics::read_properties(written("mechanics.json", bytes)));
+}
+
+bool cases(std::string_view bytes) {
+    return answered(mechanics::parse_load_case(std::string(bytes), "a.fab.json", ""));
+}
+
+/// Mixtures of two materials, as a print writes them.
+bool elements(std::string_view bytes) {
+    const std::string file = written("elements.npy", bytes);
+    written(
+        "elements.npy.json",
+        R"({"pitch_mm": [1, 1, 1], "origin_mm": [0, 0, 0], "materials": ["a", {"name": "b"}]})");
+    const Result<mechanics::VoxelFile> opened = mechanics::open_voxels(file);
+    if (!answered(opened)) return false;
+    mechanics::Material a, b;
+    a.young_MPa = 1;
+    b.young_MPa = 2000;
+    const mechanics::Mixture mixture({a, b}, mechanics::Properties());
+    const Result<mechanics::Voxels> read = mechanics::read_voxels(*opened, mixture);
+    if (!answered(read)) return false;
+    for (const float mu : read->mu)
+        if (!(mu >= 0)) std::abort();
+    return true;
+}
+
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
     {"mtl", true, mtl},
@@ -386,6 +415,9 @@ constexpr Reader kReaders[] = {
     {"icc", false, icc},
     {"cgats", true, cgats},
     {"http", true, http},
+    {"materials", true, materials},
+    {"cases", true, cases},
+    {"elements", false, elements},
 };
 
 }  // namespace

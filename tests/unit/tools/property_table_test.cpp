@@ -82,5 +82,28 @@ TEST(PropertyTable, SaysWhereItIsWrong) {
     EXPECT_THAT(trouble(table(good), "1st.json"), HasSubstr("`1st` cannot name constants"));
 }
 
+TEST(PropertyTable, OfASweepIsAFunctionOfWhatIsWanted) {
+    const auto sweep = [](const std::string& rows) {
+        return property_module(R"({"property": "Young's modulus along x", "unit": "MPa",
+                                   "parameter": "wall", "rows": [)" +
+                                   rows + "]}",
+                               "gyroid.json");
+    };
+    const Result<std::string> module = sweep(
+        R"({"at": 0.8, "value": 200}, {"at": 1.4, "value": 500, "residual": 1e-7}, {"at": 2, "value": 900})");
+    ASSERT_TRUE(module) << module.error().text();
+    EXPECT_THAT(*module, HasSubstr("float gyroid_wall(float value)"));
+    EXPECT_THAT(*module, HasSubstr("const float GYROID_LOWEST = 200, GYROID_HIGHEST = 900;"));
+    EXPECT_THAT(*module, HasSubstr("part = saturate((value - 200) / (500 - 200));\n"
+                                   "    if (part > 0) at = lerp(0.8, 1.4, part);"));
+    const Result<std::string> bent =
+        sweep(R"({"at": 1, "value": 2}, {"at": 2, "value": 3}, {"at": 3, "value": 1})");
+    ASSERT_FALSE(bent);
+    EXPECT_THAT(bent.error().text(), HasSubstr("row 3 has the value 1 after 3"));
+    const Result<std::string> one = sweep(R"({"at": 1, "value": 2})");
+    ASSERT_FALSE(one);
+    EXPECT_THAT(one.error().text(), HasSubstr("2 to 64 `rows`"));
+}
+
 }  // namespace
 }  // namespace openfab::tools

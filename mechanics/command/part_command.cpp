@@ -1,0 +1,134 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "backends/common/output_file.h"
+#include "base/input_file.h"
+#include "base/own_folder.h"
+#include "base/say.h"
+#include "mechanics/command/commands.h"
+#include "mechanics/command/part_report.h"
+#include "mechanics/command/part_source.h"
+#include "mechanics/part/part_picture.h"
+#include "mechanics/part/volume_files.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
+                       const LoadCase& load_case, double voxel_mm, bool first) {
+    Result<PartInput> input = source.read(voxel_mm, load_case, part_bytes);
+    if (!input) return input.error();
+    if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
+    Result<PartProblem> problem = set_up_part(std::move(input->voxels), load_case, input->objects,
+                                              {o.loose, o.thin || !first});
+    if (!problem) return problem.error();
+    PartRun out;
+    out.problem = std::move(*problem);
+    SolveOptions options;
+    options.tolerance = o.common.tolerance;
+    options.most_iterations = o.common.most_iterations;
+    SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
+    options.progress = [&](int iteration, double residual) {
+        return progress.update(0, iteration, residual);
+    };
+    out.solution = solve_part(&out.problem, load_case.held.size(), options, o.full);
+    if (out.solution.report.stopped) return interrupted_error();
+    if (!out.solution.report.converged)
+        return not_converged_error(out.solution.report.residual, o.common.tolerance,
+                                   out.solution.report.iterations);
+    out.fields = fields_of(out.problem, &out.solution.moved_mm);
+    constexpr size_t kPlaces = 8;
+    out.summary = summary_of(out.problem, out.fields, out.solution.moved_mm, kPlaces);
+    return out;
+}
+
+Result<PictureOptions> picture_options(const PartCommandOptions& o) {
+    PictureOptions out;
+    out.show = o.show;
+    if (o.view.empty()) return out;
+    const char* end = o.view.data() + o.view.size();
+    const auto [a, bad] = std::from_chars(o.view.data(), end, out.turn_deg);
+    if (bad == std::errc() && a != end && *a == ':') {
+        const auto [b, worse] = std::from_chars(a + 1, end, out.tilt_deg);
+        if (worse == std::errc() && b == end) return out;
+    }
+    return usage_error(fmt::format("`--view`: `{}` is not TURN:TILT, as 30:25", o.view));
+}
+
+constexpr const char* kResults[] = {".vti", ".npy", ".json"};
+
+Result<void> check_outputs(const PartCommandOptions& o) {
+    for (const std::string& file : o.outputs)
+        if (std::ranges::find(kResults, fs::path(file).extension().string()) == std::end(kResults))
+            return usage_error(
+                fmt::format("`-o {}`: results are .vti, .npy or .json; `openfab mechanics export` "
+                            "writes meshes "
+                            "for other programs",
+                            file));
+    return {};
+}
+
+Result<void> write_outputs(const PartCommandOptions& o, const PartRun& run,
+                           const LoadCase& load_case, const PictureOptions& picture) {
+    for (const std::string& name : o.outputs) {
+        const fs::path file = name;
+        const std::string type = file.extension().string();
+        Result<void> done;
+        if (type == ".vti") {
+            done = write_vti(file, run.problem, run.fields, run.solution.moved_mm);
+        } else if (type == ".npy") {
+            done = write_npy(file, run.problem, run.fields, run.solution.moved_mm);
+        } else {
+            JsonText json;
+            json.begin_object();
+            write_result(run, load_case, &json);
+            json.end_object();
+            done = backends::write_whole_file(file, json.take() + "\n");
+        }
+        if (!done) return done;
+    }
+    if (o.preview.empty()) return {};
+    return backends::write_whole_file(
+        fs::path(o.preview), part_picture(run.problem, run.fields, run.solution.moved_mm, picture));
+}
+
+}  // namespace
+
+Result<void> run_part(const PartCommandOptions& o) {
+    if (Result<void> done = check_outputs(o); !done) return done;
+    const Result<PictureOptions> picture = picture_options(o);
+    if (!picture) return picture.error();
+    const Result<LoadCase> load_case = read_load_case(o.common.input, o.load_case);
+    if (!load_case) return load_case.error();
+    Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
+    if (!folder) return folder.error();
+    Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
+    if (!source) return source.error();
+    const Result<double> voxel = source->pitch_mm();
+    if (!voxel) return voxel.error();
+    const Result<PartRun> run = run_at(o, *source, *load_case, *voxel, true);
+    if (!run) return run.error();
+    show(describe(*run, *load_case, source->law()));
+    if (Result<void> done = write_outputs(o, *run, *load_case, *picture); !done) return done;
+    if (o.converge) {
+        const Result<PartRun> coarse = run_at(o, *source, *load_case, 2 * *voxel, false);
+        if (!coarse) return with_context(coarse.error(), "at twice the pitch: ");
+        show(describe_convergence(*run, *coarse));
+    }
+    const double safety = run->summary.least_safety;
+    if (o.require > 0 && !(safety >= o.require))
+        return user_error(safety > 0 ? fmt::format("the safety factor is {:.4g} and not {:.4g}",
+                                                   safety, o.require)
+                                     : "the materials have no `strength_MPa`, so that no safety "
+                                       "factor is known");
+    return {};
+}
+
+}  // namespace openfab::mechanics

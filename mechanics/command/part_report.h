@@ -1,0 +1,27 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What is said of a loaded part.
+
+#include <string>
+
+#include "base/json_text.h"
+#include "mechanics/part/part_results.h"
+
+namespace openfab::mechanics {
+
+/// A case that is solved.
+struct PartRun {
+    PartProblem problem;
+    PartSolution solution;
+    PartFields fields;
+    PartSummary summary;
+};
+
+std::string describe(const PartRun& run, const LoadCase& load_case, const std::string& law);
+void write_result(const PartRun& run, const LoadCase& load_case, JsonText* out);
+/// What the pitch costs: of the numbers at it and at twice of it.
+std::string describe_convergence(const PartRun& fine, const PartRun& coarse);
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,57 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Where a part's elements come from: a world, printed as mixtures or codes, and what its materials are like.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "mechanics/command/options.h"
+#include "mechanics/model/print_world.h"
+#include "mechanics/part/surface.h"
+
+namespace openfab::mechanics {
+
+struct PartInput {
+    Voxels voxels;
+    std::vector<Material> materials;
+    std::vector<ObjectVoxels> objects;  ///< that the case names
+};
+
+class PartSource {
+  public:
+    /// `options` outlive it; `folder` is scratch.
+    static Result<PartSource> open(const CommonOptions& options,
+                                   const std::filesystem::path& folder);
+    /// `--voxel`, or a 96th of the longest side.
+    Result<double> pitch_mm() const;
+    /// `bytes`: what is needed of a grid, checked before anything is read.
+    Result<PartInput> read(double pitch_mm, const std::vector<std::string>& objects,
+                           const std::function<int64_t(const Grid&)>& bytes) const;
+    Result<PartInput> read(double pitch_mm, const LoadCase& load_case,
+                           const std::function<int64_t(const Grid&)>& bytes) const {
+        return read(pitch_mm, load_case.objects(), bytes);
+    }
+    /// Of a case with gravity: whether all densities are known.
+    Result<void> check_gravity(const PartInput& input, const LoadCase& load_case) const;
+    /// Voxels come with the share of each material.
+    void keep_shares() { keeps_shares_ = true; }
+    const Properties& properties() const { return properties_; }
+    /// How elements are as stiff as they are, in words.
+    std::string law() const;
+
+  private:
+    PartSource(const CommonOptions& options, std::filesystem::path folder, Properties properties)
+        : o_(options), folder_(std::move(folder)), properties_(std::move(properties)) {}
+    PrintRequest request(double pitch_mm) const;
+    Result<ObjectVoxels> object(const std::string& name, double pitch_mm) const;
+
+    const CommonOptions& o_;
+    std::filesystem::path folder_;
+    Properties properties_;
+    bool keeps_shares_ = false;
+};
+
+}  // namespace openfab::mechanics

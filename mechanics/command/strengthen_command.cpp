@@ -1,0 +1,164 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "backends/common/output_file.h"
+#include "base/input_file.h"
+#include "base/own_folder.h"
+#include "base/say.h"
+#include "mechanics/command/commands.h"
+#include "mechanics/command/part_source.h"
+#include "mechanics/correct/need_field.h"
+#include "mechanics/model/field_world.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A world, solved.
+struct Round {
+    PartProblem problem;
+    PartFields fields;
+    PartSummary summary;
+    double material_mm3 = 0;
+
+    double safety() const {
+        return summary.least_safety_away > 0 ? summary.least_safety_away : summary.least_safety;
+    }
+};
+
+Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
+                          const LoadCase& load_case, double voxel_mm) {
+    Result<PartInput> input = source.read(voxel_mm, load_case, [](const Grid& g) {
+        constexpr int64_t kField = 12;
+        return part_bytes(g) + kField * g.element_count();
+    });
+    if (!input) return input.error();
+    for (const Material& m : input->materials)
+        if (!m.strength_MPa)
+            return user_error(
+                fmt::format("{}: `{}` has no `strength_MPa`", source.properties().file, m.name),
+                "without it nothing tells what is strong enough");
+    if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
+    Result<PartProblem> problem =
+        set_up_part(std::move(input->voxels), load_case, input->objects, {o.loose, o.thin});
+    if (!problem) return problem.error();
+    Round out;
+    out.problem = std::move(*problem);
+    SolveOptions options;
+    options.tolerance = o.common.tolerance;
+    options.most_iterations = o.common.most_iterations;
+    SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
+    options.progress = [&](int iteration, double residual) {
+        return progress.update(0, iteration, residual);
+    };
+    PartSolution solution = solve_part(&out.problem, load_case.held.size(), options);
+    if (solution.report.stopped) return interrupted_error();
+    if (!solution.report.converged)
+        return not_converged_error(solution.report.residual, o.common.tolerance,
+                                   solution.report.iterations);
+    out.fields = fields_of(out.problem, &solution.moved_mm);
+    out.summary = summary_of(out.problem, out.fields, solution.moved_mm, 1);
+    const Vec3& h = out.problem.grid.pitch_mm;
+    out.material_mm3 = out.problem.elements.volume * h[0] * h[1] * h[2];
+    return out;
+}
+
+}  // namespace
+
+Result<void> run_strengthen(const StrengthenOptions& o) {
+    const fs::path output = o.output;
+    std::string stem = output.filename().string();
+    if (!stem.ends_with(".fab.json"))
+        return usage_error("`-o`: the result is a world, NAME.fab.json");
+    stem.resize(stem.size() - std::string_view(".fab.json").size());
+    std::error_code ignored;
+    if (fs::equivalent(output, o.common.input, ignored))
+        return usage_error("`-o` would overwrite the world that is strengthened");
+    const fs::path folder = output.parent_path().empty() ? fs::path(".") : output.parent_path();
+    const fs::path field_file = output.parent_path() / (stem + "." + o.field + ".npy");
+    const Result<FieldWorld> world = FieldWorld::open(o.common.input, o.field);
+    if (!world) return world.error();
+    const Result<LoadCase> load_case = read_load_case(o.common.input, o.load_case);
+    if (!load_case) return load_case.error();
+    Result<std::unique_ptr<TemporaryFolder>> temporary = TemporaryFolder::create();
+    if (!temporary) return temporary.error();
+    const fs::path scratch = (*temporary)->path();
+
+    CommonOptions common = o.common;
+    if (common.materials.empty()) common.materials = properties_beside(common.input).string();
+    common.allow.push_back(reading_root(fs::absolute(o.common.input).parent_path()).string());
+    common.allow.push_back(scratch.string());
+    const Result<PartSource> first = PartSource::open(common, scratch);
+    if (!first) return first.error();
+    const Result<double> voxel = first->pitch_mm();
+    if (!voxel) return voxel.error();
+    Result<Round> round = solve_round(o, *first, *load_case, *voxel);
+    if (!round) return round.error();
+    NeedField field{round->problem.grid, round->problem.voxels.origin_mm, {}};
+    field.value.resize(round->problem.voxels.solid.size());
+    NeedRule rule;
+    rule.safety = o.safety;
+    rule.limit = o.limit;
+    rule.reach_mm = o.reach_mm > 0 ? o.reach_mm : 4 * *voxel;
+    const double begun = round->material_mm3;
+    show("  round    safety  weak elements  material mm3\n");
+    common.input = (scratch / "strengthened.fab.json").string();
+    std::string reason;
+    int number = 0;
+    for (;; ++number) {
+        const double safety = round->safety();
+        NeedField grown = field;
+        const NeedStep step = grow(round->problem, round->fields, rule, &grown);
+        show(fmt::format("{:7} {:9.4g} {:14} {:13.6g}\n", number, safety, step.weak,
+                         round->material_mm3));
+        if (safety >= o.safety) break;
+        const Vec3& at = round->summary.weakest.front().at_mm;
+        if (step.most_grown < 1e-3 * o.limit)
+            reason = fmt::format("the field is {} wherever it counts", o.limit);
+        else if (number == o.rounds)
+            reason = fmt::format("after {} rounds", o.rounds);
+        if (!reason.empty()) {
+            reason = fmt::format(
+                "a safety factor of {:.4g} is not reached, {}: it is {:.4g}, the "
+                "weakest place is at ({:.4g}, {:.4g}, {:.4g}) mm",
+                o.safety, reason, safety, at[0], at[1], at[2]);
+            break;
+        }
+        field = std::move(grown);
+        const fs::path file = scratch / "field.npy";
+        if (Result<void> done = write_field(file, field); !done) return done;
+        if (Result<void> done = backends::write_whole_file(
+                fs::path(common.input),
+                world->text(file, field.origin_mm, field.grid.pitch_mm, scratch));
+            !done)
+            return done;
+        const Result<PartSource> source = PartSource::open(common, scratch);
+        if (!source) return source.error();
+        round = solve_round(o, *source, *load_case, *voxel);
+        if (!round) return round.error();
+        if (round->problem.grid.elements != field.grid.elements)
+            return user_error(
+                "the part's box changed with the field: its displacement or shape "
+                "reads it",
+                "let the field act inside of a mesh that stays as it is");
+    }
+    if (Result<void> done = write_field(field_file, field); !done) return done;
+    if (Result<void> done = backends::write_whole_file(
+            output, world->text(field_file, field.origin_mm, field.grid.pitch_mm, folder));
+        !done)
+        return done;
+    show(fmt::format("{}: {:+.2f} % material, the field in {}\n", output.string(),
+                     100 * (round->material_mm3 / begun - 1), field_file.string()));
+    if (!reason.empty())
+        return user_error(reason,
+                          "allow a higher `--limit`, a larger `--reach`, more `--rounds`, or "
+                          "let the fablet do more with the field");
+    return {};
+}
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,207 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "backends/common/xml_text.h"
+#include "mechanics/exchange/element_mesh.h"
+#include "mechanics/exchange/text_file.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+std::vector<double> points_of(const ElementMesh& mesh) {
+    std::vector<double> out;
+    for (size_t n = 0; n < mesh.nodes.size(); ++n)
+        for (const double v : mesh.place_mm(n))
+            out.push_back(v);
+    return out;
+}
+
+std::vector<int64_t> corners_of(const ElementMesh& mesh) {
+    std::vector<int64_t> out;
+    for (size_t e = 0; e < mesh.elements.size(); ++e)
+        for (const int64_t n : mesh.corners(e))
+            out.push_back(n);
+    return out;
+}
+
+}  // namespace
+
+Result<void> write_vtu(const std::filesystem::path& path, const ElementMesh& mesh) {
+    Result<std::unique_ptr<TextFile>> opened = TextFile::create(path);
+    if (!opened) return opened.error();
+    TextFile* out = opened->get();
+    const auto fields = element_fields(mesh);
+    const uint64_t nodes = mesh.nodes.size(), elements = mesh.elements.size();
+    uint64_t offset = 0;
+    const auto array = [&](const char* type, const std::string& name, int components,
+                           uint64_t bytes) {
+        out->put(
+            fmt::format("        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
+                        "format=\"appended\" offset=\"{}\"/>\n",
+                        type, backends::escape_xml(name), components, offset));
+        offset += 8 + bytes;
+    };
+    out->put(
+        fmt::format("<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+                    "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n  <UnstructuredGrid>\n"
+                    "    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n      <Points>\n",
+                    nodes, elements));
+    array("Float64", "points", 3, nodes * 24);
+    out->put("      </Points>\n      <Cells>\n");
+    array("Int64", "connectivity", 1, elements * 64);
+    array("Int64", "offsets", 1, elements * 8);
+    array("UInt8", "types", 1, elements);
+    out->put("      </Cells>\n      <CellData Scalars=\"material\">\n");
+    array("UInt8", "material", 1, elements);
+    for (const auto& [name, values] : fields)
+        array("Float32", name, 1, elements * 4);
+    out->put(
+        "      </CellData>\n    </Piece>\n  </UnstructuredGrid>\n  <AppendedData "
+        "encoding=\"raw\">\n_");
+    const auto put = [&](const auto& values) {
+        out->put_value(uint64_t{values.size() * sizeof(values[0])});
+        out->put_values(values);
+    };
+    put(points_of(mesh));
+    put(corners_of(mesh));
+    std::vector<int64_t> ends;
+    for (uint64_t e = 1; e <= elements; ++e)
+        ends.push_back(static_cast<int64_t>(8 * e));
+    put(ends);
+    constexpr uint8_t kHexahedron = 12;
+    put(std::vector<uint8_t>(elements, kHexahedron));
+    put(mesh.material);
+    for (const auto& [name, values] : fields)
+        put(values);
+    out->put("\n  </AppendedData>\n</VTKFile>\n");
+    return out->keep();
+}
+
+Result<void> write_msh(const std::filesystem::path& path, const ElementMesh& mesh) {
+    Result<std::unique_ptr<TextFile>> opened = TextFile::create(path);
+    if (!opened) return opened.error();
+    TextFile* out = opened->get();
+    // A volume a material; blocks of elements by it.
+    std::vector<std::vector<size_t>> of(mesh.materials.size());
+    for (size_t e = 0; e < mesh.elements.size(); ++e)
+        of[mesh.material[e] > 0 ? mesh.material[e] - 1U : 0U].push_back(e);
+    size_t volumes = 0;
+    for (const auto& one : of)
+        volumes += one.empty() ? 0 : 1;
+    out->put("$MeshFormat\n4.1 1 8\n");
+    out->put_value(int32_t{1});
+    out->put("\n$EndMeshFormat\n");
+    out->put(fmt::format("$PhysicalNames\n{}\n", volumes));
+    for (size_t k = 0; k < of.size(); ++k) {
+        std::string name = mesh.materials[k];
+        std::erase(name, '"');
+        if (!of[k].empty()) out->put(fmt::format("3 {} \"{}\"\n", k + 1, name));
+    }
+    out->put("$EndPhysicalNames\n$Entities\n");
+    for (const uint64_t n : {uint64_t{0}, uint64_t{0}, uint64_t{0}, uint64_t{volumes}})
+        out->put_value(n);
+    for (size_t k = 0; k < of.size(); ++k) {
+        if (of[k].empty()) continue;
+        out->put_value(static_cast<int32_t>(k + 1));
+        for (size_t side = 0; side < 2; ++side)
+            for (size_t a = 0; a < 3; ++a)
+                out->put_value(mesh.origin_mm[a] +
+                               (side == 1 ? mesh.grid.elements[a] * mesh.grid.pitch_mm[a] : 0.0));
+        out->put_value(uint64_t{1});
+        out->put_value(static_cast<int32_t>(k + 1));
+        out->put_value(uint64_t{0});
+    }
+    const uint64_t nodes = mesh.nodes.size();
+    size_t first = 0;
+    while (first < of.size() && of[first].empty())
+        ++first;
+    out->put("\n$EndEntities\n$Nodes\n");
+    for (const uint64_t n : {uint64_t{1}, nodes, uint64_t{1}, nodes})
+        out->put_value(n);
+    for (const int32_t n : {int32_t{3}, static_cast<int32_t>(first + 1), int32_t{0}})
+        out->put_value(n);
+    out->put_value(nodes);
+    for (uint64_t n = 1; n <= nodes; ++n)
+        out->put_value(n);
+    out->put_values(points_of(mesh));
+    const uint64_t elements = mesh.elements.size();
+    out->put("\n$EndNodes\n$Elements\n");
+    for (const uint64_t n : {uint64_t{volumes}, elements, uint64_t{1}, elements})
+        out->put_value(n);
+    constexpr int32_t kHexahedron = 5;
+    for (size_t k = 0; k < of.size(); ++k) {
+        if (of[k].empty()) continue;
+        for (const int32_t n : {int32_t{3}, static_cast<int32_t>(k + 1), kHexahedron})
+            out->put_value(n);
+        out->put_value(uint64_t{of[k].size()});
+        for (const size_t e : of[k]) {
+            out->put_value(uint64_t{e + 1});
+            for (const int64_t n : mesh.corners(e))
+                out->put_value(static_cast<uint64_t>(n + 1));
+        }
+    }
+    out->put("\n$EndElements\n");
+    for (const auto& [name, values] : element_fields(mesh)) {
+        std::string plain = name;
+        std::erase(plain, '"');
+        out->put(fmt::format("$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", plain, elements));
+        for (size_t e = 0; e < values.size(); ++e) {
+            out->put_value(static_cast<int32_t>(e + 1));
+            out->put_value(static_cast<double>(values[e]));
+        }
+        out->put("\n$EndElementData\n");
+    }
+    return out->keep();
+}
+
+Result<void> write_xdmf(const std::filesystem::path& path, const ElementMesh& mesh) {
+    Result<std::unique_ptr<TextFile>> opened = TextFile::create(path);
+    if (!opened) return opened.error();
+    TextFile* out = opened->get();
+    const size_t nodes = mesh.nodes.size(), elements = mesh.elements.size();
+    Result<void> status;
+    // A file an array: not all readers look for an array inside of a file.
+    const auto item = [&](const std::string& name, const std::string& shape, const char* type,
+                          int precision, const auto& values) {
+        std::filesystem::path numbers = path;
+        numbers += "." + name + ".bin";
+        out->put(fmt::format(
+            "<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"Binary\" "
+            "Endian=\"Little\">{}</DataItem>\n",
+            shape, type, precision, backends::escape_xml(numbers.filename().string())));
+        if (!status) return;
+        Result<std::unique_ptr<TextFile>> binary = TextFile::create(numbers);
+        if (!binary) {
+            status = binary.error();
+            return;
+        }
+        (*binary)->put_values(values);
+        status = (*binary)->keep();
+    };
+    out->put(
+        "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"part\" "
+        "GridType=\"Uniform\">\n");
+    out->put(
+        fmt::format("<Topology TopologyType=\"Hexahedron\" NumberOfElements=\"{}\">\n", elements));
+    item("corners", fmt::format("{} 8", elements), "Int", 8, corners_of(mesh));
+    out->put("</Topology>\n<Geometry GeometryType=\"XYZ\">\n");
+    item("points", fmt::format("{} 3", nodes), "Float", 8, points_of(mesh));
+    out->put("</Geometry>\n");
+    const auto attribute = [&](const std::string& file, const std::string& name, const char* type,
+                               int precision, const auto& values) {
+        out->put(fmt::format("<Attribute Name=\"{}\" AttributeType=\"Scalar\" Center=\"Cell\">\n",
+                             backends::escape_xml(name)));
+        item(file, std::to_string(elements), type, precision, values);
+        out->put("</Attribute>\n");
+    };
+    attribute("material", "material", "UChar", 1, mesh.material);
+    int number = 0;
+    for (const auto& [name, values] : element_fields(mesh))
+        attribute(fmt::format("field{}", ++number), name, "Float", 4, values);
+    out->put("</Grid>\n</Domain>\n</Xdmf>\n");
+    return status ? out->keep() : status;
+}
+
+}  // namespace openfab::mechanics

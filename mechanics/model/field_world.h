@@ -1,0 +1,34 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Worlds with a texture replaced by a field that was computed.
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "base/result.h"
+
+namespace openfab::mechanics {
+
+/// A world whose texture `name` is a volume for a part that stands in the build without being turned or
+/// scaled.
+class FieldWorld {
+  public:
+    static Result<FieldWorld> open(const std::filesystem::path& world, const std::string& texture);
+    /// The part's origin in the build.
+    const std::array<double, 3>& moved_mm() const { return moved_mm_; }
+    /// The world's text with the field as texture, its lowest corner in the build. Paths count from
+    /// `folder`, or are absolute where it is not the world's own.
+    std::string text(const std::filesystem::path& field, const std::array<double, 3>& origin_mm,
+                     const std::array<double, 3>& pitch_mm,
+                     const std::filesystem::path& folder) const;
+
+  private:
+    std::filesystem::path world_;
+    std::string read_, texture_;
+    std::array<double, 3> moved_mm_{};
+};
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,264 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/part/load_case.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace openfab::mechanics {
+
+namespace {
+
+constexpr size_t kMostBytes = 16 << 20;
+constexpr const char* kSides[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+constexpr const char* kFaceKeys[] = {"object", "box_mm", "point_mm", "normal", "side", "facing"};
+
+class Reader {
+  public:
+    explicit Reader(std::string file) : file_(std::move(file)) {}
+
+    Result<LoadCase> read(const JsonMember& member);
+
+  private:
+    Error at(const JsonValue& value, std::string what, std::string help = {}) const {
+        return error_at({file_, value.line, value.column}, std::move(what), std::move(help));
+    }
+    Error at(const JsonMember& m, std::string what, std::string help = {}) const {
+        return error_at({file_, m.line, m.column}, std::move(what), std::move(help));
+    }
+    Result<Vec3> three(const JsonMember& m) const;
+    Result<int> side(const JsonMember& m) const;
+    /// Whether the key is one of the faces'; then it is read.
+    Result<bool> face_key(const JsonMember& m, FaceChoice* out) const;
+    /// What is left to check when all keys are read.
+    Result<void> complete(const JsonValue& value, FaceChoice* out) const;
+    Result<Holding> holding(const JsonValue& value) const;
+    Result<Load> load(const JsonValue& value) const;
+    Error unknown(const JsonMember& m, std::vector<std::string> keys) const;
+
+    std::string file_;
+};
+
+Result<Vec3> Reader::three(const JsonMember& m) const {
+    Vec3 out{};
+    const std::vector<JsonValue>& items = m.value.items;
+    bool good = m.value.is(JsonValue::Kind::kArray) && items.size() == 3;
+    for (size_t i = 0; good && i < 3; ++i) {
+        good = items[i].is(JsonValue::Kind::kNumber) && std::isfinite(items[i].number);
+        out[i] = items[i].number;
+    }
+    if (!good) return at(m.value, fmt::format("`{}` is three numbers, as [0, 0, -10]", m.key));
+    return out;
+}
+
+Result<int> Reader::side(const JsonMember& m) const {
+    const auto* found = std::ranges::find(kSides, m.value.text);
+    if (!m.value.is(JsonValue::Kind::kString) || found == std::end(kSides))
+        return at(m.value, fmt::format("`{}` is one of {}", m.key, fmt::join(kSides, ", ")));
+    return static_cast<int>(found - kSides);
+}
+
+Error Reader::unknown(const JsonMember& m, std::vector<std::string> keys) const {
+    keys.insert(keys.end(), std::begin(kFaceKeys), std::end(kFaceKeys));
+    return at(m, fmt::format("`{}` is not known here", m.key),
+              fmt::format("choose from {}", fmt::join(keys, ", ")));
+}
+
+Result<bool> Reader::face_key(const JsonMember& m, FaceChoice* out) const {
+    if (m.key == "object") {
+        if (!m.value.is(JsonValue::Kind::kString) || m.value.text.empty())
+            return at(m.value, "`object` is the name of an object");
+        out->object = m.value.text;
+    } else if (m.key == "box_mm") {
+        if (!m.value.is(JsonValue::Kind::kArray) || m.value.items.size() != 2)
+            return at(m.value, "`box_mm` is two corners, as [[0, 0, 0], [10, 10, 2]]");
+        out->box_mm.emplace();
+        for (size_t i = 0; i < 2; ++i) {
+            const Result<Vec3> corner = three({m.key, m.line, m.column, m.value.items[i]});
+            if (!corner) return corner.error();
+            (*out->box_mm)[i] = *corner;
+        }
+        for (size_t a = 0; a < 3; ++a)
+            if ((*out->box_mm)[0][a] > (*out->box_mm)[1][a])
+                return at(m.value, "the first corner of a box is its lower one");
+    } else if (m.key == "point_mm" || m.key == "normal") {
+        const Result<Vec3> v = three(m);
+        if (!v) return v.error();
+        (m.key == "normal" ? out->normal : out->point_mm) = *v;
+    } else if (m.key == "side" || m.key == "facing") {
+        const Result<int> s = side(m);
+        if (!s) return s.error();
+        (m.key == "side" ? out->side : out->facing) = *s;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+Result<void> Reader::complete(const JsonValue& value, FaceChoice* out) const {
+    out->location = {file_, value.line, value.column};
+    if (out->object.empty() && !out->box_mm && !out->point_mm && !out->normal && !out->side &&
+        !out->facing)
+        return at(value, "nothing says which faces these are",
+                  fmt::format("choose them by {}", fmt::join(kFaceKeys, ", ")));
+    if (out->point_mm.has_value() != out->normal.has_value())
+        return at(value, "a plane is a `point_mm` and a `normal`");
+    if (out->normal) {
+        const double length = std::hypot((*out->normal)[0], (*out->normal)[1], (*out->normal)[2]);
+        if (!(length > 0)) return at(value, "the `normal` has no length");
+        for (double& v : *out->normal)
+            v /= length;
+    }
+    if (!out->object.empty()) out->text += fmt::format(" at object `{}`", out->object);
+    if (out->side) out->text += fmt::format(" on side {}", kSides[*out->side]);
+    if (out->box_mm)
+        out->text += fmt::format(" in the box ({}) to ({}) mm", fmt::join((*out->box_mm)[0], ", "),
+                                 fmt::join((*out->box_mm)[1], ", "));
+    if (out->point_mm)
+        out->text += fmt::format(" on the plane through ({}) mm", fmt::join(*out->point_mm, ", "));
+    if (out->facing) out->text += fmt::format(" facing {}", kSides[*out->facing]);
+    return {};
+}
+
+Result<Holding> Reader::holding(const JsonValue& value) const {
+    if (!value.is(JsonValue::Kind::kObject))
+        return at(value, fmt::format("what is held is an object, not {}", value.kind_name()));
+    Holding out;
+    for (const JsonMember& m : value.members) {
+        const Result<bool> face = face_key(m, &out.faces);
+        if (!face) return face.error();
+        if (*face) continue;
+        if (m.key == "along") {
+            const std::string& axes = m.value.text;
+            if (!m.value.is(JsonValue::Kind::kString) || axes.empty() ||
+                axes.find_first_not_of("xyz") != std::string::npos)
+                return at(m.value, "`along` are letters of xyz: the axes that are held");
+            for (size_t a = 0; a < 3; ++a)
+                out.along[a] = axes.find("xyz"[a]) != std::string::npos;
+        } else if (m.key == "move_mm") {
+            const Result<Vec3> move = three(m);
+            if (!move) return move.error();
+            out.move_mm = *move;
+        } else {
+            return unknown(m, {"along", "move_mm"});
+        }
+    }
+    if (Result<void> done = complete(value, &out.faces); !done) return done.error();
+    return out;
+}
+
+Result<Load> Reader::load(const JsonValue& value) const {
+    if (!value.is(JsonValue::Kind::kObject))
+        return at(value, fmt::format("a load is an object, not {}", value.kind_name()));
+    Load out;
+    for (const JsonMember& m : value.members) {
+        const Result<bool> face = face_key(m, &out.faces);
+        if (!face) return face.error();
+        if (*face) continue;
+        if (m.key == "force_N" || m.key == "torque_Nmm") {
+            const Result<Vec3> v = three(m);
+            if (!v) return v.error();
+            (m.key == "force_N" ? out.force_N : out.torque_Nmm) = *v;
+        } else if (m.key == "pressure_MPa") {
+            if (!m.value.is(JsonValue::Kind::kNumber) || !std::isfinite(m.value.number))
+                return at(m.value, "`pressure_MPa` is a number");
+            out.pressure_MPa = m.value.number;
+        } else {
+            return unknown(m, {"force_N", "torque_Nmm", "pressure_MPa"});
+        }
+    }
+    if (!out.force_N && !out.torque_Nmm && !out.pressure_MPa)
+        return at(value, "a load without a force",
+                  "give `force_N`, `torque_Nmm` or `pressure_MPa`; `move_mm` stands in `held`");
+    if (Result<void> done = complete(value, &out.faces); !done) return done.error();
+    return out;
+}
+
+Result<LoadCase> Reader::read(const JsonMember& member) {
+    const JsonValue& value = member.value;
+    if (!value.is(JsonValue::Kind::kObject))
+        return at(value,
+                  fmt::format("the case `{}` is {}, not an object", member.key, value.kind_name()));
+    LoadCase out;
+    out.name = member.key;
+    out.location = {file_, member.line, member.column};
+    for (const JsonMember& m : value.members) {
+        if (m.key == "held" || m.key == "loads") {
+            if (!m.value.is(JsonValue::Kind::kArray))
+                return at(m.value, fmt::format("`{}` is a list", m.key));
+            for (const JsonValue& one : m.value.items) {
+                if (m.key == "held") {
+                    Result<Holding> h = holding(one);
+                    if (!h) return h.error();
+                    out.held.push_back(std::move(*h));
+                } else {
+                    Result<Load> l = load(one);
+                    if (!l) return l.error();
+                    out.loads.push_back(std::move(*l));
+                }
+            }
+        } else if (m.key == "gravity_m_s2") {
+            const Result<Vec3> g = three(m);
+            if (!g) return g.error();
+            out.gravity_m_s2 = *g;
+        } else {
+            return at(m, fmt::format("a case has no `{}`", m.key),
+                      "choose from held, loads, gravity_m_s2");
+        }
+    }
+    if (out.held.empty())
+        return at(member, fmt::format("nothing is held in the case `{}`", member.key),
+                  "without a hold a part flies away: name faces in `held`");
+    const bool moves =
+        std::ranges::any_of(out.held, [](const Holding& h) { return h.move_mm != Vec3{}; });
+    if (out.loads.empty() && !out.gravity_m_s2 && !moves)
+        return at(member, fmt::format("nothing loads the part in the case `{}`", member.key),
+                  "give `loads`, `gravity_m_s2`, or a `move_mm` of what is held");
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::string> LoadCase::objects() const {
+    std::vector<std::string> out;
+    const auto add = [&](const std::string& name) {
+        if (!name.empty() && std::ranges::find(out, name) == out.end()) out.push_back(name);
+    };
+    for (const Holding& h : held)
+        add(h.faces.object);
+    for (const Load& l : loads)
+        add(l.faces.object);
+    return out;
+}
+
+Result<LoadCase> parse_load_case(const std::string& text, const std::string& file,
+                                 const std::string& name) {
+    const Result<JsonValue> json = parse_json(text, file);
+    if (!json) return json.error();
+    const JsonMember* cases = json->find("cases");
+    if (!cases || !cases->value.is(JsonValue::Kind::kObject) || cases->value.members.empty())
+        return user_error(fmt::format("{}: there are no `cases` in it", file),
+                          "say what is held and what loads the part, see docs/mechanics.md");
+    std::vector<std::string> names;
+    for (const JsonMember& m : cases->value.members)
+        names.push_back(m.key);
+    if (name.empty() && names.size() > 1)
+        return usage_error(
+            fmt::format("choose one by `--case`: there are {}", fmt::join(names, ", ")));
+    const JsonMember* found = name.empty() ? cases->value.members.data() : cases->value.find(name);
+    if (!found)
+        return usage_error(
+            fmt::format("there is no case `{}`; there are {}", name, fmt::join(names, ", ")));
+    return Reader(file).read(*found);
+}
+
+Result<LoadCase> read_load_case(const std::filesystem::path& world, const std::string& name) {
+    const Result<std::string> text = read_text_file(world, kMostBytes);
+    if (!text) return text.error();
+    return parse_load_case(*text, world.string(), name);
+}
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,172 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/part/part_results.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/part/eigen.h"
+#include "mechanics/solver/parallel.h"
+#include "mechanics/solver/strain.h"
+
+namespace openfab::mechanics {
+
+PartFields fields_of(const PartProblem& problem, Field<double, kElastic>* moved) {
+    const Grid& g = problem.grid;
+    const Voxels& v = problem.voxels;
+    PartFields out;
+    const auto n = static_cast<size_t>(g.element_count());
+    for (std::vector<float>* all :
+         {&out.von_mises_MPa, &out.tension_MPa, &out.compression_MPa, &out.safety})
+        all->resize(n);
+    for_each_index(g.elements[2], [&](int32_t z) {
+        for (int32_t y = 0; y < g.elements[1]; ++y)
+            for (int32_t x = 0; x < g.elements[0]; ++x) {
+                const size_t e = g.element(x, y, z);
+                if (problem.elements.kind[e] != kSolid) continue;
+                const double share = static_cast<double>(v.solid[e]);
+                const auto s = stress_of(strain_of(centre_gradient(*moved, g, x, y, z)),
+                                         static_cast<double>(v.lambda[e]) / share,
+                                         static_cast<double>(v.mu[e]) / share);
+                const std::array<double, 3> p = principal_of(s);
+                const double a = p[2] - p[1], b = p[1] - p[0], c = p[2] - p[0];
+                const double mises = std::sqrt((a * a + b * b + c * c) / 2);
+                out.von_mises_MPa[e] = static_cast<float>(mises);
+                out.tension_MPa[e] = static_cast<float>(p[2]);
+                out.compression_MPa[e] = static_cast<float>(p[0]);
+                // So that a file of safety factors has no infinities.
+                constexpr double kMost = 1e6;
+                if (v.strength[e] > 0)
+                    out.safety[e] = static_cast<float>(std::min(
+                        kMost, static_cast<double>(v.strength[e]) / std::max(mises, 1e-30)));
+            }
+    });
+    return out;
+}
+
+Vec3 moved_at(const Field<double, kElastic>& moved, int64_t node) {
+    const int64_t nx = moved.nodes(0), row = node / nx;
+    Vec3 out;
+    for (int c = 0; c < 3; ++c)
+        out[static_cast<size_t>(c)] =
+            moved.row(c, static_cast<int32_t>(row % moved.nodes(1)),
+                      static_cast<int32_t>(row / moved.nodes(1)))[node % nx];
+    return out;
+}
+
+namespace {
+
+/// Whether an element is within two of a marked node.
+std::vector<uint8_t> near_nodes(const Grid& g, const std::vector<int64_t>& nodes) {
+    std::vector<uint8_t> out(static_cast<size_t>(g.element_count()));
+    for (const int64_t node : nodes) {
+        const auto x = static_cast<int32_t>(node % g.nodes[0]);
+        const auto y = static_cast<int32_t>(node / g.nodes[0] % g.nodes[1]);
+        const auto z = static_cast<int32_t>(node / g.nodes[0] / g.nodes[1]);
+        for (int32_t k = std::max(0, z - 2); k < std::min(g.elements[2], z + 2); ++k)
+            for (int32_t j = std::max(0, y - 2); j < std::min(g.elements[1], y + 2); ++j)
+                for (int32_t i = std::max(0, x - 2); i < std::min(g.elements[0], x + 2); ++i)
+                    out[g.element(i, j, k)] = 1;
+    }
+    return out;
+}
+
+}  // namespace
+
+std::vector<uint8_t> near_holds_and_loads(const PartProblem& problem) {
+    std::vector<int64_t> nodes = problem.load_nodes;
+    for (const Held& h : problem.held)
+        nodes.push_back(h.dof / 3);
+    return near_nodes(problem.grid, nodes);
+}
+
+PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
+                       const Field<double, kElastic>& moved, size_t most_places) {
+    const Grid& g = problem.grid;
+    const Vec3& origin = problem.voxels.origin_mm;
+    PartSummary out;
+    std::vector<int64_t> held;
+    for (const Held& h : problem.held)
+        held.push_back(h.dof / 3);
+    held.erase(std::ranges::unique(held).begin(), held.end());
+    const std::vector<uint8_t> at_hold = near_nodes(g, held),
+                               at_load = near_nodes(g, problem.load_nodes);
+    bool known = false;
+    std::vector<int64_t> solid;
+    for (int64_t e = 0; e < g.element_count(); ++e) {
+        const auto at = static_cast<size_t>(e);
+        if (problem.elements.kind[at] != kSolid) continue;
+        solid.push_back(e);
+        known = known || fields.safety[at] > 0;
+        const std::array<int32_t, 3> p = place_of(g, e);
+        for (const uint8_t d : {uint8_t{4}, uint8_t{5}})
+            for (const int64_t node : nodes_of(g, {e, d})) {
+                const Vec3 u = moved_at(moved, node);
+                const double length = std::hypot(u[0], u[1], u[2]);
+                if (length <= out.most_moved_mm) continue;
+                out.most_moved_mm = length;
+                out.moved_there_mm = u;
+                for (size_t a = 0; a < 3; ++a)
+                    out.moved_at_mm[a] = origin[a] + (p[a] + 0.5) * g.pitch_mm[a];
+            }
+    }
+    // The weakest first: by safety, or by stress where no strength is known.
+    const auto weaker = [&](int64_t a, int64_t b) {
+        const auto i = static_cast<size_t>(a), j = static_cast<size_t>(b);
+        if (known) {
+            const float x = fields.safety[i] > 0 ? fields.safety[i] : 1e9F,
+                        y = fields.safety[j] > 0 ? fields.safety[j] : 1e9F;
+            if (x != y) return x < y;
+        }
+        if (fields.von_mises_MPa[i] != fields.von_mises_MPa[j])
+            return fields.von_mises_MPa[i] > fields.von_mises_MPa[j];
+        return a < b;
+    };
+    std::ranges::sort(solid, weaker);
+    double longest = 0;
+    for (size_t a = 0; a < 3; ++a)
+        longest = std::max(longest, g.elements[a] * g.pitch_mm[a]);
+    const double apart = std::max(4 * *std::ranges::max_element(g.pitch_mm), 0.06 * longest);
+    std::vector<float> stresses;
+    for (const int64_t e : solid) {
+        const auto at = static_cast<size_t>(e);
+        stresses.push_back(fields.von_mises_MPa[at]);
+        if (known && fields.safety[at] > 0) {
+            const double s = static_cast<double>(fields.safety[at]);
+            if (out.least_safety == 0) out.least_safety = s;
+            if (out.least_safety_away == 0 && !at_hold[at] && !at_load[at])
+                out.least_safety_away = s;
+        }
+    }
+    if (!stresses.empty()) {
+        out.most_von_mises_MPa = static_cast<double>(*std::ranges::max_element(stresses));
+        const size_t rank = stresses.size() - 1 - stresses.size() / 100;
+        std::nth_element(stresses.begin(), stresses.begin() + static_cast<ptrdiff_t>(rank),
+                         stresses.end());
+        out.typical_MPa = static_cast<double>(stresses[rank]);
+    }
+    for (const int64_t e : solid) {
+        if (out.weakest.size() == most_places) break;
+        const auto at = static_cast<size_t>(e);
+        const std::array<int32_t, 3> p = place_of(g, e);
+        WeakPlace w;
+        bool far = true;
+        for (size_t a = 0; a < 3; ++a)
+            w.at_mm[a] = origin[a] + (p[a] + 0.5) * g.pitch_mm[a];
+        for (const WeakPlace& other : out.weakest)
+            far = far && std::hypot(w.at_mm[0] - other.at_mm[0], w.at_mm[1] - other.at_mm[1],
+                                    w.at_mm[2] - other.at_mm[2]) >= apart;
+        if (!far) continue;
+        w.safety = static_cast<double>(fields.safety[at]);
+        w.von_mises_MPa = static_cast<double>(fields.von_mises_MPa[at]);
+        w.tension_MPa = static_cast<double>(fields.tension_MPa[at]);
+        w.compression_MPa = static_cast<double>(fields.compression_MPa[at]);
+        w.material = problem.voxels.code[at];
+        w.at_hold = at_hold[at];
+        w.at_load = at_load[at];
+        out.weakest.push_back(w);
+    }
+    return out;
+}
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,197 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/part/surface.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace openfab::mechanics {
+
+namespace {
+
+constexpr float kHalf = 0.5F, kFull = 0.99F;
+
+/// Calls f(index) for the elements around one: six, or 26.
+template <typename F>
+void around(const Grid& g, const std::array<int32_t, 3>& p, bool all, const F& f) {
+    for (int o = 0; o < 27; ++o) {
+        const int dx = o % 3 - 1, dy = o / 3 % 3 - 1, dz = o / 9 - 1;
+        const int far = std::abs(dx) + std::abs(dy) + std::abs(dz);
+        if (far == 0 || (!all && far > 1)) continue;
+        const int32_t x = p[0] + dx, y = p[1] + dy, z = p[2] + dz;
+        if (x < 0 || y < 0 || z < 0 || x >= g.elements[0] || y >= g.elements[1] ||
+            z >= g.elements[2])
+            continue;
+        f(g.element(x, y, z));
+    }
+}
+
+}  // namespace
+
+std::array<int32_t, 3> place_of(const Grid& g, int64_t element) {
+    return {static_cast<int32_t>(element % g.elements[0]),
+            static_cast<int32_t>(element / g.elements[0] % g.elements[1]),
+            static_cast<int32_t>(element / g.elements[0] / g.elements[1])};
+}
+
+PartElements classify(const Grid& g, Voxels* v) {
+    PartElements out;
+    const auto n = static_cast<size_t>(g.element_count());
+    out.kind.resize(n);
+    for (size_t e = 0; e < n; ++e)
+        out.kind[e] = v->solid[e] >= kHalf && v->mu[e] > 0 ? kSolid : kNothing;
+    for (size_t e = 0; e < n; ++e) {
+        if (!(v->solid[e] > 0)) continue;
+        out.volume += static_cast<double>(v->solid[e]);
+        if (out.kind[e] == kSolid) {
+            ++out.solid;
+            if (v->solid[e] >= kFull) continue;
+        }
+        const std::array<int32_t, 3> p = place_of(g, static_cast<int64_t>(e));
+        bool touches_full = false, touches_solid = false;
+        around(g, p, true,
+               [&](size_t other) { touches_full = touches_full || v->solid[other] >= kFull; });
+        around(g, p, false,
+               [&](size_t other) { touches_solid = touches_solid || out.kind[other] == kSolid; });
+        if (!touches_full) out.thin_volume += static_cast<double>(v->solid[e]);
+        if (out.kind[e] == kSolid) continue;
+        if (touches_solid && v->mu[e] > 0)
+            out.kind[e] = kRim;
+        else
+            v->lambda[e] = v->mu[e] = 0;
+    }
+    return out;
+}
+
+std::vector<Face> surface_of(const Grid& g, std::span<const uint8_t> kind) {
+    std::vector<Face> out;
+    for (int64_t e = 0; e < g.element_count(); ++e) {
+        if (kind[static_cast<size_t>(e)] != kSolid) continue;
+        const std::array<int32_t, 3> p = place_of(g, e);
+        for (uint8_t d = 0; d < 6; ++d) {
+            std::array<int32_t, 3> q = p;
+            const size_t axis = d / 2;
+            q[axis] += d % 2 == 1 ? 1 : -1;
+            const bool outside = q[axis] < 0 || q[axis] >= g.elements[axis];
+            if (outside || kind[g.element(q[0], q[1], q[2])] != kSolid) out.push_back({e, d});
+        }
+    }
+    return out;
+}
+
+std::array<int64_t, 4> nodes_of(const Grid& g, const Face& face) {
+    const std::array<int32_t, 3> p = place_of(g, face.element);
+    const size_t axis = face.direction / 2, a = (axis + 1) % 3, b = (axis + 2) % 3;
+    std::array<int64_t, 4> out{};
+    for (size_t k = 0; k < 4; ++k) {
+        std::array<int32_t, 3> q = p;
+        q[axis] += face.direction % 2;
+        q[a] += static_cast<int32_t>(k & 1);
+        q[b] += static_cast<int32_t>(k >> 1);
+        out[k] = (int64_t{q[2]} * g.nodes[1] + q[1]) * g.nodes[0] + q[0];
+    }
+    return out;
+}
+
+double area_of(const Grid& g, const Face& face) {
+    const size_t axis = face.direction / 2;
+    return g.pitch_mm[(axis + 1) % 3] * g.pitch_mm[(axis + 2) % 3];
+}
+
+bool ObjectVoxels::has(const Vec3& p, const Vec3& pitch_mm) const {
+    size_t at[3];
+    for (size_t a = 0; a < 3; ++a) {
+        const double i = std::floor((p[a] - origin_mm[a]) / pitch_mm[a]);
+        if (i < 0 || i >= size[a]) return false;
+        at[a] = static_cast<size_t>(i);
+    }
+    return inside[(at[2] * static_cast<size_t>(size[1]) + at[1]) * static_cast<size_t>(size[0]) +
+                  at[0]] != 0;
+}
+
+FaceChooser::FaceChooser(const Grid& grid, const Vec3& origin_mm, std::span<const Face> surface,
+                         std::span<const ObjectVoxels> objects)
+    : grid_(grid), origin_(origin_mm), surface_(surface), objects_(objects) {
+    for (auto& r : range_)
+        r = {INT32_MAX, INT32_MIN};
+    for (const Face& f : surface) {
+        const std::array<int32_t, 3> p = place_of(grid, f.element);
+        for (size_t a = 0; a < 3; ++a) {
+            range_[a][0] = std::min(range_[a][0], p[a]);
+            range_[a][1] = std::max(range_[a][1], p[a]);
+        }
+    }
+}
+
+Vec3 FaceChooser::centre_mm(const Face& face) const {
+    const std::array<int32_t, 3> p = place_of(grid_, face.element);
+    Vec3 out;
+    for (size_t a = 0; a < 3; ++a)
+        out[a] = origin_[a] + (p[a] + 0.5) * grid_.pitch_mm[a];
+    const size_t axis = face.direction / 2;
+    out[axis] += (face.direction % 2 == 1 ? 0.5 : -0.5) * grid_.pitch_mm[axis];
+    return out;
+}
+
+bool FaceChooser::is_chosen(const FaceChoice& choice, const ObjectVoxels* object,
+                            const Face& face) const {
+    const size_t axis = face.direction / 2;
+    if (choice.facing && *choice.facing != face.direction) return false;
+    if (choice.side) {
+        if (*choice.side != face.direction) return false;
+        const int32_t at = place_of(grid_, face.element)[axis];
+        if (at != range_[axis][face.direction % 2]) return false;
+    }
+    const Vec3 centre = centre_mm(face);
+    if (choice.box_mm) {
+        constexpr double kSlack = 0.01;
+        for (size_t a = 0; a < 3; ++a)
+            if (centre[a] < (*choice.box_mm)[0][a] - kSlack * grid_.pitch_mm[a] ||
+                centre[a] > (*choice.box_mm)[1][a] + kSlack * grid_.pitch_mm[a])
+                return false;
+    }
+    const double sign = face.direction % 2 == 1 ? 1 : -1;
+    if (choice.normal) {
+        double away = 0, reach = 0;
+        for (size_t a = 0; a < 3; ++a) {
+            const double n = (*choice.normal)[a];
+            away += n * (centre[a] - (*choice.point_mm)[a]);
+            reach += std::abs(n) * grid_.pitch_mm[a];
+        }
+        // A staircase along an oblique plane has faces on either side of it.
+        constexpr double kAlong = 0.3, kReach = 0.55;
+        if (std::abs(away) > kReach * reach || sign * (*choice.normal)[axis] < kAlong) return false;
+    }
+    if (!object) return true;
+    // In the object, or within a voxel of it.
+    for (const double step : {-0.75, 0.0, 0.75}) {
+        Vec3 p = centre;
+        p[axis] += step * grid_.pitch_mm[axis];
+        if (object->has(p, grid_.pitch_mm)) return true;
+    }
+    return false;
+}
+
+Result<std::vector<Face>> FaceChooser::choose(const FaceChoice& choice) const {
+    const ObjectVoxels* object = nullptr;
+    if (!choice.object.empty())
+        object = &*std::ranges::find(objects_, choice.object, &ObjectVoxels::name);
+    std::vector<Face> out;
+    for (const Face& f : surface_)
+        if (is_chosen(choice, object, f)) out.push_back(f);
+    if (!out.empty()) return out;
+    const auto end = [&](size_t a, size_t which) {
+        return origin_[a] + grid_.pitch_mm[a] * (range_[a][which] + static_cast<int32_t>(which));
+    };
+    Error error = user_error(
+        fmt::format("no face of the part is{}", choice.text),
+        fmt::format("the part reaches from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) mm "
+                    "in the build; its faces stand a voxel or less from where the mesh is",
+                    end(0, 0), end(1, 0), end(2, 0), end(0, 1), end(1, 1), end(2, 1)));
+    error.location = choice.location;
+    return error;
+}
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,95 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/stand/contact.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace openfab::mechanics {
+
+using Point = std::array<double, 2>;
+
+std::vector<Point> convex_hull(std::vector<Point> p) {
+    std::ranges::sort(p);
+    p.erase(std::ranges::unique(p).begin(), p.end());
+    if (p.size() < 3) return p;
+    const auto left = [](const Point& a, const Point& b, const Point& c) {
+        return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    };
+    std::vector<Point> out(2 * p.size());
+    size_t k = 0;
+    for (const Point& one : p) {
+        while (k >= 2 && left(out[k - 2], out[k - 1], one) <= 0)
+            --k;
+        out[k++] = one;
+    }
+    const size_t lower = k + 1;
+    for (size_t i = p.size() - 1; i-- > 0;) {
+        while (k >= lower && left(out[k - 2], out[k - 1], p[i]) <= 0)
+            --k;
+        out[k++] = p[i];
+    }
+    out.resize(k - 1);
+    return out;
+}
+
+Stand stand_of(const Grid& g, const Voxels& v, const PartElements& elements, bool known) {
+    Stand out;
+    const double volume = g.pitch_mm[0] * g.pitch_mm[1] * g.pitch_mm[2];
+    double mass = 0;
+    std::array<double, 3> moment{};
+    int32_t lowest = INT32_MAX;
+    for (int64_t e = 0; e < g.element_count(); ++e) {
+        const auto at = static_cast<size_t>(e);
+        if (!(v.solid[at] > 0)) continue;
+        const double share = static_cast<double>(v.solid[at]);
+        const double m = volume * (known ? static_cast<double>(v.density[at]) : share);
+        const std::array<int32_t, 3> p = place_of(g, e);
+        mass += m;
+        out.volume_mm3 += volume * share;
+        for (size_t a = 0; a < 3; ++a)
+            moment[a] += m * (v.origin_mm[a] + (p[a] + 0.5) * g.pitch_mm[a]);
+        if (elements.kind[at] == kSolid) lowest = std::min(lowest, p[2]);
+    }
+    out.mass_g = mass / 1000;
+    if (!(mass > 0) || lowest == INT32_MAX) return out;
+    for (size_t a = 0; a < 3; ++a)
+        out.centre_mm[a] = moment[a] / mass;
+    out.floor_mm = v.origin_mm[2] + lowest * g.pitch_mm[2];
+    std::vector<Point> corners;
+    for (int32_t y = 0; y < g.elements[1]; ++y) {
+        // The first and the last of a row have the hull.
+        int32_t first = -1, last = -1;
+        for (int32_t x = 0; x < g.elements[0]; ++x) {
+            const size_t e = g.element(x, y, lowest);
+            if (elements.kind[e] != kSolid) continue;
+            if (first < 0) first = x;
+            last = x;
+            out.contact_mm2 += g.pitch_mm[0] * g.pitch_mm[1];
+        }
+        if (first < 0) continue;
+        for (const int32_t x : {first, last + 1})
+            for (const int32_t row : {y, y + 1})
+                corners.push_back(
+                    {v.origin_mm[0] + x * g.pitch_mm[0], v.origin_mm[1] + row * g.pitch_mm[1]});
+    }
+    out.hull_mm = convex_hull(std::move(corners));
+    const double height = out.centre_mm[2] - out.floor_mm;
+    double least = 1e300;
+    for (size_t i = 0; i < out.hull_mm.size(); ++i) {
+        const Point& a = out.hull_mm[i];
+        const Point& b = out.hull_mm[(i + 1) % out.hull_mm.size()];
+        const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+        const Point outwards{(b[1] - a[1]) / length, -(b[0] - a[0]) / length};
+        const double inside =
+            outwards[0] * (a[0] - out.centre_mm[0]) + outwards[1] * (a[1] - out.centre_mm[1]);
+        if (inside >= least) continue;
+        least = inside;
+        out.falls_towards = outwards;
+    }
+    out.margin_deg = std::atan2(least, height) * 180 / std::numbers::pi;
+    return out;
+}
+
+}  // namespace openfab::mechanics

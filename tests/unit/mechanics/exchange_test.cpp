@@ -1,0 +1,154 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Meshes for other programs, and one of these as a peer.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "mechanics/exchange/element_mesh.h"
+#include "mechanics/part/part_results.h"
+#include "tests/support/meshes/temp_folder.h"
+
+namespace openfab::mechanics {
+namespace {
+
+/// A block with a hole and two materials, the softer one above.
+PartProblem block() {
+    Voxels v;
+    v.size = {10, 5, 6};
+    v.pitch_mm = {1, 0.8, 0.5};
+    v.origin_mm = {3, -2, 1};
+    v.materials = {"stiff one", "Stiff_one"};
+    for (int32_t z = 0; z < 6; ++z)
+        for (int32_t y = 0; y < 5; ++y)
+            for (int32_t x = 0; x < 10; ++x) {
+                const bool solid = std::hypot(x - 4.5, 0.5 * (z - 2.5)) > 1.2;
+                Material m;
+                m.young_MPa = z < 3 ? 2000 : 300;
+                m.poisson = z < 3 ? 0.35 : 0.45;
+                v.solid.push_back(solid ? 1 : 0);
+                v.lambda.push_back(solid ? static_cast<float>(m.lambda()) : 0.F);
+                v.mu.push_back(solid ? static_cast<float>(m.mu()) : 0.F);
+                v.density.push_back(solid ? 1.2F : 0.F);
+                v.strength.push_back(50);
+                v.code.push_back(solid ? (z < 3 ? 1 : 2) : 0);
+            }
+    const Result<LoadCase> c = parse_load_case(
+        R"({"cases": {"pull": {"held": [{"side": "-x"}, {"side": "-y", "box_mm": [[5, -3, 0], [20, 3, 9]], "along": "y", "move_mm": [0, 0.01, 0]}],
+            "loads": [{"side": "+x", "force_N": [20, 0, -5], "torque_Nmm": [30, 0, 0]},
+                      {"side": "+z", "pressure_MPa": 0.5}],
+            "gravity_m_s2": [0, 0, -9.81]}}})",
+        "test", "");
+    EXPECT_TRUE(c) << c.error().text();
+    Result<PartProblem> p = set_up_part(std::move(v), *c, {}, {false, true});
+    EXPECT_TRUE(p) << p.error().text();
+    return std::move(*p);
+}
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    std::stringstream out;
+    out << in.rdbuf();
+    return out.str();
+}
+
+TEST(MechanicsExchange, NodesAreSharedAndElementsTurnTheRightWay) {
+    const PartProblem p = block();
+    const ElementMesh mesh = mesh_of(p.grid, p.voxels);
+    EXPECT_EQ(static_cast<int64_t>(mesh.elements.size()), p.elements.solid);
+    std::set<int64_t> used;
+    for (size_t e = 0; e < mesh.elements.size(); ++e) {
+        const std::array<int64_t, 8> c = mesh.corners(e);
+        used.insert(c.begin(), c.end());
+        Vec3 at[8];
+        for (size_t k = 0; k < 8; ++k)
+            at[k] = mesh.place_mm(static_cast<size_t>(c[k]));
+        // A positive volume: x along the first edge, y along the last of the base, z up.
+        EXPECT_NEAR(at[1][0] - at[0][0], 1, 1e-12);
+        EXPECT_NEAR(at[2][1] - at[1][1], 0.8, 1e-12);
+        EXPECT_NEAR(at[3][0] - at[2][0], -1, 1e-12);
+        EXPECT_NEAR(at[4][2] - at[0][2], 0.5, 1e-12);
+        EXPECT_NEAR(at[6][2] - at[2][2], 0.5, 1e-12);
+    }
+    EXPECT_EQ(used.size(), mesh.nodes.size());
+    ASSERT_EQ(mesh.sections.size(), 2U);
+    std::set<std::string> names;
+    for (const Section& s : mesh.sections) {
+        EXPECT_EQ(s.name.find(' '), std::string::npos);
+        names.insert(s.name);
+        EXPECT_NEAR(s.young_MPa, s.poisson < 0.4 ? 2000 : 300, 1e-3);
+    }
+    // Programs that do not tell lower from upper case see two names.
+    EXPECT_EQ(names, (std::set<std::string>{"Stiff_one_2", "stiff_one"}));
+}
+
+TEST(MechanicsExchange, FilesSayTheirSizes) {
+    const testing::TempFolder folder;
+    const PartProblem p = block();
+    const ElementMesh mesh = mesh_of(p.grid, p.voxels);
+    ASSERT_TRUE(write_vtu(folder.path() / "a.vtu", mesh));
+    ASSERT_TRUE(write_msh(folder.path() / "a.msh", mesh));
+    ASSERT_TRUE(write_xdmf(folder.path() / "a.xdmf", mesh));
+    const std::string vtu = text_of(folder.path() / "a.vtu");
+    EXPECT_NE(vtu.find("NumberOfPoints=\"" + std::to_string(mesh.nodes.size()) + "\""),
+              std::string::npos);
+    EXPECT_NE(vtu.find("share_stiff one"), std::string::npos);
+    const size_t n = mesh.nodes.size(), e = mesh.elements.size();
+    const auto bytes = [&](const char* name) {
+        return std::filesystem::file_size(folder.path() / ("a.xdmf." + std::string(name) + ".bin"));
+    };
+    EXPECT_EQ(bytes("corners"), e * 64);
+    EXPECT_EQ(bytes("points"), n * 24);
+    EXPECT_EQ(bytes("material"), e);
+    EXPECT_EQ(bytes("field5"), e * 4);
+    EXPECT_NE(text_of(folder.path() / "a.xdmf").find(">a.xdmf.field5.bin<"), std::string::npos);
+    const std::string msh = text_of(folder.path() / "a.msh");
+    for (const char* part : {"$MeshFormat\n4.1 1 8\n", "$EndEntities", "$EndNodes", "$EndElements",
+                             "3 2 \"Stiff_one\""})
+        EXPECT_NE(msh.find(part), std::string::npos) << part;
+}
+
+TEST(MechanicsExchange, CalculixMovesItAsWeDo) {
+    if (std::system("command -v ccx > /dev/null 2>&1") != 0)
+        GTEST_SKIP() << "there is no ccx; the package calculix-ccx has it";
+    const testing::TempFolder folder;
+    PartProblem p = block();
+    const ElementMesh mesh = mesh_of(p.grid, p.voxels);
+    ASSERT_TRUE(write_inp(folder.path() / "block.inp", mesh, MeshCase{"pull", &p}));
+    const std::string command =
+        "cd '" + folder.path().string() + "' && OMP_NUM_THREADS=1 ccx block > log";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    SolveOptions options;
+    options.tolerance = 1e-9;
+    const PartSolution ours = solve_part(&p, 2, options, true);
+    ASSERT_TRUE(ours.report.converged);
+    std::ifstream frd(folder.path() / "block.frd");
+    bool displacements = false;
+    size_t seen = 0;
+    double worst = 0, largest = 0;
+    for (std::string line; std::getline(frd, line);) {
+        if (line.rfind(" -4", 0) == 0) displacements = line.find("DISP") != std::string::npos;
+        if (!displacements || line.rfind(" -1", 0) != 0) continue;
+        const auto node = static_cast<size_t>(std::stoll(line.substr(3, 10))) - 1;
+        const Vec3 u = moved_at(ours.moved_mm, mesh.nodes[node]);
+        for (size_t c = 0; c < 3; ++c) {
+            worst = std::max(worst, std::abs(u[c] - std::stod(line.substr(13 + 12 * c, 12))));
+            largest = std::max(largest, std::abs(u[c]));
+        }
+        ++seen;
+    }
+    EXPECT_EQ(seen, mesh.nodes.size());
+    EXPECT_GT(largest, 0.01);
+    EXPECT_LT(worst, 1e-4 * largest);
+}
+
+}  // namespace
+}  // namespace openfab::mechanics

@@ -1,0 +1,282 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Loaded parts against closed forms.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "mechanics/part/eigen.h"
+#include "mechanics/part/part_results.h"
+
+namespace openfab::mechanics {
+namespace {
+
+/// Elements of a box, each of the share and Young's modulus that a function of its middle gives.
+Voxels box(std::array<int32_t, 3> size, double pitch, double poisson,
+           const std::function<std::pair<double, double>(const Vec3&)>& of) {
+    Voxels v;
+    v.size = size;
+    v.pitch_mm = {pitch, pitch, pitch};
+    v.materials = {"stuff"};
+    for (int32_t z = 0; z < size[2]; ++z)
+        for (int32_t y = 0; y < size[1]; ++y)
+            for (int32_t x = 0; x < size[0]; ++x) {
+                const auto [share, young] =
+                    of({(x + 0.5) * pitch, (y + 0.5) * pitch, (z + 0.5) * pitch});
+                Material m;
+                m.young_MPa = young;
+                m.poisson = poisson;
+                v.solid.push_back(static_cast<float>(share));
+                v.lambda.push_back(static_cast<float>(share * m.lambda()));
+                v.mu.push_back(static_cast<float>(share * m.mu()));
+                v.density.push_back(static_cast<float>(share));
+                v.strength.push_back(100);
+                v.code.push_back(share > 0 ? 1 : 0);
+            }
+    return v;
+}
+
+LoadCase parsed(const std::string& text) {
+    const Result<LoadCase> c = parse_load_case("{\"cases\": {\"one\": " + text + "}}", "test", "");
+    EXPECT_TRUE(c) << c.error().text();
+    return c ? *c : LoadCase();
+}
+
+std::string refused(const std::string& text) {
+    const Result<LoadCase> c = parse_load_case("{\"cases\": {\"one\": " + text + "}}", "test", "");
+    return c ? std::string() : c.error().text();
+}
+
+struct Solved {
+    PartProblem problem;
+    PartSolution solution;
+};
+
+Solved solved(Voxels voxels, const LoadCase& c, double tolerance = 1e-9) {
+    Solved out;
+    Result<PartProblem> p = set_up_part(std::move(voxels), c, {}, {});
+    EXPECT_TRUE(p) << p.error().text();
+    if (!p) return out;
+    out.problem = std::move(*p);
+    SolveOptions options;
+    options.tolerance = tolerance;
+    out.solution = solve_part(&out.problem, c.held.size(), options);
+    EXPECT_TRUE(out.solution.report.converged) << out.solution.report.residual;
+    return out;
+}
+
+double moved(const Solved& s, int32_t x, int32_t y, int32_t z, size_t c) {
+    const Grid& g = s.problem.grid;
+    return moved_at(s.solution.moved_mm, (int64_t{z} * g.nodes[1] + y) * g.nodes[0] + x)[c];
+}
+
+TEST(MechanicsPart, GradedBarIsTheIntegralOfItsCompliance) {
+    // Poisson's ratio 0: one-dimensional. E changes from element to element; the sum is exact.
+    constexpr int32_t kLong = 80;
+    double compliance = 0;
+    for (int32_t x = 0; x < kLong; ++x)
+        compliance += 0.5 / (1 + 4 * (x + 0.5) / kLong);
+    const Solved s =
+        solved(box({kLong, 4, 4}, 0.5, 0,
+                   [](const Vec3& p) { return std::pair(1.0, 1 + 4 * p[0] / (0.5 * kLong)); }),
+               parsed(R"({"held": [{"side": "-x"}],
+                                       "loads": [{"side": "+x", "force_N": [3, 0, 0]}]})"));
+    const double wanted = 3.0 / 4 * compliance;  // a section of 2 x 2 mm
+    EXPECT_NEAR(moved(s, kLong, 2, 2, 0) / wanted, 1, 1e-4);
+    // The integral itself: 1 / E summed by middles is its midpoint rule.
+    const double integral = 0.5 * kLong / 4 * std::log(5.0);
+    EXPECT_NEAR(moved(s, kLong, 2, 2, 0) / (3.0 / 4 * integral), 1, 1e-4);
+    EXPECT_NEAR(s.solution.reactions_N[0][0], -3, 1e-6);
+    EXPECT_NEAR(s.solution.work_Nmm, 0.5 * 3 * wanted, 1e-4 * wanted);
+}
+
+/// Deflection of the end of a cantilever of 8 x 1 x 1 mm.
+double deflection(int32_t across) {
+    const double pitch = 1.0 / across;
+    // Poisson's ratio 0: no corner of the held end is singular.
+    const Solved s = solved(box({8 * across, across, across}, pitch, 0,
+                                [](const Vec3&) { return std::pair(1.0, 1000.0); }),
+                            parsed(R"({"held": [{"side": "-x"}],
+                                       "loads": [{"side": "+x", "force_N": [0, 0, -0.1]}]})"));
+    return -moved(s, 8 * across, across / 2, across / 2, 2);
+}
+
+TEST(MechanicsPart, CantileverIsTimoshenkosAndOfSecondOrder) {
+    const double length = 8, inertia = 1.0 / 12, young = 1000, shear = young / 2, force = 0.1;
+    const double timoshenko = force * length * length * length / (3 * young * inertia) +
+                              force * length / (5.0 / 6 * shear);
+    const double coarse = deflection(4), fine = deflection(8), finest = deflection(16);
+    // What halving changes falls by four.
+    EXPECT_NEAR((fine - coarse) / (finest - fine), 4, 0.4);
+    // The held end does not warp as the theory of beams has it.
+    EXPECT_NEAR((finest + (finest - fine) / 3) / timoshenko, 1, 0.004);
+}
+
+TEST(MechanicsPart, HollowSphereUnderPressureIsLames) {
+    // An eighth of it, held by its planes of symmetry; 60 elements across the whole.
+    constexpr double a = 5, b = 10, young = 2000, poisson = 0.35, pressure = 1;
+    constexpr int32_t n = 30;
+    const double pitch = b / n;
+    const auto share = [&](const Vec3& p) {
+        constexpr int kParts = 4;
+        int inside = 0;
+        for (int i = 0; i < kParts * kParts * kParts; ++i) {
+            const double x = p[0] + ((i % kParts + 0.5) / kParts - 0.5) * pitch,
+                         y = p[1] + ((i / kParts % kParts + 0.5) / kParts - 0.5) * pitch,
+                         z = p[2] + ((i / kParts / kParts + 0.5) / kParts - 0.5) * pitch;
+            const double r = std::sqrt(x * x + y * y + z * z);
+            inside += r > a && r < b ? 1 : 0;
+        }
+        return inside / 64.0;
+    };
+    const Solved s = solved(
+        box({n, n, n}, pitch, poisson, [&](const Vec3& p) { return std::pair(share(p), young); }),
+        parsed(R"({"held": [{"point_mm": [0, 0, 0], "normal": [-1, 0, 0], "along": "x"},
+                            {"point_mm": [0, 0, 0], "normal": [0, -1, 0], "along": "y"},
+                            {"point_mm": [0, 0, 0], "normal": [0, 0, -1], "along": "z"}],
+                   "loads": [{"box_mm": [[0.1, 0.1, 0.1], [5.2, 5.2, 5.2]], "pressure_MPa": 1}]})"),
+        1e-7);
+    // Along the diagonal and near an axis, in the middle of the wall.
+    const auto exact = [&](double r) {
+        const double k = pressure * a * a * a / (b * b * b - a * a * a);
+        return k / young * ((1 - 2 * poisson) * r + (1 + poisson) * b * b * b / (2 * r * r));
+    };
+    for (const std::array<int32_t, 3> at : {std::array{22, 0, 0}, {13, 13, 13}, {16, 16, 2}}) {
+        const double x = at[0] * pitch, y = at[1] * pitch, z = at[2] * pitch;
+        const double r = std::sqrt(x * x + y * y + z * z);
+        double u = 0;
+        for (size_t c = 0; c < 3; ++c)
+            u += moved(s, at[0], at[1], at[2], c) * (at[c] * pitch) / r;
+        EXPECT_NEAR(u / exact(r), 1, 0.02) << r;
+    }
+}
+
+TEST(MechanicsPart, TorqueTurnsAShaft) {
+    // A square shaft: Saint-Venant's 0.1406 a^4 G.
+    constexpr int32_t n = 12;
+    const Solved s =
+        solved(box({n, n, 4 * n}, 0.25, 0.3, [](const Vec3&) { return std::pair(1.0, 1000.0); }),
+               parsed(R"({"held": [{"side": "-z"}],
+                                       "loads": [{"side": "+z", "torque_Nmm": [0, 0, 50]}]})"));
+    for (size_t c = 0; c < 3; ++c) {
+        EXPECT_NEAR(s.problem.total_force_N[c], 0, 1e-9);
+        EXPECT_NEAR(s.solution.reactions_N[0][c], 0, 1e-6);
+    }
+    // Between sections away from both ends.
+    const auto turn = [&](int32_t z) {
+        return (moved(s, n, n / 2, z, 1) - moved(s, 0, n / 2, z, 1)) / (n * 0.25);
+    };
+    const double twist = (turn(3 * n) - turn(n)) / (2 * n * 0.25);
+    const double shear = 1000 / 2.6;
+    EXPECT_NEAR(twist * shear * 0.1406 * std::pow(3.0, 4) / 50, 1, 0.02);
+}
+
+TEST(MechanicsPart, WeightStandsOnItsHold) {
+    const Solved s = solved(box({6, 6, 12}, 1, 0, [](const Vec3&) { return std::pair(1.0, 10.0); }),
+                            parsed(R"({"held": [{"side": "-z"}], "gravity_m_s2": [0, 0, -10]})"));
+    const double weight = 6 * 6 * 12 * 1e-6 * 10;
+    EXPECT_NEAR(s.solution.reactions_N[0][2] / weight, 1, 1e-6);
+    // rho g h^2 / (2 E), exact at nodes.
+    EXPECT_NEAR(moved(s, 3, 3, 12, 2), -1e-6 * 10 * 144 / 2 / 10, 1e-9);
+}
+
+TEST(MechanicsPart, WhatIsMovedIsStretched) {
+    const Solved s =
+        solved(box({10, 4, 4}, 1, 0, [](const Vec3&) { return std::pair(1.0, 100.0); }),
+               parsed(R"({"held": [{"side": "-x"}, {"side": "+x", "move_mm": [0.1, 0, 0]}]})"));
+    EXPECT_NEAR(s.solution.reactions_N[1][0], 100 * 0.01 * 16, 1e-4);
+    PartFields f = fields_of(s.problem, const_cast<Field<double, 3>*>(&s.solution.moved_mm));
+    EXPECT_NEAR(f.von_mises_MPa[85], 1, 1e-5);
+    EXPECT_NEAR(f.tension_MPa[85], 1, 1e-5);
+    EXPECT_NEAR(f.safety[85], 100, 1e-2);
+}
+
+TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
+    const auto cube = [](const Vec3&) { return std::pair(1.0, 1.0); };
+    const auto error = [](Voxels v, const std::string& text, const PartOptions& o = {}) {
+        const Result<PartProblem> p = set_up_part(std::move(v), parsed(text), {}, o);
+        return p ? std::string() : p.error().text();
+    };
+    const std::string push = R"("loads": [{"side": "+x", "force_N": [1, 0, 0]}])";
+    const auto has = [](const std::string& text, const char* part) {
+        return text.find(part) != std::string::npos;
+    };
+    const std::string slides = error(box({4, 4, 4}, 1, 0, cube),
+                                     R"({"held": [{"side": "-x", "along": "x"}], )" + push + "}");
+    EXPECT_TRUE(has(slides, "slide along")) << slides;
+    const std::string turns = error(
+        box({4, 4, 1}, 1, 0, cube),
+        R"({"held": [{"side": "-x", "along": "xz"}, {"side": "+x", "along": "xy", "facing": "+x"}], )" +
+            push + "}",
+        {false, true});
+    EXPECT_EQ(turns, "");  // both sides hold it
+    const std::string nothing =
+        error(box({4, 4, 4}, 1, 0, cube),
+              R"({"held": [{"box_mm": [[9, 9, 9], [10, 10, 10]]}], )" + push + "}");
+    EXPECT_TRUE(has(nothing, "nothing is held here")) << nothing;
+    const std::string miss = error(
+        box({4, 4, 4}, 1, 0, cube),
+        R"({"held": [{"side": "-x"}], "loads": [{"side": "+x", "facing": "-x", "force_N": [1, 0, 0]}]})");
+    EXPECT_TRUE(has(miss, "the load acts on nothing")) << miss;
+    const auto halves = [](const Vec3& p) {
+        return std::pair(std::abs(p[0] - 4) < 1 ? 0.0 : 1.0, 1.0);
+    };
+    const std::string pieces =
+        error(box({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}");
+    EXPECT_TRUE(has(pieces, "in 2 pieces")) << pieces;
+    // Left out, the load meets what remains.
+    EXPECT_EQ(error(box({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}",
+                    {true, false}),
+              "");
+    // Walls of a third of an element everywhere.
+    const auto foam = [](const Vec3& p) {
+        return std::pair(static_cast<int>(p[0]) % 2 == 0 ? 0.6 : 0.0, 1.0);
+    };
+    const std::string thin =
+        error(box({8, 4, 4}, 1, 0, foam), R"({"held": [{"side": "-x"}], )" + push + "}");
+    EXPECT_TRUE(has(thin, "thinner than about two elements")) << thin;
+}
+
+TEST(MechanicsCase, MistakesAreLocated) {
+    const std::pair<const char*, const char*> all[] = {
+        {R"({"held": [], "loads": []})", "nothing is held"},
+        {R"({"held": [{"side": "-x"}]})", "nothing loads the part"},
+        {R"({"held": [{"side": "x"}], "loads": []})", "`side` is one of -x"},
+        {R"({"held": [{"along": "x"}], "loads": []})", "nothing says which faces"},
+        {R"({"held": [{"side": "-x", "along": "w"}], "loads": []})", "letters of xyz"},
+        {R"({"held": [{"side": "-x", "force_N": [0, 0, 1]}], "loads": []})", "not known here"},
+        {R"({"held": [{"side": "-x"}], "loads": [{"side": "+x"}]})", "a load without a force"},
+        {R"({"held": [{"side": "-x"}], "loads": [{"side": "+x", "force_N": 3}]})", "three numbers"},
+        {R"({"held": [{"normal": [0, 0, 1]}], "loads": []})", "a plane is"},
+        {R"({"held": [{"box_mm": [[1, 0, 0], [0, 1, 1]]}], "loads": []})", "its lower one"},
+        {R"({"held": [{"side": "-x"}], "wind": 3})", "a case has no `wind`"},
+        {R"([1])", "not an object"},
+    };
+    for (const auto& [text, part] : all) {
+        const std::string said = refused(text);
+        EXPECT_NE(said.find(part), std::string::npos) << text << ": " << said;
+        EXPECT_EQ(said.rfind("test:1:", 0), 0U) << said;
+    }
+    const Result<LoadCase> two = parse_load_case(R"({"cases": {"a": {}, "b": {}}})", "test", "");
+    ASSERT_FALSE(two);
+    EXPECT_NE(two.error().text().find("there are a, b"), std::string::npos);
+}
+
+TEST(MechanicsEigen, PrincipalStressesAreEigenvalues) {
+    for (int seed = 1; seed < 50; ++seed) {
+        std::array<double, 6> s;
+        for (size_t i = 0; i < 6; ++i)
+            s[i] = std::sin(seed * 12.9898 + static_cast<double>(i) * 78.233) * 5;
+        const Eigen e = eigen_of({s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2]}, 3);
+        const std::array<double, 3> p = principal_of(s);
+        for (size_t i = 0; i < 3; ++i)
+            EXPECT_NEAR(p[i], e.values[i], 1e-7);
+    }
+}
+
+}  // namespace
+}  // namespace openfab::mechanics

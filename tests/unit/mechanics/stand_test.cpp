@@ -1,0 +1,174 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Contact, thickness and modes against closed forms.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "mechanics/correct/need_field.h"
+#include "mechanics/stand/contact.h"
+#include "mechanics/stand/modes.h"
+#include "mechanics/stand/thickness.h"
+
+namespace openfab::mechanics {
+namespace {
+
+Voxels solid(std::array<int32_t, 3> size, double pitch,
+             const std::function<bool(const Vec3&)>& of) {
+    Voxels v;
+    v.size = size;
+    v.pitch_mm = {pitch, pitch, pitch};
+    v.materials = {"stuff"};
+    Material m;
+    m.young_MPa = 1000;
+    m.poisson = 0;
+    for (int32_t z = 0; z < size[2]; ++z)
+        for (int32_t y = 0; y < size[1]; ++y)
+            for (int32_t x = 0; x < size[0]; ++x) {
+                const bool in = of({(x + 0.5) * pitch, (y + 0.5) * pitch, (z + 0.5) * pitch});
+                v.solid.push_back(in ? 1 : 0);
+                v.lambda.push_back(in ? static_cast<float>(m.lambda()) : 0.F);
+                v.mu.push_back(in ? static_cast<float>(m.mu()) : 0.F);
+                v.density.push_back(in ? 1.F : 0.F);
+                v.strength.push_back(10);
+                v.code.push_back(in ? 1 : 0);
+            }
+    return v;
+}
+
+struct Looked {
+    Grid grid;
+    Voxels voxels;
+    PartElements elements;
+};
+Looked looked(Voxels v) {
+    Looked out;
+    out.grid = Grid::make(v.size, v.pitch_mm, false);
+    out.elements = classify(out.grid, &v);
+    out.voxels = std::move(v);
+    return out;
+}
+
+TEST(MechanicsStand, AColumnTiltsByItsHalfWidthOverItsHalfHeight) {
+    const Looked l = looked(solid({8, 12, 40}, 0.5, [](const Vec3&) { return true; }));
+    const Stand s = stand_of(l.grid, l.voxels, l.elements, true);
+    EXPECT_NEAR(s.mass_g, 4 * 6 * 20 / 1000.0, 1e-9);
+    EXPECT_NEAR(s.centre_mm[2], 10, 1e-9);
+    EXPECT_NEAR(s.margin_deg, std::atan2(2, 10) * 180 / std::numbers::pi, 1e-9);
+    EXPECT_EQ(s.hull_mm.size(), 4U);
+    EXPECT_NEAR(s.contact_mm2, 24, 1e-9);
+    EXPECT_NEAR(std::abs(s.falls_towards[0]), 1, 1e-12);
+}
+
+TEST(MechanicsStand, AnArmThatReachesTooFarFalls) {
+    // A foot of 2 mm, an arm of 12 mm above it.
+    const Looked l =
+        looked(solid({24, 4, 8}, 0.5, [](const Vec3& p) { return p[0] < 2 || p[2] > 2; }));
+    const Stand s = stand_of(l.grid, l.voxels, l.elements, true);
+    EXPECT_LT(s.margin_deg, 0);
+    EXPECT_NEAR(s.falls_towards[0], 1, 1e-12);
+    // By hand: foot 2 x 2 at 1, arm 12 x 2 at 6.
+    const double x = (4 * 1 + 24 * 6) / 28.0, z = (4 * 1 + 24 * 3) / 28.0;
+    EXPECT_NEAR(s.margin_deg, std::atan2(2 - x, z) * 180 / std::numbers::pi, 1e-9);
+}
+
+TEST(MechanicsStand, HullLeavesOutWhatLiesOnEdges) {
+    const auto hull = convex_hull({{0, 0}, {1, 0}, {2, 0}, {2, 2}, {1, 1}, {0, 2}, {0, 1}, {2, 2}});
+    EXPECT_EQ(hull, (std::vector<std::array<double, 2>>{{0, 0}, {2, 0}, {2, 2}, {0, 2}}));
+}
+
+TEST(MechanicsThickness, OfWallsOfOddAndEvenNumbers) {
+    for (const int32_t wall : {1, 2, 3, 4, 5, 6}) {
+        // A block of 12 with a wall on top.
+        const Looked l = looked(solid({16, 16, 24}, 0.5, [&](const Vec3& p) {
+            return p[2] < 6 || (p[1] > 4 && p[1] < 4 + 0.5 * wall);
+        }));
+        const std::vector<ThinPlace> thin = thinnest(l.grid, l.voxels, l.elements.kind, 3);
+        ASSERT_FALSE(thin.empty());
+        EXPECT_NEAR(thin[0].thickness_mm, 0.5 * wall, 1e-5) << wall;
+        EXPECT_GT(thin[0].at_mm[2], 5.5);
+    }
+}
+
+TEST(MechanicsThickness, DepthIsThatOfBruteForce) {
+    const Looked l = looked(solid({9, 11, 10}, 1, [](const Vec3& p) {
+        return std::fmod(p[0] * 3.7 + p[1] * 1.3 + p[2] * 2.1, 5.0) > 0.9;
+    }));
+    const std::vector<float> depth = squared_depth(l.grid, l.elements.kind);
+    for (int64_t e = 0; e < l.grid.element_count(); ++e) {
+        const auto p = place_of(l.grid, e);
+        double least = 1e9;
+        for (int32_t z = -1; z <= 10; ++z)
+            for (int32_t y = -1; y <= 11; ++y)
+                for (int32_t x = -1; x <= 9; ++x) {
+                    const bool inside = x >= 0 && y >= 0 && z >= 0 && x < 9 && y < 11 && z < 10;
+                    if (inside && l.elements.kind[l.grid.element(x, y, z)] == kSolid) continue;
+                    const double dx = x - p[0], dy = y - p[1], dz = z - p[2];
+                    least = std::min(least, dx * dx + dy * dy + dz * dz);
+                }
+        ASSERT_NEAR(depth[static_cast<size_t>(e)], least, 1e-6);
+    }
+}
+
+TEST(MechanicsModes, ACantileverHumsAsTimoshenkoSays) {
+    // 24 x 2 x 3 mm, held at its lower end.
+    LoadCase held;
+    held.held.emplace_back();
+    held.held[0].faces.side = 4;
+    Result<PartProblem> p =
+        set_up_part(solid({4, 6, 48}, 0.5, [](const Vec3&) { return true; }), held, {}, {});
+    ASSERT_TRUE(p) << p.error().text();
+    ModeOptions options;
+    options.count = 3;
+    const Modes modes = softest_modes(&*p, options);
+    ASSERT_TRUE(modes.converged);
+    ASSERT_EQ(modes.all.size(), 3U);
+    // Euler and Bernoulli: 1.8751^2 / (2 pi L^2) sqrt(E I / (rho A)); E 1e9 Pa, 1000 kg/m3.
+    const auto hz = [](double thickness_m) {
+        const double length = 0.024;
+        return 1.8751 * 1.8751 / (2 * std::numbers::pi * length * length) *
+               std::sqrt(1e9 * thickness_m * thickness_m / 12 / 1000);
+    };
+    // Elements lock a little in bending, shear softens a little.
+    EXPECT_NEAR(modes.all[0].frequency_Hz / hz(0.002), 1, 0.05);
+    EXPECT_NEAR(modes.all[1].frequency_Hz / hz(0.003), 1, 0.05);
+    EXPECT_NEAR(std::abs(modes.all[0].moved[0]), 1, 1e-2);
+    EXPECT_NEAR(std::abs(modes.all[1].moved[1]), 1, 1e-2);
+    EXPECT_GT(modes.all[0].moved_at_mm[2], 23);
+    EXPECT_LT(modes.all[0].strained_at_mm[2], 2);
+    for (const Mode& m : modes.all)
+        EXPECT_LT(m.residual, 0.1);
+    // What was taken for the time is there again.
+    EXPECT_NEAR(p->voxels.mu[0], 500, 1e-3);
+}
+
+TEST(MechanicsNeed, GrowsWhereItIsWeakAndStopsAtItsLimit) {
+    PartProblem p;
+    p.grid = Grid::make({20, 5, 5}, {1, 1, 1}, false);
+    PartFields f;
+    f.safety.assign(500, 4);
+    const size_t weak = p.grid.element(10, 2, 2);
+    f.safety[weak] = 0.5;
+    NeedField field{p.grid, {}, std::vector<float>(500)};
+    NeedRule rule;
+    rule.safety = 1;
+    rule.reach_mm = 2;
+    NeedStep step = grow(p, f, rule, &field);
+    EXPECT_EQ(step.weak, 1);
+    EXPECT_EQ(step.at_limit, 0);
+    EXPECT_NEAR(field.value[weak], 0.25, 1e-6);
+    EXPECT_EQ(field.value[p.grid.element(2, 2, 2)], 0);
+    for (int i = 0; i < 5; ++i)
+        step = grow(p, f, rule, &field);
+    EXPECT_EQ(field.value[weak], 1);
+    EXPECT_EQ(step.at_limit, 1);
+    EXPECT_LE(*std::ranges::max_element(field.value), 1);
+}
+
+}  // namespace
+}  // namespace openfab::mechanics
