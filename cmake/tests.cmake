@@ -32,8 +32,8 @@ function(openfab_test_program name)
 endfunction()
 
 # openfab_test_entry(NAME COMMAND … [COST s] [TIMEOUT s]): registers a test with ctest. Its labels are the folder of
-# tests/ that it is in and what it costs: `fast`, or `whole` where whole programs run; `sanitized` where
-# tests/sanitized.cmake names it. COST is seconds on two cores, 1 in folders that are quick and 10 in others unless told;
+# tests/ that it is in and what it costs: `fast`, or `whole` where whole programs run; `sanitized` and
+# `threaded` where tests/sanitized.cmake names it. COST is seconds on two cores, 1 in folders that are quick and 10 in others unless told;
 # the longest start first.
 function(openfab_test_entry name)
     cmake_parse_arguments(arg "" "COST;TIMEOUT" "COMMAND" ${ARGN})
@@ -53,12 +53,14 @@ function(openfab_test_entry name)
     elseif(arg_COST LESS 5)
         list(APPEND labels fast)
     endif()
-    if(${folder}/${name} IN_LIST sanitized_tests)
-        list(APPEND labels sanitized)
-        list(GET arg_COMMAND 0 program)
-        set_property(GLOBAL APPEND PROPERTY openfab_sanitized_tests ${folder}/${name})
-        set_property(GLOBAL APPEND PROPERTY openfab_sanitized_programs ${program})
-    endif()
+    foreach(kind sanitized threaded)
+        if(${folder}/${name} IN_LIST ${kind}_tests)
+            list(APPEND labels ${kind})
+            list(GET arg_COMMAND 0 program)
+            set_property(GLOBAL APPEND PROPERTY openfab_${kind}_tests ${folder}/${name})
+            set_property(GLOBAL APPEND PROPERTY openfab_${kind}_programs ${program})
+        endif()
+    endforeach()
     add_test(NAME ${folder}/${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
     set_tests_properties(${folder}/${name} PROPERTIES LABELS "${labels}" COST ${arg_COST} TIMEOUT ${arg_TIMEOUT})
 endfunction()

@@ -26,15 +26,23 @@ set(sanitized_tests
     property/dither_means_test property/dither_skin_test property/dither_pattern_test property/depth_map_test
     property/support_print_test property/box_print_test property/back_pressure_test property/boundary_property_test)
 
+# Those that a night runs under the thread sanitizer: whole prints by kernels made by hand, and what threads share. They have the
+# label `threaded`, and the target of that name.
+set(threaded_tests
+    unit/plain_threads_test unit/lru_cache_test unit/pipeline_unit_test
+    property/nearest_any_thread_count property/support_print_test property/box_print_test property/back_pressure_test)
+
 # When all tests are known.
 function(openfab_add_sanitized)
-    get_property(names GLOBAL PROPERTY openfab_sanitized_tests)
-    set(unknown ${sanitized_tests})
-    list(REMOVE_ITEM unknown ${names})
-    if(unknown)
-        message(FATAL_ERROR "tests/sanitized.cmake names what is no test: ${unknown}")
-    endif()
-    get_property(programs GLOBAL PROPERTY openfab_sanitized_programs)
-    add_custom_target(sanitized)
-    add_dependencies(sanitized ${programs})
+    foreach(kind sanitized threaded)
+        get_property(names GLOBAL PROPERTY openfab_${kind}_tests)
+        set(unknown ${${kind}_tests})
+        list(REMOVE_ITEM unknown ${names})
+        if(unknown)
+            message(FATAL_ERROR "tests/sanitized.cmake names what is no test: ${unknown}")
+        endif()
+        get_property(programs GLOBAL PROPERTY openfab_${kind}_programs)
+        add_custom_target(${kind})
+        add_dependencies(${kind} ${programs})
+    endforeach()
 endfunction()
