@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import importlib
 import json
 import re
 import shutil
@@ -367,12 +368,12 @@ class Looks:
         if not path.is_file():
             raise LooksError(f"{node.getNamePath()}: there is no picture `{name}` beside `{self.file.name}`")
         wraps = {"periodic": "repeat", "clamp": "clamp", "mirror": "mirror", "constant": "black"}
-        port_of = lambda which: node.getInput(which).getValueString() if node.getInput(which) is not None else "periodic"
         data = kind in ("float", "float2") or not space.startswith("srgb")
-        wrap = [wraps.get(port_of(which), "repeat") for which in ("uaddressmode", "vaddressmode")]
+        modes = [node.getInput(which) for which in ("uaddressmode", "vaddressmode")]
+        wrap = [wraps.get(mode.getValueString() if mode is not None else "", "repeat") for mode in modes]
         for texture in self.textures:
             if (texture["path"], texture["data"], texture["wrap"]) == (path, data, wrap):
-                return texture["uniform"]
+                return str(texture["uniform"])
         taken = {texture["uniform"] for texture in self.textures} | RESERVED
         uniform = name_of(path.stem, taken)
         self.textures.append({"path": path, "uniform": uniform, "data": data, "wrap": wrap})
@@ -383,9 +384,9 @@ def shaders_of(document: Any) -> list[tuple[str, Any, Any]]:
     """Name, surface shader and displacement of each material; of a file without any, its shaders."""
     found = []
     for material in document.getMaterialNodes():
-        pick = lambda name: material.getInput(name).getConnectedNode() if material.getInput(name) is not None else None
-        if pick("surfaceshader") is not None:
-            found.append((material.getName(), pick("surfaceshader"), pick("displacementshader")))
+        shaders = [port.getConnectedNode() if port is not None else None for port in map(material.getInput, ("surfaceshader", "displacementshader"))]
+        if shaders[0] is not None:
+            found.append((material.getName(), shaders[0], shaders[1]))
     if not found:
         found = [(node.getName(), node, None) for node in document.getNodes() if node.getCategory() in MODELS]
     return found
@@ -445,16 +446,18 @@ class Fablet:
         factor = number(scale.getValue()) if scale is not None and scale.getValue() is not None else "1"
         self.write(document, node, "displacement", kind, "displacement", "" if factor == "1" else factor)
 
-    def has(self, function: str) -> Written | None:
-        return next((written for _, name, written in self.functions if name == function), None)
+    def has(self, function: str) -> bool:
+        return any(name == function for _, name, _ in self.functions)
+
+    def reads(self, function: str) -> set[str]:
+        return next((written.reads for _, name, written in self.functions if name == function), set())
 
     def call(self, name: str, point: str, normal: str) -> str:
-        written = self.has(name)
         values = {"p": point, "uv": "uv", "n": normal}
-        return f"{name}({', '.join(values[one] for one in ('p', 'uv', 'n') if one in written.reads)})"
+        return f"{name}({', '.join(values[one] for one in ('p', 'uv', 'n') if one in self.reads(name))})"
 
     def text(self, profile: bool) -> str:
-        reads = {one for name in ("base_color", "base_weight", "opacity") if self.has(name) for one in self.has(name).reads}
+        reads = {one for name in ("base_color", "base_weight", "opacity") for one in self.reads(name)}
         moves = self.has("displacement")
         uv_below = "uv" in reads
         parameters = {"p": "float3 p", "uv": "float2 uv", "n": "float3 n"}
@@ -473,7 +476,7 @@ class Fablet:
             out.append(f"    {kind} {name}({', '.join(parameters[one] for one in ('p', 'uv', 'n') if one in written.reads)})\n    {{")
             out += [f"        {line}" for line in written.lines] + [f"        return {written.result};", "    }\n"]
         if moves or uv_below:
-            needs_uv = uv_below or "uv" in moves.reads
+            needs_uv = uv_below or "uv" in self.reads("displacement")
             varyings = "SurfaceAttributes attr" + (", float2 uv" if needs_uv else "") + (", out float2 uvOut" if uv_below else "")
             out.append(f"    @Surface(@varying {{ {varyings} }})\n    {{")
             if uv_below:
@@ -518,21 +521,25 @@ MATERIALS = {
 }
 
 
+def package() -> Any:
+    """The package MaterialX, whose kinds nobody here knows."""
+    try:
+        return importlib.import_module("MaterialX")
+    except ImportError:
+        raise LooksError("looks of MaterialX want its package: python3 -m pip install MaterialX") from None
+
+
 @functools.cache
 def library() -> Any:
     """The definitions of all nodes."""
-    import MaterialX as mx
-
+    mx = package()
     made = mx.createDocument()
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), made)
     return made
 
 
 def read(file: Path) -> Any:
-    try:
-        import MaterialX as mx
-    except ImportError:
-        raise LooksError("looks of MaterialX want its package: python3 -m pip install MaterialX") from None
+    mx = package()
     document = mx.createDocument()
     try:
         mx.readFromXmlFile(document, str(file))
