@@ -86,9 +86,9 @@ class Fablet:
     ----------
     uniforms : mapping of str to Uniform
         What it takes from a world.
-    has_surface, uses_void : bool
-        Whether it has a surface stage; whether it names VOID.
-    surface_inputs, surface_outputs, nearest : tuple of Varying
+    has_surface, has_shape, uses_void : bool
+        Whether it has a surface stage, a shape stage; whether it names VOID.
+    shape_outputs, surface_inputs, surface_outputs, nearest : tuple of Varying
         What its stages take and give.
 
     Raises
@@ -128,8 +128,10 @@ class Fablet:
         data = fablets[name] if name is not None else next(iter(fablets.values()))
         self.name: str = data["name"]
         self.has_surface: bool = data["has_surface"]
+        self.has_shape: bool = data["has_shape"]
         self.uses_void: bool = data["uses_void"]
         self.uniforms: Mapping[str, Uniform] = MappingProxyType({u["name"]: _uniform(u) for u in data["uniforms"]})
+        self.shape_outputs = tuple(Varying(v["name"], v["type"]) for v in data["shape_outputs"])
         self.surface_inputs = tuple(Varying(v["name"], v["type"]) for v in data["surface_inputs"])
         self.surface_outputs = tuple(Varying(v["name"], v["type"], v["copies"]) for v in data["surface_outputs"])
         self.nearest = tuple(Varying(v["name"], v["type"], v["from"]) for v in data["nearest"])

@@ -438,12 +438,14 @@ class Shape:
     Raises
     ------
     InputError
-        Where the box is none, or the fablet has no such uniform.
+        Where the box is none, or the fablet has no such stage or uniform.
     """
 
     def __init__(self, fablet: Fablet, box: ArrayLike, uniforms: Mapping[str, Any] | None = None) -> None:
         if not isinstance(fablet, Fablet):
             raise InputError(f"{short(fablet)} is no fablet")
+        if not fablet.has_shape:
+            raise InputError(f"fablet `{fablet.name}` has no @Shape stage")
         corners = floats(box, "`box`", np.float64)
         if corners.shape != (2, 3):
             raise InputError(f"`box` has the shape {corners.shape}; it should be (2, 3), two corners")
@@ -488,7 +490,7 @@ def shape(
     CompileError
         Where the source is wrong.
     InputError
-        Where the box is none, the file cannot be read, or the fablet has no such uniform.
+        Where the box is none, the file cannot be read, or the fablet has no such stage or uniform.
     """
     if not isinstance(source, Fablet):
         text = isinstance(source, str) and "\n" in source

@@ -297,3 +297,9 @@ def test_shapes_of_one_fablet_have_values_of_their_own() -> None:
 def test_a_shape_is_checked_when_it_is_made(box: Any, uniforms: Any, said: str) -> None:
     with pytest.raises(openfab.InputError, match=said):
         openfab.shape(ROUND, box, uniforms)
+
+
+def test_a_shape_needs_the_stage() -> None:
+    assert openfab.Fablet(text=ROUND).has_shape
+    with pytest.raises(openfab.InputError, match="fablet `Ball` has no @Shape stage"):
+        openfab.shape(openfab.Fablet(text=BALL), [(0, 0, 0), (1, 1, 1)])

@@ -26,8 +26,8 @@ struct ShapeScratch final : Scratch {
 };
 
 /// What placements of a shape share.
-struct Shared {
-    Shared(const part::Part& part, const surface::SurfaceOptions& options)
+struct SharedShape {
+    SharedShape(const part::Part& part, const surface::SurfaceOptions& options)
         : field(*part.shape, *part.fablet, options.micro_edge_mm, options.isa) {}
 
     ShapeField field;
@@ -57,7 +57,7 @@ Box3i voxels_of(const ShapeField& field, const Place& where) {
 
 class PlacedShape final : public Placed {
   public:
-    PlacedShape(const Shared& shared, const Place& where)
+    PlacedShape(const SharedShape& shared, const Place& where)
         : shared_(shared),
           frame_(where.frame),
           voxels_(where.frame),
@@ -98,7 +98,7 @@ class PlacedShape final : public Placed {
                     const KnownInside& /*known*/, Scratch* scratch) const override;
 
   private:
-    const Shared& shared_;
+    const SharedShape& shared_;
     const std::array<float, OPENFAB_FRAME_COUNT> frame_;
     const VoxelFrame voxels_;
     const ShapeCoverage coverage_;
@@ -177,7 +177,7 @@ class ShapeSolid final : public Solid {
   private:
     const surface::SurfaceOptions options_;
     mutable const std::atomic<bool>* stop_;
-    Shared shared_;
+    SharedShape shared_;
 };
 
 void ShapeSolid::prepare(const Asked& asked, const QuerySetUp& queries) {
