@@ -3,6 +3,10 @@
 #pragma once
 
 // The glTF 2.0 container: its JSON, its buffers (embedded or in files), and the arrays in them.
+//
+// Not based on tinygltf, which Debian has: it would replace this file alone, of eight. On 9,000 damaged files it was safe
+// (under the address sanitizer), but it took nine whose accessors lie outside their buffers, its errors name no place, and
+// it allocates what a file asks for without a limit.
 
 #include <array>
 #include <filesystem>
