@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <iterator>
 #include <map>
 
 #include "base/input_file.h"
@@ -133,40 +135,17 @@ class Importer {
         return {};
     }
 
+    /// Binds the uniforms of a stock fablet: one function a row of the table of them.
+    using Bind = Result<void> (Importer::*)(const mesh::LoadedMesh&, BodyLook*);
+    static const std::array<Bind, std::size(kStockFablets)> kBinds;
+
     Result<void> bind_fablet(const mesh::LoadedMesh& body, BodyLook* look) {
         const std::string& f = look->fablet;
         lists_.use(f);
-        const Box3d box = box_of(body);
-        if (f == "solid") {
-            bind_solid(body, *look);
-        } else if (f == "mixed") {
-            bind_mixed(body, *look);
-        } else if (f == "textured" || f == "painted") {
-            if (Result<void> bound = bind_skins(body, look); !bound) return bound;
-        } else if (f == "mapped") {
-            if (Result<void> bound = bind_mapped(body, box); !bound) return bound;
-        } else if (f == "graded") {
-            uniform("low", number(box.lo.z));
-            uniform("high", number(box.hi.z));
-            material("bottom", "white", kWhite);
-            material("top", "black", {});
-        } else if (f == "shell") {
-            material("skin", "white", kWhite);
-            material("core", "black", {});
-        } else if (f == "lattice") {
-            material("material", "white", kWhite);
-            uniform("filler", "\"VOID\"");
-        } else if (f == "infill") {
-            const Vec3d middle = box.center();
-            uniform("drain", list_of(std::array{middle.x, middle.y, middle.z}, number));
-            material("material", "white", kWhite);
-            uniform("filler", "\"VOID\"");
-            uniform("barrier", "\"VOID\"");
-        } else {
-            if (Result<void> bound = bind_first_picture(body, false, true); !bound) return bound;
-            material("material", "white", kWhite);
-        }
-        if (!has_inks(f)) return {};
+        const StockFablet& stock = *find_stock_fablet(f);
+        const Bind bind = kBinds[static_cast<size_t>(&stock - kStockFablets)];
+        if (Result<void> bound = (this->*bind)(body, look); !bound) return bound;
+        if (!stock.inks) return {};
         if (!profile_.empty()) uniform("profile", json_text(profile_));
         materials_.add_inks();
         for (const char* ink : {"cyan", "magenta", "yellow", "black"})
@@ -198,23 +177,61 @@ class Importer {
         return known->second;
     }
 
-    void bind_solid(const mesh::LoadedMesh& body, const BodyLook& look) {
+    Result<void> bind_solid(const mesh::LoadedMesh& body, BodyLook* look) {
         std::vector<std::string> names;
-        for (const GroupLook& group : look.groups)
+        for (const GroupLook& group : look->groups)
             names.push_back(material_of(body, group));
         if (options_.one_material) names.resize(1);
         bind_materials("solid", names);
+        return {};
     }
 
-    void bind_mixed(const mesh::LoadedMesh& body, const BodyLook& look) {
+    Result<void> bind_graded(const mesh::LoadedMesh& body, BodyLook* /*look*/) {
+        const Box3d box = box_of(body);
+        uniform("low", number(box.lo.z));
+        uniform("high", number(box.hi.z));
+        material("bottom", "white", kWhite);
+        material("top", "black", {});
+        return {};
+    }
+
+    Result<void> bind_shell(const mesh::LoadedMesh& /*body*/, BodyLook* /*look*/) {
+        material("skin", "white", kWhite);
+        material("core", "black", {});
+        return {};
+    }
+
+    Result<void> bind_lattice(const mesh::LoadedMesh& /*body*/, BodyLook* /*look*/) {
+        material("material", "white", kWhite);
+        uniform("filler", "\"VOID\"");
+        return {};
+    }
+
+    Result<void> bind_infill(const mesh::LoadedMesh& body, BodyLook* /*look*/) {
+        const Vec3d middle = box_of(body).center();
+        uniform("drain", list_of(std::array{middle.x, middle.y, middle.z}, number));
+        material("material", "white", kWhite);
+        uniform("filler", "\"VOID\"");
+        uniform("barrier", "\"VOID\"");
+        return {};
+    }
+
+    Result<void> bind_relief(const mesh::LoadedMesh& body, BodyLook* /*look*/) {
+        if (Result<void> bound = bind_first_picture(body, false, true); !bound) return bound;
+        material("material", "white", kWhite);
+        return {};
+    }
+
+    Result<void> bind_mixed(const mesh::LoadedMesh& body, BodyLook* look) {
         ImportLists::Mixture mixture;
-        for (const GroupLook& group : look.groups) {
+        for (const GroupLook& group : look->groups) {
             mixture.emplace_back();
             if (group.mixture.empty()) mixture.back().emplace_back(material_of(body, group), 1);
             for (const auto& [part, share] : group.mixture)
                 mixture.back().emplace_back(materials_.of_look(part), share);
         }
         lists_.add_mixture(objects_.size(), std::move(mixture));
+        return {};
     }
 
     /// Textured or painted.
@@ -298,7 +315,8 @@ class Importer {
     }
 
     /// The picture spans the mesh's box on each side, or has a size and repeats.
-    Result<void> bind_mapped(const mesh::LoadedMesh& body, const Box3d& box) {
+    Result<void> bind_mapped(const mesh::LoadedMesh& body, BodyLook* /*look*/) {
+        const Box3d box = box_of(body);
         if (Result<void> bound = bind_first_picture(body, !options_.picture_mm, false); !bound)
             return bound;
         const Vec3d middle = box.center(), size = box.size();
@@ -391,7 +409,7 @@ class Importer {
         set_stock_constant("GROUPS", counts.groups, &source);
         set_stock_constant("MAPS", counts.maps, &source);
         set_stock_constant("PARTS", counts.parts, &source);
-        if (!options_.profile.empty() && has_inks(fablet)) mix_by_profile(&source);
+        if (!options_.profile.empty() && find_stock_fablet(fablet)->inks) mix_by_profile(&source);
         return source;
     }
 
@@ -460,6 +478,12 @@ class Importer {
     bool shares_one_ = false, mapping_told_ = false;
     Import out_;
 };
+
+const std::array<Importer::Bind, std::size(kStockFablets)> Importer::kBinds = {
+    &Importer::bind_solid,  &Importer::bind_mixed, &Importer::bind_skins,  // solid, mixed, textured
+    &Importer::bind_mapped, &Importer::bind_skins,                         // mapped, painted
+    &Importer::bind_graded, &Importer::bind_shell, &Importer::bind_lattice,
+    &Importer::bind_infill, &Importer::bind_relief};
 
 }  // namespace
 

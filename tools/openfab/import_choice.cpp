@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "base/text.h"
+#include "tools/openfab/stock.h"
 
 namespace openfab::tools {
 
@@ -116,6 +117,7 @@ class Choice {
             return usage_error(
                 fmt::format("`{}` is for {}, and the fablet is `{}`", option, with, f));
         };
+        const StockFablet& stock = *find_stock_fablet(f);
         const bool forced = !options_.fablet.empty() || alone();
         const bool by_uv = options_.mapping.empty() || options_.mapping == "uv";
         if (!by_uv && f != "mapped" && forced)
@@ -127,26 +129,25 @@ class Choice {
             return usage_error("`--side` is for `--mapping planar`");
         if (options_.picture_mm && f != "mapped" && forced)
             return does_not_go("--picture-size", "`--mapping planar`, `box` or `triplanar`");
-        if (pictured && f != "textured" && f != "mapped" && f != "relief")
+        if (pictured && !stock.picture)
             return does_not_go("--picture", "the fablets `textured`, `mapped` and `relief`");
-        if (!options_.profile.empty() && !has_inks(f) && forced)
+        if (!options_.profile.empty() && !stock.inks && forced)
             return does_not_go("--profile", "the fablets `textured`, `mapped` and `painted`");
-        if ((f == "textured" || f == "relief") && !has(body, "uv", 2)) {
+        if (stock.uv && !has(body, "uv", 2)) {
             return user_error(fmt::format(
                 "{}: the mesh has no texture coordinates, which `{}` needs; {}", what(body), f,
                 f == "textured" ? "`--mapping box`, `planar` or `triplanar` does without"
                                 : "choose another `--fablet`"));
         }
-        if ((f == "relief" || f == "mapped" || f == "textured") && !pictured &&
-            (f == "textured" ? !any_picture() : !has_picture(body)))
+        if (stock.picture && !pictured && (f == "textured" ? !any_picture() : !has_picture(body)))
             return user_error(fmt::format(
                 "{}: the mesh has no picture, which `{}` needs; give one with `--picture FILE`",
                 what(body), f));
-        if (f == "painted" && !has(body, "color", 3) && !any_color(body))
-            return user_error(
-                fmt::format("{}: the mesh's vertices have no colours, which `painted` "
-                            "needs; choose another `--fablet`",
-                            what(body)));
+        if (stock.colors && !has(body, "color", 3) && !any_color(body))
+            return user_error(fmt::format(
+                "{}: the mesh's vertices have no colours, which `{}` needs; choose another "
+                "`--fablet`",
+                what(body), f));
         return {};
     }
 
@@ -162,10 +163,6 @@ class Choice {
 };
 
 }  // namespace
-
-bool has_inks(const std::string& fablet) {
-    return fablet == "textured" || fablet == "mapped" || fablet == "painted";
-}
 
 Mapping mapping_of(const ImportOptions& options) {
     return options.mapping == "planar"      ? Mapping::kPlanar

@@ -13,9 +13,6 @@
 
 namespace openfab::tools {
 
-/// Whether a fablet mixes inks of colours.
-bool has_inks(const std::string& fablet);
-
 enum class Mapping { kPlanar = 0, kBox = 1, kTriplanar = 2 };
 Mapping mapping_of(const ImportOptions& options);
 

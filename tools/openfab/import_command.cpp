@@ -120,7 +120,7 @@ Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
                                        arguments->file, mesh::mesh_formats()));
     }
     ImportOptions& import = arguments->import;
-    if (!import.fablet.empty() && !is_stock_fablet(import.fablet)) {
+    if (!import.fablet.empty() && find_stock_fablet(import.fablet) == nullptr) {
         return usage_error(fmt::format("there is no stock fablet `{}`; choose from {}",
                                        import.fablet, stock_fablet_names()));
     }

@@ -107,7 +107,7 @@ world::FileRules file_rules(const program::Options& options) {
 
 Result<Sources> sources_of(const program::Options& options, const std::string& fablet) {
     const std::string& input = options.input;
-    if (is_stock_fablet(fablet)) return stock_sources(fablet);
+    if (find_stock_fablet(fablet) != nullptr) return stock_sources(fablet);
     Sources sources;
     if (!fablet.empty()) sources.files.emplace_back(fablet);
     if (!input.ends_with(".json")) {

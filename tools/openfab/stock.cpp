@@ -53,14 +53,15 @@ void mix_by_profile(std::string* source) {
     replace("ink_limit(rgb_to_cmyk(rgb", ", 1)", "ink_amounts(profile, rgb)");
 }
 
-bool is_stock_fablet(std::string_view name) {
-    return std::find(kStockFablets.begin(), kStockFablets.end(), name) != kStockFablets.end();
+const StockFablet* find_stock_fablet(std::string_view name) {
+    const auto* const found = std::ranges::find(kStockFablets, name, &StockFablet::name);
+    return found == std::end(kStockFablets) ? nullptr : found;
 }
 
 std::string stock_fablet_names() {
     std::string text;
-    for (const char* name : kStockFablets)
-        text += fmt::format("{}`{}`", text.empty() ? "" : ", ", name);
+    for (const StockFablet& fablet : kStockFablets)
+        text += fmt::format("{}`{}`", text.empty() ? "" : ", ", fablet.name);
     return text;
 }
 

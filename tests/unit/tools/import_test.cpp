@@ -275,7 +275,8 @@ TEST(Import, RefusesWhatTheMeshLacks) {
 }
 
 TEST(Import, WritesWorldsOfEveryStockFabletThatLoad) {
-    for (const std::string fablet : kStockFablets) {
+    for (const StockFablet& stock : kStockFablets) {
+        const std::string fablet(stock.name);
         const testing::TempFolder folder;
         LoadedBodies loaded = label_and_rest();
         mesh::MeshAttribute color;
