@@ -24,7 +24,7 @@ struct StockFablet {
     bool picture = false;  ///< needs a picture
     bool colors = false;   ///< needs colours of vertices or faces
 };
-constexpr StockFablet kStockFablets[] = {
+inline constexpr StockFablet kStockFablets[] = {
     {"solid"},
     {"mixed"},
     {.name = "textured", .inks = true, .uv = true, .picture = true},
