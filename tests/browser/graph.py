@@ -49,6 +49,7 @@ def work_with(browser, options, folder, url):
     page.mouse.click(*node(page, "t = smoothstep"))
     check("a click shows a node", "smoothstep" in at.text("#inspector"))
     at.shot("graph_node")
+    look_at_values(at)
     page.fill("#inspector [data-control=port0]", "0.25")
     page.keyboard.press("Enter")
     at.eventually("a value is edited in the text", lambda: "smoothstep(0.25, 1," in text(page))
@@ -99,6 +100,24 @@ def work_with(browser, options, folder, url):
     check("arrows walk", page.locator("#graph_svg .node.selected").count() == 1 and "wave" not in page.locator("#graph_svg .node.selected .title").text_content())
     at.shot("graph_end")
     at.close()
+
+
+def look_at_values(at):
+    """Pictures at the nodes, and what they are in a voxel; the node `t` is chosen."""
+    page = at.page
+    start = time.monotonic()
+    at.eventually("nodes show what they are over the slice", lambda: page.locator("#graph_svg .look image").count() >= 10)
+    print(f"        after {time.monotonic() - start:.2f} s")
+    # The middle of the first of two balls: deep inside, t is 1.
+    box = page.locator("#plane").bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2 - float(at.text("#zoom").split()[0]) * 7, box["y"] + box["height"] / 2)
+    at.eventually("and in the voxel that is picked", lambda: "in the voxel: 1" in at.text("#inspector"))
+    at.eventually("a wire says what it brings", lambda: page.locator("#graph_svg .wire title").count() >= 5)
+    at.shot("graph_values")
+    page.click("#graph_look")
+    check("without Values there is no picture", page.locator("#graph_svg .look").count() == 0)
+    page.click("#graph_look")
+    at.eventually("with it there is", lambda: page.locator("#graph_svg .look image").count() >= 10)
 
 
 def look(browser, options, url):
