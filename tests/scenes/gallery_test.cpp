@@ -58,6 +58,7 @@ constexpr Exhibit kExhibits[] = {
     {"library", "surfaces", "surfaces", "0.25mm", true},
     {"library", "trusses", "trusses", "0.25mm", true},
     {"library", "shapes", "shapes", "0.25mm", true},
+    {"library", "harmonics", "harmonics", "0.25mm", true},
     {"library", "patterns", "patterns", "0.25mm"},
     {"library", "textures", "textures", "0.25mm"},
     {"library", "dithers", "dithers", "0.25mm"},
@@ -70,6 +71,7 @@ constexpr Exhibit kExhibits[] = {
     {"filament_vase", "vase", "filament_vase", "0.4mm"},
     {"bone", "bone", "bone", "1mm"},
     {"insole", "insole", "insole", "0.7mm"},
+    {"peach", "peach", "peach", "0.5mm"},
 };
 
 struct Contents {
