@@ -17,6 +17,7 @@
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/primitives.h"
+#include "world/beams_reader.h"
 #include "world/build_reader.h"
 #include "world/dither_ref.h"
 #include "world/json_reader.h"
@@ -275,7 +276,7 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("mesh"), what)) return;
         const JsonMember* source = nullptr;
         std::vector<std::string> sources = primitive_keys();
-        sources.insert(sources.begin(), {"file", "shape"});
+        sources.insert(sources.begin(), {"file", "beams", "shape"});
         for (const std::string& key : sources) {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr) continue;
@@ -288,7 +289,7 @@ class WorldReader {
         }
         if (source == nullptr) {
             return json_.fail(m.value, fmt::format("{} has no `file`", what),
-                              fmt::format("give one, or a `shape`, or in mm one of `{}`",
+                              fmt::format("give one, or `beams`, a `shape`, or in mm one of `{}`",
                                           fmt::join(primitive_keys(), "`, `")));
         }
         const JsonMember* box = m.value.find("box_mm");
@@ -302,13 +303,17 @@ class WorldReader {
         } else {
             for (const char* key :
                  {"body", "unit", "up", "origin_mm", "groups", "groups_attribute"}) {
+                const std::string_view of = key;
+                if (source->key == "beams" && (of == "unit" || of == "body")) continue;
                 if (const JsonMember* p = m.value.find(key)) {
                     return json_.fail_at(
                         p->line, p->column, fmt::format("`{}` of {} goes with a `file`", key, what),
                         fmt::format("a {} is in mm and has its own `face` numbers", source->key));
                 }
             }
-            if (source->key == "shape") {
+            if (source->key == "beams") {
+                beams(m, source->value, what);
+            } else if (source->key == "shape") {
                 shape(*source, box, what);
             } else {
                 primitive(*source, what);
@@ -333,6 +338,21 @@ class WorldReader {
             read_primitive(source, fmt::format("`{}` of {}", source.key, what), &json_);
         if (!mesh || !take_memory(source.value, mesh::mesh_bytes(mesh::counts_of(*mesh)))) return;
         world_.meshes.push_back(std::move(*mesh));
+    }
+
+    void beams(const JsonMember& m, const JsonValue& value, const std::string& what) {
+        const fs::path file = files_.existing(value, "`beams` of " + what);
+        mesh::BeamOptions options;
+        options.memory_bytes = memory_left_;
+        if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
+        if (const JsonMember* p = m.value.find("body"))
+            options.body = json_.string(p->value, "`body` of " + what);
+        if (!json_.ok()) return;
+        if (skips_mesh_files_) {
+            world_.meshes.emplace_back();
+        } else {
+            take_memory(value, add_beams(file, options, m.key, &json_, &world_));
+        }
     }
 
     /// A shape stands in the world as its box.

@@ -18,6 +18,7 @@
 
 #include "base/result.h"
 #include "base/vec.h"
+#include "mesh/model/beams.h"
 #include "mesh/model/mesh.h"
 #include "pieces/tree.h"
 #include "world/printer.h"
@@ -143,6 +144,8 @@ struct World {
     std::vector<Texture> textures;
     std::vector<mesh::Mesh> meshes;
     std::map<int32_t, ShapeRef> shapes;  ///< by index in meshes
+    /// Beams that a mesh stands for, its box that of them; by index in meshes.
+    std::map<int32_t, std::shared_ptr<const mesh::Beams>> beams;
     std::vector<Object> objects;
     std::vector<Placement> build;
     std::optional<DitherRef> dither;  ///< of the fablets without a rule of their own

@@ -13,8 +13,9 @@ namespace openfab::mesh {
 namespace {
 
 /// Extensions that are read, at least as far as a file needs that requires them.
-constexpr std::string_view kExtensions[] = {"/material/", "/production/",    "/trianglesets/",
-                                            "/slice/",    "/securecontent/", "/booleanoperations/"};
+constexpr std::string_view kExtensions[] = {
+    "/material/",      "/production/",        "/trianglesets/", "/slice/",
+    "/securecontent/", "/booleanoperations/", "/beamlattice/"};
 
 /// Elements without attributes of interest, whose children count.
 constexpr std::string_view kWithout[] = {"resources", "build",      "mesh",     "vertices",
@@ -33,7 +34,6 @@ struct Dropped {
 };
 
 constexpr Dropped kDropped[] = {
-    {"beamlattice", "lattices of beams", "export them as meshes"},
     {"displacementmesh", "displacements of meshes", "apply them in the program that made them",
      true},
     {"volumedata", "volumetric data of meshes", "write them as a fablet"},

@@ -60,6 +60,7 @@ class ModelReader : public XmlHandler {
         if (name == "booleanshape") return boolean_shape(a);
         if (name == "item") return placement(a, &model.build);
         if (name == "metadata" || name == "setting") begin_value(a);
+        if (object_ != nullptr && ThreemfLatticeReader::takes(name)) return lattice(name, a);
         if (is_left_out_of_threemf(name, place(), &told_)) unknown_ = 1;
         return {};
     }
@@ -332,6 +333,16 @@ class ModelReader : public XmlHandler {
                 told_.add("slices of objects", place(), "their meshes are printed instead");
         }
         return {};
+    }
+
+    Complaint lattice(std::string_view name, const XmlAttributes& a) {
+        if (name == "beamlattice") {
+            told_.add("lattices of beams", place(),
+                      "a mesh of the world that names the file as `beams` prints them");
+            object_->lattice = std::make_shared<ThreemfLattice>();
+        }
+        if (object_->lattice == nullptr) return {};
+        return ThreemfLatticeReader::read(name, a, object_->lattice.get(), &memory_bytes_);
     }
 
     /// Names where something is, for people.

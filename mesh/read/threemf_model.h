@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "base/vec.h"
 #include "mesh/model/look.h"
 #include "mesh/read/threemf_extensions.h"
+#include "mesh/read/threemf_lattice.h"
 #include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
@@ -72,7 +74,8 @@ struct ThreemfObject {
     std::vector<std::pair<int32_t, std::string>> paints;
     /// By triangle: the filament of its paint, from 1, or 0; empty if none is painted.
     std::vector<int16_t> filaments;
-    std::vector<int32_t> sources;  ///< by triangle: that of the file; empty: the same
+    std::vector<int32_t> sources;             ///< by triangle: that of the file; empty: the same
+    std::shared_ptr<ThreemfLattice> lattice;  ///< null: it has none
 };
 
 struct ThreemfModel {

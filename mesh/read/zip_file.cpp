@@ -151,7 +151,8 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
         packed += entry.compressed;
         unpacked += std::min(entry.size, kLargest);
         largest = std::max(largest, std::min(entry.size, kLargest));
-        out.entries_.emplace(key(bytes.substr(at + kCentralSize, name)), entry);
+        entry.name = std::string(bytes.substr(at + kCentralSize, name));
+        out.entries_.emplace(key(entry.name), entry);
         at += kCentralSize + name + extra + comment;
     }
     // A single large entry is reported when it is read; many just below that limit would be as
@@ -167,6 +168,13 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
 
 bool ZipFile::has(const std::string& name) const {
     return entries_.count(key(name)) != 0;
+}
+
+std::vector<std::string> ZipFile::names() const {
+    std::vector<std::string> names;
+    for (const auto& [key, entry] : entries_)
+        names.push_back(entry.name);
+    return names;
 }
 
 Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const {

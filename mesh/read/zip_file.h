@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/result.h"
 
@@ -22,6 +23,9 @@ class ZipFile {
     /// Returns whether there is an entry of this name, ignoring case and a leading slash. Names may
     /// be percent-encoded, here and in the archive.
     bool has(const std::string& name) const;
+
+    /// Returns the names of all entries as they are written, in the order of their keys.
+    std::vector<std::string> names() const;
 
     /// Reads an entry of at most `limit` bytes and verifies its checksum. Errors: no such entry,
     /// encrypted, of another method, damaged, larger, or of a compression ratio that text never
@@ -40,6 +44,7 @@ class ZipFile {
 
   private:
     struct Entry {
+        std::string name;     ///< as it is written
         uint64_t offset = 0;  ///< of its local header
         uint64_t compressed = 0;
         uint64_t size = 0;

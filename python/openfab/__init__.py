@@ -27,6 +27,7 @@ from .errors import (
     PrintWarning,
 )
 from .fablet import Fablet, Uniform, Varying, compile
+from .lattice import Beams, beams
 from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
 from .reading import VoxelBox, Voxels, read
 from .shapes import (
@@ -54,6 +55,7 @@ _core.set_converter(_Path(_core.__file__).parent / "bin" / "openfab-texture")
 
 __all__ = [
     "VOID",
+    "Beams",
     "CompileError",
     "CompilerWarning",
     "Diagnostic",
@@ -85,6 +87,7 @@ __all__ = [
     "VoxelBox",
     "Voxels",
     "World",
+    "beams",
     "box",
     "capsule",
     "compile",

@@ -17,6 +17,7 @@ from . import _core, _files, _foreign
 from ._given import Real, array, choice, floats, integers, is_sequence, number, plain, positive, several, short, vector
 from .errors import InputError
 from .fablet import Fablet
+from .lattice import Beams
 
 
 class Mesh:
@@ -498,12 +499,12 @@ def shape(
     return Shape(source, box, uniforms)
 
 
-AnyMesh = Mesh | FileMesh | Primitive | Shape
+AnyMesh = Mesh | FileMesh | Primitive | Shape | Beams
 
 
 def as_mesh(value: Any) -> AnyMesh:
     """Returns what can stand for a mesh: a mesh, a file, or one of trimesh or pyvista."""
-    if isinstance(value, (Mesh, FileMesh, Primitive, Shape)):
+    if isinstance(value, (Mesh, FileMesh, Primitive, Shape, Beams)):
         return value
     if isinstance(value, (str, os.PathLike)):
         return FileMesh(value)

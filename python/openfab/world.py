@@ -20,6 +20,7 @@ from ._bound import check_bound
 from ._given import Real, Whole, array, choice, is_sequence, number, plain, positive, several, short, vector, whole
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
+from .lattice import Beams
 from .shapes import AnyMesh, Mesh, Shape, Texture, as_mesh
 
 T = TypeVar("T")
@@ -452,7 +453,7 @@ class World:
                 str(thing._file.path()): f"the arrays of {kind} `{name}`"
                 for kind, named in (("mesh", names.meshes), ("texture", names.textures))
                 for name, thing in named.items()
-                if isinstance(thing, (Mesh, Texture)) and thing._file is not None
+                if isinstance(thing, (Beams, Mesh, Texture)) and thing._file is not None
             },
             (names.meshes, names.textures),
         )

@@ -14,6 +14,7 @@
 #include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
+#include "runtime/part/bind_beams.h"
 #include "runtime/part/bind_piece.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/part/uniforms.h"
@@ -201,6 +202,12 @@ class WorldBinder {
         if (!mesh) return mesh.error();
         part.mesh = std::move(*mesh);
         if (Result<void> made = bind_shape(object, &part); !made) return made.error();
+        if (const auto beams = world_.beams.find(object.mesh); beams != world_.beams.end()) {
+            auto& known = beams_[part.mesh.get()];
+            if (known == nullptr)
+                known = make_part_beams(beams->second, **fablet, polar->s, *part.mesh);
+            part.beams = known;
+        }
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
         if (placement.piece >= 0) {
@@ -357,6 +364,10 @@ class WorldBinder {
                                                              const openfab_fablet& fablet,
                                                              const std::array<double, 9>& s) {
         const mesh::Mesh& mesh = world_.meshes[object.mesh];
+        if (world_.beams.contains(object.mesh)) {
+            const Result<void> fine = check_beams(fablet, s);
+            if (!fine) return with_context(fine.error(), fmt::format("`{}`: ", object.name));
+        }
         const auto shape = world_.shapes.find(object.mesh);
         if (shape == world_.shapes.end()) return make_part_mesh(mesh, fablet, s);
         static constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -403,6 +414,7 @@ class WorldBinder {
              std::shared_ptr<const PartMesh>>
         meshes_;
     std::map<const PartMesh*, std::vector<std::shared_ptr<const Part>>> stages_;
+    std::map<const PartMesh*, std::shared_ptr<const PartBeams>> beams_;
 };
 
 /// Distinct, bright colours: hue steps by the golden ratio, so that any number of them are

@@ -19,6 +19,7 @@
 #include "abi/fablet_table.h"
 #include "base/result.h"
 #include "base/vec.h"
+#include "mesh/model/beams.h"
 #include "pieces/region.h"
 #include "texture/pyramid.h"
 
@@ -47,6 +48,15 @@ struct PartMesh {
     std::vector<float> corner_uv;  ///< [triangle][corner][2]; empty without uv
 };
 
+/// Beams as a part's geometry, shared by placements with the same ones, fablet and scale. Part-local
+/// points are `scale` times those of the beams, less the centre of Part::mesh.
+struct PartBeams {
+    std::shared_ptr<const mesh::Beams> beams;
+    double scale = 1;
+    Vec3d center_part_mm;
+    std::vector<int32_t> attributes;  ///< of each @nearest input: of the beams; -1: its default
+};
+
 /// What of a part is printed, if it is cut into pieces.
 struct Piece {
     pieces::Region region;              ///< part-local mm
@@ -64,6 +74,8 @@ struct Part {
     /// The part whose fablet's @Shape stage is the geometry: its uniform values and textures are those
     /// of the stage, its mesh the box. Null where the mesh is the geometry.
     std::shared_ptr<const Part> shape;
+    std::shared_ptr<const PartBeams>
+        beams;                ///< null where they are not the geometry; the mesh is a box
     SourceLocation location;  ///< of a shape: where the world names it
     /// For each Object uniform of the fablet: the placements of that object, as ascending indices
     /// in the build list; at least one.

@@ -61,6 +61,25 @@ uint64_t hash_of(const part::PartMesh& mesh) {
     return hash.value();
 }
 
+uint64_t hash_of(const mesh::Beams& beams) {
+    Hash hash;
+    hash.add_all(beams.nodes);
+    hash.add(beams.beams.size());
+    for (const mesh::Beam& beam : beams.beams) {
+        for (size_t e = 0; e < 2; ++e) {
+            hash.add(beam.nodes[e]);
+            hash.add(beam.radii[e]);
+            hash.add(static_cast<int32_t>(beam.ends[e]));
+        }
+    }
+    for (const mesh::BeamAttribute& attribute : beams.attributes) {
+        hash.add(attribute.name);
+        add_floats(&hash, attribute.values);
+        hash.add_all(attribute.ints);
+    }
+    return hash.value();
+}
+
 void add_shape(Hash* hash, const pieces::Shape& shape) {
     hash->add(static_cast<int32_t>(shape.kind));
     for (const Vec3d& v : {shape.at, shape.u, shape.v, shape.n})
@@ -137,11 +156,17 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
                                                             const PrintOptions& options) {
     Hash fablets, meshes, uniforms, textures, placements;
     Shared<part::PartMesh> mesh_hashes;
+    Shared<mesh::Beams> beam_hashes;
     Shared<texture::Pyramid> texture_hashes;
     for (const part::Part& part : input.parts) {
         fablets.add(std::string(part.fablet->name));
         fablets.add(part.fablet->hash);
         meshes.add(mesh_hashes.of(part.mesh.get()));
+        if (part.beams != nullptr) {
+            meshes.add(beam_hashes.of(part.beams->beams.get()));
+            meshes.add(part.beams->scale);
+            meshes.add_all(part.beams->attributes);
+        }
         if (const part::Part* shape = part.shape.get()) {
             fablets.add(std::string(shape->fablet->name));
             fablets.add(shape->fablet->hash);

@@ -53,6 +53,8 @@ class Importer {
             for (const Vec3d& p : body.mesh.positions)
                 (body.role == BodyRole::kPart ? box_ : negative_box_).add(p);
         }
+        for (const mesh::LatticeInfo& lattice : options.lattices)
+            box_.add(lattice.box_mm);
         if (options.largest_mm) {
             const Vec3d size = box_.size();
             scale_ = *options.largest_mm / std::max({size.x, size.y, size.z});
@@ -67,6 +69,8 @@ class Importer {
         for (size_t b = 0; b < loaded_.bodies.size(); ++b) {
             if (Result<void> bound = bind_body(b); !bound) return bound.error();
         }
+        for (const mesh::LatticeInfo& lattice : options_.lattices)
+            bind_lattice(lattice);
         if (materials_.lines().size() > kMostMaterials) return too_many_materials();
         out_.files = std::move(pictures_.files());
         for (const auto& [fablet, counts] : lists_.fablets()) {
@@ -87,7 +91,7 @@ class Importer {
 
   private:
     bool is_part(size_t b) const { return loaded_.bodies[b].role == BodyRole::kPart; }
-    bool alone() const { return loaded_.bodies.size() == 1; }
+    bool alone() const { return loaded_.bodies.size() + options_.lattices.size() == 1; }
     /// The file, and the body where there are several, for messages.
     std::string what(const mesh::LoadedMesh& body) const {
         return alone() ? file_ : fmt::format("{}: body `{}`", file_, body.body);
@@ -114,6 +118,29 @@ class Importer {
         if (!bound) return bound;
         objects_.push_back(std::move(object));
         return {};
+    }
+
+    /// One material, or one for each beam set and for beams in none.
+    void bind_lattice(const mesh::LatticeInfo& lattice) {
+        ObjectText object;
+        object.name =
+            object_names_.unique(alone() ? fs::path(file_).stem().string() : lattice.name);
+        object.mesh = fmt::format("{{\"beams\": {}", json_text(file_));
+        if (options_.lattices.size() > 1)
+            object.mesh += fmt::format(", \"body\": {}", json_text(lattice.name));
+        object.mesh += unit_text() + "}";
+        object.fablet = "beams";
+        lists_.use(object.fablet);
+        std::vector<std::string> names;
+        if (options_.one_material) {
+            names.push_back(materials_.of("one", "material", kWhite));
+        } else {
+            names.push_back(materials_.grey(alone() ? "material" : lattice.name));
+            for (const std::string& set : lattice.sets)
+                names.push_back(materials_.grey(set.empty() ? "set" : set));
+        }
+        bind_materials(object.fablet, names);
+        objects_.push_back(std::move(object));
     }
 
     int32_t most_depth() const {
@@ -413,15 +440,18 @@ class Importer {
         return source;
     }
 
+    std::string unit_text() const {
+        if (loaded_.unit_note == "as the file says") return {};
+        static const std::map<double, const char*> kNames = {
+            {1, "mm"}, {10, "cm"}, {1000, "m"}, {0.001, "um"}, {25.4, "in"}};
+        const auto found = kNames.find(loaded_.unit_mm);
+        return found != kNames.end() ? fmt::format(", \"unit\": \"{}\"", found->second) : "";
+    }
+
     std::string mesh_text(const mesh::LoadedMesh& body) const {
         std::string text = fmt::format("{{\"file\": {}", json_text(file_));
         if (!alone()) text += fmt::format(", \"body\": {}", json_text(body.body));
-        if (loaded_.unit_note != "as the file says") {
-            static const std::map<double, const char*> kNames = {
-                {1, "mm"}, {10, "cm"}, {1000, "m"}, {0.001, "um"}, {25.4, "in"}};
-            const auto found = kNames.find(loaded_.unit_mm);
-            if (found != kNames.end()) text += fmt::format(", \"unit\": \"{}\"", found->second);
-        }
+        text += unit_text();
         if (options_.y_up) text += ", \"up\": \"y\"";
         const Vec3d& at = loaded_.origin_mm;
         if (at != Vec3d{})

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/load/load_beams.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/import_pictures.h"
 
@@ -26,6 +27,7 @@ struct ImportOptions {
     bool one_material = false;         ///< all bodies of one material
     bool y_up = false;                 ///< of the file; the mesh is already rotated
     bool repair = false;               ///< write `"repair": "winding"` to the world
+    std::vector<mesh::LatticeInfo> lattices;            ///< of the file, beside its bodies
     int64_t memory_bytes = mesh::kDefaultReadingBytes;  ///< limit for the picture
 };
 

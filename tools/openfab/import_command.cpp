@@ -149,6 +149,36 @@ Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
     return options;
 }
 
+/// Loads the bodies of a file, and finds its lattices of beams, which may be all that it has.
+Result<mesh::LoadedBodies> load_all(const fs::path& mesh, const mesh::MeshOptions& options,
+                                    std::vector<mesh::LatticeInfo>* lattices) {
+    Result<mesh::LoadedBodies> loaded = mesh::load_bodies(mesh, options);
+    constexpr const char* kLattices = "lattices of beams";
+    const auto is_told = [](const mesh::LeftOut& left) { return left.what == kLattices; };
+    if (loaded && std::ranges::none_of(loaded->left_out, is_told)) return loaded;
+    Result<mesh::LoadedLattices> found = mesh::load_lattices(
+        mesh, {.unit_mm = options.unit_mm, .body = {}, .memory_bytes = options.memory_bytes});
+    if (!found || found->lattices.empty()) return loaded;
+    if (!loaded && found->has_meshes) return loaded;
+    if (options.recentre)
+        return usage_error("`--recentre` moves meshes, and the file has lattices of beams");
+    *lattices = std::move(found->lattices);
+    if (!loaded) {
+        mesh::LoadedBodies alone;
+        alone.unit_mm = found->unit_mm;
+        alone.unit_note = options.unit_mm ? "given" : "as the file says";
+        loaded = std::move(alone);
+    }
+    // They are objects of the world.
+    std::erase_if(loaded->left_out, is_told);
+    for (mesh::LeftOut& left : found->left_out) {
+        const bool known = std::ranges::any_of(
+            loaded->left_out, [&](const mesh::LeftOut& other) { return other.what == left.what; });
+        if (!known) loaded->left_out.push_back(std::move(left));
+    }
+    return loaded;
+}
+
 void tell(const fs::path& mesh, const mesh::LoadedBodies& loaded) {
     for (const std::string& warning : loaded.warnings)
         warn(warning);
@@ -168,7 +198,7 @@ std::string summary(const mesh::LoadedBodies& loaded, const Import& import) {
         fablets += fmt::format("{}`{}`", i == 0 ? "" : last ? " and " : ", ", import.fablets[i]);
     }
     const std::string bodies =
-        loaded.bodies.size() == 1 ? "" : fmt::format("of {} bodies ", loaded.bodies.size());
+        loaded.bodies.size() <= 1 ? "" : fmt::format("of {} bodies ", loaded.bodies.size());
     return fmt::format("{}with the fablet{} {}", bodies, import.fablets.size() == 1 ? "" : "s",
                        fablets);
 }
@@ -191,7 +221,7 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
         return user_error(
             fmt::format("`{}` exists already; choose another folder", world.string()));
 
-    Result<mesh::LoadedBodies> loaded = mesh::load_bodies(mesh, *options);
+    Result<mesh::LoadedBodies> loaded = load_all(mesh, *options, &arguments.import.lattices);
     if (!loaded) return loaded.error();
     int64_t left = options->memory_bytes;
     for (const mesh::LoadedMesh& body : loaded->bodies)

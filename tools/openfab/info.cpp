@@ -184,6 +184,16 @@ void print_mesh(const mesh::Mesh& mesh, const std::string& indent) {
     }
 }
 
+void print_beams(const mesh::Beams& beams) {
+    const Box3d box = mesh::box_of(beams);
+    const Vec3d size = box.size();
+    show(fmt::format("  beams      {} with {} nodes, {:.5g} x {:.5g} x {:.5g} mm\n",
+                     beams.beams.size(), beams.nodes.size(), size.x, size.y, size.z));
+    for (const mesh::BeamAttribute& attribute : beams.attributes)
+        show(fmt::format("  attribute  {}: {} {}\n", printable(attribute.name),
+                         attribute.components, attribute.is_int ? "int a beam" : "float a node"));
+}
+
 Result<void> info_of_world(const std::string& file, const std::vector<std::string>& allow,
                            int64_t memory_bytes) {
     Result<world::World> world =
@@ -202,9 +212,15 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
     for (const world::Texture& texture : world->textures)
         show(fmt::format("texture    {}: {}\n", printable(texture.name),
                          printable(texture.file.string())));
-    for (const mesh::Mesh& mesh : world->meshes) {
+    for (size_t i = 0; i < world->meshes.size(); ++i) {
+        const mesh::Mesh& mesh = world->meshes[i];
+        const auto beams = world->beams.find(static_cast<int32_t>(i));
         show(fmt::format("mesh       {}\n", printable(mesh.name)));
-        print_mesh(mesh, "  ");
+        if (beams != world->beams.end()) {
+            print_beams(*beams->second);
+        } else {
+            print_mesh(mesh, "  ");
+        }
     }
     std::vector<int64_t> placed(world->objects.size());
     Box3d box;

@@ -3,6 +3,7 @@
 #include "runtime/solid/kinds/kinds.h"
 
 #include "base/check.h"
+#include "runtime/solid/beams/beam_solid.h"
 #include "runtime/solid/mesh/mesh_solid.h"
 #include "runtime/solid/shape/shape_solid.h"
 
@@ -10,8 +11,8 @@ namespace openfab::solid {
 
 namespace {
 
-// The first that has a source makes the part: a shape has a mesh, too, its box.
-constexpr const Kind* kKinds[] = {&kShapeKind, &kMeshKind};
+// The first that has a source makes the part: shapes and beams have a mesh, too, their box.
+constexpr const Kind* kKinds[] = {&kShapeKind, &kBeamKind, &kMeshKind};
 
 }  // namespace
 

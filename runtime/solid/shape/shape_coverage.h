@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "runtime/solid/shape/shape_field.h"
-#include "runtime/solid/shape/voxel_frame.h"
 #include "runtime/solid/tops.h"
+#include "runtime/solid/voxel_frame.h"
 #include "runtime/voxel/slab_mask.h"
 
 namespace openfab::solid {

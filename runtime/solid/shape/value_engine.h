@@ -9,7 +9,7 @@
 
 #include "runtime/nearest/engine.h"
 #include "runtime/solid/shape/shape_field.h"
-#include "runtime/solid/shape/voxel_frame.h"
+#include "runtime/solid/voxel_frame.h"
 
 namespace openfab::solid {
 

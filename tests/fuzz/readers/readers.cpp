@@ -31,9 +31,12 @@
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/load/pictures.h"
+#include "mesh/read/beams_npz.h"
+#include "mesh/read/beams_text.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
 #include "mesh/read/threemf.h"
+#include "mesh/read/threemf_beams.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
@@ -375,6 +378,37 @@ bool elements(std::string_view bytes) {
     return true;
 }
 
+/// Of beams nodes exist, and radii make an inside.
+bool fine_beams(const Result<mesh::ReadBeams>& read) {
+    if (!answered(read)) return false;
+    const mesh::Beams& beams = read->beams;
+    const auto nodes = static_cast<int32_t>(beams.nodes.size());
+    for (const mesh::Beam& beam : beams.beams) {
+        if (std::min(beam.nodes[0], beam.nodes[1]) < 0 ||
+            std::max(beam.nodes[0], beam.nodes[1]) >= nodes ||
+            !(std::max(beam.radii[0], beam.radii[1]) > 0) ||
+            !(std::min(beam.radii[0], beam.radii[1]) >= 0))
+            std::abort();
+    }
+    for (const mesh::BeamAttribute& a : beams.attributes) {
+        const auto components = static_cast<size_t>(a.components);
+        if (a.is_int ? a.ints.size() != beams.beams.size() * components
+                     : a.values.size() != beams.nodes.size() * components)
+            std::abort();
+    }
+    return !beams.beams.empty();
+}
+
+bool beams(std::string_view bytes) {
+    return fine_beams(mesh::parse_beams(bytes, "a.txt", kReaderBytes));
+}
+bool beams_npz(std::string_view bytes) {
+    return fine_beams(mesh::parse_beams_npz(bytes, "a.npz", kReaderBytes));
+}
+bool lattices(std::string_view bytes) {
+    return fine_beams(mesh::parse_threemf_beams(bytes, "a.3mf", "", kReaderBytes));
+}
+
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
     {"mtl", true, mtl},
@@ -383,6 +417,9 @@ constexpr Reader kReaders[] = {
     {"gltf", true, model<mesh::parse_gltf, kGltf>},
     {"glb", false, model<mesh::parse_gltf, kGlb>},
     {"3mf", false, model<mesh::parse_threemf, kThreemf>},
+    {"beams", true, beams},
+    {"npz", false, beams_npz},
+    {"lattice3mf", false, lattices},
     {"json", true, json},
     {"world", true, world},
     {"printer", true, printer},

@@ -67,7 +67,9 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
     EXPECT_EQ(
         told_in_mesh(
             R"(<x:beamlattice minlength="1"><x:beams><x:beam v1="0" v2="1"/></x:beams></x:beamlattice>)"),
-        "lattices of beams (1, object 9); export them as meshes\n");
+        "lattices of beams (1, object 9); a mesh of the world that names the file as `beams` "
+        "prints "
+        "them\n");
     EXPECT_EQ(told_in_mesh(R"(<x:volumedata><x:color transform="1"/></x:volumedata>)"),
               "volumetric data of meshes (1, object 9); write them as a fablet\n");
     EXPECT_EQ(

@@ -17,7 +17,7 @@
 #include "runtime/solid/kinds/kinds.h"
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
-#include "runtime/solid/shape/voxel_frame.h"
+#include "runtime/solid/voxel_frame.h"
 
 namespace openfab::solid {
 namespace {

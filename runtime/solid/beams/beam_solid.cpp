@@ -1,0 +1,174 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/beams/beam_solid.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/infinity.h"
+#include "runtime/solid/beams/beam_coverage.h"
+#include "runtime/solid/beams/beam_engine.h"
+#include "runtime/surface/transform_box.h"
+
+namespace openfab::solid {
+
+namespace {
+
+/// What placements of beams share.
+struct Shared {
+    explicit Shared(const part::Part& of) : part(of), tree(*of.beams) {}
+
+    const part::Part& part;
+    BeamTree tree;
+    bool asked = false;
+    std::unique_ptr<const BeamAttributes> attributes;  ///< null where nothing reads nearest points
+};
+
+/// Returns the voxels of the grid whose centres may lie in a box of voxel coordinates.
+Box3i voxels_of(const Box3d& box, const part::Grid& grid) {
+    Box3i out;
+    for (int a = 0; a < 3; ++a) {
+        const auto clamped = [&](double x) {
+            return static_cast<int32_t>(std::clamp(x, 0.0, static_cast<double>(grid.size[a])));
+        };
+        out.lo[a] = clamped(std::floor(box.lo[a]) - 1);
+        out.hi[a] = clamped(std::ceil(box.hi[a]) + 1);
+    }
+    if (out.lo.x >= out.hi.x || out.lo.y >= out.hi.y || out.lo.z >= out.hi.z)
+        return {{0, 0, 0}, {0, 0, 0}};
+    return out;
+}
+
+/// Returns the box of all beams under a map of part-local space.
+Box3d mapped_box(const part::PartBeams& of, const Affine3d& map) {
+    const double s = of.scale;
+    Affine3d whole = map;
+    for (double& m : whole.m)
+        m *= s;
+    whole.t = map.apply(Vec3d{} - of.center_part_mm);
+    const std::vector<mesh::Beam>& beams = of.beams->beams;
+    return tbb::parallel_reduce(
+        tbb::blocked_range<size_t>(0, beams.size(), 4096), Box3d{},
+        [&](const auto& range, Box3d box) {
+            for (size_t i = range.begin(); i < range.end(); ++i)
+                mesh::add_beam_box(*of.beams, beams[i], whole, &box);
+            return box;
+        },
+        [](Box3d a, const Box3d& b) {
+            a.add(b);
+            return a;
+        });
+}
+
+class PlacedBeams final : public Placed {
+  public:
+    PlacedBeams(const Shared& shared, const Place& where)
+        : shared_(shared),
+          frame_(where.frame),
+          voxels_(where.frame),
+          coverage_(shared.tree, voxels_,
+                    voxels_of(surface::transform_box(part::local_to_voxel(where.part, where.grid),
+                                                     shared.tree.bounds()),
+                              where.grid),
+                    part::part_base_voxel(where.part, where.grid)) {}
+
+    Box3i voxel_box() const override { return coverage_.box(); }
+    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
+                  double* seconds) const override {
+        coverage_.coverage(slab, out, stop, seconds);
+    }
+    void raise_tops(const Columns& columns, TopRows* rows) const override {
+        coverage_.raise_tops(columns, rows);
+    }
+    void begin_queries() override {
+        if (engine_ == nullptr && shared_.asked)
+            engine_ = make_beam_engine(shared_.tree, voxels_, shared_.attributes.get());
+    }
+    std::unique_ptr<Scratch> make_scratch() const override {
+        auto scratch = std::make_unique<Scratch>();
+        scratch->engine = engine_->make_scratch();
+        return scratch;
+    }
+    void read(const nearest::BlockAnswer& answer, const uint8_t* active,
+              const nearest::AttributeTargets& targets, Scratch* /*scratch*/) const override {
+        shared_.attributes->read(shared_.tree, frame_, answer, active, targets);
+    }
+    void read_points(const nearest::PointAnswer& answer, const nearest::PointTargets& targets,
+                     Scratch* /*scratch*/) const override {
+        shared_.attributes->read_points(shared_.tree, answer, targets);
+    }
+    uint32_t inside(const nearest::PointPacket& packet, const nearest::PointAnswer& answers,
+                    const KnownInside& /*known*/, Scratch* /*scratch*/) const override {
+        uint32_t inside = 0;
+        for (size_t l = 0; l < 8; ++l) {
+            if ((packet.mask >> l & 1) == 0 || answers.patch[l] < 0) continue;
+            const BeamRecord& beam = shared_.tree.beams()[static_cast<size_t>(answers.patch[l])];
+            const float d = beam_distance(beam, {packet.p[0][l], packet.p[1][l], packet.p[2][l]});
+            inside |= (d < 0 ? 1u : 0u) << l;
+        }
+        return inside;
+    }
+
+  private:
+    const Shared& shared_;
+    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    const VoxelFrame voxels_;
+    const BeamCoverage coverage_;
+};
+
+class BeamSolid final : public Solid {
+  public:
+    explicit BeamSolid(const part::Part& part) : shared_(part) {}
+
+    Box3d exact_box(const Affine3d& local_to_other) const override {
+        return mapped_box(*shared_.part.beams, local_to_other);
+    }
+    Box3f bounds() const override { return shared_.tree.bounds(); }
+    bool dices() const override { return false; }
+    int64_t patches_to_dice() const override { return 0; }
+    double crowding() const override { return 0; }
+    /// The tree is there already.
+    int64_t index_bytes(bool /*asked*/) const override { return 0; }
+    int64_t query_bytes() const override { return 0; }
+    surface::SurfaceCounts counts() const override { return {}; }
+    Result<void> status() const override { return {}; }
+    void set_cache_bytes(size_t /*bytes*/) const override {}
+    void set_stop(const std::atomic<bool>* /*stop*/) const override {}
+    void prepare(const Asked& asked, const QuerySetUp& /*queries*/) override {
+        shared_.asked = shared_.asked || asked.nearest;
+        if ((asked.attributes || asked.geometry) && shared_.attributes == nullptr) {
+            shared_.attributes =
+                std::make_unique<const BeamAttributes>(*shared_.part.beams, *shared_.part.fablet);
+        }
+    }
+    std::unique_ptr<Placed> place(const Place& where) const override {
+        return std::make_unique<PlacedBeams>(shared_, where);
+    }
+
+  private:
+    Shared shared_;
+};
+
+}  // namespace
+
+const Kind kBeamKind{
+    .source = [](const part::Part& part) -> const void* { return part.beams.get(); },
+    .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
+    .refine = [](const surface::SurfaceOptions& /*options*/, part::Part* /*part*/) -> Result<void> {
+        return {};
+    },
+    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
+    .bytes =
+        [](const part::Part& part) {
+            return BeamTree::bytes(static_cast<int64_t>(part.beams->beams->beams.size()));
+        },
+    .make = [](const part::Part& part,
+               const surface::SurfaceOptions& /*options*/) -> Result<std::shared_ptr<Solid>> {
+        return std::shared_ptr<Solid>(std::make_shared<BeamSolid>(part));
+    },
+};
+
+}  // namespace openfab::solid
