@@ -153,6 +153,9 @@ Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& progra
     return hash.value();
 }
 
+/// The status with which the system's loader ends a program whose libraries it cannot load.
+constexpr int kNotLoaded = 127;
+
 /// Runs a program to its end with our stderr and stdout on stderr; returns its exit status, or an
 /// error if it cannot start.
 Result<int> run_program(const std::vector<std::string>& arguments) {
@@ -174,6 +177,12 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
     if (!RunningProgram(child).wait(&status))
         return outside_error(
             fmt::format("cannot wait for `{}`: {}", arguments[0], std::strerror(errno)));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded) {
+        return outside_error(fmt::format(
+            "the libraries of `{}` cannot be loaded; allow more memory (`ulimit -v`) and "
+            "open files (`ulimit -n`), or install what is missing",
+            fs::path(arguments[0]).filename().string()));
+    }
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
     const int signal = WTERMSIG(status);

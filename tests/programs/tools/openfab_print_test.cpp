@@ -319,6 +319,24 @@ TEST_F(OpenfabPrint, ACompilerThatCrashesIsABug) {
     EXPECT_EQ(exit_code_with("KILL"), 3);
 }
 
+#ifndef OPENFAB_SANITIZED
+// An address space in which the print program runs and the compiler's libraries have no room.
+TEST_F(OpenfabPrint, ACompilerThatIsNotLoadedIsNoBug) {
+    for (const int megabytes : {50, 100, 200}) {
+        RunOptions options;
+        options.environment = {{"OPENFAB_CACHE", path("cache")}};
+        const Outcome outcome =
+            run({"/bin/sh", "-c",
+                 "ulimit -v " + std::to_string(megabytes << 10) + "; exec \"$0\" \"$@\"",
+                 program("openfab"), "print", path("world.fab.json"), "-o", path("a.ofr")},
+                options);
+        EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("ulimit -v"));
+        EXPECT_THAT(outcome.err, Not(HasSubstr("internal error")));
+    }
+}
+#endif
+
 TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
     scratch_.write("pictured.fl", R"(fablet Pictured {
     @uniform { Material body, ink; ImageTexture2D map; }

@@ -86,6 +86,24 @@ TEST(Gradients, GoThroughBranchesLoopsAndCalls) {
     }
 }
 
+/// An index takes no part; what lies between elements is their difference.
+TEST(Gradients, GoThroughTables) {
+    const Gradient squares(
+        "", "gradient(f, p)",
+        "float f(float3 q) { static const float t[20] = {0, 1, 4, 9, 16, 25, 36, 49, "
+        "64, 81, 100, 121, 144, 169, 196, 225, 256, 289, 324, 361};\n"
+        "int k = (int)floor(q.x + 6); return lerp(t[k], t[k + 1], q.x + 6 - k) * q.z; }");
+    const Gradient own("", "gradient(f, p)",
+                       "float f(float3 q) { float t[10]; for (int i = 0; i < 10; ++i) "
+                       "t[i] = i * q.x * q.y; return t[(int)floor(q.z + 5)]; }");
+    for (const Vec& p : places(100)) {
+        const double k = std::floor(p[0] + 6), f = p[0] + 6 - k, slope = 2 * k + 1;
+        expect_near(squares(p), {slope * p[2], 0, k * k + f * slope}, 1e-4, p);
+        const double element = std::floor(p[2] + 5);
+        expect_near(own(p), {element * p[1], element * p[0], 0}, 1e-4, p);
+    }
+}
+
 /// A loop that is not unrolled, but whose result does not depend on the point, counts as constant.
 TEST(Gradients, TakeWhatOtherLoopsGiveAsConstant) {
     const Gradient found("", "gradient(f, p, t)",
