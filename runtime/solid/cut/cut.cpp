@@ -218,7 +218,9 @@ void Cut::apply(int32_t slab, voxel::SlabMask* mask, std::vector<FilledMask>* fi
 Box3d box_in_build(const part::Part& part, const Solid& solid) {
     if (part.piece == nullptr) return solid.exact_box(part.local_to_build);
     const pieces::Region& region = part.piece->region;
-    const bool mesh = part.mesh != nullptr && !part.mesh->triangles.empty();
+    // The mesh of a shape is its box.
+    const bool mesh =
+        part.shape == nullptr && part.mesh != nullptr && !part.mesh->triangles.empty();
     if (mesh && !solid.dices()) {
         return pieces::piece_box(pieces::Body{part.mesh->positions, part.mesh->triangles}, region,
                                  part.local_to_build);
@@ -243,7 +245,7 @@ Box3d box_in_build(const part::Part& part, const Solid& solid) {
         box.lo[axis] = std::max(box.lo[axis], whole.lo[axis]);
         box.hi[axis] = std::min(box.hi[axis], whole.hi[axis]);
     }
-    return box;
+    return box.empty() ? Box3d{} : box;
 }
 
 std::vector<int32_t> tops_of_piece(const Placed& placed, const Cut& cut, const Box3i& box) {

@@ -14,6 +14,7 @@
 
 #include "mesh/model/primitives.h"
 #include "runtime/part/part_mesh.h"
+#include "runtime/solid/cut/cut.h"
 #include "runtime/solid/kinds/kinds.h"
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
@@ -367,6 +368,24 @@ TEST(ShapeSolid, ItsBoxIsThatOfItsFaces) {
         const double half = std::array{3.0, 4.0, 2.0}[static_cast<size_t>(a)];
         EXPECT_NEAR(box.lo[a], -half, 0.05 / 1024 + 1e-5);
         EXPECT_NEAR(box.hi[a], half, 0.05 / 1024 + 1e-5);
+    }
+}
+
+// Not where its box does.
+TEST(ShapeSolid, APieceOfItEndsWhereTheShapeDoes) {
+    const auto made = make<brick>({6.5, 8.5, 4.5});
+    const auto solid = solid_of(*made, 0.05);
+    ASSERT_NE(solid, nullptr);
+    part::Part part = made->part;
+    part.local_to_build = {};
+    auto piece = std::make_shared<part::Piece>();
+    piece->region.sides.push_back({{0, 0, 1}, 0, false});
+    part.piece = std::move(piece);
+    const Box3d box = box_in_build(part, *solid);
+    constexpr std::array kLow{-3.0, -4.0, -2.0}, kHigh{3.0, 4.0, 0.0};
+    for (int a = 0; a < 3; ++a) {
+        EXPECT_NEAR(box.lo[a], kLow[static_cast<size_t>(a)], 1e-3);
+        EXPECT_NEAR(box.hi[a], kHigh[static_cast<size_t>(a)], 1e-3);
     }
 }
 
