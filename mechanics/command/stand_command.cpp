@@ -35,7 +35,7 @@ struct StandResult {
     Modes modes;
 };
 
-std::string point(const Vec3& p) {
+std::string stand_point(const Vec3& p) {
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", p[0], p[1], p[2]);
 }
 
@@ -43,7 +43,7 @@ std::string direction(const std::array<double, 2>& d) {
     return fmt::format("({:.2f}, {:.2f})", d[0], d[1]);
 }
 
-const std::string& material_of(const PartProblem& p, int material) {
+const std::string& material_named(const PartProblem& p, int material) {
     return p.voxels.materials[static_cast<size_t>(std::max(1, material) - 1)];
 }
 
@@ -59,7 +59,7 @@ std::string describe_stand(const StandResult& r) {
                      "`density_g_cm3`, so all weigh alike here\n",
                      s.volume_mm3);
     out += fmt::format("centre of mass      {} mm, {:.4g} mm above the ground\n",
-                       point(s.centre_mm), s.centre_mm[2] - s.floor_mm);
+                       stand_point(s.centre_mm), s.centre_mm[2] - s.floor_mm);
     out += fmt::format("contact             {:.4g} mm2, a hull of {} corners\n", s.contact_mm2,
                        s.hull_mm.size());
     out +=
@@ -72,9 +72,9 @@ std::string describe_stand(const StandResult& r) {
                   direction(s.falls_towards), -s.margin_deg);
     out += "thinnest, mm              x        y        z  thickness\n";
     for (const ThinPlace& t : r.thin)
-        out +=
-            fmt::format("                    {:8.2f} {:8.2f} {:8.2f} {:10.3g}  {}\n", t.at_mm[0],
-                        t.at_mm[1], t.at_mm[2], t.thickness_mm, material_of(r.problem, t.material));
+        out += fmt::format("                    {:8.2f} {:8.2f} {:8.2f} {:10.3g}  {}\n", t.at_mm[0],
+                           t.at_mm[1], t.at_mm[2], t.thickness_mm,
+                           material_named(r.problem, t.material));
     if (r.weighs) {
         out += fmt::format("own weight          moves it by {:.3g} mm; von Mises {:.3g} MPa",
                            r.weight.most_moved_mm, r.weight.most_von_mises_MPa);
@@ -89,8 +89,8 @@ std::string describe_stand(const StandResult& r) {
         for (const Mode& m : r.modes.all)
             out += fmt::format(
                 "                  {:8.4g}   {:<24} ({:5.2f}, {:5.2f}, {:5.2f})  {} {}\n",
-                m.frequency_Hz, point(m.moved_at_mm), m.moved[0], m.moved[1], m.moved[2],
-                point(m.strained_at_mm), material_of(r.problem, m.material));
+                m.frequency_Hz, stand_point(m.moved_at_mm), m.moved[0], m.moved[1], m.moved[2],
+                stand_point(m.strained_at_mm), material_named(r.problem, m.material));
         if (!r.modes.converged)
             out += "note: the last of these modes are not to a thousandth yet\n";
     }
@@ -104,7 +104,7 @@ std::string describe_stand(const StandResult& r) {
     return out + "\n";
 }
 
-void write_vector(const char* key, const Vec3& v, JsonText* out) {
+void write_vector_of(const char* key, const Vec3& v, JsonText* out) {
     out->key(key).begin_array();
     for (const double one : v)
         out->value(one);
@@ -117,7 +117,7 @@ std::string json_of(const StandResult& r) {
     out.begin_object();
     if (r.weighs) out.member("mass_g", s.mass_g);
     out.member("volume_mm3", s.volume_mm3);
-    write_vector("centre_mm", s.centre_mm, &out);
+    write_vector_of("centre_mm", s.centre_mm, &out);
     out.member("contact_mm2", s.contact_mm2).member("margin_deg", s.margin_deg);
     out.member("stands", s.margin_deg > 0);
     out.key("hull_mm").begin_array();
@@ -126,9 +126,9 @@ std::string json_of(const StandResult& r) {
     out.end_array().key("thinnest").begin_array();
     for (const ThinPlace& t : r.thin) {
         out.begin_object();
-        write_vector("at_mm", t.at_mm, &out);
+        write_vector_of("at_mm", t.at_mm, &out);
         out.member("thickness_mm", t.thickness_mm)
-            .member("material", material_of(r.problem, t.material))
+            .member("material", material_named(r.problem, t.material))
             .end_object();
     }
     out.end_array();
@@ -142,13 +142,13 @@ std::string json_of(const StandResult& r) {
     out.key("modes").begin_array();
     for (const Mode& m : r.modes.all) {
         out.begin_object().member("frequency_Hz", m.frequency_Hz).member("residual", m.residual);
-        write_vector("moves_most_at_mm", m.moved_at_mm, &out);
-        write_vector("along", m.moved, &out);
-        write_vector("strained_at_mm", m.strained_at_mm, &out);
-        out.member("material", material_of(r.problem, m.material)).end_object();
+        write_vector_of("moves_most_at_mm", m.moved_at_mm, &out);
+        write_vector_of("along", m.moved, &out);
+        write_vector_of("strained_at_mm", m.strained_at_mm, &out);
+        out.member("material", material_named(r.problem, m.material)).end_object();
     }
     out.end_array();
-    write_vector("pitch_mm", r.problem.grid.pitch_mm, &out);
+    write_vector_of("pitch_mm", r.problem.grid.pitch_mm, &out);
     out.end_object();
     return out.take() + "\n";
 }

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t kMostWorldBytes = 16 << 20;
+constexpr size_t kMostFieldWorldBytes = 16 << 20;
 
 /// Where the only placement puts the part, or why the field would not fit it.
 Result<std::array<double, 3>> placement_of(const JsonValue& world, const std::string& file) {
@@ -42,7 +42,7 @@ Result<FieldWorld> FieldWorld::open(const fs::path& world, const std::string& te
     FieldWorld out;
     out.world_ = world;
     out.texture_ = texture;
-    Result<std::string> text = read_text_file(world, kMostWorldBytes);
+    Result<std::string> text = read_text_file(world, kMostFieldWorldBytes);
     if (!text) return text.error();
     out.read_ = std::move(*text);
     const Result<JsonValue> json = parse_json(out.read_, world.string());

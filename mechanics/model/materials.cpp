@@ -12,9 +12,9 @@ namespace openfab::mechanics {
 
 namespace {
 
-constexpr size_t kMostBytes = 4 << 20;
+constexpr size_t kMostMaterialBytes = 4 << 20;
 
-struct Reader {
+struct MaterialReader {
     std::string file;
 
     Error at(const JsonValue& value, std::string what, std::string help = {}) const {
@@ -25,7 +25,7 @@ struct Reader {
     }
 };
 
-Result<Material> read_material(const Reader& in, const JsonMember& member) {
+Result<Material> read_material(const MaterialReader& in, const JsonMember& member) {
     static constexpr const char* kKeys[] = {
         "E_MPa", "nu", "strength_MPa", "density_g_cm3", "conductivity_W_mK", "source"};
     if (!member.value.is(JsonValue::Kind::kObject))
@@ -103,8 +103,8 @@ Result<std::vector<Material>> Properties::of(const std::vector<std::string>& nam
 }
 
 Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
-    const Reader in{file.string()};
-    const Result<std::string> text = read_text_file(file, kMostBytes);
+    const MaterialReader in{file.string()};
+    const Result<std::string> text = read_text_file(file, kMostMaterialBytes);
     if (!text) return text.error();
     const Result<JsonValue> json = parse_json(*text, file.string());
     if (!json) return json.error();
@@ -142,8 +142,8 @@ Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
 }
 
 Result<Properties> read_properties(const std::filesystem::path& file) {
-    const Reader in{file.string()};
-    const Result<std::string> text = read_text_file(file, kMostBytes);
+    const MaterialReader in{file.string()};
+    const Result<std::string> text = read_text_file(file, kMostMaterialBytes);
     if (!text)
         return Error{text.error().code,
                      text.error().text(),

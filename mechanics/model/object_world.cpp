@@ -40,8 +40,8 @@ void write_absolute(const JsonValue& value, const fs::path& folder, JsonText* ou
 
 namespace {
 
-constexpr size_t kMostWorldBytes = 16 << 20;
-constexpr const char* kSolid = R"(fablet OpenfabSolid {
+constexpr size_t kMostObjectWorldBytes = 16 << 20;
+constexpr const char* kSolidFablet = R"(fablet OpenfabSolid {
     @uniform { Material stuff; }
     @Volume(@varying { VolumeAttributes attr })
     {
@@ -107,7 +107,7 @@ class Placements {
 
 Result<std::string> object_world(const fs::path& input, const std::string& object,
                                  const fs::path& scratch) {
-    const Result<std::string> text = read_text_file(input, kMostWorldBytes);
+    const Result<std::string> text = read_text_file(input, kMostObjectWorldBytes);
     if (!text) return text.error();
     const Result<JsonValue> world = parse_json(*text, input.string());
     if (!world) return world.error();
@@ -129,7 +129,7 @@ Result<std::string> object_world(const fs::path& input, const std::string& objec
             "choose faces by `box_mm`, or place the objects by `translate_mm`");
     const fs::path folder = fs::absolute(input).parent_path();
     const fs::path solid = scratch / "openfab_solid.fl";
-    if (Result<void> done = backends::write_whole_file(solid, std::string(kSolid)); !done)
+    if (Result<void> done = backends::write_whole_file(solid, std::string(kSolidFablet)); !done)
         return done.error();
     const Placements placements(*world, object, folder);
     JsonText out;

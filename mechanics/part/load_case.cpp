@@ -12,13 +12,13 @@ namespace openfab::mechanics {
 
 namespace {
 
-constexpr size_t kMostBytes = 16 << 20;
+constexpr size_t kMostCaseBytes = 16 << 20;
 constexpr const char* kSides[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
 constexpr const char* kFaceKeys[] = {"object", "box_mm", "point_mm", "normal", "side", "facing"};
 
-class Reader {
+class CaseReader {
   public:
-    explicit Reader(std::string file) : file_(std::move(file)) {}
+    explicit CaseReader(std::string file) : file_(std::move(file)) {}
 
     Result<LoadCase> read(const JsonMember& member);
 
@@ -42,7 +42,7 @@ class Reader {
     std::string file_;
 };
 
-Result<Vec3> Reader::three(const JsonMember& m) const {
+Result<Vec3> CaseReader::three(const JsonMember& m) const {
     Vec3 out{};
     const std::vector<JsonValue>& items = m.value.items;
     bool good = m.value.is(JsonValue::Kind::kArray) && items.size() == 3;
@@ -54,20 +54,20 @@ Result<Vec3> Reader::three(const JsonMember& m) const {
     return out;
 }
 
-Result<int> Reader::side(const JsonMember& m) const {
+Result<int> CaseReader::side(const JsonMember& m) const {
     const auto* found = std::ranges::find(kSides, m.value.text);
     if (!m.value.is(JsonValue::Kind::kString) || found == std::end(kSides))
         return at(m.value, fmt::format("`{}` is one of {}", m.key, fmt::join(kSides, ", ")));
     return static_cast<int>(found - kSides);
 }
 
-Error Reader::unknown(const JsonMember& m, std::vector<std::string> keys) const {
+Error CaseReader::unknown(const JsonMember& m, std::vector<std::string> keys) const {
     keys.insert(keys.end(), std::begin(kFaceKeys), std::end(kFaceKeys));
     return at(m, fmt::format("`{}` is not known here", m.key),
               fmt::format("choose from {}", fmt::join(keys, ", ")));
 }
 
-Result<bool> Reader::face_key(const JsonMember& m, FaceChoice* out) const {
+Result<bool> CaseReader::face_key(const JsonMember& m, FaceChoice* out) const {
     if (m.key == "object") {
         if (!m.value.is(JsonValue::Kind::kString) || m.value.text.empty())
             return at(m.value, "`object` is the name of an object");
@@ -98,7 +98,7 @@ Result<bool> Reader::face_key(const JsonMember& m, FaceChoice* out) const {
     return true;
 }
 
-Result<void> Reader::complete(const JsonValue& value, FaceChoice* out) const {
+Result<void> CaseReader::complete(const JsonValue& value, FaceChoice* out) const {
     out->location = {file_, value.line, value.column};
     if (out->object.empty() && !out->box_mm && !out->point_mm && !out->normal && !out->side &&
         !out->facing)
@@ -123,7 +123,7 @@ Result<void> Reader::complete(const JsonValue& value, FaceChoice* out) const {
     return {};
 }
 
-Result<Holding> Reader::holding(const JsonValue& value) const {
+Result<Holding> CaseReader::holding(const JsonValue& value) const {
     if (!value.is(JsonValue::Kind::kObject))
         return at(value, fmt::format("what is held is an object, not {}", value.kind_name()));
     Holding out;
@@ -150,7 +150,7 @@ Result<Holding> Reader::holding(const JsonValue& value) const {
     return out;
 }
 
-Result<Load> Reader::load(const JsonValue& value) const {
+Result<Load> CaseReader::load(const JsonValue& value) const {
     if (!value.is(JsonValue::Kind::kObject))
         return at(value, fmt::format("a load is an object, not {}", value.kind_name()));
     Load out;
@@ -177,7 +177,7 @@ Result<Load> Reader::load(const JsonValue& value) const {
     return out;
 }
 
-Result<LoadCase> Reader::read(const JsonMember& member) {
+Result<LoadCase> CaseReader::read(const JsonMember& member) {
     const JsonValue& value = member.value;
     if (!value.is(JsonValue::Kind::kObject))
         return at(value,
@@ -252,11 +252,11 @@ Result<LoadCase> parse_load_case(const std::string& text, const std::string& fil
     if (!found)
         return usage_error(
             fmt::format("there is no case `{}`; there are {}", name, fmt::join(names, ", ")));
-    return Reader(file).read(*found);
+    return CaseReader(file).read(*found);
 }
 
 Result<LoadCase> read_load_case(const std::filesystem::path& world, const std::string& name) {
-    const Result<std::string> text = read_text_file(world, kMostBytes);
+    const Result<std::string> text = read_text_file(world, kMostCaseBytes);
     if (!text) return text.error();
     return parse_load_case(*text, world.string(), name);
 }

@@ -8,18 +8,18 @@
 
 namespace openfab::mechanics {
 
-using Point = std::array<double, 2>;
+using HullPoint = std::array<double, 2>;
 
-std::vector<Point> convex_hull(std::vector<Point> p) {
+std::vector<HullPoint> convex_hull(std::vector<HullPoint> p) {
     std::ranges::sort(p);
     p.erase(std::ranges::unique(p).begin(), p.end());
     if (p.size() < 3) return p;
-    const auto left = [](const Point& a, const Point& b, const Point& c) {
+    const auto left = [](const HullPoint& a, const HullPoint& b, const HullPoint& c) {
         return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     };
-    std::vector<Point> out(2 * p.size());
+    std::vector<HullPoint> out(2 * p.size());
     size_t k = 0;
-    for (const Point& one : p) {
+    for (const HullPoint& one : p) {
         while (k >= 2 && left(out[k - 2], out[k - 1], one) <= 0)
             --k;
         out[k++] = one;
@@ -57,7 +57,7 @@ Stand stand_of(const Grid& g, const Voxels& v, const PartElements& elements, boo
     for (size_t a = 0; a < 3; ++a)
         out.centre_mm[a] = moment[a] / mass;
     out.floor_mm = v.origin_mm[2] + lowest * g.pitch_mm[2];
-    std::vector<Point> corners;
+    std::vector<HullPoint> corners;
     for (int32_t y = 0; y < g.elements[1]; ++y) {
         // The first and the last of a row have the hull.
         int32_t first = -1, last = -1;
@@ -78,10 +78,10 @@ Stand stand_of(const Grid& g, const Voxels& v, const PartElements& elements, boo
     const double height = out.centre_mm[2] - out.floor_mm;
     double least = 1e300;
     for (size_t i = 0; i < out.hull_mm.size(); ++i) {
-        const Point& a = out.hull_mm[i];
-        const Point& b = out.hull_mm[(i + 1) % out.hull_mm.size()];
+        const HullPoint& a = out.hull_mm[i];
+        const HullPoint& b = out.hull_mm[(i + 1) % out.hull_mm.size()];
         const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
-        const Point outwards{(b[1] - a[1]) / length, -(b[0] - a[0]) / length};
+        const HullPoint outwards{(b[1] - a[1]) / length, -(b[0] - a[0]) / length};
         const double inside =
             outwards[0] * (a[0] - out.centre_mm[0]) + outwards[1] * (a[1] - out.centre_mm[1]);
         if (inside >= least) continue;

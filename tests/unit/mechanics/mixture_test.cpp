@@ -69,7 +69,7 @@ TEST(MechanicsMixture, VoidTakesItsShare) {
 }
 
 std::string error_of(const std::string& text) {
-    const std::string file = testing::TempDir() + "/materials.json";
+    const std::string file = ::testing::TempDir() + "/materials.json";
     std::ofstream(file) << text;
     const Result<Properties> read = read_properties(file);
     return read ? "" : read.error().text();
