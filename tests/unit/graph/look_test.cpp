@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const char* const kBall = R"(fablet Ball {
+const char* const kLookedAt = R"(fablet Ball {
     @uniform {
         float skin = 0.5;
         Material core, shell;
@@ -50,7 +50,7 @@ struct Looked {
 };
 
 TEST(Look, AVariableIsPrintedBehindItsStatementAndANestedValueBeforeIt) {
-    const Looked drawn(kBall, {}, 0, {});
+    const Looked drawn(kLookedAt, {}, 0, {});
     ASSERT_TRUE(drawn.looks);
     const std::string& text = drawn.looks->text;
     const std::string step = std::to_string(drawn.node("smoothstep"));
@@ -72,9 +72,9 @@ TEST(Look, AVariableIsPrintedBehindItsStatementAndANestedValueBeforeIt) {
 }
 
 TEST(Look, OnlyWhatIsAskedForIsPrinted) {
-    const Looked all(kBall, {}, 0, {});
+    const Looked all(kLookedAt, {}, 0, {});
     const int step = all.node("smoothstep");
-    const Looked one(kBall, {}, 0, {step});
+    const Looked one(kLookedAt, {}, 0, {step});
     ASSERT_TRUE(one.looks);
     ASSERT_EQ(one.looks->values.size(), 1U);
     EXPECT_EQ(one.looks->values[0].node, step);
