@@ -48,8 +48,13 @@ class BeamEngine final : public nearest::Engine {
             const uint32_t wanted = active_columns(query.active, from);
             if (wanted != 0) {
                 const Vec3i lowest = query.block + from;
-                mine->of_cube.gather(tree_, voxel_ball(frame_, lowest, {4, 4, 4}),
-                                     mine->of_block.beams());
+                const VoxelBall ball = voxel_ball(frame_, lowest, {4, 4, 4});
+                // Where beams crowd, the tree finds the few of a cube sooner than the block's list.
+                if (mine->of_block.beams().size() > kMostCases) {
+                    mine->last = mine->of_cube.gather(tree_, ball, mine->last).beam;
+                } else {
+                    mine->of_cube.gather(tree_, ball, mine->of_block.beams());
+                }
                 mine->cube.set(frame_, lowest);
                 mine->cube.find_nearest(tree_.beams(), mine->of_cube.beams());
                 mine->counts.triangle_tests +=
@@ -93,14 +98,12 @@ class BeamEngine final : public nearest::Engine {
         auto* mine = static_cast<BeamScratch*>(scratch);
         const nearest::BlockPieces& cut = pieces();
         for (size_t i = 0; i < blocks.size(); ++i) {
-            mine->last =
-                mine->of_block.gather(tree_, voxel_ball(frame_, blocks[i], {8, 8, 8}), mine->last)
-                    .beam;
             for (size_t q = 0; q < cut.lowest.size(); ++q) {
                 const VoxelBall ball = voxel_ball(frame_, blocks[i] + cut.lowest[q], cut.size);
-                mine->of_cube.gather(tree_, ball, mine->of_block.beams());
+                const NearestBeam near = tree_.nearest(ball.middle, mine->last);
+                mine->last = near.beam;
                 const auto [low, high] =
-                    magnitude(mine->of_cube.nearest(), ball.radius + tree_.slack(ball.middle));
+                    magnitude(near.distance, ball.radius + tree_.slack(ball.middle));
                 bounds[i].low[q] = low;
                 bounds[i].high[q] = high;
             }
