@@ -13,6 +13,7 @@
 #include "program/build_volume.h"
 #include "program/outputs.h"
 #include "program/process.h"
+#include "program/process_field.h"
 #include "runtime/part/bind.h"
 #include "world/world.h"
 
@@ -189,6 +190,9 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     job.printer = std::move(*printer);
     if (Result<void> read = load_process_options(options, &job.printer); !read) return read.error();
     scale_build(job.printer.process, &*world, &job.input);
+    if (Result<void> moved = displace_build(job.printer.process, options, &*world, &job.input);
+        !moved)
+        return moved.error();
     job.tray = world->tray;
     if (options.crop_tray) {
         // A world without a tray origin counts from the tray's corner.
@@ -218,6 +222,10 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
         print_pitch(options, job.printer.pitch_mm, has_mesh_pitch(options, job.printer, *format));
     if (Result<void> known = check_known(job.input.pitch_mm, job.printer, job.tray); !known)
         return known.error();
+    Result<std::shared_ptr<const process::Bleed>> bleed =
+        open_bleed(options, job.printer, &job.input, &job.notes);
+    if (!bleed) return bleed.error();
+    job.bleed = std::move(*bleed);
     job.input.printer = job.printer.name;
     job.input.title = valid_utf8(title_of(options.input));
     job.input.warnings = world->warnings;

@@ -14,6 +14,7 @@
 #include "abi/fablet_table.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_job.h"
+#include "runtime/process/bleed.h"
 #include "runtime/process/nozzles.h"
 #include "world/printer.h"
 #include "world/world.h"
@@ -24,6 +25,7 @@ struct Job {
     pipeline::PrintInput input;
     world::Printer printer;
     std::shared_ptr<process::NozzleSource> nozzles;  ///< null: all are alive
+    std::shared_ptr<const process::Bleed> bleed;     ///< null: none
     world::Tray tray = world::Tray::kAnywhere;
     std::vector<std::string> notes;            ///< for the user: defaults that were chosen
     std::vector<std::filesystem::path> files;  ///< files of the world

@@ -166,6 +166,10 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
            "what the machine does to a print, as JSON: items replace those of the printer's "
            "profile (docs/process.md)")
         ->type_name("FILE");
+    app.add_option("--bleed", o.bleed,
+                   "of the process: undo it (the default), show what comes out without that, both "
+                   "(what comes out with it), or off")
+        ->check(CLI::IsMember({"undo", "show", "both", "off"}));
     app.add_option("--nozzles", o.nozzles_file,
                    "dead nozzles, as JSON; a change of the file counts from the next slices on")
         ->type_name("FILE");
@@ -209,6 +213,10 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->allow_extra_args(false)
         ->type_name("PICTURE");
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
+    app.add_option("--grey-material", o.grey_material,
+                   "the one of the grey pictures of the formats grey and tiff (default: the "
+                   "first of the world)")
+        ->type_name("NAME");
     app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
     app.add_option("--memory", raw.memory,
                    "memory budget of the whole process (default: 1.5GB, or what "
@@ -225,7 +233,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "voxels; the default) or centre (of a voxel's centre alone)")
         ->check(CLI::IsMember({"volume", "centre"}));
     app.add_option("--fractions-supersample", o.fractions_supersample,
-                   "make these the means over the N x N x N parts of each voxel")
+                   "make these, and grey pictures (default: 4), the means over the N x N x N parts "
+                   "of each voxel")
         ->check(CLI::Range(1, kMostSupersampling))
         ->type_name("N");
     app.add_option("--probe", raw.probe,
@@ -404,6 +413,12 @@ bool has_output(const Options& o) {
            !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm;
 }
 
+/// Whether the output may be grey pictures, as a printer may have them.
+bool may_be_grey(const Options& o) {
+    const backends::Format* format = backends::find_format(o.format);
+    return !o.output.empty() && (format == nullptr || format->of_fractions);
+}
+
 }  // namespace
 
 Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
@@ -425,7 +440,7 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     if (Result<void> done = validate_grid(raw, &options); !done) return done.error();
     if (Result<void> done = validate_options(raw, &options); !done) return done.error();
     const bool averages = options.fractions_supersample > 1 || !raw.sampling.empty();
-    if (needs_output && averages && options.fractions_file.empty()) {
+    if (needs_output && averages && options.fractions_file.empty() && !may_be_grey(options)) {
         return usage_error(
             fmt::format("`{}` is about the array that `--fractions FILE.npy` writes; name one",
                         raw.sampling.empty() ? "--fractions-supersample" : "--sampling"));

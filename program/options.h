@@ -36,10 +36,11 @@ constexpr int32_t kMostSupersampling = 32;
 struct Options {
     std::string input;   ///< a world (.fab.json) or a mesh
     std::string output;  ///< empty: none; `-` standard output; or an address (stream/address.h)
-    std::string process_file;  ///< items of the machine's process that replace the profile's
-    std::string nozzles_file;  ///< dead nozzles; read again where it changes during a print
-    std::string token_file;    ///< of a receiver that wants a token
-    std::string tls_ca;        ///< certificates to trust; empty: the system's
+    std::string process_file;    ///< items of the machine's process that replace the profile's
+    std::string bleed = "undo";  ///< or show, both, off
+    std::string nozzles_file;    ///< dead nozzles; read again where it changes during a print
+    std::string token_file;      ///< of a receiver that wants a token
+    std::string tls_ca;          ///< certificates to trust; empty: the system's
     std::string printer;
     std::string format;  ///< empty: from the output's extension, else the printer's own
     std::optional<double> voxel_mm;
@@ -70,6 +71,7 @@ struct Options {
     bool sample_centres = false;      ///< --sampling centre: fractions are those at voxels' centres
     std::vector<std::string> inputs;  ///< files besides the world's that outputs must not overwrite
     std::vector<NamedOutput> more_outputs;  ///< files that the host writes at its end
+    std::string grey_material;              ///< that grey pictures are of; empty: the first
     bool png_indexed = false;               ///< with a palette instead of RGBA
     bool flip_x = false;
     bool resume = false;  ///< continues an interrupted print in the output

@@ -26,6 +26,7 @@ backends::OutputSettings settings_of(const Options& options, const world::Printe
     settings.path = options.output;
     settings.resume = options.resume;
     settings.png_indexed = options.png_indexed;
+    settings.grey_material = options.grey_material;
     settings.flip_x = options.flip_x;
     settings.front_end_makes_support = printer.makes_support;
     settings.handoff = printer.handoff;

@@ -97,6 +97,7 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
     PreparedPrint ready;
     ready.options = pipeline_options(options, *format, job->input.materials.size(), hooks);
     ready.options.nozzles = job->nozzles.get();
+    ready.options.bleed = job->bleed.get();
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(job->input, ready.options);
     if (!print) return print.error();

@@ -8,8 +8,10 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "backends/raster/fraction_file.h"
+#include "base/near_miss.h"
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
@@ -21,6 +23,7 @@
 #include "program/part_sizes.h"
 #include "program/prepare.h"
 #include "program/probe.h"
+#include "program/process.h"
 #include "program/progress.h"
 #include "program/statistics.h"
 #include "program/supersample.h"
@@ -60,6 +63,17 @@ Error add_resume_hint(Error error, const Options& options, const backends::Forma
         error.help += std::string(error.help.empty() ? "" : "; ") +
                       "the same command with `--resume` continues from there";
     return error;
+}
+
+/// Whether the material of grey pictures is one of the print's.
+Result<void> check_grey_material(const Options& options, const pipeline::PrintInput& input) {
+    const std::string& name = options.grey_material;
+    if (name.empty() || material_code(input.materials, name) != 0) return {};
+    std::vector<std::string> names;
+    for (const pipeline::SliceMaterial& material : input.materials)
+        names.push_back(material.name);
+    return user_error(fmt::format("`--grey-material {}`: the print has no such material; {}",
+                                  printable(name), suggest(name, names)));
 }
 
 /// Runs the print. Statistics and pictures are written even if it ends early.
@@ -116,13 +130,17 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     std::optional<raster::FractionFile> fractions;
     CoarsePrint coarse;
     Vec3i parts{1, 1, 1};
+    bool grey = false;
     hooks.loaded = [&](const Job& job) {
         if (files != nullptr) *files = job.files;
         for (const std::string& text : job.notes)
             progress.note(text);
         for (const std::string& warning : job.input.warnings)
             progress.warn(warning);
-        if (options.fractions_file.empty() || !prints) return;
+        const Result<const backends::Format*> format = choose_format(options, job.printer);
+        grey = prints && format && *format != nullptr && (*format)->of_fractions;
+        if (grey) hooks.fractions = &coarse;
+        if (options.fractions_file.empty() || !prints || grey) return;
         const Vec3d &pitch = job.input.pitch_mm, &own = job.printer.pitch_mm;
         parts = fraction_parts(options, pitch, own);
         if (parts == Vec3i{1, 1, 1}) {
@@ -141,6 +159,8 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     for (const std::string& warning : ready->print->warnings())
         progress.warn(warning);
     Job& job = ready->job;
+    if (const Result<void> known = check_grey_material(options, job.input); grey && !known)
+        return known.error();
     if (!prints) {
         const pipeline::PrintInfo info = ready->print->info();
         Result<Estimate> estimate =
@@ -153,10 +173,17 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     }
     const std::string sizes = part_sizes(job.input.parts, job.input.pitch_mm);
     job.input = {};
+    Options of_codes = options;
+    // Grey pictures have a print of their own.
+    if (grey) of_codes.output.clear(), of_codes.format.clear();
     const Result<void> done =
-        run(ready->print.get(), options, ready->format, job.printer, sizes, interrupt, progress);
+        run(ready->print.get(), of_codes, ready->format, job.printer, sizes, interrupt, progress);
     if (!done || hooks.fractions != &coarse) return done;
     ready->print.reset();  // and its memory
+    if (grey) {
+        return write_grey(coarse, *ready->format, job.printer, options, fablets, interrupt,
+                          &progress);
+    }
     return write_supersampled(coarse, parts, options, fablets, interrupt, &progress);
 }
 

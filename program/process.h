@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_input.h"
+#include "runtime/process/bleed.h"
 #include "runtime/process/nozzles.h"
 #include "world/printer.h"
 #include "world/world.h"
@@ -28,6 +29,13 @@ void scale_build(const world::Process& process, world::World* world, pipeline::P
 /// Returns the code of a material by its name, or its channel; 0 where there is none.
 uint8_t material_code(const std::vector<pipeline::SliceMaterial>& materials,
                       const std::string& name);
+
+/// Returns what the print's materials do to each other, null where they do nothing that `--bleed` asks
+/// about. The provenance goes to `input`, names that fit no material to `notes`.
+Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
+                                                         const world::Printer& printer,
+                                                         pipeline::PrintInput* input,
+                                                         std::vector<std::string>* notes);
 
 /// Returns the dead nozzles of a print, null where there are none and no `--nozzles`, which is read
 /// again where it has changed. The provenance goes to `input`, names that fit no material to `notes`.

@@ -6,11 +6,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 
+#include "backends/raster/formats.h"
 #include "backends/raster/fraction_average.h"
 #include "backends/raster/fraction_file.h"
+#include "backends/raster/grey_stack.h"
+#include "program/outputs.h"
 #include "program/prepare.h"
 
 namespace openfab::program {
@@ -80,9 +86,13 @@ int64_t bytes_of_means(const Options& options, const Vec3i& parts) {
     return raster::FractionAverage::bytes_per_fraction(parts, threads + 1);
 }
 
-Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
-                                const Options& options, const openfab_fablet_list& fablets,
-                                const std::atomic<bool>& interrupt, Progress* progress) {
+namespace {
+
+/// Prints nothing but means, which go to `to`; `layer` is called for each slice of them.
+Result<void> print_means(const CoarsePrint& coarse, const Vec3i& parts, const Options& options,
+                         const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
+                         pipeline::FractionSink* to, std::function<Result<void>(int32_t z)> layer,
+                         Progress* progress) {
     pipeline::PrintInfo info = coarse.info();
     PrintHooks hooks{.interrupt = interrupt};
     hooks.window_mm = box_of_slices(info);
@@ -91,13 +101,12 @@ Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
     info.provenance.emplace_back(
         "supersampling",
         alike ? std::to_string(parts.x) : fmt::format("{} x {} x {}", parts.x, parts.y, parts.z));
-    raster::FractionFile file(options.fractions_file);
-    raster::FractionAverage average(info, parts, &file);
+    raster::FractionAverage average(info, parts, to);
     hooks.fractions = &average;
     Result<PreparedPrint> ready =
         prepare_print(options_of_parts(options, info, parts), fablets, hooks);
     if (!ready) return ready.error();
-    raster::AveragedSlices slices(&average);
+    raster::AveragedSlices slices(&average, std::move(layer));
     pipeline::PrintStatistics statistics;
     Result<void> done = ready->print->run(
         slices, [&](const pipeline::ProgressEvent& event) { progress->update(event); }, interrupt,
@@ -105,8 +114,40 @@ Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
     progress->end();
     pipeline::PrintTotals totals = coarse.totals();
     totals.complete = totals.complete && average.complete();
-    const Result<void> closed = file.finish(totals);
+    const Result<void> closed = to->finish(totals);
     return done ? closed : done;
+}
+
+}  // namespace
+
+Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
+                                const Options& options, const openfab_fablet_list& fablets,
+                                const std::atomic<bool>& interrupt, Progress* progress) {
+    raster::FractionFile file(options.fractions_file);
+    return print_means(coarse, parts, options, fablets, interrupt, &file, {}, progress);
+}
+
+Vec3i grey_parts(const Options& options) {
+    constexpr int32_t kUsual = 4;
+    const int32_t n = options.sample_centres              ? 1
+                      : options.fractions_supersample > 0 ? options.fractions_supersample
+                                                          : kUsual;
+    return {n, n, n};
+}
+
+Result<void> write_grey(const CoarsePrint& coarse, const backends::Format& format,
+                        const world::Printer& printer, const Options& options,
+                        const openfab_fablet_list& fablets, const std::atomic<bool>& interrupt,
+                        Progress* progress) {
+    Options alone = options;
+    alone.previews.clear();
+    Result<std::unique_ptr<pipeline::SliceSink>> folder = open_output(alone, printer, &interrupt);
+    if (!folder) return folder.error();
+    raster::GreyStack stack(std::move(*folder), raster::grey_folder_options(format, options.flip_x,
+                                                                            options.grey_material));
+    return print_means(
+        coarse, grey_parts(options), options, fablets, interrupt, &stack,
+        [&](int32_t z) { return stack.passed(z); }, progress);
 }
 
 }  // namespace openfab::program

@@ -186,7 +186,8 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
     if (const JsonMember* p = root->find("layer_time_s")) {
         out.layer_time_s = json.number(p->value, "`layer_time_s`", 0, 1e6);
     }
-    if (const JsonMember* p = root->find("process")) read_process(p->value, &json, &out.process);
+    if (const JsonMember* p = root->find("process"))
+        read_process(p->value, std::filesystem::path(name).parent_path(), &json, &out.process);
     if (const JsonMember* p = root->find("handoff"))
         out.handoff = json.string(p->value, "`handoff`");
     if (!json.ok()) return json.error();

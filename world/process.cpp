@@ -138,6 +138,98 @@ std::vector<DeadNozzles> read_dead_list(const JsonValue& value, JsonReader* json
     return out;
 }
 
+Vec3d read_sigma(const JsonValue& value, JsonReader* json) {
+    constexpr double kMost_um = 10'000;
+    if (value.is(JsonValue::Kind::kNumber)) {
+        const double s = json->number(value, "`sigma_um`", 0, kMost_um);
+        return {s, s, s};
+    }
+    const std::vector<double> n = json->numbers(value, "`sigma_um`", 3, kMost_um);
+    for (const double s : n) {
+        if (s < 0)
+            json->fail(value, fmt::format("`sigma_um` has {:.6g}", s), "it cannot be negative");
+    }
+    return {n[0], n[1], n[2]};
+}
+
+PairBleed read_pair(const JsonValue& value, JsonReader* json) {
+    static const KeySet keys = {"pairs", {"materials", "sigma_um"}, {"materials", "sigma_um"}};
+    PairBleed out;
+    if (!json->object(value, keys, "an entry of `pairs`")) return out;
+    const JsonValue& names = value.find("materials")->value;
+    if (!names.is(JsonValue::Kind::kArray) || names.items.size() != 2) {
+        json->fail(names, "`materials` of a pair is not an array of two names",
+                   "write, say, [\"white\", \"black\"]");
+        return out;
+    }
+    out.a = json->string(names.items[0], "a name in `materials`");
+    out.b = json->string(names.items[1], "a name in `materials`");
+    if (json->ok() && out.a == out.b && out.a != "*")
+        json->fail(names, fmt::format("`{}` does not bleed into itself", out.a),
+                   "name two materials");
+    out.sigma_um = read_sigma(value.find("sigma_um")->value, json);
+    return out;
+}
+
+Bleed read_bleed(const JsonValue& value, JsonReader* json) {
+    static const KeySet keys = {"bleed", {"sigma_um", "pairs", "steps"}, {}};
+    constexpr int kMostSteps = 8;
+    constexpr size_t kMostPairs = 10'000;
+    Bleed out;
+    if (!json->object(value, keys, "`bleed`")) return out;
+    if (const JsonMember* p = value.find("sigma_um")) out.sigma_um = read_sigma(p->value, json);
+    if (const JsonMember* p = value.find("steps"))
+        out.steps = json->integer(p->value, "`steps` of `bleed`", 0, kMostSteps);
+    const JsonMember* pairs = value.find("pairs");
+    if (pairs == nullptr) return out;
+    if (!pairs->value.is(JsonValue::Kind::kArray) || pairs->value.items.size() > kMostPairs) {
+        json->fail(pairs->value, fmt::format("`pairs` is {}", pairs->value.kind_name()),
+                   fmt::format("it must be an array of at most {} objects with `materials` and "
+                               "`sigma_um`",
+                               kMostPairs));
+        return out;
+    }
+    for (const JsonValue& item : pairs->value.items) {
+        if (!json->ok()) break;
+        out.pairs.push_back(read_pair(item, json));
+    }
+    return out;
+}
+
+Checks read_checks(const JsonValue& value, JsonReader* json) {
+    static const KeySet keys = {
+        "checks", {"wall_mm", "gap_mm", "hole_mm", "island_mm3", "trapped_mm3", "apart"}, {}};
+    Checks out;
+    if (!json->object(value, keys, "`checks`")) return out;
+    constexpr double kMost = 1e6;
+    const auto read = [&](const char* key, ByMaterial* to) {
+        if (const JsonMember* p = value.find(key))
+            *to = read_by_material(p->value, json, fmt::format("`{}`", key), kMost);
+    };
+    read("wall_mm", &out.wall_mm);
+    read("gap_mm", &out.gap_mm);
+    read("hole_mm", &out.hole_mm);
+    read("island_mm3", &out.island_mm3);
+    if (const JsonMember* p = value.find("trapped_mm3"))
+        out.trapped_mm3 = json->number(p->value, "`trapped_mm3`", 0, kMost);
+    const JsonMember* apart = value.find("apart");
+    if (apart == nullptr) return out;
+    const char* rule = "it must be an array of pairs of names, as [[\"water\", \"salt\"]]";
+    if (!apart->value.is(JsonValue::Kind::kArray)) {
+        json->fail(apart->value, fmt::format("`apart` is {}", apart->value.kind_name()), rule);
+        return out;
+    }
+    for (const JsonValue& pair : apart->value.items) {
+        if (!pair.is(JsonValue::Kind::kArray) || pair.items.size() != 2) {
+            json->fail(pair, "an entry of `apart` is no pair", rule);
+            return out;
+        }
+        out.apart.emplace_back(json->string(pair.items[0], "a name in `apart`"),
+                               json->string(pair.items[1], "a name in `apart`"));
+    }
+    return out;
+}
+
 Vec3d read_scale(const JsonValue& value, JsonReader* json) {
     constexpr double kLeast = 0.5, kMost = 2;
     if (value.is(JsonValue::Kind::kNumber)) {
@@ -155,16 +247,25 @@ Vec3d read_scale(const JsonValue& value, JsonReader* json) {
 
 }  // namespace
 
-void read_process(const JsonValue& value, JsonReader* json, Process* out) {
-    static const KeySet keys = {"process", {"scale", "about_mm", "dead", "cost"}, {}};
+void read_process(const JsonValue& value, const std::filesystem::path& folder, JsonReader* json,
+                  Process* out) {
+    static const KeySet keys = {
+        "process", {"scale", "about_mm", "field", "dead", "cost", "bleed", "checks"}, {}};
     if (!json->object(value, keys, "`process`")) return;
     if (const JsonMember* p = value.find("scale")) out->scale = read_scale(p->value, json);
     if (const JsonMember* p = value.find("about_mm")) {
         const std::vector<double> n = json->numbers(p->value, "`about_mm`", 3, 1e5);
         out->about_mm = {n[0], n[1], n[2]};
     }
+    if (const JsonMember* p = value.find("field")) {
+        const std::string name = json->string(p->value, "`field`");
+        if (json->ok() && name.empty()) json->fail(p->value, "`field` is empty", "name a file");
+        out->field = folder / name;
+    }
     if (const JsonMember* p = value.find("dead")) out->dead = read_dead_list(p->value, json);
     if (const JsonMember* p = value.find("cost")) out->cost = read_cost(p->value, json);
+    if (const JsonMember* p = value.find("bleed")) out->bleed = read_bleed(p->value, json);
+    if (const JsonMember* p = value.find("checks")) out->checks = read_checks(p->value, json);
 }
 
 Result<Process> load_process(const std::filesystem::path& file, const Process& profile) {
@@ -174,7 +275,7 @@ Result<Process> load_process(const std::filesystem::path& file, const Process& p
     if (!root) return root.error();
     JsonReader json(file.string());
     Process out = profile;
-    read_process(*root, &json, &out);
+    read_process(*root, file.parent_path(), &json, &out);
     if (!json.ok()) return json.error();
     return out;
 }

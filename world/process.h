@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/json.h"
@@ -48,15 +49,42 @@ struct DeadNozzles {
     int32_t jog = 0;                     ///< rows that the head moves from one layer to the next
 };
 
+/// How far two materials run into each other before they set.
+struct PairBleed {
+    std::string a,
+        b;  ///< `void` is where nothing is printed; `*` all materials that no other entry has
+    Vec3d sigma_um;
+};
+
+struct Bleed {
+    Vec3d sigma_um;  ///< of pairs that are not listed, void not among them
+    std::vector<PairBleed> pairs;
+    int32_t steps = 2;  ///< in which it is undone
+};
+
+/// What `openfab check` finds fault with. Of a material alone where it is named, of all that is solid
+/// where `*` is.
+struct Checks {
+    ByMaterial wall_mm, gap_mm, hole_mm;  ///< thinner ones
+    ByMaterial island_mm3;                ///< loose ones that are smaller
+    std::optional<double> trapped_mm3;    ///< larger voids and larger support that cannot get out
+    std::vector<std::pair<std::string, std::string>> apart;  ///< must not touch
+};
+
 struct Process {
-    Vec3d scale{1, 1, 1};     ///< of all that is built, about `about_mm`
-    Vec3d about_mm{0, 0, 0};  ///< in build space
+    std::filesystem::path field;  ///< how far what is built is displaced; empty: not
+    Vec3d scale{1, 1, 1};         ///< of all that is built, about `about_mm`
+    Vec3d about_mm{0, 0, 0};      ///< in build space
     std::vector<DeadNozzles> dead;
     std::optional<Cost> cost;
+    std::optional<Bleed> bleed;
+    std::optional<Checks> checks;
 };
 
 /// Reads the object; an error goes to `json`.
-void read_process(const JsonValue& value, JsonReader* json, Process* out);
+/// `folder`: that files are named from.
+void read_process(const JsonValue& value, const std::filesystem::path& folder, JsonReader* json,
+                  Process* out);
 
 /// Reads the file of `--process`, whose items replace those of `profile`.
 Result<Process> load_process(const std::filesystem::path& file, const Process& profile);

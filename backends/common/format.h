@@ -18,9 +18,10 @@ namespace openfab::backends {
 /// What a print says about its output.
 struct OutputSettings {
     std::string path;
-    bool resume = false;       ///< continues the interrupted print at the path
-    bool png_indexed = false;  ///< with a palette instead of RGBA
-    bool flip_x = false;       ///< in pictures +x points left
+    bool resume = false;        ///< continues the interrupted print at the path
+    std::string grey_material;  ///< that grey pictures are of; empty: the first
+    bool png_indexed = false;   ///< with a palette instead of RGBA
+    bool flip_x = false;        ///< in pictures +x points left
     bool front_end_makes_support = true;
     std::string handoff;  ///< the printer's own lines for its operator
 };
@@ -42,6 +43,9 @@ struct Format {
     std::string_view extension;  ///< of the output, or of the pictures in its folder; with the dot
     FormatKind kind = FormatKind::kFile;
     bool flips_x = false;  ///< has pictures that `--flip-x` mirrors
+    /// Has the fractions of one material: `openfab print` makes it of means over parts of voxels, what is
+    /// opened here of codes alone.
+    bool of_fractions = false;
     bool streams = false;  ///< can go to standard output and to a receiver
     /// Why an interrupted print in it cannot be continued, and the way out; empty: it can.
     std::string_view not_resumed = {};

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backends/raster/folder_sink.h"
 
+#include "backends/raster/grey_slice.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,6 +18,7 @@
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_slice.h"
 #include "base/check.h"
+#include "base/near_miss.h"
 #include "base/units.h"
 
 namespace openfab::raster {
@@ -125,6 +128,14 @@ Result<void> FolderSink::write_notes(const pipeline::PrintTotals& totals) {
 
 Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
+    if (is_grey(options_.format) && grey_material(info, options_) < 0) {
+        std::vector<std::string> names;
+        for (const pipeline::SliceMaterial& material : info.materials)
+            names.push_back(material.name);
+        return user_error(fmt::format("`--grey-material {}`: no material of the print; {}",
+                                      options_.grey_material,
+                                      suggest(options_.grey_material, names)));
+    }
     if (!earlier_) {
         if (Result<void> cleared = resumed_ ? Result<void>() : clear(); !cleared) return cleared;
         return write_notes({});  // a crash leaves it incomplete

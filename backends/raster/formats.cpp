@@ -44,7 +44,46 @@ std::vector<uint8_t> encode(const pipeline::SliceView& slice, const pipeline::Pr
     return encode_slice(slice, info, options_of(settings));
 }
 
+template <SliceFormat format>
+FolderOptions grey_options(const backends::OutputSettings& settings) {
+    FolderOptions options = folder_options(settings, format);
+    options.grey_material = settings.grey_material;
+    return options;
+}
+
+template <SliceFormat format>
+constexpr backends::Format grey_format(std::string_view name, std::string_view extension) {
+    backends::Format made;
+    made.name = name;
+    made.extension = extension;
+    made.kind = backends::FormatKind::kFolder;
+    made.flips_x = true;
+    made.of_fractions = true;
+    made.not_resumed = "fractions are made again from the first slice; start over without it";
+    made.bytes_per_column = [](size_t) { return kSlabs * 8 * static_cast<int64_t>(sizeof(float)); };
+    made.open = open_folder<grey_options<format>>;
+    made.encode = encode<grey_options<format>>;
+    return made;
+}
+
 }  // namespace
+
+const backends::Format kGreyFormat = grey_format<SliceFormat::kGrey8>("grey", ".png");
+const backends::Format kGrey16Format = grey_format<SliceFormat::kGrey16>("grey16", ".png");
+const backends::Format kTiffFormat = grey_format<SliceFormat::kTiff8>("tiff", ".tif");
+const backends::Format kTiff16Format = grey_format<SliceFormat::kTiff16>("tiff16", ".tif");
+
+FolderOptions grey_folder_options(const backends::Format& format, bool flip_x,
+                                  const std::string& material) {
+    FolderOptions options;
+    options.format = &format == &kGreyFormat     ? SliceFormat::kGrey8
+                     : &format == &kGrey16Format ? SliceFormat::kGrey16
+                     : &format == &kTiffFormat   ? SliceFormat::kTiff8
+                                                 : SliceFormat::kTiff16;
+    options.flip_x = flip_x;
+    options.grey_material = material;
+    return options;
+}
 
 const backends::Format kPngFormat{
     .name = "png",

@@ -58,13 +58,14 @@ void FractionAverage::write(int32_t z, int32_t y, int32_t first_x,
     }
 }
 
-void FractionAverage::passed(int32_t z) {
-    if ((z + 1) % times_.z != 0) return;
+int32_t FractionAverage::passed(int32_t z) {
+    if ((z + 1) % times_.z != 0) return -1;
+    const int32_t coarse_z = coarse_.slice_begin + z / times_.z;
     std::vector<uint32_t> sums;
     {
         const std::lock_guard lock(mutex_);
         const auto found = layers_.find(z / times_.z);
-        if (found == layers_.end()) return;
+        if (found == layers_.end()) return coarse_z;
         sums = std::move(found->second);
         layers_.erase(found);
     }
@@ -75,8 +76,9 @@ void FractionAverage::passed(int32_t z) {
         const uint32_t* from = sums.data() + static_cast<size_t>(y) * width;
         std::transform(from, from + width, row.begin(),
                        [&](uint32_t sum) { return static_cast<float>(sum / whole); });
-        to_.write(coarse_.slice_begin + z / times_.z, y, 0, row);
+        to_.write(coarse_z, y, 0, row);
     }
+    return coarse_z;
 }
 
 Result<void> FractionAverage::finish(const pipeline::PrintTotals& totals) {

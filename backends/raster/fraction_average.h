@@ -10,8 +10,10 @@
 // in any order. Sums of a layer of coarse voxels are kept until the fine print has passed it.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "runtime/pipeline/fraction_sink.h"
@@ -35,8 +37,9 @@ class FractionAverage : public pipeline::FractionSink {
     Result<void> status() const override { return to_.status(); }
     /// Does not finish `to`: it ends with the totals of the coarse print.
     Result<void> finish(const pipeline::PrintTotals& totals) override;
-    /// Must be called after each slice of the fine print, in order.
-    void passed(int32_t z);
+    /// Must be called after each slice of the fine print, in order. Returns the coarse slice that is complete
+    /// by that, or -1.
+    int32_t passed(int32_t z);
 
     /// Returns whether the fine print was complete.
     bool complete() const { return complete_; }
@@ -59,17 +62,21 @@ class FractionAverage : public pipeline::FractionSink {
 /// The sink of the fine print's slices, which nobody wants.
 class AveragedSlices : public pipeline::SliceSink {
   public:
-    explicit AveragedSlices(FractionAverage* average) : average_(*average) {}
+    /// `layer`, if any, is called for each coarse slice whose means have been passed on, in order.
+    explicit AveragedSlices(FractionAverage* average,
+                            std::function<Result<void>(int32_t z)> layer = {})
+        : average_(*average), layer_(std::move(layer)) {}
     Result<void> begin(const pipeline::PrintInfo&) override { return {}; }
     std::vector<uint8_t> encode(const pipeline::SliceView&) const override { return {}; }
     Result<void> commit(int32_t z, std::vector<uint8_t>) override {
-        average_.passed(z);
-        return {};
+        const int32_t coarse = average_.passed(z);
+        return layer_ && coarse >= 0 ? layer_(coarse) : Result<void>();
     }
     Result<void> finish(const pipeline::PrintTotals&) override { return {}; }
 
   private:
     FractionAverage& average_;
+    std::function<Result<void>(int32_t z)> layer_;
 };
 
 }  // namespace openfab::raster

@@ -13,6 +13,7 @@
 
 #include "backends/common/resume_check.h"
 #include "backends/raster/folder_sink.h"
+#include "backends/raster/grey_slice.h"
 #include "backends/raster/npy_sink.h"
 #include "base/text.h"
 
@@ -156,7 +157,12 @@ std::string last_file(const pipeline::PrintInfo& info, int32_t slices_written,
                            files_a_slice(info, options) - 1, info, options);
 }
 
+size_t grey_index(const pipeline::PrintInfo& info, const FolderOptions& options) {
+    return static_cast<size_t>(std::max(grey_material(info, options), 0));
+}
+
 const char* color_mode(SliceFormat format) {
+    if (is_grey(format)) return is_grey_of_16_bits(format) ? "grey16" : "grey8";
     return format == SliceFormat::kIndexed   ? "indexed"
            : format == SliceFormat::kBitmaps ? "bitmaps"
                                              : "rgba";
@@ -179,7 +185,10 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     Json json(buffer);
     json.SetIndent(' ', 2);
     json.StartObject();
-    put(json, "format", std::string(bitmaps ? "openfab-bmp-slices" : "openfab-png-slices"));
+    put(json, "format",
+        std::string(bitmaps                   ? "openfab-bmp-slices"
+                    : is_grey(options.format) ? "openfab-grey-slices"
+                                              : "openfab-png-slices"));
     put(json, "version", int64_t{1});
     put(json, "complete", totals.complete);
     put(json, "title", info.title);
@@ -193,7 +202,10 @@ std::string manifest_json(const pipeline::PrintInfo& info, const pipeline::Print
     put_geometry(json, info);
     put_axes(json, options);
     put(json, "color_mode", std::string(color_mode(options.format)));
-    put(json, "void_color", hex_color({0, 0, 0, 0}));
+    if (is_grey(options.format))
+        put(json, "grey_material", info.materials[grey_index(info, options)].name);
+    else
+        put(json, "void_color", hex_color({0, 0, 0, 0}));
     put(json, "support_made_by",
         std::string(slices_hold_support(info)         ? "slices"
                     : options.front_end_makes_support ? "front_end"
@@ -316,15 +328,25 @@ std::string handoff_text(const pipeline::PrintInfo& info, const pipeline::PrintT
     text += fmt::format("orientation         seen from above, x runs to the {}, y runs up\n",
                         options.flip_x ? "left (the pictures are mirrored)" : "right");
     const bool bitmaps = options.format == SliceFormat::kBitmaps;
-    const char* empty = bitmaps ? "what no file has is empty" : "transparent pixels are empty";
+    const bool grey = is_grey(options.format);
+    const char* empty = bitmaps ? "what no file has is empty"
+                        : grey  ? "black is empty"
+                                : "transparent pixels are empty";
     text += slices_hold_support(info)
                 ? "support             is in the slices; let the front end add none\n"
                 : fmt::format("support             {}; {}\n",
                               options.front_end_makes_support ? "let the front end add it"
                                                               : "none is in the slices",
                               empty);
+    if (grey) {
+        text += fmt::format(
+            "\nThe pictures are of `{}`: {} bits a pixel, white where a voxel is all of it.\n",
+            printable(info.materials[grey_index(info, options)].name),
+            is_grey_of_16_bits(options.format) ? 16 : 8);
+    }
     text +=
-        bitmaps
+        grey ? "\nAmounts of the print's materials, as dithered:\n"
+        : bitmaps
             ? "\nAssign a material to each ending of the files' names; black is where it goes:\n"
             : "\nAssign a material to each colour:\n";
     for (size_t i = 0; i < info.materials.size(); ++i) {

@@ -9,6 +9,7 @@
 
 #include "backends/common/tee_sink.h"
 #include "backends/raster/bmp_slice.h"
+#include "backends/raster/grey_slice.h"
 #include "backends/raster/png_slice.h"
 
 namespace openfab::raster {
@@ -21,18 +22,19 @@ std::string slice_file_name(int32_t z, size_t file, const pipeline::PrintInfo& i
                             const FolderOptions& options) {
     const size_t digits = std::max<size_t>(4, std::to_string(info.size.z).size());
     const std::string stem = fmt::format("slice_{:0{}}", z + 1, digits);
-    return options.format == SliceFormat::kBitmaps ? fmt::format("{}_{}.bmp", stem, file + 1)
-                                                   : stem + ".png";
+    if (options.format == SliceFormat::kBitmaps) return fmt::format("{}_{}.bmp", stem, file + 1);
+    return stem + (is_tiff(options.format) ? ".tif" : ".png");
 }
 
 bool is_slice_name(const std::string& name) {
     // `.part` is what an interrupted write leaves.
-    static const std::regex kName("slice_[0-9]+(\\.png|_[0-9]+\\.bmp)(\\.part)?");
+    static const std::regex kName("slice_[0-9]+(\\.png|\\.tif|_[0-9]+\\.bmp)(\\.part)?");
     return std::regex_match(name, kName);
 }
 
 std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice, const pipeline::PrintInfo& info,
                                   const FolderOptions& options) {
+    if (is_grey(options.format)) return encode_grey_slice(slice, info, options);
     return options.format == SliceFormat::kBitmaps
                ? encode_bmp_slice(slice, info, options.flip_x)
                : encode_png_slice(slice, info, options.format == SliceFormat::kIndexed,
@@ -41,6 +43,8 @@ std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice, const pipeli
 
 std::vector<uint8_t> decode_slice(std::span<const uint8_t> files, const pipeline::PrintInfo& info,
                                   const FolderOptions& options) {
+    // Fractions do not tell what the dither made of them.
+    if (is_grey(options.format)) return {};
     std::vector<uint8_t> codes =
         options.format == SliceFormat::kBitmaps
             ? decode_bmp_slice(files, info)

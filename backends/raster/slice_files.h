@@ -16,12 +16,17 @@ namespace openfab::raster {
 enum class SliceFormat : uint8_t {
     kRgba,     ///< a PNG; void has alpha 0, a material its key colour
     kIndexed,  ///< a PNG with a palette of the key colours
+    kGrey8,    ///< a PNG of one material's fraction, 8 bits a voxel
+    kGrey16,   ///< the same of 16 bits
+    kTiff8,    ///< a TIFF of one material's fraction, 8 bits a voxel
+    kTiff16,   ///< the same of 16 bits
     kBitmaps,  ///< a BMP of one bit a voxel for each material, bit 1 where it is
 };
 
 struct FolderOptions {
     SliceFormat format = SliceFormat::kRgba;
-    bool flip_x = false;  ///< +x points left, for front ends that mirror
+    bool flip_x = false;        ///< +x points left, for front ends that mirror
+    std::string grey_material;  ///< the one of grey pictures; empty: the first
     bool front_end_makes_support = true;
     std::string handoff;  ///< the printer's own lines for HANDOFF.txt
 };

@@ -81,7 +81,7 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 
 Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
                              const std::vector<std::shared_ptr<solid::Solid>>& solids,
-                             const Vec3d& pitch_mm, int32_t bits,
+                             const Vec3d& pitch_mm, int32_t bits, const Vec3i& margin_vox,
                              const std::optional<Box3d>& crop_mm,
                              const std::optional<Box3d>& window_mm) {
     Box3d box = window_mm.value_or(crop_mm.value_or(Box3d{}));
@@ -102,8 +102,9 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
     part::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {
-        const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a]));
-        const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a]));
+        const int32_t margin = window_mm ? 0 : margin_vox[a];
+        const double lo = std::floor(snapped(box.lo[a] / pitch_mm[a])) - (a == 2 ? 0 : margin);
+        const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a])) + margin;
         const double size = std::max(hi - lo, 1.0);
         if (!(std::fabs(lo) <= kFarthest)) {
             return user_error(fmt::format(

@@ -18,11 +18,12 @@ namespace openfab::pipeline {
 /// Its origin is a whole number of pitches from build (0, 0, 0), so voxel centres do not move when
 /// a part is added to the print. Positions are rounded to 1/256 voxel first, as the voxeliser does,
 /// so that a box whose side is a whole number of pitches gets no empty layer from the last bit of a
-/// double. `crop_mm` is covered too; with `window_mm` that box alone is. Fails for grids that no
+/// double. `margin_vox` lies around them, but not below. `crop_mm` is covered too; with `window_mm` that
+/// box alone is. Fails for grids that no
 /// print can hold.
 Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
                              const std::vector<std::shared_ptr<solid::Solid>>& solids,
-                             const Vec3d& pitch_mm, int32_t bits,
+                             const Vec3d& pitch_mm, int32_t bits, const Vec3i& margin_vox = {},
                              const std::optional<Box3d>& crop_mm = {},
                              const std::optional<Box3d>& window_mm = {});
 

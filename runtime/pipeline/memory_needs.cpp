@@ -13,7 +13,7 @@
 #include "base/clock.h"
 #include "base/units.h"
 #include "runtime/part/bind.h"
-#include "runtime/pipeline/slab.h"
+#include "runtime/pipeline/slab_parts.h"
 #include "runtime/volume/evaluate.h"
 
 namespace openfab::pipeline {
@@ -79,8 +79,8 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
     int64_t masks = 0, max_masks = 0;
     for (const auto& [slab, change] : starts)
         max_masks = std::max(max_masks, masks += change);
-    needs.per_slab =
-        16 * plane + max_masks + SlabRun::kUniformBlockBytes + blocks_x * 8 * 2 * 8 * channels * 4;
+    needs.per_slab = 16 * plane + max_masks + SlabParts::kUniformBlockBytes +
+                     blocks_x * 8 * 2 * 8 * channels * 4;
     needs.per_row = blocks_x * (512 * (2 * channels + 1) + 64 * 7);
     needs.per_thread = batch + bounds + stored + kQueryScratchBytes + static_cast<int64_t>(held);
     return needs;

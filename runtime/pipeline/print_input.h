@@ -22,6 +22,8 @@ struct PrintInput {
     /// The material code of support below parts; 0: no support.
     int32_t support_code = 0;
     Vec3d pitch_mm;
+    /// How far material may run beyond the parts, but not below them: the grid covers that, too.
+    Vec3i margin_vox;
     std::optional<Box3d> crop_mm;  ///< a box that the grid covers, too
     /// In place of the parts' own box: the grid is this one, rounded out to whole voxels, and what
     /// reaches beyond is cut off.

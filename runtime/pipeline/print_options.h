@@ -15,6 +15,7 @@
 #include "base/vec.h"
 #include "runtime/dither/dither_rule.h"
 #include "runtime/pipeline/fraction_sink.h"
+#include "runtime/process/bleed.h"
 #include "runtime/process/nozzles.h"
 
 namespace openfab::pipeline {
@@ -50,6 +51,8 @@ struct PrintOptions {
         nullptr;  ///< takes what the dither takes, too; must outlive the print
     /// Dead nozzles; null: none. It must outlive the print.
     process::NozzleSource* nozzles = nullptr;
+    /// What voxels do to their neighbours; null: nothing. It must outlive the print.
+    const process::Bleed* bleed = nullptr;
     int64_t sink_bytes_per_column = 0;  ///< memory of the sink for each voxel of a slice
     /// Receives the lines of printf, in an order that does not depend on threads; called from one
     /// thread.

@@ -60,7 +60,7 @@ Result<void> set_up_grid(PrintSetup* p) {
     Result<part::Grid> grid =
         make_grid(p->input.parts, p->solids, p->input.pitch_mm,
                   abi::voxel_bits(static_cast<int32_t>(p->input.materials.size())),
-                  p->input.crop_mm, p->input.window_mm);
+                  p->input.margin_vox, p->input.crop_mm, p->input.window_mm);
     if (p->options.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
     if (const Result<void> diced = p->solid_status(); !diced) return diced;
@@ -113,9 +113,34 @@ void set_up_slabs(PrintSetup* p) {
     p->slabs.size = p->grid.size;
     p->slabs.culling = p->options.culling;
     p->slabs.fractions = p->options.fractions;
+    p->slabs.bleed = p->options.bleed;
     p->slabs.separate_mixtures =
         p->slabs.fractions != nullptr &&
         std::any_of(p->parts.begin(), p->parts.end(), [](const auto& p) { return p->own_dither; });
+}
+
+/// A rule of a fablet has chosen before mixtures are there that bleed could be undone in.
+Result<void> check_bleed(const PrintSetup& p) {
+    if (p.options.bleed == nullptr) return {};
+    for (const auto& part : p.parts) {
+        if (!part->own_dither) continue;
+        return user_error(fmt::format(
+            "fablet `{}` has a dither rule of its own, which leaves no mixtures for the process's "
+            "`bleed`; print with `--dither blue_noise`, or with `--bleed off`",
+            part->part->fablet->name));
+    }
+    return {};
+}
+
+/// Adds what rows of blocks take that are computed from those around them.
+void add_bleed_needs(const process::Bleed& bleed, MemoryNeeds* needs) {
+    const Vec3i near = bleed.reach_blocks();
+    const int64_t slabs = 2 * near.z + 1;
+    const int64_t coverage = needs->per_slab / 2;  // planes and encoded slices stay one slab's
+    needs->per_slab += (slabs - 1) * coverage + (2 * near.y + 1) * slabs * needs->per_row;
+    // Those around, and the one that is made of them, in which all columns may be new.
+    needs->per_row *= slabs + 2;
+    needs->per_thread += bleed.scratch_bytes();
 }
 
 Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner,
@@ -134,6 +159,7 @@ Result<MemoryPlan> plan_memory(const PrintSetup* p, const MemoryPlanner& planner
     if (p->options.fractions != nullptr && p->slabs.separate_mixtures) needs.per_row *= 2;
     // Columns whose fractions change become new ones.
     if (p->options.nozzles != nullptr) needs.per_row *= 2;
+    if (p->options.bleed != nullptr) add_bleed_needs(*p->options.bleed, &needs);
     if (p->options.fractions != nullptr)
         needs.per_row += int64_t{p->grid.size.x} * p->slabs.materials * int64_t{sizeof(float)};
     const int32_t slabs = (p->range.y + 7) / 8 - p->range.x / 8;
@@ -200,6 +226,7 @@ Result<void> set_up(PrintSetup* p) {
     set_up_parts(p, caches.crossings);
     if (p->options.interrupted()) return interrupted_early();
     set_up_slabs(p);
+    if (const Result<void> fine = check_bleed(*p); !fine) return fine;
     if (const Result<void> made = set_up_support(p); !made) return made;
     if (process::NozzleSource* nozzles = p->options.nozzles; nozzles != nullptr) {
         const Result<void> begun =
