@@ -20,7 +20,9 @@
 #include "base/run_main.h"
 #include "base/say.h"
 #include "mesh/load/load_mesh.h"
+#include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/compensate.h"
 #include "tools/openfab/split.h"
 
 namespace openfab::tools {
@@ -40,6 +42,8 @@ constexpr const char* kFooter = R"(Examples:
   openfab printers j850                        what a printer takes, and how we know
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab split bear.fab.json --fit j750 -o pieces.fab.json
+  openfab check card.fab.json -o faults.png    what the machine will not print well
+  openfab compensate bear.obj scan.stl -o bear.field.json
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab render card.ofr -o card.png          how it will look
   openfab mechanics cell gyroid.fl --cell 8mm  how stiff a lattice's cell is
@@ -254,6 +258,62 @@ void add_split(CLI::App& app, Action* action) {
     command->callback([a, action] { *action = [a] { return run_split(*a); }; });
 }
 
+void add_check(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "check",
+        "find thin walls, narrow gaps, loose islands, what is trapped, what must not touch");
+    auto a = std::make_shared<CheckArguments>();
+    command->add_option("FILE", a->file, "a world (.fab.json), or a print (.ofr)")->required();
+    command->add_option("--printer", a->printer, "whose profile has the limits, under `checks`")
+        ->type_name("NAME");
+    command->add_option("--process", a->process, "items that replace those of the profile")
+        ->type_name("FILE");
+    command->add_option("-o,--picture", a->picture, "a PNG that shows the places");
+    command->add_option("--report", a->report, "a JSON file with all of them");
+    command->add_option("--wall", a->wall, "walls and wires that are thinner, as 0.4mm");
+    command->add_option("--gap", a->gap, "gaps that are narrower");
+    command->add_option("--hole", a->hole, "holes of a smaller diameter");
+    command->add_option("--island", a->island, "loose islands that are smaller, as 0.5mm3");
+    command->add_option("--trapped", a->trapped, "void and support that cannot get out, if larger");
+    command->add_option("--apart", a->apart, "two materials that must not touch, as water,salt")
+        ->allow_extra_args(false);
+    command->add_option("--draft", a->draft, "check at so many times the pitch")
+        ->check(CLI::Range(1, 64));
+    command
+        ->add_option(
+            "--parts", a->parts,
+            "look at the N x N x N parts of each voxel (default: 3, or what memory allows)")
+        ->check(CLI::Range(1, 8));
+    command->add_option("--threads", a->threads, "of the print (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+    command
+        ->add_option("--allow", a->allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_check(*a); }; });
+}
+
+void add_compensate(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "compensate", "make a displacement field of what was meant and what was measured");
+    auto a = std::make_shared<CompensateArguments>();
+    command
+        ->add_option("NOMINAL", a->nominal,
+                     "the mesh as meant, or a .csv of points: x,y,z where each should be and where "
+                     "it was found, mm")
+        ->required();
+    command->add_option("MEASURED", a->measured, "the mesh as measured, in the same place");
+    command
+        ->add_option("-o,--output", a->output, "NAME.json for `field` of a process, and NAME.npy")
+        ->required();
+    command->add_option("--cell", a->cell, "of the field's grid (default: a 12th of the part)");
+    command->add_option("--smooth", a->smoothness,
+                        "weight of second differences against a measured place (default: 0.001)");
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_compensate(*a); }; });
+}
+
 void add_view(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "view", "show a print, also an unfinished one, a world or a mesh in a page for a browser");
@@ -373,6 +433,8 @@ int tool_main(int argc, char** argv) {
     add_printers(app, &action);
     add_property(app, &action);
     add_split(app, &action);
+    add_check(app, &action);
+    add_compensate(app, &action);
     add_view(app, &action);
     add_receive(app, &action);
     for (const HelperCommand& command : kHelperCommands)

@@ -109,14 +109,14 @@ TEST_F(BleedOption, MaterialRunsBeyondThePartWhereItIsShown) {
     EXPECT_NEAR(solid(shown), solid(plain), 0.01 * solid(plain));
     // Some of what was void has material now: the ball is blurred.
     const Vec3i& size = shown.info.size;
-    const double radius = 3;
+    const double radius = 3;  // of a ball that stands on the tray
     int64_t outside = 0;
     for (int32_t z = 0; z < size.z; ++z) {
         for (int32_t y = 0; y < size.y; ++y) {
             for (int32_t x = 0; x < size.x; ++x) {
                 const Vec3d p{shown.info.origin_mm.x + (x + 0.5) * 0.1,
                               shown.info.origin_mm.y + (y + 0.5) * 0.1,
-                              shown.info.origin_mm.z + (z + 0.5) * 0.1};
+                              shown.info.origin_mm.z + (z + 0.5) * 0.1 - radius};
                 const double r = std::sqrt(p.x * p.x + p.y * p.y + p.z * p.z);
                 ASSERT_FALSE(r > radius + 0.6 && shown.at(x, y, z) != 0);
                 outside += r > radius + 0.05 && shown.at(x, y, z) != 0 ? 1 : 0;
@@ -180,6 +180,8 @@ TEST_F(BleedOption, GreyPicturesAreMeansOfVoxels) {
         image.height = size.y;
         image.color = raster::PngColor::kGrey;
         image.bits = bits;
+        image.pixels_per_metre_x = image.pixels_per_metre_y = 1000 / voxels.info.pitch_mm.x;
+        image.text = "OpenFab";
         for (int32_t z = 1; z <= size.z; ++z) {
             const std::vector<uint8_t> rows = raster::decode_png(
                 bytes(scratch_ / folder / fmt::format("slice_{:04}.png", z)), image);

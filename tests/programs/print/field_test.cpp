@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -20,6 +21,7 @@ using ::testing::HasSubstr;
 
 class MachineTools : public ProcessOption {
   protected:
+    MachineTools() { ::setenv("OPENFAB_HELPER", program("openfab").c_str(), 1); }
     Outcome tool(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), program("openfab").string());
         return run(arguments);
@@ -144,7 +146,7 @@ TEST_F(MachineTools, CheckFindsAThinSkinInAPrint) {
     EXPECT_THAT(fine.out, HasSubstr("nothing found"));
 
     const Outcome apart =
-        tool({"check", path("w2.ofr"), "--apart", "white,K", "--apart", "white,gold"});
+        tool({"check", path("w2.ofr"), "--apart", "white,black", "--apart", "white,gold"});
     EXPECT_EQ(apart.exit_code, 1);
     EXPECT_THAT(apart.out, HasSubstr("touch"));
     EXPECT_THAT(apart.err, HasSubstr("nothing is checked of `gold`"));

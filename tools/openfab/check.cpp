@@ -1,0 +1,365 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/check.h"
+
+#include <fmt/format.h>
+#include <rapidjson/prettywriter.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include "backends/common/output_file.h"
+#include "backends/ofr/ofr_reader.h"
+#include "base/own_folder.h"
+#include "base/say.h"
+#include "base/text.h"
+#include "base/units.h"
+#include "tools/openfab/check_findings.h"
+#include "tools/openfab/programs.h"
+#include "tools/viewer/child.h"
+#include "world/printer.h"
+#include "world/world.h"
+
+namespace openfab::tools {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int32_t kMostParts = 3;
+
+/// Reads all voxels, with a margin of one voxel of void. Fails with `too_large` where they need more than
+/// the memory.
+Result<CheckedPrint> read_print(const std::string& file, int64_t memory, int32_t parts,
+                                bool* too_large) {
+    auto reader = ofr::OfrReader::open(file, memory);
+    if (!reader) return reader.error();
+    CheckedPrint print;
+    print.info = (*reader)->info();
+    print.parts = parts;
+    const Vec3i& size = print.info.size;
+    const int32_t slices = print.info.slice_end - print.info.slice_begin;
+    const int64_t voxels = (int64_t{size.x} + 2) * (int64_t{size.y} + 2) * (int64_t{slices} + 2);
+    if (voxels > memory / kCheckBytesPerVoxel) {
+        *too_large = true;
+        return user_error(
+            fmt::format("a check of {} x {} x {} voxels takes {}", size.x, size.y, slices,
+                        format_bytes(voxels * kCheckBytesPerVoxel)),
+            "give more `--memory`, check at a coarser pitch with `--draft 2`, or cut the world");
+    }
+    print.codes = inspection::Box<uint8_t>({size.x + 2, size.y + 2, slices + 2});
+    for (int32_t z = 0;; ++z) {
+        const Result<bool> more = (*reader)->next();
+        if (!more) return more.error();
+        if (!*more) break;
+        const pipeline::SliceView& slice = (*reader)->slice();
+        for (int32_t y = 0; y < size.y; ++y) {
+            for (int32_t x = 0; x < size.x; ++x)
+                print.codes.values[print.codes.at(x + 1, y + 1, z + 1)] =
+                    slice.code(x, y, print.info.bits);
+        }
+    }
+    return print;
+}
+
+class Checker {
+  public:
+    explicit Checker(const CheckArguments& arguments) : arguments_(arguments) {}
+
+    Result<void> run() {
+        const Result<int64_t> memory = parse_memory_option(arguments_.memory);
+        if (!memory) return memory.error();
+        memory_ = *memory;
+        if (const Result<void> read = read_printer(); !read) return read;
+        Result<CheckedPrint> print = voxels();
+        if (!print) return print.error();
+        if (const Result<void> read = read_limits(*print); !read) return read;
+        // Prints do not keep the channels that profiles name materials by.
+        for (pipeline::SliceMaterial& material : print->info.materials) {
+            if (material.channel.empty()) material.channel = channels_[material.name];
+        }
+        std::vector<std::string> notes;
+        const Result<std::vector<Finding>> found = find_faults(*print, *limits_, &notes);
+        if (!found) return found.error();
+        for (const std::string& text : notes)
+            note(text);
+        tell(*print, *found);
+        if (!arguments_.picture.empty()) {
+            const Result<void> written =
+                backends::write_whole_file(arguments_.picture, picture_of(*print, *found));
+            if (!written) return written;
+        }
+        if (!arguments_.report.empty()) {
+            const Result<void> written =
+                backends::write_whole_file(arguments_.report, report(*print, *found));
+            if (!written) return written;
+        }
+        if (found->empty()) return {};
+        return user_error(fmt::format("{} place{} the machine's limits do not allow", found->size(),
+                                      found->size() == 1 ? " that" : "s that"));
+    }
+
+  private:
+    bool is_print() const { return arguments_.file.ends_with(".ofr"); }
+
+    Result<void> read_printer() {
+        std::string name = arguments_.printer;
+        if (!is_print()) {
+            if (!arguments_.file.ends_with(".json")) {
+                return usage_error(
+                    fmt::format("`{}` is neither a world (.fab.json) nor a print (.ofr)",
+                                printable(arguments_.file)));
+            }
+            const Result<world::World> world = world::load_world(
+                arguments_.file, {{arguments_.allow.begin(), arguments_.allow.end()}, memory_},
+                world::MeshFiles::kSkip);
+            if (!world) return world.error();
+            if (name.empty()) name = world->printer;
+            for (const world::Material& material : world->materials)
+                channels_[material.name] = material.channel;
+        }
+        if (name.empty()) name = "generic";
+        Result<world::Printer> printer = world::load_printer(name);
+        if (!printer) return printer.error();
+        printer_ = std::move(*printer);
+        if (!arguments_.process.empty()) {
+            Result<world::Process> process =
+                world::load_process(arguments_.process, printer_.process);
+            if (!process) return process.error();
+            printer_.process = std::move(*process);
+        }
+        limits_ = printer_.process.checks;
+        return {};
+    }
+
+    /// Sets limits that are given by options, and usual ones where there are none.
+    Result<void> read_limits(const CheckedPrint& print) {
+        bool given = limits_.has_value();
+        world::Checks limits = limits_.value_or(world::Checks());
+        const auto length = [&](const char* option, const std::string& text,
+                                world::ByMaterial* to) -> Result<void> {
+            if (text.empty()) return {};
+            const Result<double> mm = parse_length_mm(text);
+            if (!mm || !(*mm >= 0))
+                return usage_error(fmt::format("{} {}: not a length, as 0.4mm", option, text));
+            to->others = *mm;
+            given = true;
+            return {};
+        };
+        const auto volume = [&](const char* option, const std::string& text,
+                                std::optional<double>* to) -> Result<void> {
+            if (text.empty()) return {};
+            const std::string number =
+                text.ends_with("mm3") ? text.substr(0, text.size() - 3) : text;
+            double mm3 = -1;
+            const auto end = std::from_chars(number.data(), number.data() + number.size(), mm3);
+            if (end.ec != std::errc() || end.ptr != number.data() + number.size() || !(mm3 >= 0))
+                return usage_error(fmt::format("{} {}: not a volume, as 0.5mm3", option, text));
+            *to = mm3;
+            given = true;
+            return {};
+        };
+        for (const Result<void>& read :
+             {length("--wall", arguments_.wall, &limits.wall_mm),
+              length("--gap", arguments_.gap, &limits.gap_mm),
+              length("--hole", arguments_.hole, &limits.hole_mm),
+              volume("--island", arguments_.island, &limits.island_mm3.others),
+              volume("--trapped", arguments_.trapped, &limits.trapped_mm3)}) {
+            if (!read) return read;
+        }
+        for (const std::string& pair : arguments_.apart) {
+            const size_t comma = pair.find(',');
+            if (comma == std::string::npos)
+                return usage_error(fmt::format("--apart {}: not two names, as water,salt", pair));
+            limits.apart.emplace_back(pair.substr(0, comma), pair.substr(comma + 1));
+            given = true;
+        }
+        if (!given) {
+            const Vec3d& pitch = print.info.pitch_mm;
+            const double two = 2 * print.parts * std::max({pitch.x, pitch.y, pitch.z});
+            limits.wall_mm.others = limits.gap_mm.others = limits.hole_mm.others = two;
+            limits.island_mm3.others = 1;
+            limits.trapped_mm3 = 0;
+            note(
+                fmt::format("the printer's profile has no `checks`: walls, gaps and holes below "
+                            "two voxels, {:.3g} mm, islands below 1 mm3, and all that is trapped",
+                            two));
+        }
+        limits_ = std::move(limits);
+        return {};
+    }
+
+    /// Prints the world at a part of the pitch, so that walls of k voxels are told from those of k + 1.
+    Result<CheckedPrint> voxels() {
+        bool too_large = false;
+        if (is_print()) return read_print(arguments_.file, memory_, 1, &too_large);
+        auto folder = TemporaryFolder::create();
+        if (!folder) return folder.error();
+        const fs::path file = (*folder)->path() / "check.ofr";
+        for (int32_t parts = arguments_.parts > 0 ? arguments_.parts : kMostParts;; --parts) {
+            if (const Result<void> printed = print_to(file, parts); !printed)
+                return printed.error();
+            too_large = false;
+            Result<CheckedPrint> print = read_print(file.string(), memory_, parts, &too_large);
+            if (print || !too_large || parts == 1 || arguments_.parts > 0) {
+                if (print && parts < kMostParts && arguments_.parts == 0) {
+                    note(
+                        fmt::format("memory allows {} of {} parts of each voxel: at some angles "
+                                    "walls may be half a voxel off",
+                                    parts, kMostParts));
+                }
+                return print;
+            }
+        }
+    }
+
+    Result<void> print_to(const fs::path& file, int32_t parts) const {
+        const Result<fs::path> programs = program_folder();
+        if (!programs) return programs.error();
+        Vec3d pitch = printer_.pitch_mm;
+        if (!printer_.knows_pitch()) {
+            return user_error(fmt::format("the pitch of `{}` is not known", printer_.name),
+                              "check an .ofr file that was printed with `--dpi` and `--layer`");
+        }
+        pitch = pitch * (static_cast<double>(arguments_.draft) / parts);
+        std::vector<std::string> argv{(*programs / "openfab").string(),
+                                      "print",
+                                      arguments_.file,
+                                      "-o",
+                                      file.string(),
+                                      "--pitch",
+                                      fmt::format("{},{},{}", pitch.x, pitch.y, pitch.z),
+                                      "--progress",
+                                      "plain",
+                                      "--bleed",
+                                      "off"};
+        const auto option = [&](const char* name, const std::string& value) {
+            if (value.empty()) return;
+            argv.emplace_back(name);
+            argv.push_back(value);
+        };
+        option("--printer", arguments_.printer);
+        option("--process", arguments_.process);
+        option("--threads", arguments_.threads > 0 ? std::to_string(arguments_.threads) : "");
+        for (const std::string& allow : arguments_.allow)
+            option("--allow", allow);
+        const fs::path out = fs::path(file).replace_extension(".out");
+        const fs::path err = fs::path(file).replace_extension(".err");
+        auto child = viewer::Child::start(argv, out, err);
+        if (!child) return child.error();
+        const int code = (*child)->wait();
+        if (code == 0) return {};
+        constexpr int64_t kMost = 4000;
+        const std::string text = viewer::end_of_file(err, kMost);
+        const size_t at = text.rfind("error: ");
+        std::string message = at == std::string::npos ? text : text.substr(at + 7);
+        while (!message.empty() && message.back() == '\n')
+            message.pop_back();
+        return Error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
+                     message.empty() ? fmt::format("the print ended with {}", code) : message};
+    }
+
+    Vec3d place_of(const CheckedPrint& print, const Vec3d& voxel) const {
+        const pipeline::PrintInfo& info = print.info;
+        return {info.origin_mm.x + (voxel.x - 1) * info.pitch_mm.x,
+                info.origin_mm.y + (voxel.y - 1) * info.pitch_mm.y,
+                info.origin_mm.z + (voxel.z - 1 + info.slice_begin) * info.pitch_mm.z};
+    }
+    Vec3d at_of(const CheckedPrint& print, const Finding& finding) const {
+        const Vec3i& p = finding.voxels.empty() ? finding.where.first
+                                                : finding.voxels[finding.voxels.size() / 2];
+        return place_of(print, {p.x + 0.5, p.y + 0.5, p.z + 0.5});
+    }
+    Box3d box_of(const CheckedPrint& print, const Finding& finding) const {
+        const Box3i& b = finding.where.box;
+        return {place_of(print, {double(b.lo.x), double(b.lo.y), double(b.lo.z)}),
+                place_of(print, {double(b.hi.x), double(b.hi.y), double(b.hi.z)})};
+    }
+
+    void tell(const CheckedPrint& print, const std::vector<Finding>& found) const {
+        constexpr int32_t kMostLines = 20;  // of each fault
+        std::map<Fault, int32_t> counts;
+        for (const Finding& finding : found) {
+            if (++counts[finding.fault] > kMostLines) continue;
+            const Vec3d at = at_of(print, finding);
+            const Vec3d size = box_of(print, finding).size();
+            const std::string of = finding.material.empty()
+                                       ? ""
+                                       : fmt::format(" of `{}`", printable(finding.material));
+            const std::string limit =
+                finding.fault == Fault::kTouch ? "" : fmt::format(" (limit {:.3g})", finding.limit);
+            show(fmt::format(
+                "{:15} {:.3g} {}{}{} at {:.2f}, {:.2f}, {:.2f} mm, in a box of {:.2f} x "
+                "{:.2f} x {:.2f} mm\n",
+                name_of(finding.fault), finding.measure, unit_of(finding.fault), limit, of, at.x,
+                at.y, at.z, size.x, size.y, size.z));
+        }
+        for (const auto& [fault, count] : counts) {
+            if (count > kMostLines)
+                show(fmt::format("{:15} {} more{}\n", name_of(fault), count - kMostLines,
+                                 arguments_.report.empty() ? "; `--report FILE` has all" : ""));
+        }
+        if (found.empty()) show("nothing found\n");
+    }
+
+    std::string report(const CheckedPrint& print, const std::vector<Finding>& found) const {
+        rapidjson::StringBuffer buffer;
+        rapidjson::PrettyWriter<rapidjson::StringBuffer> json(buffer);
+        json.SetIndent(' ', 2);
+        const auto vector = [&](const char* name, const Vec3d& v) {
+            json.Key(name);
+            json.StartArray();
+            for (int axis = 0; axis < 3; ++axis)
+                json.Double(v[axis]);
+            json.EndArray();
+        };
+        json.StartObject();
+        vector("voxel_mm", print.info.pitch_mm);
+        json.Key("parts");
+        json.Int(print.parts);
+        json.Key("findings");
+        json.StartArray();
+        for (const Finding& finding : found) {
+            const Box3d box = box_of(print, finding);
+            json.StartObject();
+            json.Key("fault");
+            json.String(name_of(finding.fault));
+            json.Key("material");
+            const std::string name = valid_utf8(finding.material);
+            json.String(name.c_str(), static_cast<rapidjson::SizeType>(name.size()));
+            json.Key("measure");
+            json.Double(finding.measure);
+            json.Key("unit");
+            json.String(unit_of(finding.fault));
+            json.Key("limit");
+            json.Double(finding.limit);
+            json.Key("voxels");
+            json.Int64(finding.where.voxels);
+            vector("at_mm", at_of(print, finding));
+            vector("from_mm", box.lo);
+            vector("to_mm", box.hi);
+            json.EndObject();
+        }
+        json.EndArray();
+        json.EndObject();
+        return std::string(buffer.GetString()) + "\n";
+    }
+
+    const CheckArguments& arguments_;
+    int64_t memory_ = 0;
+    world::Printer printer_;
+    std::optional<world::Checks> limits_;
+    std::map<std::string, std::string> channels_;  ///< by material
+};
+
+}  // namespace
+
+Result<void> run_check(const CheckArguments& arguments) {
+    return Checker(arguments).run();
+}
+
+}  // namespace openfab::tools

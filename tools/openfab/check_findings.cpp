@@ -1,0 +1,263 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/check_findings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <utility>
+
+#include "inspection/components.h"
+#include "inspection/thickness.h"
+
+namespace openfab::tools {
+
+namespace {
+
+using inspection::Bits;
+using inspection::Box;
+using inspection::Cluster;
+
+class Finder {
+  public:
+    Finder(const CheckedPrint& print, const world::Checks& limits, std::vector<std::string>* notes)
+        : print_(print), limits_(limits), notes_(notes) {
+        const Vec3d& pitch = print.info.pitch_mm;
+        voxel_mm3_ = pitch.x * pitch.y * pitch.z;
+        // What the voxels of a machine cannot tell: 0.4 of one, if they are in three parts.
+        slack_mm_ =
+            std::max({pitch.x, pitch.y, pitch.z}) * (print.parts > 1 ? 0.4 * print.parts : 0.25);
+    }
+
+    std::vector<Finding> run() {
+        walls();
+        gaps();
+        islands();
+        trapped();
+        touching();
+        std::stable_sort(found_.begin(), found_.end(), [](const Finding& a, const Finding& b) {
+            if (a.fault != b.fault) return a.fault < b.fault;
+            const bool larger = a.fault >= Fault::kTrappedVoid;
+            return larger ? a.measure > b.measure : a.measure < b.measure;
+        });
+        return std::move(found_);
+    }
+
+  private:
+    /// Returns the code of a material, 0 where there is none, which is told once.
+    uint8_t code_of(const std::string& name) {
+        const auto& materials = print_.info.materials;
+        for (size_t m = 0; m < materials.size(); ++m) {
+            if (materials[m].name == name || materials[m].channel == name)
+                return static_cast<uint8_t>(m + 1);
+        }
+        const std::string text =
+            fmt::format("nothing is checked of `{}`: the print has no such material", name);
+        if (std::find(notes_->begin(), notes_->end(), text) == notes_->end())
+            notes_->push_back(text);
+        return 0;
+    }
+
+    template <typename Is>
+    Bits bits_of(const Is& is) const {
+        Bits bits(print_.codes.size);
+        std::transform(print_.codes.values.begin(), print_.codes.values.end(), bits.values.begin(),
+                       [&](uint8_t code) { return is(code) ? uint8_t{1} : uint8_t{0}; });
+        return bits;
+    }
+    /// Support goes away: it is neither wall nor what fills a gap.
+    bool is_solid(uint8_t code) const {
+        return code != 0 && code != static_cast<uint8_t>(print_.info.support_code);
+    }
+    Bits solid() const {
+        return bits_of([&](uint8_t code) { return is_solid(code); });
+    }
+
+    /// Calls `with` for each limit: the material's name, empty for all, its voxels, and the limit.
+    template <typename With>
+    void for_limits(const world::ByMaterial& limits, const With& with) {
+        if (limits.others && *limits.others > 0) with("", solid(), *limits.others);
+        for (const auto& [name, limit] : limits.named) {
+            const uint8_t code = code_of(name);
+            if (code == 0 || !(limit > 0)) continue;
+            with(name, bits_of([&](uint8_t c) { return c == code; }), limit);
+        }
+    }
+
+    void add(Fault fault, const std::string& material, double measure, double limit,
+             const Cluster& where, std::vector<Vec3i> voxels) {
+        found_.push_back({fault, material, measure, limit, where, std::move(voxels)});
+    }
+
+    void walls() {
+        for_limits(limits_.wall_mm, [&](const std::string& name, const Bits& bits, double limit) {
+            for (inspection::Thin& thin :
+                 find_thin(bits, 0, print_.info.pitch_mm, {limit, limit, slack_mm_}))
+                add(Fault::kWall, name, thin.thickness_mm, limit, thin.where,
+                    std::move(thin.voxels));
+        });
+    }
+
+    void gaps() {
+        // A limit for all and one for the gaps within a material are looked at alike.
+        std::map<std::string, std::array<double, 2>> all;
+        const auto take = [&](const world::ByMaterial& limits, size_t kind) {
+            if (limits.others) all[""][kind] = *limits.others;
+            for (const auto& [name, limit] : limits.named)
+                all[name][kind] = limit;
+        };
+        take(limits_.gap_mm, 0);
+        take(limits_.hole_mm, 1);
+        for (const auto& [name, limit] : all) {
+            const uint8_t code = name.empty() ? 0 : code_of(name);
+            if (!name.empty() && code == 0) continue;
+            const Bits open = bits_of(
+                [&, code = code](uint8_t c) { return code == 0 ? !is_solid(c) : c != code; });
+            for (inspection::Thin& thin :
+                 find_thin(open, 1, print_.info.pitch_mm, {limit[0], limit[1], slack_mm_})) {
+                const size_t kind = thin.in_all_ways ? 1 : 0;
+                add(kind == 1 ? Fault::kHole : Fault::kGap, name, thin.thickness_mm, limit[kind],
+                    thin.where, std::move(thin.voxels));
+            }
+        }
+    }
+
+    std::vector<std::vector<Vec3i>> voxels_of(const Box<int32_t>& labels,
+                                              const std::vector<bool>& wanted) const {
+        std::vector<std::vector<Vec3i>> out(wanted.size());
+        for (int32_t z = 0; z < labels.size.z; ++z) {
+            for (int32_t y = 0; y < labels.size.y; ++y) {
+                for (int32_t x = 0; x < labels.size.x; ++x) {
+                    const int32_t label = labels.values[labels.at(x, y, z)];
+                    if (label > 0 && wanted[static_cast<size_t>(label - 1)])
+                        out[static_cast<size_t>(label - 1)].push_back({x, y, z});
+                }
+            }
+        }
+        return out;
+    }
+
+    void islands() {
+        for_limits(limits_.island_mm3, [&](const std::string& name, const Bits& bits,
+                                           double limit) {
+            Box<int32_t> labels;
+            const std::vector<Cluster> all = components(bits, inspection::Touch::kCorners, &labels);
+            std::vector<bool> small;
+            for (const Cluster& one : all)
+                small.push_back(static_cast<double>(one.voxels) * voxel_mm3_ < limit);
+            std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, small);
+            for (size_t i = 0; i < all.size(); ++i) {
+                if (!small[i]) continue;
+                add(Fault::kIsland, name, static_cast<double>(all[i].voxels) * voxel_mm3_, limit,
+                    all[i], std::move(voxels[i]));
+            }
+        });
+    }
+
+    void trapped() {
+        if (!limits_.trapped_mm3) return;
+        Box<int32_t> labels;
+        const std::vector<Cluster> all = components(
+            bits_of([&](uint8_t c) { return !is_solid(c); }), inspection::Touch::kFaces, &labels);
+        // The box has a margin of void, so that what is outside is one of them.
+        std::vector<int64_t> support(all.size());
+        for (size_t i = 0; i < labels.values.size(); ++i) {
+            if (labels.values[i] > 0 && print_.codes.values[i] != 0)
+                ++support[static_cast<size_t>(labels.values[i] - 1)];
+        }
+        std::vector<bool> inside;
+        for (const Cluster& one : all)
+            inside.push_back(!one.at_border);
+        std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, inside);
+        for (size_t i = 0; i < all.size(); ++i) {
+            if (!inside[i]) continue;
+            const double mm3 = static_cast<double>(all[i].voxels) * voxel_mm3_;
+            if (!(mm3 > *limits_.trapped_mm3)) continue;
+            const Fault fault = support[i] > 0 ? Fault::kTrappedSupport : Fault::kTrappedVoid;
+            add(fault, "", mm3, *limits_.trapped_mm3, all[i], std::move(voxels[i]));
+        }
+    }
+
+    void touching() {
+        for (const auto& [one, other] : limits_.apart) {
+            const uint8_t a = code_of(one), b = code_of(other);
+            if (a == 0 || b == 0 || a == b) continue;
+            const Box<uint8_t>& codes = print_.codes;
+            Bits bits(codes.size);
+            for (int32_t z = 0; z < codes.size.z; ++z) {
+                for (int32_t y = 0; y < codes.size.y; ++y) {
+                    for (int32_t x = 0; x < codes.size.x; ++x) {
+                        const uint8_t here = codes.values[codes.at(x, y, z)];
+                        if (here != a && here != b) continue;
+                        for (const Vec3i& d : {Vec3i{1, 0, 0}, Vec3i{0, 1, 0}, Vec3i{0, 0, 1}}) {
+                            if (!codes.holds(x + d.x, y + d.y, z + d.z)) continue;
+                            const size_t next = codes.at(x + d.x, y + d.y, z + d.z);
+                            if (codes.values[next] != (here == a ? b : a)) continue;
+                            bits.values[bits.at(x, y, z)] = bits.values[next] = 1;
+                        }
+                    }
+                }
+            }
+            Box<int32_t> labels;
+            const std::vector<Cluster> all = components(bits, inspection::Touch::kCorners, &labels);
+            std::vector<std::vector<Vec3i>> voxels =
+                voxels_of(labels, std::vector<bool>(all.size(), true));
+            for (size_t i = 0; i < all.size(); ++i)
+                add(Fault::kTouch, fmt::format("{}` and `{}", one, other),
+                    static_cast<double>(all[i].voxels), 0, all[i], std::move(voxels[i]));
+        }
+    }
+
+    const CheckedPrint& print_;
+    const world::Checks& limits_;
+    std::vector<std::string>* notes_;
+    double voxel_mm3_, slack_mm_;
+    std::vector<Finding> found_;
+};
+
+}  // namespace
+
+const char* name_of(Fault fault) {
+    switch (fault) {
+        case Fault::kWall:
+            return "wall";
+        case Fault::kGap:
+            return "gap";
+        case Fault::kHole:
+            return "hole";
+        case Fault::kIsland:
+            return "island";
+        case Fault::kTrappedVoid:
+            return "trapped void";
+        case Fault::kTrappedSupport:
+            return "trapped support";
+        case Fault::kTouch:
+            return "touch";
+    }
+    return "";
+}
+
+const char* unit_of(Fault fault) {
+    switch (fault) {
+        case Fault::kWall:
+        case Fault::kGap:
+        case Fault::kHole:
+            return "mm";
+        case Fault::kIsland:
+        case Fault::kTrappedVoid:
+        case Fault::kTrappedSupport:
+            return "mm3";
+        case Fault::kTouch:
+            return "voxels";
+    }
+    return "";
+}
+
+Result<std::vector<Finding>> find_faults(const CheckedPrint& print, const world::Checks& limits,
+                                         std::vector<std::string>* notes) {
+    return Finder(print, limits, notes).run();
+}
+
+}  // namespace openfab::tools
