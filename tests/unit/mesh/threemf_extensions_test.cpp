@@ -66,7 +66,7 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
     };
     EXPECT_EQ(
         told_in_mesh(
-            R"(<x:beamlattice minlength="1"><x:beams><x:beam v1="0" v2="1"/></x:beams></x:beamlattice>)"),
+            R"(<x:beamlattice minlength="1" radius="1"><x:beams><x:beam v1="0" v2="1"/></x:beams></x:beamlattice>)"),
         "lattices of beams (1, object 9); a mesh of the world that names the file as `beams` "
         "prints "
         "them\n");
