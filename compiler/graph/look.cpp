@@ -47,7 +47,8 @@ class Looker {
             const bool mine = one.type == "Material" && one.fablet == tab_.fablet && !is_array(one);
             if (mine && out_.materials.size() < kMostMaterials) out_.materials.push_back(one.name);
         }
-        tell_places();
+        // Points of a surface are their own places, and come before all voxels.
+        if (tab_.name != "@Surface") tell_places();
         for (size_t i = 0; i < tab_.nodes.size(); ++i) {
             const auto id = static_cast<int>(i);
             if (nodes.empty() || std::find(nodes.begin(), nodes.end(), id) != nodes.end()) add(id);

@@ -82,6 +82,20 @@ TEST(Look, OnlyWhatIsAskedForIsPrinted) {
     EXPECT_FALSE(looks_of(one.analysis, one.graph, 7, {}));
 }
 
+TEST(Look, PointsOfASurfaceAreTheirOwnPlaces) {
+    std::string text = kBall;
+    text.insert(
+        text.find("    @Volume"),
+        "    @Surface(@varying { SurfaceAttributes attr })\n    {\n        float h = attr.p.x;\n"
+        "        return attr.n * h;\n    }\n");
+    const Looked drawn(text, {}, 0, {});
+    ASSERT_TRUE(drawn.looks);
+    EXPECT_EQ(drawn.graph.tabs[0].name, "@Surface");
+    EXPECT_FALSE(drawn.looks->has_places);
+    EXPECT_EQ(drawn.looks->text.find("buildPosition"), std::string::npos);
+    EXPECT_NE(drawn.looks->text.find(" %.9g\", h);"), std::string::npos) << drawn.looks->text;
+}
+
 TEST(Look, EveryFabletWithPrintsIsOneWithoutErrors) {
     int values = 0;
     for (const char* folder : {"gallery", "tools/openfab"}) {
