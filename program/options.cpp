@@ -169,7 +169,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--bleed", o.bleed,
                    "of the process: undo it (the default), show what comes out without that, both "
                    "(what comes out with it), or off")
-        ->check(CLI::IsMember({"undo", "show", "both", "off"}));
+        ->check(CLI::IsMember({"undo", "show", "both", "off"}).description(""))
+        ->type_name("CHOICE");
     app.add_option("--nozzles", o.nozzles_file,
                    "dead nozzles, as JSON; a change of the file counts from the next slices on")
         ->type_name("FILE");
