@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/passes/form_volume_bounds.h"
 
+#include <algorithm>
+
+#include "compiler/ir/looks.h"
+#include "compiler/passes/form_looks.h"
 #include "compiler/passes/interval.h"
 
 namespace openfab::passes {
@@ -41,7 +45,29 @@ ir::Stage form_volume_bounds(const ir::Stage& volume) {
         out.outputs.push_back(
             {output.name + "_hi", OPENFAB_ARG_WEIGHT_HI, output.a, output.b, value.hi});
     }
+    if (const std::optional<ir::ValueId> looks = form_looks(volume, values, &form.builder())) {
+        ir::Builder& b = form.builder();
+        const ir::ValueId value = b.select(*looks, b.constant(1.0f), b.constant(0.0f));
+        out.outputs.push_back({"looks", OPENFAB_ARG_WEIGHT_HI, ir::kLooksSlot, 0, value});
+    }
     return out;
+}
+
+bool drop_looks(ir::Stage* bounds) {
+    const auto looks = [](const ir::Output& o) { return o.a == ir::kLooksSlot; };
+    if (std::erase_if(bounds->outputs, looks) == 0) return false;
+    ir::drop_dead_values(bounds);
+    return true;
+}
+
+bool says_looks(const ir::Stage& bounds) {
+    ir::Stage only = bounds;
+    std::erase_if(only.outputs, [](const ir::Output& o) { return o.a != ir::kLooksSlot; });
+    ir::drop_dead_values(&only);
+    return std::any_of(only.instrs.begin(), only.instrs.end(), [](const ir::Instr& instr) {
+        return instr.op == ir::Op::kInput &&
+               (instr.kind == OPENFAB_ARG_DISTANCE_LO || instr.kind == OPENFAB_ARG_DISTANCE_HI);
+    });
 }
 
 }  // namespace openfab::passes

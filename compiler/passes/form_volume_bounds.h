@@ -10,6 +10,13 @@ namespace openfab::passes {
 /// outputs WEIGHT_LO and WEIGHT_HI of each slot. Ends with equal bits mean that every voxel of the
 /// block has that amount (0 and -0 count as equal); NaN means unknown. Run attach_footprints on
 /// `volume` first.
+///
+/// A volume stage that reads the distance has one output more, of form_looks (abi/looks.h).
 ir::Stage form_volume_bounds(const ir::Stage& volume);
+
+/// Drops that output; returns whether there was one.
+bool drop_looks(ir::Stage* bounds);
+/// Returns whether that output is there and follows from the bounds of the distance.
+bool says_looks(const ir::Stage& bounds);
 
 }  // namespace openfab::passes

@@ -84,7 +84,12 @@ Written drop_long(Work* work, Stage* stage) {
     const size_t limit = demand  ? kMaxDemandOperations
                          : shape ? work->options.longest_shape_bounds
                                  : work->options.longest_bounds;
-    if (kernel_operations(*stage) <= limit && stage->outputs.size() <= kMaxBoundsOutputs) return {};
+    const auto fits = [&] {
+        return kernel_operations(*stage) <= limit && stage->outputs.size() <= kMaxBoundsOutputs;
+    };
+    if (stage->kind == StageKind::kVolumeBounds && (!says_looks(*stage) || !fits()))
+        drop_looks(stage);
+    if (fits()) return {stage};
     stage->instrs.clear();
     stage->outputs.clear();
     return {stage};

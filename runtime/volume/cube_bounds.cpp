@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "abi/looks.h"
 #include "base/check.h"
 #include "base/infinity.h"
 
@@ -22,15 +23,15 @@ constexpr float kCenterTolerance = 0.03f;
 
 int64_t CubeBounds::most_bytes(const PlacedPart& part, int64_t cubes) {
     // Values of an entry: its corner and distances; low and high of every component, as produced
-    // and as transposed for the kernel; low and high of every weight. Twice for lists that double.
+    // and as transposed for the kernel; low and high of every weight; whether it looks. Twice for lists that double.
     const int64_t components = part.nearest.floats() + part.nearest.ints();
-    const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()};
+    const int64_t numbers = 2 * 5 + components * (2 * 2 + 2) + 2 * int64_t{part.slots()} + 1;
     constexpr int64_t kPoint =
         (2 * sizeof(nearest::PointPacket) + sizeof(nearest::PointBounds)) / 8 + 4;
     return int64_t{kBlocks * sizeof(nearest::BlockBounds) +
                    3 * kCachedCenters * sizeof(CenterDistance)} +
-           cubes * (nearest::BoxBounds::kMaxCases * 4 * numbers + int64_t{2 * sizeof(size_t)} +
-                    2 * (kPoint + int64_t{sizeof(CenterDistance)}));
+           cubes * ((nearest::BoxBounds::kMaxCases + 1) * 4 * numbers +
+                    int64_t{2 * sizeof(size_t)} + 2 * (kPoint + int64_t{sizeof(CenterDistance)}));
 }
 
 CubeBounds::CenterDistance& CubeBounds::cached_center(int32_t size, const Vec3i& lowest) {
@@ -150,6 +151,7 @@ void CubeBounds::transpose_entries(const PlacedPart& part) {
 
 void CubeBounds::begin(const PlacedPart& part) {
     first_entry_.assign(1, 0);
+    first_blind_ = kNone;
     corners_.clear();
     distance_lo_.clear();
     distance_hi_.clear();
@@ -187,8 +189,14 @@ void CubeBounds::for_each_block(const PlacedPart& part, std::span<const Vec3i> b
 }
 
 void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
-                           nearest::Engine::Scratch* scratch) {
-    for (const Vec3i& corner : lowest) {
+                           std::span<const Range> known, nearest::Engine::Scratch* scratch) {
+    for (size_t cube = 0; cube < lowest.size(); ++cube) {
+        const Vec3i& corner = lowest[cube];
+        if (!known.empty() && known[cube].is_known()) {
+            add_entry(corner, unknown_, known[cube].low, known[cube].high);
+            first_entry_.push_back(distance_lo_.size());
+            continue;
+        }
         box_.clear();
         box_.distance_hi = kInfinity;
         if (part.bounds.any()) part.engine().bounds(corner, size, scratch, &box_);
@@ -201,13 +209,37 @@ void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const
     }
 }
 
+void CubeBounds::add_blind_entries(std::span<const Vec3i> lowest) {
+    const size_t first = distance_lo_.size();
+    for (size_t cube = 0; cube < lowest.size(); ++cube) {
+        float low = kInfinity, high = -kInfinity;
+        for (size_t e = first_entry_[cube]; e < first_entry_[cube + 1]; ++e) {
+            low = std::min(low, distance_lo_[e]);
+            high = std::max(high, distance_hi_[e]);
+        }
+        add_entry(lowest[cube], unknown_, 0.0f - high, 0.0f - low);
+    }
+    first_blind_ = first;
+}
+
+float CubeBounds::distance_of(size_t cube) const {
+    const float distance = distance_lo_[entry_of(cube)];
+    return std::isfinite(distance) ? distance : 0.0f;
+}
+
+CubeBounds::Range CubeBounds::range_of(size_t cube) const {
+    const size_t entry = entry_of(cube);
+    return {0.0f - distance_hi_[entry], 0.0f - distance_lo_[entry]};
+}
+
 // Bounds the query results in each cube, then the weights.
 abi::KernelStatus CubeBounds::bound(const PlacedPart& part, int32_t size,
-                                    std::span<const Vec3i> lowest, BoundSource source,
-                                    const Tools& tools) {
+                                    std::span<const Vec3i> lowest, std::span<const Range> known,
+                                    BoundSource source, const Tools& tools) {
     begin(part);
     if (source == BoundSource::kPerCase || !part.bounds.any()) {
-        add_cases(part, size, lowest, tools.scratch);
+        add_cases(part, size, lowest, known, tools.scratch);
+        if (part.bounds_say_looks) add_blind_entries(lowest);
     } else if (size > 8) {
         add_centers(part, size, lowest, tools.scratch);
     } else {
@@ -233,6 +265,7 @@ abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<con
                            first_entry_.push_back(distance_lo_.size());
                        }
                    });
+    if (part.bounds_say_looks) first_blind_ = 0;
     transpose_entries(part);
     // The kernel takes cubes only; one that holds a piece is enough.
     return run_kernel(part, std::max({pieces.size.x, pieces.size.y, pieces.size.z}), tools);
@@ -240,10 +273,11 @@ abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<con
 
 abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, const Tools& tools) {
     const size_t n = distance_lo_.size();
-    OPENFAB_CHECK_EQ(first_entry_.back(), n);
+    if (first_blind_ == kNone || first_blind_ == 0) OPENFAB_CHECK_EQ(first_entry_.back(), n);
     // A slot that the fablet never sets may have no output; then it is 0.
     for (std::vector<float>* v : {&weight_lo_, &weight_hi_})
         v->assign(static_cast<size_t>(part.slots()) * n, 0.0f);
+    looks_.assign(n, 1.0f);
 
     const openfab_kernel& kernel = part.part->fablet->volume_bounds;
     KernelArguments& arguments = *tools.arguments;
@@ -257,7 +291,7 @@ abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, c
             first_output = i;
             break;
         }
-        const auto slot = static_cast<size_t>(arg.a) * n;
+        const auto slot = abi::is_looks(arg) ? 0 : static_cast<size_t>(arg.a) * n;
         const bool lo = arg.kind == OPENFAB_ARG_NEAREST_LO;
         switch (arg.kind) {
             case OPENFAB_ARG_DISTANCE_LO:
@@ -270,7 +304,7 @@ abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, c
                 arguments.set_list(i, &weight_lo_[slot]);
                 break;
             case OPENFAB_ARG_WEIGHT_HI:
-                arguments.set_list(i, &weight_hi_[slot]);
+                arguments.set_list(i, abi::is_looks(arg) ? looks_.data() : &weight_hi_[slot]);
                 break;
             case OPENFAB_ARG_NEAREST_LO:
             case OPENFAB_ARG_NEAREST_HI: {
@@ -293,6 +327,10 @@ abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, c
     const abi::KernelStatus status = arguments.run(tools.isa);
     for (size_t k = 0; k < outputs; ++k) {
         const openfab_arg& arg = kernel.args[static_cast<size_t>(first_output) + k];
+        if (abi::is_looks(arg)) {
+            std::memcpy(looks_.data(), &packed_[k * n], n * sizeof(float));
+            continue;
+        }
         std::vector<float>& to = arg.kind == OPENFAB_ARG_WEIGHT_LO ? weight_lo_ : weight_hi_;
         std::memcpy(&to[static_cast<size_t>(arg.a) * n], &packed_[k * n], n * sizeof(float));
     }

@@ -3,9 +3,10 @@
 #pragma once
 
 // Evaluates the interval form of the volume stage over cubes of voxels, to find cubes with uniform
-// weights.
+// weights, and cubes whose voxels need not know their nearest surface points.
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -37,9 +38,16 @@ class CubeBounds {
     /// Returns the peak bytes for `cubes` cubes of this part.
     static int64_t most_bytes(const PlacedPart& part, int64_t cubes);
 
-    /// Cubes of `size` voxels a side, by their lowest voxels, part-relative.
+    /// Unsigned distances, mm; NaN where they are not known.
+    struct Range {
+        float low = std::numeric_limits<float>::quiet_NaN();
+        float high = std::numeric_limits<float>::quiet_NaN();
+        bool is_known() const { return low <= high; }
+    };
+    /// Cubes of `size` voxels a side, by their lowest voxels, part-relative. Where a range of
+    /// distances is known, it is taken instead of the engine's bounds per case.
     abi::KernelStatus bound(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
-                            BoundSource source, const Tools& tools);
+                            std::span<const Range> known, BoundSource source, const Tools& tools);
     /// Bounds the pieces of blocks (nearest::Engine::pieces) by kCenterDistance: those of block i
     /// are cubes i * kPieces to i * kPieces + kPieces - 1.
     abi::KernelStatus bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
@@ -48,8 +56,17 @@ class CubeBounds {
     /// Returns whether all cases of a cube give every slot the same exact weight; writes the
     /// weights, one for each slot.
     bool is_uniform(size_t cube, std::vector<float>* weights) const;
-    /// Returns a possible signed distance of a cube with one case, mm.
-    float distance_of(size_t cube) const { return distance_lo_[first_entry_[cube]]; }
+    /// Returns whether some voxel of a cube may have to know its nearest surface point; where not,
+    /// the distance `distance_of`, with any attributes, says as much. Known of pieces, and of cubes
+    /// by kPerCase; true of others.
+    bool looks(size_t cube) const {
+        return first_blind_ == kNone || !(looks_[first_blind_ + cube] == 0);
+    }
+    /// Returns a possible signed distance of a piece, or of a cube of which `looks` is known, mm;
+    /// 0 where its bounds say nothing.
+    float distance_of(size_t cube) const;
+    /// Returns the bounds of its distance.
+    Range range_of(size_t cube) const;
 
   private:
     /// Bounds of the distance at a cube's centre.
@@ -66,9 +83,6 @@ class CubeBounds {
     CenterDistance& cached_center(int32_t size, const Vec3i& lowest);
     void find_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                       nearest::Engine::Scratch* scratch);
-    struct Range {
-        float low, high;
-    };
     static Range distance_range(const PlacedPart& part, const CenterDistance& center, float voxels);
     void add_centers(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
                      nearest::Engine::Scratch* scratch);
@@ -77,7 +91,12 @@ class CubeBounds {
     void for_each_block(const PlacedPart& part, std::span<const Vec3i> blocks,
                         nearest::Engine::Scratch* scratch, const Visit& visit);
     void add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
-                   nearest::Engine::Scratch* scratch);
+                   std::span<const Range> known, nearest::Engine::Scratch* scratch);
+    /// Adds an entry for each cube, with all of its cases as one: unknown attributes.
+    void add_blind_entries(std::span<const Vec3i> lowest);
+    size_t entry_of(size_t cube) const {
+        return first_blind_ == kNone ? first_entry_[cube] : first_blind_ + cube;
+    }
     void add_entry(const Vec3i& corner, const nearest::NearestCase& of, float distance_lo,
                    float distance_hi);
     void transpose_entries(const PlacedPart& part);
@@ -86,6 +105,8 @@ class CubeBounds {
     /// The kernel's input: an entry for each case of each cube; those of cube i are entries
     /// first_entry_[i] … first_entry_[i + 1].
     std::vector<size_t> first_entry_;
+    static constexpr size_t kNone = std::numeric_limits<size_t>::max();
+    size_t first_blind_ = kNone;    ///< of the entries that tell what `looks` says, one a cube
     std::vector<int32_t> corners_;  ///< [entry][axis]
     std::vector<float> distance_lo_, distance_hi_;
     std::vector<float> case_floats_;  ///< [entry][lo or hi][component]
@@ -93,6 +114,7 @@ class CubeBounds {
     std::vector<float> float_lo_, float_hi_;  ///< [component][entry], as the kernel reads them
     std::vector<int32_t> int_lo_, int_hi_;
     std::vector<float> weight_lo_, weight_hi_;  ///< [slot][entry]
+    std::vector<float> looks_;                  ///< [entry]
     std::vector<uint32_t> packed_;              ///< [output][entry], of a kernel with many outputs
     nearest::NearestCase unknown_;              ///< of a part without queries or without a surface
     nearest::BoxBounds box_;

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/stage_timer.h"
 
@@ -39,6 +42,7 @@ void PartCull::mark_covered(const voxel::SlabMask& mask) {
     blocks_x_ = mask.width / 8;
     blocks_y_ = mask.height / 8;
     blocks_.assign(static_cast<size_t>(blocks_x_) * blocks_y_, kNotCovered);
+    blind_.assign(blocks_.size(), std::numeric_limits<float>::quiet_NaN());
     for (int32_t y = 0; y < mask.height; ++y) {
         const uint8_t* row = &mask.mask[static_cast<size_t>(y) * mask.width];
         int32_t* out = &blocks_[static_cast<size_t>(y / 8) * blocks_x_];
@@ -95,10 +99,8 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
         const int32_t half = side / 2;
         if (half == 0) break;
         for (const CullCube& c : cubes) {
-            for (const CullCube& quarter : {c, CullCube{c.x + half, c.y}, CullCube{c.x, c.y + half},
-                                            CullCube{c.x + half, c.y + half}}) {
-                open.push_back(quarter);
-            }
+            for (const auto& [x, y] : {std::pair(0, 0), {half, 0}, {0, half}, {half, half}})
+                open.push_back({c.x + x, c.y + y, c.blind});
         }
     }
     if (status.ok()) status = probe_pieces(part, slab, evaluator);
@@ -119,16 +121,18 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
     for (size_t first = 0; first < cubes->size(); first += kMostCubes) {
         const size_t count = std::min(kMostCubes, cubes->size() - first);
         lowest_.clear();
+        known_.clear();
         for (size_t i = first; i < first + count; ++i) {
             const CullCube& c = (*cubes)[i];
             lowest_.push_back({8 * c.x - part.base.x, 8 * c.y - part.base.y, z});
+            known_.push_back(c.blind);
         }
         if (const abi::KernelStatus status =
-                bounds.bound(part, 8 * side, lowest_, from, evaluator->bound_tools(part));
+                bounds.bound(part, 8 * side, lowest_, known_, from, evaluator->bound_tools(part));
             !status.ok())
             return status;
         for (size_t i = 0; i < count; ++i) {
-            const CullCube cube = (*cubes)[first + i];
+            CullCube cube = (*cubes)[first + i];
             int32_t index = kEvaluate;
             if (bounds.is_uniform(i, &weights)) {
                 const abi::KernelStatus status =
@@ -136,6 +140,11 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
                 if (!status.ok()) return status;
             }
             if (index == kEvaluate) {
+                if (!bounds.looks(i)) cube.blind = bounds.range_of(i);
+                if (side == 1 && !bounds.looks(i)) {
+                    blind_[static_cast<size_t>((cube.y - first_y_) * blocks_x_ +
+                                               (cube.x - first_x_))] = bounds.distance_of(i);
+                }
                 (*cubes)[left++] = cube;
             } else {
                 fill(cube, side, index);
@@ -161,16 +170,19 @@ void PartCull::fill(const CullCube& cube, int32_t side, int32_t constant_index) 
 abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
                                          BlockEvaluator* evaluator) {
     constexpr size_t kTried = 8;
-    if (!points_tell(part)) {
-        cull_pieces_ = false;
+    // Of a displaced part the search of a block's corners, which its query needs as well, tells of
+    // its pieces; but whether that tells enough is found out by trying.
+    const bool dices = part.solid->dices();
+    if (dices) cull_pieces_ = false;
+    if (cull_pieces_ ||
+        !(dices ? part.bounds.distance && part.bounds_say_looks : points_tell(part)))
         return {};
-    }
-    if (cull_pieces_) return {};
     const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
     lowest_.clear();
     for (size_t from = 0; from < blocks_.size(); from += step) {
         size_t i = from;
-        while (i < std::min(from + step, blocks_.size()) && blocks_[i] != kEvaluate)
+        while (i < std::min(from + step, blocks_.size()) &&
+               (blocks_[i] != kEvaluate || !std::isnan(blind_[i])))
             ++i;
         if (i == std::min(from + step, blocks_.size())) continue;
         const auto at = static_cast<int32_t>(i);
@@ -182,9 +194,11 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
     const abi::KernelStatus status =
         bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
     std::vector<float> weights(static_cast<size_t>(part.slots()));
-    for (size_t i = 0; i < CubeBounds::kPieces * lowest_.size() && status.ok() && !cull_pieces_;
-         ++i)
-        cull_pieces_ = bounds.is_uniform(i, &weights);
+    const size_t pieces = CubeBounds::kPieces * lowest_.size(), enough = dices ? pieces / 8 : 1;
+    size_t culled = 0;
+    for (size_t i = 0; i < pieces && status.ok() && culled < enough; ++i)
+        culled += bounds.is_uniform(i, &weights) || !bounds.looks(i) ? 1 : 0;
+    cull_pieces_ = culled >= std::max<size_t>(enough, 1);
     return status;
 }
 

@@ -21,6 +21,9 @@ namespace openfab::volume {
 /// A cube of blocks that contains the slab's layer.
 struct CullCube {
     int32_t x, y;  ///< block columns and rows, multiples of the cube's side
+    /// Of a cube in which no voxel has to know its nearest surface point: bounds of its distance,
+    /// those of the largest such cube around it.
+    CubeBounds::Range blind{};
 };
 
 /// The culling of one part in one slab. Memory is reused from slab to slab.
@@ -57,7 +60,13 @@ class PartCull {
     int32_t at(int32_t x, int32_t y) const {
         return blocks_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
     }
-    /// Returns whether pieces of the remaining blocks may be uniform; false if no cube was.
+    /// Returns a distance that a block to evaluate may take for all of its voxels, as none has to
+    /// know its nearest surface point, mm; NaN if some may have to.
+    float blind_distance(int32_t x, int32_t y) const {
+        return blind_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
+    }
+    /// Returns whether pieces of the remaining blocks may be uniform, or may not have to look at the
+    /// surface.
     bool should_cull_pieces() const { return cull_pieces_; }
     /// Returns the number of blocks to evaluate.
     int64_t blocks_to_evaluate() const;
@@ -79,8 +88,10 @@ class PartCull {
 
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
     std::vector<int32_t> blocks_;
+    std::vector<float> blind_;  ///< [block]
     std::vector<Constant> constants_;
     std::vector<Vec3i> lowest_;  ///< of the current cubes
+    std::vector<CubeBounds::Range> known_;
     bool cull_pieces_ = false;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 
@@ -57,6 +58,7 @@ void BlockEvaluator::take_blocks(const PlacedPart& part, int32_t slab, int32_t r
         for (int32_t axis = 0; axis < 3; ++axis)
             corners_[static_cast<size_t>(3 * i + axis)] = corner[axis];
         blocks_.push_back(corner);
+        blind_[static_cast<size_t>(i)] = blocks[i].blind_distance;
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
     }
@@ -278,10 +280,13 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
     OPENFAB_CHECK_LE(n, kBatch);
     const StageTimer timer(Stage::kSlab, &counts.seconds_slab);
     take_blocks(part, slab, band->row, blocks, n);
-    culls_ = part.volume.any() && try_pieces && part.bounds.distance;
+    const bool any_blind = std::any_of(blind_.begin(), blind_.begin() + n,
+                                       [](float distance) { return !std::isnan(distance); });
+    culls_ = part.volume.any() && (try_pieces || any_blind) && part.bounds.distance;
     abi::KernelStatus status;
     if (culls_)
-        status = piece_cull_.run(part, blocks_, &cube_bounds_, bound_tools(part), culled_.data());
+        status = piece_cull_.run(part, blocks_, blind_.data(), try_pieces, &cube_bounds_,
+                                 bound_tools(part), culled_.data());
     if (!status.ok()) return status;
     list_columns(n);
     const bool segments = part.part->fablet->volume_segments.step_count > 0;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -23,8 +24,9 @@ namespace openfab::volume {
 
 /// A block of the band and the voxels of it that belong to the part.
 struct OwnedBlock {
-    int32_t block = 0;                           ///< column in the band
-    alignas(8) std::array<uint8_t, 64> owned{};  ///< bit z of byte y * 8 + x
+    int32_t block = 0;                                               ///< column in the band
+    alignas(8) std::array<uint8_t, 64> owned{};                      ///< bit z of byte y * 8 + x
+    float blind_distance = std::numeric_limits<float>::quiet_NaN();  ///< PartCull::blind_distance
 };
 
 /// Counters of one thread; added up at the end.
@@ -51,8 +53,8 @@ class BlockEvaluator {
 
     /// Evaluates up to kBatch blocks of block row `row` in slab `slab` and merges them into the
     /// band, and into `mixtures`, if any, before a rule of the fablet's own; printf output goes to
-    /// `log`. `try_pieces`: uniform pieces make no queries, which changes
-    /// nothing else.
+    /// `log`. `try_pieces`: pieces that are uniform, or need not look at the surface, make no
+    /// queries, which changes nothing else.
     abi::KernelStatus evaluate(const PlacedPart& part, int32_t slab, const OwnedBlock* blocks,
                                int32_t n, bool try_pieces, dither::RowBand* band,
                                dither::RowBand* mixtures, segments::PrintfLog* log);
@@ -102,7 +104,8 @@ class BlockEvaluator {
     NearestStage nearest_;
     VolumeSegments segments_;
     std::array<int32_t, 3 * kBatch> corners_{};
-    std::vector<Vec3i> blocks_;  ///< lowest voxels
+    std::vector<Vec3i> blocks_;          ///< lowest voxels
+    std::array<float, kBatch> blind_{};  ///< distances of those that need none
     std::array<uint8_t, 64 * kBatch> owned_{};
     std::array<CulledBlock, kBatch> culled_{};
     bool culls_ = false;  ///< whether culled_ is of the current blocks

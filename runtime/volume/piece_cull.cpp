@@ -3,6 +3,7 @@
 #include "runtime/volume/piece_cull.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace openfab::volume {
 
@@ -23,30 +24,49 @@ abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const
 }
 
 abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                 CubeBounds* bounds, const CubeBounds::Tools& tools,
-                                 CulledBlock* out) {
-    if (const abi::KernelStatus status = bounds->bound_pieces(part, blocks, tools); !status.ok())
-        return status;
-    weights_.resize(static_cast<size_t>(part.slots()));
-    const nearest::BlockPieces& pieces = part.engine().pieces();
+                                 const float* blind, bool try_others, CubeBounds* bounds,
+                                 const CubeBounds::Tools& tools, CulledBlock* out) {
+    bounded_.clear();
     for (size_t b = 0; b < blocks.size(); ++b) {
         CulledBlock& block = out[b];
-        block.pieces = 0;
-        block.culled.fill(0);
+        const bool all = !std::isnan(blind[b]);
+        block.pieces = all ? ~0u : 0;
+        block.distance.fill(all ? blind[b] : 0.0f);
+        block.code.fill(uint8_t{OPENFAB_CODE_MIXED});
+        block.culled.fill(all ? uint8_t{0xff} : uint8_t{0});
         block.known.fill(0);
-        for (size_t p = 0; p < CubeBounds::kPieces; ++p) {
-            const size_t cube = b * CubeBounds::kPieces + p;
-            if (!bounds->is_uniform(cube, &weights_)) continue;
-            block.pieces |= 1u << p;
-            block.distance[p] = bounds->distance_of(cube);
-            const abi::KernelStatus status = find_code(part, tools.isa, &block.code[p]);
+        if (!all && try_others) bounded_.push_back(blocks[b]);
+    }
+    if (bounded_.empty()) return {};
+    abi::KernelStatus status = bounds->bound_pieces(part, bounded_, tools);
+    weights_.resize(static_cast<size_t>(part.slots()));
+    for (size_t b = 0, cube = 0; b < blocks.size() && status.ok(); ++b) {
+        if (!std::isnan(blind[b])) continue;
+        status = find_pieces(part, cube, *bounds, tools.isa, &out[b]);
+        cube += CubeBounds::kPieces;
+    }
+    return status;
+}
+
+abi::KernelStatus PieceCull::find_pieces(const PlacedPart& part, size_t first_cube,
+                                         const CubeBounds& bounds, openfab_isa isa,
+                                         CulledBlock* block) {
+    const nearest::BlockPieces& pieces = part.engine().pieces();
+    for (size_t p = 0; p < CubeBounds::kPieces; ++p) {
+        const size_t cube = first_cube + p;
+        const bool uniform = bounds.is_uniform(cube, &weights_);
+        if (!uniform && bounds.looks(cube)) continue;
+        block->pieces |= 1u << p;
+        block->distance[p] = bounds.distance_of(cube);
+        if (uniform) {
+            const abi::KernelStatus status = find_code(part, isa, &block->code[p]);
             if (!status.ok()) return status;
-            const bool known = block.code[p] != OPENFAB_CODE_MIXED;
-            for_each_column(pieces, p, [&](size_t column, uint8_t bits) {
-                block.culled[column] |= bits;
-                if (known) block.known[column] |= bits;
-            });
         }
+        const bool known = block->code[p] != OPENFAB_CODE_MIXED;
+        for_each_column(pieces, p, [&](size_t column, uint8_t bits) {
+            block->culled[column] |= bits;
+            if (known) block->known[column] |= bits;
+        });
     }
     return {};
 }

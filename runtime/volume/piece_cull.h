@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Pieces of blocks (nearest::Engine::pieces) that hold one composition whatever a query would say:
-// they need none. For any distance in the piece's interval the slab kernel gives that composition.
-// One a thread.
+// Pieces of blocks (nearest::Engine::pieces) that need no query, as what they are made of is the
+// same whatever it would say: for any distance in the piece's interval the slab kernel gives that.
+// Many of them hold one composition. One a thread.
 
 #include <array>
 #include <cstdint>
@@ -51,11 +51,16 @@ void for_each_column(const nearest::BlockPieces& pieces, size_t piece, const aut
 
 class PieceCull {
   public:
-    /// Finds the culled pieces of blocks, which are given by their lowest voxels.
-    abi::KernelStatus run(const PlacedPart& part, std::span<const Vec3i> blocks, CubeBounds* bounds,
-                          const CubeBounds::Tools& tools, CulledBlock* out);
+    /// Finds the culled pieces of blocks, which are given by their lowest voxels. All are of a block
+    /// with a `blind` distance (PartCull::blind_distance), which is NaN for others; of those
+    /// pieces are culled where `try_others`.
+    abi::KernelStatus run(const PlacedPart& part, std::span<const Vec3i> blocks, const float* blind,
+                          bool try_others, CubeBounds* bounds, const CubeBounds::Tools& tools,
+                          CulledBlock* out);
 
   private:
+    abi::KernelStatus find_pieces(const PlacedPart& part, size_t first_cube,
+                                  const CubeBounds& bounds, openfab_isa isa, CulledBlock* block);
     abi::KernelStatus find_code(const PlacedPart& part, openfab_isa isa, uint8_t* code);
 
     struct KnownCode {
@@ -65,6 +70,7 @@ class PieceCull {
     std::vector<KnownCode> known_;  ///< of known_part_
     const PlacedPart* known_part_ = nullptr;
     std::vector<float> weights_;
+    std::vector<Vec3i> bounded_;  ///< blocks that are not blind
     ConstantColumn constant_;
 };
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "abi/looks.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/solid/kinds/kinds.h"
 
@@ -128,6 +129,7 @@ void PlacedPart::set_grid(const part::Grid& grid, const solid::QuerySetUp& queri
     base = part::part_base_voxel(*part, grid);
     volume = volume_needs(*part->fablet);
     bounds = query_needs(arguments(part->fablet->volume_bounds));
+    bounds_say_looks = std::ranges::any_of(arguments(part->fablet->volume_bounds), abi::is_looks);
     points = point_needs(part->fablet->volume_segments);
     if (&first == this) {
         solid->prepare({.nearest = asks_surface(*part->fablet),

@@ -85,6 +85,7 @@ struct PlacedPart {
     std::array<uint32_t, OPENFAB_GRID_SEED + 1> rule_inputs{};  ///< by openfab_grid_value
     NearestIndex nearest;
     QueryNeeds volume, bounds;
+    bool bounds_say_looks = false;  ///< the bounds kernel has the output of abi/looks.h
     PointNeeds points;
     float largest_pitch_mm = 0;
     float voxel_diagonal_mm = 0;      ///< longest diagonal of a voxel, in part space

@@ -196,6 +196,12 @@ __attribute__((noinline)) void find_witnesses(const NodeRef& start, const Points
             const Node* box = cached_box(scratch->patches, *node);
             if (box != nullptr && bits(node_distance2(*box, p) < w->distance2 - w->tolerance2) == 0)
                 continue;
+            // A point of a piece mostly is near enough, and the piece need not be built.
+            const LeafFeatures& known = e.tree->leaves[node - e.tree->nodes];
+            if (known.step > 0) {
+                update_witness_point(known.origin[0], known.origin[1], known.origin[2], p, w);
+                if (bits(node_distance2(*node, p) < w->distance2 - w->tolerance2) == 0) continue;
+            }
             const TreeView* patch =
                 scratch->patches.fetch(scratch->patches.context, static_cast<int32_t>(first));
             if (patch->nodes != nullptr) scratch->stack.push({patch, 0});

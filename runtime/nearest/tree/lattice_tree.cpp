@@ -254,8 +254,16 @@ class Builder {
         const Vec3f* positions = leaves_.positions();
         const CellBlock in = cells.clip(block);
         Area area;
+        int32_t left = cells.count(block) / 2;  // until a triangle in the middle
         const auto add = [&](int32_t triangle) {
             if (triangle < 0) return;
+            if (left-- == 0) {
+                LeafFeatures& leaf = tree_.leaves[node];
+                const int32_t corner = pieces_->mesh->triangles[static_cast<size_t>(triangle)][0];
+                for (int a = 0; a < 3; ++a)
+                    leaf.origin[a] = positions[corner][a];
+                leaf.step = 1;
+            }
             const std::array<int32_t, 3>& v =
                 pieces_->mesh->triangles[static_cast<size_t>(triangle)];
             const Vec3f facing =

@@ -257,7 +257,7 @@ TEST(Differential, IntervalsHoldEverySample) {
         add_derived(fablet, made.stages, &inputs.box);
         const StageResults samples = interpret(fablet.volume, inputs.voxels);
         const StageResults ends = interpret(made.stages.volume_bounds, inputs.box);
-        ASSERT_EQ(ends.size(), 2 * samples.size());
+        ASSERT_GE(ends.size(), 2 * samples.size());
         for (size_t k = 0; k < samples.size(); ++k) {
             const float lo = std::bit_cast<float>(ends[2 * k][0]);
             const float hi = std::bit_cast<float>(ends[2 * k + 1][0]);

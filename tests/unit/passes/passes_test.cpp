@@ -181,7 +181,7 @@ TEST(Pipeline, LeavesOutWhatIsSwitchedOff) {
     const ValueId w = b.select(near, d, b.constant(0.0f));
     fablet.volume.outputs = {{"w", OPENFAB_ARG_WEIGHT, 0, 0, w}};
     const KernelStages all = run_pipeline(fablet).stages;
-    EXPECT_EQ(all.volume_bounds.outputs.size(), 2u);
+    EXPECT_EQ(all.volume_bounds.outputs.size(), 3u) << "both ends, and whether it looks";
     EXPECT_EQ(all.volume_demand.outputs.size(), 1u);
     PipelineOptions options;
     options.disabled = {"form_volume_bounds", "form_demand"};
