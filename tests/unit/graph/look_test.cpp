@@ -83,7 +83,7 @@ TEST(Look, OnlyWhatIsAskedForIsPrinted) {
 }
 
 TEST(Look, PointsOfASurfaceAreTheirOwnPlaces) {
-    std::string text = kBall;
+    std::string text = kLookedAt;
     text.insert(
         text.find("    @Volume"),
         "    @Surface(@varying { SurfaceAttributes attr })\n    {\n        float h = attr.p.x;\n"
