@@ -414,10 +414,12 @@ bool has_output(const Options& o) {
            !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm;
 }
 
-/// Whether the output may be grey pictures, as a printer may have them.
+/// Whether the output may be grey pictures: those of a format, or a folder of a printer that takes
+/// them, which the world names.
 bool may_be_grey(const Options& o) {
     const backends::Format* format = backends::find_format(o.format);
-    return !o.output.empty() && (format == nullptr || format->of_fractions);
+    if (format != nullptr) return format->of_fractions;
+    return !o.output.empty() && o.output != "-" && !std::filesystem::path(o.output).has_extension();
 }
 
 }  // namespace

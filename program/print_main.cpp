@@ -65,9 +65,23 @@ Error add_resume_hint(Error error, const Options& options, const backends::Forma
     return error;
 }
 
-/// Whether the material of grey pictures is one of the print's.
-Result<void> check_grey_material(const Options& options, const pipeline::PrintInput& input) {
+/// Whether what is asked of grey pictures is about some that are written, of a material of the print.
+Result<void> check_grey(const Options& options, bool grey, const pipeline::PrintInput& input) {
     const std::string& name = options.grey_material;
+    if (!grey) {
+        if (!name.empty())
+            return usage_error(
+                "`--grey-material` is about the pictures of the formats grey and tiff");
+        if (options.fractions_supersample > 1 && options.fractions_file.empty())
+            return usage_error(
+                "`--fractions-supersample` is about grey pictures, or the array that `--fractions "
+                "FILE.npy` writes; name one");
+        return {};
+    }
+    if (!options.fractions_file.empty())
+        return usage_error(
+            "grey pictures and the array of `--fractions` are prints of their own: make them one "
+            "after the other");
     if (name.empty() || material_code(input.materials, name) != 0) return {};
     std::vector<std::string> names;
     for (const pipeline::SliceMaterial& material : input.materials)
@@ -159,9 +173,10 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
     for (const std::string& warning : ready->print->warnings())
         progress.warn(warning);
     Job& job = ready->job;
-    if (const Result<void> known = check_grey_material(options, job.input); grey && !known)
-        return known.error();
-    if (!prints) {
+    if (prints) {
+        if (const Result<void> fine = check_grey(options, grey, job.input); !fine)
+            return fine.error();
+    } else {
         const pipeline::PrintInfo info = ready->print->info();
         Result<Estimate> estimate =
             make_estimate(std::move(ready->print), job.input, ready->options, options,

@@ -116,7 +116,7 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
         {{"w", "-o", "x", "--preview", "a.png,back"}, "a.png,view=back`"},
         {{"w", "-o", "x", "--preview", "a.png,transmitted"}, "a.png,light=transmitted`"},
         {{"w", "-o", "x", "--png", "grey"}, "--png"},
-        {{"w", "-o", "x", "--format", "tiff"}, "bmp"},
+        {{"w", "-o", "x", "--format", "jpeg"}, "bmp"},
         {{"w", "-o", "-", "--format", "png"}, "standard output"},
         {{"w", "-o", "-", "--format", "3mf"}, "standard output"},
         {{"w", "-o", "x.3mf", "--mesh-pitch", "0.1"}, "--mesh-pitch"},

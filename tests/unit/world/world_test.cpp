@@ -302,7 +302,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
          "`printer`, `tray`, `support`, `fablets`, `dither`, `materials`, `textures`, `meshes`, "
          "`objects`, "
-         "`groups` and 2 more"},
+         "`groups` and 3 more"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
