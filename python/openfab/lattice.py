@@ -31,7 +31,7 @@ class Beams:
         The nodes that each strut joins; of one node twice it is a ball.
     radii : array_like of float, shape (), (n,) or (m, 2)
         In mm: one, of nodes, or of the ends of struts.
-    attributes : mapping of str to array_like, optional
+    attributes : mapping of str to array_like, shape (n,), (n, 2 to 4) or (m,), optional
         What fablets find under these names: floats of nodes, (n,) or (n, 2 to 4), between nodes by interpolation; integers of
         struts, (m,).
 
@@ -74,12 +74,15 @@ class Beams:
         self._attributes = {
             _name(name): _values(name, values, count, joined) for name, values in (attributes or {}).items()
         }
-        for one in (self._nodes, self._struts, self._radii, *self._attributes.values()):
-            one.setflags(write=False)
+        for array in self._arrays().values():
+            array.setflags(write=False)
         self._own_file()
 
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        return {"nodes": self._nodes, "struts": self._struts, "radii": self._radii, **self._attributes}
+
     def _own_file(self) -> None:
-        arrays = {"nodes": self._nodes, "struts": self._struts, "radii": self._radii, **self._attributes}
+        arrays = self._arrays()
         self._file = _files.OwnedFile(self, "beams", ".npz", lambda path: _write(path, arrays))
 
     @property
@@ -102,8 +105,8 @@ class Beams:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state)
-        for one in (self._nodes, self._struts, self._radii, *self._attributes.values()):
-            one.setflags(write=False)
+        for array in self._arrays().values():
+            array.setflags(write=False)
         self._own_file()
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:
@@ -128,7 +131,7 @@ def beams(
         The nodes that each strut joins; of one node twice it is a ball.
     radii : array_like of float, shape (), (n,) or (m, 2)
         In mm: one, of nodes, or of the ends of struts.
-    attributes : mapping of str to array_like, optional
+    attributes : mapping of str to array_like, shape (n,), (n, 2 to 4) or (m,), optional
         What fablets read as `@nearest` under these names: floats of nodes, (n,) or (n, 2 to 4), between nodes by
         interpolation; integers of struts, (m,).
 

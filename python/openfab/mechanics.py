@@ -84,7 +84,11 @@ def part(
         return PartResult(
             json.loads(numbers.read_text()),
             values[..., :3],
-            *(values[..., i] for i in range(3, 8)),
+            values[..., 3],
+            values[..., 4],
+            values[..., 5],
+            values[..., 6],
+            values[..., 7],
             tuple(beside["pitch_mm"]),
             tuple(beside["origin_mm"]),
             beside["materials"],
