@@ -59,13 +59,12 @@ class Arithmetic {
                 OPENFAB_IR_CASES(BITS)
                 OPENFAB_IR_CASES(LOGIC)
                 OPENFAB_IR_CASES(COMPARISONS)
-                return kNoValue;  // steps
                 OPENFAB_IR_CASES(LEAVES)
                 OPENFAB_IR_CASES(LOOKUPS)
                 OPENFAB_IR_CASES(CONTROL)
                 OPENFAB_IR_CASES(FUNCTIONS)
                 OPENFAB_IR_CASES(DERIVATIVES)
-                return kNoValue;  // treated apart, or unknown
+                break;  // steps; or treated apart, or unknown
         }
         return kNoValue;
     }
