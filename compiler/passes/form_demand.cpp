@@ -111,7 +111,6 @@ class Demand {
             case Op::kConvert:
                 OPENFAB_IR_CASES(LOOKUPS)
                 OPENFAB_IR_CASES(CONTROL)
-                break;
                 OPENFAB_IR_CASES(ARITHMETIC)
                 OPENFAB_IR_CASES(BITS)
                 OPENFAB_IR_CASES(EXTREMES)
@@ -122,7 +121,7 @@ class Demand {
             case Op::kTrunc:
                 OPENFAB_IR_CASES(FUNCTIONS)
                 OPENFAB_IR_CASES(DERIVATIVES)
-                break;  // no bool
+                break;  // an atom, or no bool
         }
         if (!is_input_independent_[id]) return {};
         return {conditions_.holds(id), conditions_.fails(id)};
