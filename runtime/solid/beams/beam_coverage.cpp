@@ -2,56 +2,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/solid/beams/beam_coverage.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <bit>
 
-#include "base/stage_timer.h"
+#include "runtime/solid/coverage_strips.h"
 
 namespace openfab::solid {
 
-namespace {
-
-constexpr int32_t kSlabSlices = 8;
-
-}  // namespace
-
-/// Returns the bits of a slab's slices that lie in the box.
-uint8_t BeamCoverage::slices(int32_t slab) const {
-    uint32_t bits = 0;
-    for (int32_t z = 0; z < kSlabSlices; ++z) {
-        const int32_t at = kSlabSlices * slab + z;
-        bits |= at >= box_.lo.z && at < box_.hi.z ? 1u << z : 0u;
-    }
-    return static_cast<uint8_t>(bits);
-}
-
 void BeamCoverage::coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
                             double* seconds) const {
-    out->x0 = out->y0 = out->width = out->height = 0;
-    out->mask.clear();
-    if (slices(slab) == 0 || box_.lo.x >= box_.hi.x || box_.lo.y >= box_.hi.y) return;
-    out->x0 = box_.lo.x & ~7, out->y0 = box_.lo.y & ~7;
-    out->width = ((box_.hi.x + 7) & ~7) - out->x0;
-    out->height = ((box_.hi.y + 7) & ~7) - out->y0;
-    out->mask.assign(static_cast<size_t>(out->width) * static_cast<size_t>(out->height), 0);
-    const int32_t strips = (out->height + kLargest - 1) / kLargest;
-    std::atomic<double> taken{0};
-    tbb::parallel_for(0, strips, [&](int32_t strip) {
-        double mine = 0;
-        {
-            const StageTimer timer(Stage::kCoverage, &mine);
-            Tools tools;
-            const int32_t y0 = out->y0 + kLargest * strip;
-            cover(
-                slab,
-                {out->x0, y0, out->x0 + out->width, std::min(y0 + kLargest, out->y0 + out->height)},
-                stop, &tools, out);
-        }
-        taken += mine;
+    cover_strips(box_, slab, kLargest, out, seconds, [&](const Columns& columns) {
+        Tools tools;
+        cover(slab, columns, stop, &tools, out);
     });
-    if (seconds != nullptr) *seconds += taken;
 }
 
 void BeamCoverage::cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop,
@@ -80,7 +43,8 @@ void BeamCoverage::cover_tile(int32_t slab, int32_t x, int32_t y, int32_t side,
         voxel_ball(frame_, Vec3i{x, y, kSlabSlices * slab} - base_, {side, side, kSlabSlices});
     BeamList& list =
         tools->lists[static_cast<size_t>(std::countr_zero(static_cast<uint32_t>(kLargest / side)))];
-    if (list.gather_holding(tree_, ball, beams)) return fill(x, y, side, slices(slab), out);
+    if (list.gather_holding(tree_, ball, beams))
+        return fill(x, y, side, slices_in(box_, slab), out);
     if (list.beams().empty()) return;
     if (side == 8) return cover_block(slab, x, y, list.beams(), tools, out);
     const int32_t half = side / 2;
@@ -95,7 +59,7 @@ void BeamCoverage::cover_block(int32_t slab, int32_t x, int32_t y, std::span<con
                                Tools* tools, voxel::SlabMask* out) const {
     for (int32_t k = 0; k < 8; ++k) {
         const Vec3i from{x + 4 * (k & 1), y + 4 * (k >> 1 & 1), kSlabSlices * slab + 4 * (k >> 2)};
-        const uint32_t bits = slices(slab) & (k < 4 ? 0x0fu : 0xf0u);
+        const uint32_t bits = slices_in(box_, slab) & (k < 4 ? 0x0fu : 0xf0u);
         const VoxelBall ball = voxel_ball(frame_, from - base_, {4, 4, 4});
         if (tools->of_cube.gather_holding(tree_, ball, beams)) {
             fill(from.x, from.y, 4, static_cast<uint8_t>(bits), out);

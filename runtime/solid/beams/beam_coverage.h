@@ -46,7 +46,6 @@ class BeamCoverage {
                      Tools* tools, voxel::SlabMask* out) const;
     /// Sets the bits of columns [x, x + side) x [y, y + side) that lie in box and mask.
     void fill(int32_t x, int32_t y, int32_t side, uint8_t bits, voxel::SlabMask* out) const;
-    uint8_t slices(int32_t slab) const;
 
     const BeamTree& tree_;
     const VoxelFrame& frame_;

@@ -2,21 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/solid/shape/shape_coverage.h"
 
-#include <tbb/parallel_for.h>
 #include <xmmintrin.h>
 
 #include <algorithm>
 #include <bit>
 #include <span>
 
-#include "base/clock.h"
-#include "base/stage_timer.h"
+#include "runtime/solid/coverage_strips.h"
 
 namespace openfab::solid {
 
 namespace {
 
-constexpr int32_t kSlabSlices = 8;
 // Columns along a side of what intervals decide at once. The smallest are worth a tenth of the points
 // that are left by twice as large ones.
 constexpr int32_t kLargest = 64, kSmallest = 4;
@@ -46,14 +43,6 @@ uint32_t no_number(const Eight& v) {
     return bits(_mm_cmpunord_ps(v.low, v.low), _mm_cmpunord_ps(v.high, v.high));
 }
 
-/// Returns the bits of a slab's slices within [lo, hi).
-uint8_t slices(int32_t slab, int32_t lo, int32_t hi) {
-    uint32_t bits = 0;
-    for (int32_t z = 0; z < kSlabSlices; ++z)
-        bits |= (kSlabSlices * slab + z >= lo && kSlabSlices * slab + z < hi) ? 1u << z : 0u;
-    return static_cast<uint8_t>(bits);
-}
-
 bool holds(const Box3f& box, const Box3f& other) {
     for (int a = 0; a < 3; ++a) {
         if (!(other.lo[a] >= box.lo[a] && other.hi[a] <= box.hi[a])) return false;
@@ -65,38 +54,16 @@ bool holds(const Box3f& box, const Box3f& other) {
 
 void ShapeCoverage::coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
                              double* seconds) const {
-    out->x0 = out->y0 = out->width = out->height = 0;
-    out->mask.clear();
-    const int32_t z0 = kSlabSlices * slab;
-    if (z0 + kSlabSlices <= box_.lo.z || z0 >= box_.hi.z || box_.lo.x >= box_.hi.x ||
-        box_.lo.y >= box_.hi.y)
-        return;
-    out->x0 = box_.lo.x & ~7, out->y0 = box_.lo.y & ~7;
-    out->width = ((box_.hi.x + 7) & ~7) - out->x0;
-    out->height = ((box_.hi.y + 7) & ~7) - out->y0;
-    out->mask.assign(static_cast<size_t>(out->width) * static_cast<size_t>(out->height), 0);
-    const int32_t strips = (out->height + kLargest - 1) / kLargest;
-    std::atomic<double> taken{0};
-    tbb::parallel_for(0, strips, [&](int32_t strip) {
-        double mine = 0;
-        {
-            const StageTimer timer(Stage::kCoverage, &mine);
-            ShapeCalls* calls = field_.take();
-            const int32_t y0 = out->y0 + kLargest * strip;
-            cover(
-                slab,
-                {out->x0, y0, out->x0 + out->width, std::min(y0 + kLargest, out->y0 + out->height)},
-                calls, stop, out);
-            field_.give(calls);
-        }
-        taken += mine;
+    cover_strips(box_, slab, kLargest, out, seconds, [&](const Columns& columns) {
+        ShapeCalls* calls = field_.take();
+        cover(slab, columns, calls, stop, out);
+        field_.give(calls);
     });
-    if (seconds != nullptr) *seconds += taken;
 }
 
 void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* calls,
                           const std::atomic<bool>* stop, voxel::SlabMask* out) const {
-    const uint8_t all = slices(slab, box_.lo.z, box_.hi.z);
+    const uint8_t all = slices_in(box_, slab);
     const Box3f whole = field_.bounds();
     std::vector<Vec2<int32_t>> open, next;
     for (int32_t y = columns.y0; y < columns.y1; y += kLargest) {
@@ -160,7 +127,7 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* call
 void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles, ShapeCalls* calls,
                              ShapePoints* points, std::vector<float>* values,
                              voxel::SlabMask* out) const {
-    const uint8_t all = slices(slab, box_.lo.z, box_.hi.z);
+    const uint8_t all = slices_in(box_, slab);
     const Box3f whole = field_.bounds();
     const float z0 = static_cast<float>(kSlabSlices * slab - base_.z) + 0.5f;
     points->resize(tiles.size() * kPoints);
