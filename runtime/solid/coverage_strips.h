@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "base/stage_timer.h"
+#include "base/vec.h"
 #include "runtime/solid/tops.h"
 #include "runtime/voxel/slab_mask.h"
 
