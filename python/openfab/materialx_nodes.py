@@ -1,0 +1,337 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Nodes of MaterialX as expressions of OpenFL: a function for an input of a shader, a statement for each node that it reads."""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+TYPES = {
+    "float": "float", "integer": "int", "boolean": "bool", "color3": "float3", "vector3": "float3", "vector2": "float2",
+    "color4": "float4", "vector4": "float4",
+}
+SIZES = {"float": 1, "int": 1, "bool": 1, "float2": 2, "float3": 3, "float4": 4}
+
+# Nodes by their formula; {} are inputs. What MaterialX defines by graphs of these is taken apart first.
+FORMULAS = {
+    "add": "{in1} + {in2}", "subtract": "{in1} - {in2}", "multiply": "{in1} * {in2}", "divide": "{in1} / {in2}",
+    "modulo": "mx_modulo({in1}, {in2})", "absval": "abs({in})", "floor": "floor({in})", "ceil": "ceil({in})",
+    "round": "round({in})", "power": "pow({in1}, {in2})", "sin": "sin({in})", "cos": "cos({in})", "tan": "tan({in})",
+    "asin": "asin({in})", "acos": "acos({in})", "sqrt": "sqrt({in})", "ln": "log({in})", "exp": "exp({in})",
+    "fract": "frac({in})", "sign": "mx_sign({in})", "clamp": "clamp({in}, {low}, {high})", "min": "min({in1}, {in2})",
+    "max": "max({in1}, {in2})", "normalize": "normalize({in})", "magnitude": "length({in})",
+    "dotproduct": "dot({in1}, {in2})", "crossproduct": "cross({in1}, {in2})", "distance": "distance({in1}, {in2})",
+    "invert": "{amount} - {in}", "mix": "lerp({bg}, {fg}, {mix})", "smoothstep": "mx_smoothstep({in}, {low}, {high})",
+    "remap": "{outlow} + ({in} - {inlow}) * ({outhigh} - {outlow}) / ({inhigh} - {inlow})",
+    "ifgreater": "{value1} > {value2} ? {in1} : {in2}", "ifgreatereq": "{value1} >= {value2} ? {in1} : {in2}",
+    "ifequal": "{value1} == {value2} ? {in1} : {in2}", "and": "{in1} && {in2}", "or": "{in1} || {in2}", "not": "!{in}",
+    "plus": "{mix} * ({bg} + {fg}) + (1 - {mix}) * {bg}", "minus": "{mix} * ({bg} - {fg}) + (1 - {mix}) * {bg}",
+    "difference": "{mix} * abs({bg} - {fg}) + (1 - {mix}) * {bg}",
+    "screen": "{mix} * (1 - (1 - {fg}) * (1 - {bg})) + (1 - {mix}) * {bg}",
+    "burn": "mx_burn({fg}, {bg}, {mix})", "dodge": "mx_dodge({fg}, {bg}, {mix})",
+    "inside": "{in} * {mask}", "outside": "{in} * (1 - {mask})", "dot": "{in}", "constant": "{value}",
+    "rotate2d": "mx_rotate({in}, {amount})", "rotate3d": "mx_rotate({in}, {amount}, {axis})",
+    "ramplr": "lerp({valuel}, {valuer}, saturate({texcoord}.x))", "ramptb": "lerp({valuet}, {valueb}, saturate(1 - {texcoord}.y))",
+    "splitlr": "{texcoord}.x < {center} ? {valuel} : {valuer}", "splittb": "1 - {texcoord}.y < {center} ? {valuet} : {valueb}",
+    "luminance": "{type}(dot({in}, {lumacoeffs}))", "rgbtohsv": "rgb_to_hsv({in})", "hsvtorgb": "hsv_to_rgb({in})",
+    "cellnoise2d": "mx_cell({texcoord})", "cellnoise3d": "mx_cell({position})",
+}
+
+
+class LooksError(Exception):
+    """What is wrong with a file, for people."""
+
+
+class Pictures(Protocol):
+    """Where nodes' pictures go, and what is left out of nodes."""
+
+    textures: list[dict[str, Any]]
+
+    def note(self, node: Any, text: str) -> None: ...
+
+    def texture(self, name: str, space: str, node: Any, kind: str) -> str: ...
+
+
+@dataclass
+class Written:
+    """A function of a look: its statements, and what they read."""
+
+    result: str = ""
+    lines: list[str] = field(default_factory=list)
+    reads: set[str] = field(default_factory=set)  # p, uv, n
+
+
+def name_of(text: str, taken: set[str]) -> str:
+    """A name for a variable: that of the node, as OpenFL wants it."""
+    base = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
+    if base[0].isdigit():
+        base = "v" + base
+    name, i = base, 2
+    while name in taken:
+        name, i = f"{base}_{i}", i + 1
+    taken.add(name)
+    return name
+
+
+# Names that OpenFL has, or that the functions here use.
+RESERVED = set(
+    """p uv n attr float float2 float3 float4 int bool uint if else for while return true false lerp clamp saturate noise mix
+    min max abs floor ceil round trunc frac fmod sqrt sin cos tan asin acos atan atan2 exp log pow step smoothstep dot cross
+    length distance normalize select and or any all hash fbm cellular nearest color depth density opacity displacement in out
+    base_color fablet import const struct switch case default break continue do void unit mul sign inks material""".split()
+)
+
+
+def number(value: float) -> str:
+    """The fewest digits that are the same float."""
+    single = struct.pack("f", value)
+    return next((text for digits in range(1, 10) if struct.pack("f", float(text := f"{value:.{digits}g}")) == single), repr(value))
+
+
+def literal(value: Any, kind: str) -> str:
+    """A value of MaterialX as OpenFL writes it."""
+    if kind == "bool":
+        return "true" if value else "false"
+    if kind in ("float", "int"):
+        return number(value)
+    parts = [number(one) for one in value]
+    return f"{kind}({parts[0]})" if len(set(parts)) == 1 else f"{kind}({', '.join(parts)})"
+
+
+class Writer:
+    """Writes the function of one input of a shader."""
+
+    def __init__(self, look: Pictures, document: Any, material: str) -> None:
+        self.look, self.document, self.material = look, document, material
+        self.out = Written()
+        self.taken = set(RESERVED) | {texture["uniform"] for texture in look.textures}
+        self.known: dict[tuple[str, str], str] = {}
+        self.kinds: dict[str, str] = {}
+
+    def fail(self, node: Any, what: str) -> LooksError:
+        return LooksError(f"{node.getNamePath()}: {what}")
+
+    def value(self, port: Any, kind: str) -> str:
+        """What an input holds: a wire, or its own value."""
+        node = self.connected(port)
+        if node is not None:
+            source, output = node
+            text, has = self.node(source, output)
+            channels = port.getAttribute("channels")
+            if channels:
+                text = f"{bracket(text)}.{channels.translate(str.maketrans('rgba', 'xyzw'))}"
+                has = f"float{len(channels)}" if len(channels) > 1 else "float"
+            return self.convert(text, has, kind)
+        if port.hasInterfaceName():
+            outer = port.getInterfaceInput()
+            if outer is not None and outer is not port:
+                return self.value(outer, kind)
+        value = port.getValue()
+        if value is None:
+            geometry = port.getAttribute("defaultgeomprop")
+            if geometry:
+                return self.geometry(geometry)
+            return literal([0] * SIZES[kind] if SIZES[kind] > 1 else 0, kind)
+        if kind in ("float", "int", "bool"):
+            return literal(value, kind)
+        return literal(list(value) if not isinstance(value, (int, float)) else [value] * SIZES[kind], kind)
+
+    def connected(self, port: Any) -> tuple[Any, str] | None:
+        node = port.getConnectedNode()
+        output = port.getOutputString()
+        if node is None:
+            graph_output = port.getConnectedOutput()
+            if graph_output is None:
+                return None
+            node, output = graph_output.getConnectedNode(), graph_output.getOutputString()
+            if node is None:
+                return None
+        return node, output
+
+    def geometry(self, name: str) -> str:
+        name = name.lower()
+        if name.startswith("uv"):
+            self.out.reads.add("uv")
+            return "uv"
+        if name.startswith("n"):
+            self.out.reads.add("n")
+            return "n"
+        self.out.reads.add("p")
+        return "p"
+
+    def convert(self, text: str, has: str, kind: str) -> str:
+        if has == kind or (SIZES[has] == 1 and kind not in ("bool", "int")):
+            return text if has == kind or SIZES[kind] == 1 else f"{kind}({text})"
+        if SIZES[kind] == 1:
+            return f"{bracket(text)}.x" if SIZES[has] > 1 else f"{kind}({text})"
+        if SIZES[has] < SIZES[kind]:
+            rest = ["0"] * (SIZES[kind] - SIZES[has])
+            if kind == "float4":
+                rest[-1] = "1"
+            return f"{kind}({', '.join([text] + rest)})"
+        return f"{bracket(text)}.{'xyzw'[:SIZES[kind]]}"
+
+    def node(self, node: Any, output: str = "") -> tuple[str, str]:
+        """A node's value and its type: the name of a variable, or what is short enough to stand where it is read."""
+        key = (node.getNamePath(), output)
+        if key in self.known:
+            return self.known[key], self.kinds[self.known[key]]
+        text, kind = self.expression(node, output)
+        category = node.getCategory()
+        if category in ("constant", "dot", "position", "texcoord", "normal") and re.fullmatch(r"[\w.\-]+|float\d\([^()]*\)", text):
+            return text, kind
+        name = name_of(node.getName(), self.taken)
+        self.known[key], self.kinds[name] = name, kind
+        self.out.lines.append(f"{kind} {name} = {text};")
+        return name, kind
+
+    def port(self, node: Any, name: str) -> Any:
+        """An input as it is, or as the node's definition has it."""
+        found = node.getInput(name)
+        if found is None:
+            definition = node.getNodeDef()
+            found = definition.getActiveInput(name) if definition is not None else None
+        if found is None:
+            raise self.fail(node, f"has no input `{name}`")
+        return found
+
+    def input(self, node: Any, name: str, kind: str | None = None) -> str:
+        port = self.port(node, name)
+        has = TYPES.get(port.getType())
+        if has is None:
+            raise self.fail(node, f"`{name}` is a {port.getType()}, which has no place in a fablet")
+        text = self.value(port, has)
+        return self.convert(text, has, kind) if kind else text
+
+    def has(self, node: Any, name: str) -> bool:
+        definition = node.getNodeDef()
+        return node.getInput(name) is not None or (definition is not None and definition.getActiveInput(name) is not None)
+
+    def expression(self, node: Any, output: str) -> tuple[str, str]:
+        category = node.getCategory()
+        kind = TYPES.get(node.getType() if node.getType() != "multioutput" else "float")
+        if kind is None:
+            raise self.fail(node, f"gives a {node.getType()}, which has no place in a fablet")
+        special = getattr(self, "of_" + category, None)
+        if special is not None:
+            return special(node, kind, output), kind
+        if category in ("position", "texcoord", "normal"):
+            return self.convert(self.geometry({"position": "p", "texcoord": "uv", "normal": "n"}[category]), {"texcoord": "float2"}.get(category, "float3"), kind), kind
+        formula = FORMULAS.get(category)
+        if formula is None:
+            raise self.fail(node, f"nodes of the kind `{category}` are not known here; bake it to a picture in the program that made it")
+        if category in ("ifequal", "ifgreater", "ifgreatereq") and node.getType() == "boolean" and not self.has(node, "in1"):
+            formula = formula.split(" ?")[0]
+        ports = {one: self.input(node, one) for one in re.findall(r"{(\w+)}", formula) if one != "type"}
+        inside_call = not any(op in formula for op in "+-*/?&|!<>=.")
+        shown = {one: text if inside_call else bracket(text) for one, text in ports.items()}
+        text = formula.format(**shown, type=kind)
+        if category in ("floor", "ceil", "round") and kind == "int":
+            text = f"int({text})"
+        return text, kind
+
+    def of_noise2d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_noise", self.input(node, "texcoord"), "", self.input(node, "pivot"))
+
+    def of_noise3d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_noise", self.input(node, "position"), "", self.input(node, "pivot"))
+
+    def of_fractal2d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_fractal", self.input(node, "texcoord"), self.octaves(node), "0")
+
+    def of_fractal3d(self, node: Any, kind: str, _: str) -> str:
+        return self.noise(node, kind, "mx_fractal", self.input(node, "position"), self.octaves(node), "0")
+
+    def octaves(self, node: Any) -> str:
+        return "".join(f", {self.input(node, one)}" for one in ("octaves", "lacunarity", "diminish"))
+
+    def noise(self, node: Any, kind: str, function: str, at: str, more: str, pivot: str) -> str:
+        plane = node.getCategory().endswith("2d")
+        far = {("mx_noise", False): "float3(19, 73, 29)", ("mx_noise", True): "float2(19, 73)", ("mx_fractal", False): "float3(19, 193, 17)", ("mx_fractal", True): "float2(19, 193)"}[function, plane]
+        value = {
+            "float": f"{function}({at}{more})", "float3": f"{function}3({at}{more})",
+            "float2": f"{function}3({at}{more}).xy" if function == "mx_noise" else f"float2({function}({at}{more}), {function}({bracket(at)} + {far}{more}))",
+            "float4": f"float4({function}3({at}{more}), {function}({bracket(at)} + {far}{more}))",
+        }[kind]
+        amplitude = self.input(node, "amplitude", kind if SIZES[kind] > 1 and SIZES[TYPES[self.port(node, "amplitude").getType()]] > 1 else "float")
+        if amplitude not in ("1", f"{kind}(1)"):
+            value = f"{value} * {bracket(amplitude)}"
+        return value if pivot == "0" else f"{value} + {bracket(pivot)}"
+
+    def of_worleynoise2d(self, node: Any, kind: str, _: str) -> str:
+        return self.worley(node, kind, self.input(node, "texcoord"))
+
+    def of_worleynoise3d(self, node: Any, kind: str, _: str) -> str:
+        return self.worley(node, kind, self.input(node, "position"))
+
+    def worley(self, node: Any, kind: str, at: str) -> str:
+        style = self.input(node, "style") if self.has(node, "style") else "0"
+        arguments = f"({at}, {self.input(node, 'jitter')}, {style})"
+        return {"float": f"mx_worley{arguments}", "float2": f"mx_worley3{arguments}.xy", "float3": f"mx_worley3{arguments}"}[kind]
+
+    def of_atan2(self, node: Any, _kind: str, _: str) -> str:
+        names = ("iny", "inx") if self.has(node, "iny") else ("in1", "in2")
+        return f"atan2({self.input(node, names[0])}, {self.input(node, names[1])})"
+
+    def combine(self, node: Any, kind: str, _: str = "") -> str:
+        parts = [self.input(node, f"in{i}") for i in range(1, 5) if self.has(node, f"in{i}")]
+        return f"{kind}({', '.join(parts)})"
+
+    of_combine2 = of_combine3 = of_combine4 = combine
+
+    def separate(self, node: Any, _kind: str, output: str) -> str:
+        letters = {"outx": "x", "outy": "y", "outz": "z", "outw": "w", "outr": "x", "outg": "y", "outb": "z", "outa": "w"}
+        return f"{bracket(self.input(node, 'in'))}.{letters[output or 'outx']}"
+
+    of_separate2 = of_separate3 = of_separate4 = separate
+
+    def of_extract(self, node: Any, _kind: str, _: str) -> str:
+        index = self.input(node, "index")
+        text = bracket(self.input(node, "in"))
+        return f"{text}.{'xyzw'[int(index)]}" if re.fullmatch("[0-3]", index) else f"{text}[{index}]"
+
+    def of_swizzle(self, node: Any, kind: str, _: str) -> str:
+        channels = self.port(node, "channels").getValueString()
+        source = bracket(self.input(node, "in"))
+        one = SIZES[TYPES[self.port(node, "in").getType()]] == 1
+        parts = [c if c in "01" else source if one else f"{source}.{c.translate(str.maketrans('rgba', 'xyzw'))}" for c in channels]
+        return parts[0] if len(parts) == 1 else f"{kind}({', '.join(parts)})"
+
+    def of_convert(self, node: Any, kind: str, _: str) -> str:
+        return self.input(node, "in", kind)
+
+    def of_switch(self, node: Any, _kind: str, _: str) -> str:
+        which = bracket(self.input(node, "which"))
+        cases = [self.input(node, f"in{i}") for i in range(1, 11) if self.has(node, f"in{i}")]
+        text = "0"
+        for i, case in reversed(list(enumerate(cases))):
+            text = f"{which} < {i + 1} ? {bracket(case)} : {text}"
+        return text
+
+    def of_image(self, node: Any, kind: str, _: str) -> str:
+        port = self.port(node, "file")
+        file = port.getResolvedValueString()
+        if not file:
+            return self.input(node, "default")
+        texture = self.look.texture(file, port.getActiveColorSpace(), node, kind)
+        size = SIZES[kind] if SIZES[kind] != 2 else 3
+        text = f"{texture}.Sample{size}({self.input(node, 'texcoord')}, 0)"
+        return text + ".xy" if kind == "float2" else text
+
+    def of_geomcolor(self, node: Any, kind: str, _: str) -> str:
+        self.look.note(node, "colours of vertices are white here")
+        return literal([1] * SIZES[kind] if SIZES[kind] > 1 else 1, kind)
+
+    def still(self, node: Any, kind: str, _: str) -> str:
+        self.look.note(node, "a print does not move: 0")
+        return literal([0] * SIZES[kind] if SIZES[kind] > 1 else 0, kind)
+
+    of_time = of_frame = still
+
+
+def bracket(text: str) -> str:
+    """In brackets where an operator beside it would take it apart."""
+    return text if re.fullmatch(r"[\w.]+|\w+\([^()]*(\([^()]*\)[^()]*)*\)(\.\w+)?", text) else f"({text})"
