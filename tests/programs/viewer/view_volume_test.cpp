@@ -8,21 +8,14 @@
 
 #include <cmath>
 
-#include "backends/ofr/ofr_sink.h"
-#include "tests/programs/viewer/viewer_client.h"
-#include "tests/unit/backends/sample_print.h"
+#include "tests/programs/viewer/view_fixtures.h"
 
 namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
 
-using Rgba = std::array<uint8_t, 4>;
-constexpr std::array<Rgba, 4> kColors{
-    {{0, 0, 0, 0}, {250, 40, 10, 255}, {9, 200, 90, 255}, {60, 70, 255, 255}}};
-constexpr const char* kColorText = "00000000fa280aff09c85aff3c46ffff";
 constexpr Rgba kStandsOut{0xd8, 0x1b, 0x60, 0xff};
-constexpr Vec3i kSize{517, 23, 37};
 
 /// A print of which every voxel is what `code` says.
 template <typename Code>
@@ -37,19 +30,8 @@ SamplePrint make_print(Vec3i size, const Code& code) {
     return print;
 }
 
-class ViewVolume : public ::testing::Test {
+class ViewVolume : public PrintFixture {
   protected:
-    std::string write(const SamplePrint& print, const std::string& name) {
-        const std::string path = (scratch_ / name).string();
-        Result<std::unique_ptr<pipeline::SliceSink>> sink = ofr::OfrSink::create(path);
-        EXPECT_TRUE(sink && print.send(sink->get()));
-        return path;
-    }
-    ReadPng picture(const HttpAnswer& answer) {
-        EXPECT_EQ(answer.status, 200) << answer.body;
-        scratch_.write("tile.png", answer.body);
-        return read_png(scratch_ / "tile.png");
-    }
     /// The cells once all steps are done.
     static std::string whole_volume(const Viewer& viewer, const std::string& path, double steps) {
         std::string body;
@@ -63,9 +45,6 @@ class ViewVolume : public ::testing::Test {
         }
         return body;
     }
-
-    ScratchFolder scratch_;
-    SamplePrint print_ = make_sample(kSize);
 };
 
 TEST_F(ViewVolume, TheVolumeIsFilledAndEnds) {

@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "tests/programs/viewer/viewer_client.h"
+#include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 
 namespace openfab::testing {
@@ -37,31 +37,13 @@ constexpr const char* kFablet = R"(fablet Halves {
 }
 )";
 
-constexpr const char* kWorld = R"({
-    "openfab": 1, "printer": "generic",
-    "fablets": {"halves": {"source": "halves.fl", "fablet": "Halves"}},
-    "materials": {"white": {"key": "#ffffff"}, "black": {"key": "#000000"}},
-    "meshes": {"cube": {"box": [2, 2, 2]}},
-    "objects": {
-        "cube": {"mesh": "cube", "fablet": "halves", "uniforms": {"a": "white", "b": "black"}}
-    },
-    "build": [{"object": "cube"}, {"object": "cube", "translate_mm": [3, 0, 0]}]
-}
-)";
+constexpr const char* kTwo =
+    R"([{"object": "cube"}, {"object": "cube", "translate_mm": [3, 0, 0]}])";
 
-class ViewWorld : public ::testing::Test {
+class ViewWorld : public WorldFixture {
   protected:
-    ViewWorld() {
-        scratch_.write("halves.fl", kFablet);
-        scratch_.write("cube.fab.json", kWorld);
-    }
-    std::string world() const { return (scratch_ / "cube.fab.json").string(); }
-    std::string cache() const { return (scratch_ / "cache").string(); }
+    ViewWorld() : WorldFixture("halves", "Halves", kFablet, kTwo) {}
 
-    static bool is_done(const JsonValue& state, double generation) {
-        return member(member(state, "live"), "phase").text == "done" &&
-               member(state, "generation").number >= generation;
-    }
     /// The share of solid voxels that are of the first material.
     static double share(const JsonValue& state) {
         const JsonValue& print = member(state, "prints").items.at(0);
@@ -80,13 +62,11 @@ class ViewWorld : public ::testing::Test {
         ADD_FAILURE() << "no uniform " << name;
         return {};
     }
-
-    ScratchFolder scratch_;
 };
 
 TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
     const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
-    JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     EXPECT_NEAR(share(state), 0.5, 0.02);
     // What the page builds its controls from.
     const JsonValue details = viewer.get("/api/live").json();
@@ -101,21 +81,21 @@ TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
         viewer.post("/api/set", R"({"object": "cube", "uniform": "share", "value": 0.25})").status,
         200);
     double before = generation();
-    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    state = viewer.wait_for([&](const JsonValue& s) { return has_done(s, before + 1); });
     EXPECT_NEAR(share(state), 0.25, 0.02);
-    EXPECT_THAT(read_file(world()), ::testing::StrEq(kWorld));
+    EXPECT_THAT(read_file(world()), ::testing::StrEq(world_text()));
 
     ASSERT_EQ(viewer.post("/api/write", "{}").status, 200);
     EXPECT_THAT(read_file(world()),
                 HasSubstr(R"("uniforms": {"share": 0.25, "a": "white", "b": "black"})"));
     before = generation();
-    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    state = viewer.wait_for([&](const JsonValue& s) { return has_done(s, before + 1); });
     EXPECT_NEAR(share(state), 0.25, 0.02);
 
     // Somebody else changes the world.
     before = generation();
-    scratch_.write("cube.fab.json", kWorld);
-    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    scratch_.write("cube.fab.json", world_text());
+    state = viewer.wait_for([&](const JsonValue& s) { return has_done(s, before + 1); });
     EXPECT_NEAR(share(state), 0.5, 0.02);
 
     // A part is named; between the cubes there is none.
@@ -210,7 +190,7 @@ TEST_F(ViewWorld, AMeshIsShownAsTheWorldThatAnImportMakesOfIt) {
     {
         Viewer viewer({(scratch_ / "two.obj").string(), "--draft", "1"}, cache());
         viewer.says("note: this world goes with the viewer");
-        const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+        const JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
         const JsonValue& materials = member(member(state, "prints").items.at(0), "materials");
         ASSERT_EQ(materials.items.size(), 2u);
         EXPECT_EQ(member(materials.items[0], "name").text, "red");
@@ -229,7 +209,7 @@ TEST_F(ViewWorld, AMeshIsShownAsTheWorldThatAnImportMakesOfIt) {
 
 TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {
     const Viewer viewer({world(), "--watch"}, cache());
-    JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     const JsonValue source = viewer.get("/api/source?fablet=0").json();
     EXPECT_EQ(member(source, "text").text, kFablet);
     const std::string stamp = member(source, "stamp").text;
@@ -267,7 +247,7 @@ TEST_F(ViewWorld, AFabletIsCheckedAsItIsTypedAndSavedAsItIsOnDisk) {
     const std::string now = member(saved.json(), "stamp").text;
     ASSERT_EQ(viewer.post("/api/source", body(other, now)).status, 200);
     const double before = member(state, "generation").number;
-    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    state = viewer.wait_for([&](const JsonValue& s) { return has_done(s, before + 1); });
     EXPECT_NEAR(share(state), 0.75, 0.1);  // at the draft's pitch: 250 voxels
 }
 
@@ -277,11 +257,11 @@ TEST_F(ViewWorld, ACurveIsShownByItsKeysAndSetByThem) {
     const size_t body = fablet.find("MaterialComposition mc;");
     fablet.insert(body, "float share = curve.At(attr.voxelCenter.x); ");
     scratch_.write("halves.fl", fablet);
-    std::string text = kWorld;
+    std::string text = world_text();
     text.insert(text.find("\"a\": \"white\""), R"("curve": {"keys": [[-1, 0.5], [1, 0.5]]}, )");
     scratch_.write("cube.fab.json", text);
     const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
-    JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     EXPECT_NEAR(share(state), 0.5, 0.02);
     const JsonValue details = viewer.get("/api/live").json();
     const JsonValue curve = uniform_of(details, "curve");
@@ -297,7 +277,7 @@ TEST_F(ViewWorld, ACurveIsShownByItsKeysAndSetByThem) {
     EXPECT_EQ(set(R"({"keys": [[0, "a"]]})").status, 422);
     const double before = member(state, "generation").number;
     ASSERT_EQ(set(R"({"keys": [[0, 0.25], [9, 0.25]], "interpolation": "step"})").status, 200);
-    state = viewer.wait_for([&](const JsonValue& s) { return is_done(s, before + 1); });
+    state = viewer.wait_for([&](const JsonValue& s) { return has_done(s, before + 1); });
     EXPECT_NEAR(share(state), 0.25, 0.02);
     ASSERT_EQ(viewer.post("/api/write", "{}").status, 200);
     EXPECT_THAT(read_file(world()), HasSubstr(R"("step")"));
@@ -305,7 +285,7 @@ TEST_F(ViewWorld, ACurveIsShownByItsKeysAndSetByThem) {
 
 TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     const Viewer viewer({world(), "--watch"}, cache());
-    const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    const JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     const std::vector<std::tuple<std::string, std::string, int>> wrong = {
         {"/api/set", "", 400},
         {"/api/set", "[]", 400},
@@ -340,7 +320,7 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     for (const char* path :
          {"/api/source?fablet=1", "/api/source?fablet=x", "/api/source", "/api/set", "/api/write"})
         EXPECT_NE(viewer.get(path).status, 200) << path;
-    EXPECT_EQ(read_file(world()), kWorld);
+    EXPECT_EQ(read_file(world()), world_text());
     EXPECT_EQ(read_file(scratch_ / "halves.fl"), kFablet);
     const JsonValue after = viewer.get("/api/state").json();
     EXPECT_EQ(member(after, "generation").number, member(state, "generation").number);
@@ -362,19 +342,20 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     const HttpAnswer written = viewer.post("/api/write", "{}");
     EXPECT_NE(written.status, 200);
     EXPECT_THAT(written.body, HasSubstr("failed"));
-    EXPECT_EQ(read_file(world()), kWorld);
+    EXPECT_EQ(read_file(world()), world_text());
     ASSERT_EQ(viewer.post("/api/revert", "{}").status, 200);
-    viewer.wait_for([&](const JsonValue& s) { return is_done(s, 2); });
+    viewer.wait_for([&](const JsonValue& s) { return has_done(s, 2); });
 }
 
 TEST_F(ViewWorld, ControlsStayWhileTheWorldOrAFabletIsWrong) {
     const Viewer viewer({world(), "--watch"}, cache());
-    viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     const auto failed = [](const JsonValue& s) {
         return member(member(s, "live"), "phase").text == "failed";
     };
-    const auto done = [](const JsonValue& s) { return is_done(s, 1); };
-    for (const auto& [file, right] : {std::pair{"cube.fab.json", kWorld}, {"halves.fl", kFablet}}) {
+    const auto done = [](const JsonValue& s) { return has_done(s, 1); };
+    for (const auto& [file, right] :
+         {std::pair{"cube.fab.json", world_text()}, {"halves.fl", kFablet}}) {
         scratch_.write(file, std::string(right).substr(0, 100));
         viewer.wait_for(failed);
         const JsonValue details = viewer.get("/api/live").json();
@@ -400,7 +381,7 @@ TEST_F(ViewWorld, ASourceThatBecomesALinkIsNotFollowedOutOfTheWorldsFolder) {
     const ScratchFolder elsewhere;
     elsewhere.write("secret.fl", "// a secret\n");
     const Viewer viewer({world(), "--watch"}, cache());
-    viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     ASSERT_EQ(viewer.get("/api/source?fablet=0").status, 200);
     std::filesystem::remove(scratch_ / "halves.fl");
     std::filesystem::create_symlink(elsewhere / "secret.fl", scratch_ / "halves.fl");
@@ -425,7 +406,7 @@ std::vector<std::string> processes_with(const std::string& text) {
 
 TEST_F(ViewWorld, PrintsEndWithAServerThatIsKilled) {
     // A print of minutes.
-    std::string large = kWorld;
+    std::string large = world_text();
     large.replace(large.find("[2, 2, 2]"), 9, "[200, 200, 200]");
     large.replace(large.find("[3, 0, 0]"), 9, "[300, 0, 0]");
     scratch_.write("cube.fab.json", large);
@@ -445,47 +426,9 @@ TEST_F(ViewWorld, PrintsEndWithAServerThatIsKilled) {
     }
 }
 
-TEST_F(ViewWorld, AFabletIsDrawnAndEditedAsAGraph) {
-    Viewer viewer({world(), "--watch", "--draft", "8"}, cache());
-    viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
-    std::string quoted;
-    for (const char c : std::string(kFablet))
-        quoted += c == '\n' ? "\\n" : std::string(1, c);
-    const auto body = [&](const std::string& more) {
-        return R"({"fablet": 0, "text": ")" + quoted + "\"" + more + "}";
-    };
-    const JsonValue graph = viewer.post("/api/graph", body("")).json();
-    EXPECT_TRUE(member(graph, "whole").boolean);
-    const JsonValue& tab = member(graph, "tabs").items.at(0);
-    EXPECT_EQ(member(tab, "name").text, "@Volume");
-    int set = -1;
-    for (const JsonValue& node : member(tab, "nodes").items) {
-        if (set < 0 && member(node, "title").text == ".Set")
-            set = static_cast<int>(member(node, "id").number);
-    }
-    ASSERT_GE(set, 0);
-    const auto action = [&](const std::string& text) {
-        return body(fmt::format(
-            R"(, "action": {{"do": "set", "tab": 0, "node": {}, "port": 2, "text": "{}"}})", set,
-            text));
-    };
-    const HttpAnswer edited = viewer.post("/api/edit", action("share * 0.5"));
-    ASSERT_EQ(edited.status, 200) << edited.body;
-    EXPECT_THAT(member(edited.json(), "text").text, HasSubstr("mc.Set(a, share * 0.5);"));
-    EXPECT_EQ(member(member(edited.json(), "graph"), "tabs").items.size(), 1u);
-    const HttpAnswer refused = viewer.post("/api/edit", action("a"));
-    EXPECT_EQ(refused.status, 422);
-    EXPECT_THAT(refused.body, HasSubstr("Material"));
-    const HttpAnswer palette = viewer.post("/api/palette", body(""));
-    EXPECT_THAT(palette.body, HasSubstr("voronoi_edge"));
-    EXPECT_EQ(viewer.post("/api/edit", body("")).status, 400) << "an action is missing";
-    EXPECT_EQ(viewer.post("/api/graph", R"({"fablet": 1, "text": ""})").status, 422);
-    EXPECT_EQ(read_file(scratch_ / "halves.fl"), kFablet) << "nothing is saved";
-}
-
 TEST_F(ViewWorld, WithoutWatchNothingIsWritten) {
     const Viewer viewer({world(), "--set", "cube.share=1"}, cache());
-    const JsonValue state = viewer.wait_for([](const JsonValue& s) { return is_done(s, 1); });
+    const JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
     EXPECT_EQ(share(state), 1);
     EXPECT_FALSE(member(member(state, "live"), "watch").boolean);
     for (const char* path :
