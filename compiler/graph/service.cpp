@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "compiler/graph/assist.h"
 #include "compiler/graph/edit.h"
 #include "compiler/graph/look.h"
 #include "compiler/graph/picture.h"
@@ -112,7 +113,8 @@ std::optional<Result<void>> answer(std::string_view method, const JsonValue& par
     const bool graph = method == "openfl/graph";
     const bool palette = method == "openfl/palette";
     const bool looks = method == "openfl/look";
-    if (!graph && !palette && !looks && method != "openfl/edit") return std::nullopt;
+    const bool assists = method == "openfl/assist";
+    if (!graph && !palette && !looks && !assists && method != "openfl/edit") return std::nullopt;
     const std::string text = text_of(params, "text");
     if (text.size() > kMaxTextBytes)
         return Result<void>(user_error("the document is larger than 4 MiB"));
@@ -126,6 +128,11 @@ std::optional<Result<void>> answer(std::string_view method, const JsonValue& par
     if (palette) {
         write_entries(entries_of(analysis), out);
         return Result<void>();
+    }
+    if (assists) {
+        const JsonValue* json = member_of(params, "action");
+        if (json == nullptr) return Result<void>(user_error("an action is missing"));
+        return assist(analysis, path, text, *json, out);
     }
     return looks ? look(analysis, params, out) : edit(analysis, path, params, out);
 }

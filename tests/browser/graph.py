@@ -16,15 +16,23 @@ def text(page):
     return page.input_value("#source")
 
 
+def middle(page, selector):
+    """Of the first that fits, which may just be drawn anew."""
+    for _ in range(100):
+        box = page.locator(selector).first.bounding_box()
+        if box:
+            return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.wait_for_timeout(100)
+    raise LookupError(selector)
+
+
 def node(page, title):
     """The middle of the head of a node."""
-    box = page.locator(f"#graph_svg .node:has(.title:text-is('{title}')) .head").first.bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    return middle(page, f"#graph_svg .node:has(.title:text-is('{title}')) .head")
 
 
 def dot(page, title, which):
-    box = page.locator(f"#graph_svg .node:has(.title:text-is('{title}')) {which}").first.bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    return middle(page, f"#graph_svg .node:has(.title:text-is('{title}')) {which}")
 
 
 def drag(page, start, end):
@@ -99,6 +107,8 @@ def work_with(browser, options, folder, url):
     page.keyboard.press("ArrowRight")
     check("arrows walk", page.locator("#graph_svg .node.selected").count() == 1 and "wave" not in page.locator("#graph_svg .node.selected .title").text_content())
     at.shot("graph_end")
+    choose_by_keyboard(at)
+    group_and_insert(at)
     at.close()
 
 
@@ -118,6 +128,68 @@ def look_at_values(at):
     check("without Values there is no picture", page.locator("#graph_svg .look").count() == 0)
     page.click("#graph_look")
     at.eventually("with it there is", lambda: page.locator("#graph_svg .look image").count() >= 10)
+
+
+def choose_by_keyboard(at):
+    """Several nodes by Shift and arrows; one step takes them all away, one brings them back."""
+    page = at.page
+    page.focus("#graph_svg")
+    page.keyboard.press("Escape")
+    page.mouse.click(*node(page, "wave = +"))
+    page.focus("#graph_svg")
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Shift+ArrowLeft")
+    check("Shift and arrows choose more", page.locator("#graph_svg .node.selected").count() == 3 and "3 nodes are chosen" in at.text("#inspector"))
+    before = text(page)
+    page.keyboard.press("Delete")
+    at.eventually("several are deleted", lambda: "sin(" not in text(page))
+    page.wait_for_function("() => !document.body.classList.contains('graph_busy')")
+    page.keyboard.press("Control+z")
+    check("and come back in one step", text(page) == before)
+    page.wait_for_function("() => document.querySelectorAll('#graph_svg .node').length > 11")
+    at.settle(600)
+    page.mouse.click(*node(page, "wave = +"))
+    page.focus("#graph_svg")
+    page.keyboard.press("Enter")
+    page.keyboard.press("Escape")
+    check("Enter goes to the node's inputs, Escape comes back", page.evaluate("document.activeElement.id") == "graph_svg")
+
+
+def group_and_insert(at):
+    """A function of some nodes, and a function that is dropped on a wire."""
+    page = at.page
+    before = text(page)
+    page.once("dialog", lambda dialog: dialog.accept("ripple"))
+    page.mouse.click(*node(page, "wave = +"))
+    page.keyboard.down("Shift")
+    page.mouse.click(*node(page, "sin"))
+    page.keyboard.up("Shift")
+    page.keyboard.press("g")
+    at.eventually("nodes become a function", lambda: "float ripple(" in text(page) and "ripple(" in text(page).split("@Volume")[1])
+    page.wait_for_function("() => !document.body.classList.contains('graph_busy')")
+    check("which is a tab", "ripple" in at.text("#graph_tabs"))
+    page.keyboard.press("Control+z")
+    at.eventually("undone", lambda: text(page) == before)
+    page.click("#graph_fit")
+    page.wait_for_function("() => document.querySelectorAll('#graph_svg .node').length > 11")
+    page.click("#graph_add")
+    page.wait_for_selector("#palette:not([hidden])")
+    page.fill("#palette_search", "saturate")
+    at.settle(600)
+    # The wire into the second amount of `/`: a point of it that nothing covers.
+    place = page.evaluate("""() => {
+        for (const wire of document.querySelectorAll("#graph_svg .wire path.hit"))
+            for (let t = 0.2; t < 0.9; t += 0.1) {
+                const at = wire.getPointAtLength(t * wire.getTotalLength()).matrixTransform(wire.getScreenCTM());
+                if (document.elementFromPoint(at.x, at.y) === wire && wire.closest(".wire").classList.contains("number")) return [at.x, at.y];
+            }
+    }""")
+    box = page.locator("#graph_svg").bounding_box()
+    page.locator("#palette_list button").first.drag_to(page.locator("#graph_svg"), target_position={"x": place[0] - box["x"], "y": place[1] - box["y"]})
+    at.eventually("a function is dropped on a wire", lambda: "saturate(" in text(page) and text(page).count("saturate(") == before.count("saturate(") + 1)
+    page.focus("#graph_svg")
+    page.keyboard.press("Control+z")
+    at.eventually("and taken off again", lambda: text(page) == before)
 
 
 def look(browser, options, url):
@@ -176,4 +248,4 @@ def main(browser, options):
 
 
 if __name__ == "__main__":
-    run_with_browser(__doc__, main)
+    run_with_browser(__doc__, main, volumes=False)

@@ -132,4 +132,4 @@ def main(browser, options):
 
 
 if __name__ == "__main__":
-    run_with_browser(__doc__, main)
+    run_with_browser(__doc__, main, volumes=False)

@@ -12,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import drag, text  # noqa: E402
@@ -20,71 +21,74 @@ from view import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E
 kEdits = 200
 
 
-def middle(locator):
-    box = locator.bounding_box()
-    return None if box is None else (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+# One question for what the walk may do next: the middles of what fits a selector, where the pointer reaches it.
+FIND = """([selector, dice]) => {
+    const found = [...document.querySelectorAll(selector)].map((one) => one.getBoundingClientRect()).filter((box) => box.width)
+        .map((box) => [box.x + box.width / 2, box.y + box.height / 2]);
+    return found.length ? found[Math.floor(dice * found.length)] : null;
+}"""
 
 
-def tokens(options, source):
-    file = options.out / "tokens.fl"
-    file.write_text(source)
-    return subprocess.run([options.bin / "openflc", "emit", "--as", "tokens", file], capture_output=True, text=True, check=False).stdout
+def squeezed(source):
+    """A text without its layout, which the formatter decides."""
+    return re.sub(r"\s+", "", source)
 
 
 class Walk:
-    def __init__(self, at, dice, options):
-        self.at, self.page, self.dice, self.options = at, at.page, dice, options
+    def __init__(self, at, dice):
+        self.at, self.page, self.dice = at, at.page, dice
         self.done, self.refused, self.compared = {}, 0, 0
 
     def choose(self, selector):
-        found = self.page.locator(f"#graph_svg {selector}")
-        count = found.count()
-        return found.nth(self.dice.randrange(count)) if count else None
+        return self.page.evaluate(FIND, [f"#graph_svg {selector}", self.dice.random()])
 
     def wait(self):
         """For the answer: the pane is not busy, and what it drew is the text."""
-        self.page.wait_for_function("() => !document.body.classList.contains('graph_busy')")
+        self.page.wait_for_function("() => !document.body.classList.contains('graph_busy')", polling=20)
+
+    def click(self, selector):
+        place = self.choose(selector)
+        if place:
+            self.page.mouse.click(*place)
+        return place
 
     def value(self):
         """A number in the inspector, and the same by hand."""
-        node = self.choose(".node:has(.port circle.free.number)")
-        if node is None:
+        if not self.click(".node:has(.port circle.free.number) .title"):
             return
-        node.locator(".title").first.click(force=True)
-        fields = self.page.locator("#inspector .port_row input.value")
-        plain = [i for i in range(fields.count()) if re.fullmatch(r"\d+(\.\d+)?", fields.nth(i).input_value())]
+        fields = self.page.evaluate("() => [...document.querySelectorAll('#inspector .port_row input.value')].map((one) => [one.dataset.control, one.value])")
+        plain = [one for one in fields if re.fullmatch(r"\d+(\.\d+)?", one[1])]
         if not plain:
             return
-        field = fields.nth(self.dice.choice(plain))
-        old, new = field.input_value(), f"{self.dice.uniform(0.1, 3):.3g}"
+        control, old = self.dice.choice(plain)
+        new = f"{self.dice.uniform(0.1, 3):.3g}"
         before = text(self.page)
+        field = self.page.locator(f"#inspector [data-control={control}]")
         field.fill(new)
         field.press("Enter")
         self.wait()
         after = text(self.page)
-        by_hand = [before[:m.start()] + new + before[m.end():] for m in re.finditer(rf"(?<![\w.]){re.escape(old)}(?![\w.])", before)]
-        if after != before:
-            self.compared += 1
-            self.same = tokens(self.options, after) in [tokens(self.options, one) for one in by_hand]
-            if not self.same:
-                check(f"{old} became {new} as by hand", False)
+        if after == before:
+            return
+        self.compared += 1
+        places = re.finditer(rf"(?<![\w.]){re.escape(old)}(?![\w.])", before)
+        by_hand = [squeezed(before[: m.start()] + new + before[m.end() :]) for m in places]
+        if squeezed(after) not in by_hand:
+            check(f"{old} became {new} as by hand:\n{before}\n{after}", False)
 
     def wire(self):
         start, end = self.choose(".node .out"), self.choose(".node .port .in")
-        if start and end and middle(start) and middle(end):
-            drag(self.page, middle(start), middle(end))
+        if start and end:
+            drag(self.page, start, end)
 
     def pull_off(self):
         end = self.choose(".node .port .in:not(.free)")
-        if end and middle(end):
+        if end:
             box = self.page.locator("#graph_svg").bounding_box()
-            drag(self.page, middle(end), (box["x"] + 8, box["y"] + 8))
+            drag(self.page, end, (box["x"] + 8, box["y"] + 8))
 
     def delete(self):
-        node = self.choose(".node.call, .node.operator, .node.value")
-        if node is not None:
-            node.locator(".title").first.click(force=True)
-            self.page.focus("#graph_svg")
+        if self.click(":is(.node.call, .node.operator, .node.value) .title"):
             self.page.keyboard.press("Delete")
 
     def add(self):
@@ -95,12 +99,22 @@ class Walk:
         self.page.fill("#palette_search", self.dice.choice(["sin", "abs", "noise", "gyroid", "remap", "min", "+", "*", "smoothstep", "saturate"]))
         self.page.keyboard.press("Enter")
 
+    def group(self):
+        """Two nodes into a function; the page asks for its name."""
+        first, second = self.choose(".node.call .title"), self.choose(".node.call .title")
+        if first and second and first != second:
+            self.page.mouse.click(*first)
+            self.page.keyboard.down("Shift")
+            self.page.mouse.click(*second)
+            self.page.keyboard.up("Shift")
+            self.page.keyboard.press("g")
+
     def undo(self):
         self.page.focus("#graph_svg")
         self.page.keyboard.press("Control+z" if self.dice.random() < 0.7 else "Control+Shift+z")
 
     def step(self):
-        kinds = [self.value] * 4 + [self.wire] * 4 + [self.pull_off, self.delete, self.delete, self.add, self.add, self.undo]
+        kinds = [self.value] * 4 + [self.wire] * 4 + [self.pull_off, self.delete, self.delete, self.add, self.add, self.group, self.undo]
         kind = self.dice.choice(kinds)
         before = text(self.page)
         kind()
@@ -110,9 +124,12 @@ class Walk:
             self.done[name] = self.done.get(name, 0) + 1
         elif self.at.text("#graph_message"):
             self.refused += 1
-        if self.page.is_visible("#palette"):
-            self.page.click("#palette_close")
-        # All of it in view, so that hands reach it.
+        # The stage, all of it in view, so that hands reach it.
+        self.page.evaluate("""() => {
+            document.getElementById("palette").hidden = true;
+            const stage = [...document.querySelectorAll("#graph_tabs button")].find((one) => one.textContent === "@Volume");
+            if (stage.ariaSelected !== "true") stage.click();
+        }""")
         self.page.focus("#graph_svg")
         self.page.keyboard.press("0")
 
@@ -126,16 +143,21 @@ def main(browser, options):
     (folder / "ball.fl").write_text(FABLET)
     (folder / "ball.fab.json").write_text(WORLD)
     with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "8") as url:
-        at = Page(browser, options, size=(1900, 1300), allowed="422")
+        at = Page(browser, options, size=(1500, 1000), allowed="422")
         page = at.page
         at.open(url)
         page.click("#graph_button")
         page.wait_for_selector("#graph_svg .node")
         page.click("#graph_look")
         page.uncheck("#graph_save")
-        walk = Walk(at, random.Random(seed), options)
-        for _ in range(kEdits):
+        names = iter(range(kEdits))
+        page.on("dialog", lambda dialog: dialog.accept(f"part{next(names)}"))
+        walk = Walk(at, random.Random(seed))
+        start = time.monotonic()
+        for edit in range(kEdits):
             walk.step()
+            if edit % 20 == 19:
+                print(f"        {edit + 1} edits after {time.monotonic() - start:.0f} s", flush=True)
         print(f"        changed {walk.done}, {walk.refused} refused, {walk.compared} compared with the edit by hand")
         check("many edits did something", sum(walk.done.values()) > kEdits / 4 and walk.compared > 10)
         made = text(page)
@@ -148,10 +170,10 @@ def main(browser, options):
         at.eventually("it is printed", lambda: not page.is_visible("#progress"))
         at.shot("random_edits")
         shown = at.text("#stats")
+        # As somebody would have typed it: the same tokens, laid out otherwise, in a world that no page has seen.
         hand = options.out / "by_hand"
         shutil.rmtree(hand, ignore_errors=True)
         shutil.copytree(folder, hand)
-        # As somebody would have typed it: the same tokens, laid out otherwise.
         (hand / "ball.fl").write_text("\n".join(made.replace("{", "{\n").split("\n")))
         subprocess.run([options.bin / "openfab", "print", hand / "ball.fab.json", "-o", hand / "ball.ofr", "--draft", "8", "--progress", "none"], check=True)
         info = subprocess.run([options.bin / "openfab", "info", hand / "ball.ofr"], capture_output=True, text=True, check=True).stdout
@@ -161,4 +183,4 @@ def main(browser, options):
 
 
 if __name__ == "__main__":
-    run_with_browser(__doc__, main)
+    run_with_browser(__doc__, main, volumes=False)

@@ -5,7 +5,7 @@
 
     python3 -m venv out/browser/venv && out/browser/venv/bin/pip install playwright
     apt-get install chromium                  # or: out/browser/venv/bin/playwright install chromium
-    out/browser/venv/bin/python tests/browser/view.py [--bin build/release/bin] [--out out/browser]
+    out/browser/venv/bin/python tests/browser/view.py [--bin build/release/bin] [--out out/browser] [--page tools/viewer/page]
 
 It checks what a script can check, ends with 1 where something is wrong, and leaves screenshots in --out: look at them."""
 
@@ -105,11 +105,19 @@ class Page:
 
     def __init__(self, browser, options, scheme="light", size=(1440, 860), allowed="409"):
         self.options = options
-        self.page = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme).new_page()
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, color_scheme=scheme)
+        context.set_default_timeout(180_000)  # however busy the machine is
+        if options.page:
+            context.route(re.compile(r"^http://[^/]+/[\w.]*(#.*)?$"), self.from_folder)
+        self.page = context.new_page()
         # 409: what was asked for is of a print that another one has just replaced.
-        self.page.on("console", lambda m: None if "409" in m.text or allowed in m.text else check(f"console: {m.text}", False))
+        self.page.on("console", lambda m: None if "409" in m.text or allowed in m.text else check(f"console: {m.text} {m.location['url']}", False))
         self.page.on("pageerror", lambda e: check(f"page error: {e}", False))
         self.page.on("request", lambda r: None if r.url.startswith(("http://127.0.0.1:", "blob:")) else check(f"asks {r.url}", False))
+
+    def from_folder(self, route):
+        """A file of the page as it lies in a folder, so that a change of it can be looked at without a build."""
+        route.fulfill(path=self.options.page / (route.request.url.split("#")[0].rsplit("/", 1)[1] or "index.html"))
 
     def close(self):
         """Before the server ends, for the page asks it now and then."""
@@ -465,16 +473,17 @@ def look_at_a_world(browser, options, world):
         at.close()
 
 
-def run_with_browser(about, run):
-    """Runs `run(browser, options)` by the command line's options; ends the program."""
+def run_with_browser(about, run, volumes=True):
+    """Runs `run(browser, options)` by the command line's options; ends the program. Without `volumes` the browser draws faster."""
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, default="build/release/bin")
     parser.add_argument("--out", type=pathlib.Path, default="out/browser")
+    parser.add_argument("--page", type=pathlib.Path, help="take the page's files from this folder, not from the program")
     options = parser.parse_args()
     options.bin, options.out = options.bin.resolve(), options.out.resolve()
     options.out.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", *(["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if volumes else ["--disable-gpu"])])
         run(browser, options)
         browser.close()
     print(f"{len(failures)} wrong; the screenshots are in {options.out}")

@@ -69,7 +69,7 @@ class Body {
 
 bool is_graph(const std::string& path) {
     return path == "/api/graph" || path == "/api/edit" || path == "/api/palette" ||
-           path == "/api/picture" || path == "/api/look";
+           path == "/api/picture" || path == "/api/look" || path == "/api/assist";
 }
 
 Answer post(Live* live, const std::string& path, Body body) {
@@ -106,9 +106,8 @@ Answer post(Live* live, const std::string& path, Body body) {
     const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
     const std::string text = body.text("text");
     const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
-    const JsonValue* action = path == "/api/edit" || path == "/api/picture" || path == "/api/look"
-                                  ? &body.value("action")
-                                  : nullptr;
+    const bool acts = is_graph(path) && path != "/api/graph" && path != "/api/palette";
+    const JsonValue* action = acts ? &body.value("action") : nullptr;
     if (!body.failed().empty()) return refusal(400, body.failed());
     if (static_cast<int64_t>(text.size()) > kLargestSource)
         return refusal(413, "that is too large for a fablet");

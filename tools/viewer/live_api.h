@@ -13,6 +13,7 @@
 //   POST api/palette {"fablet", "text"}       what can be added to a graph
 //   POST api/picture {"fablet", "text", "action"}   what a function of the palette looks like
 //   POST api/look    {"fablet", "text", "action"}   what nodes are at voxels (node_look.h)
+//   POST api/assist  {"fablet", "text", "action"}   what somebody who types wants to know (compiler/graph/assist.h)
 //   POST api/source  {"fablet", "text", "stamp"}   saves it; {"stamp"}
 //   POST api/set     {"object", "uniform", "value"}
 //   POST api/draft   {"draft"}

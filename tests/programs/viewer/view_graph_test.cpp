@@ -119,5 +119,26 @@ TEST_F(ViewGraph, AFabletIsDrawnAndEdited) {
     EXPECT_EQ(read_file(source()), kFablet) << "nothing is saved";
 }
 
+TEST_F(ViewGraph, WhoTypesIsTold) {
+    const Viewer viewer({world(), "--watch", "--draft", "8"}, cache());
+    viewer.wait_for(is_done);
+    std::string text = kFablet;
+    const std::string typed = "        attr.vox\n";
+    text.insert(text.find("        MaterialComposition"), typed);
+    const auto assist = [&](const std::string& kind, int line, int character) {
+        return ask(
+            viewer, "/api/assist", text,
+            fmt::format(R"({{"ask": "{}", "line": {}, "character": {}}})", kind, line, character));
+    };
+    EXPECT_THAT(assist("complete", 6, 16).body, HasSubstr(R"("label":"voxelCenter")"));
+    EXPECT_THAT(assist("hover", 5, 20).body, HasSubstr("float half_of(float x)"));
+    EXPECT_THAT(assist("signature", 5, 26).body, HasSubstr(R"("activeParameter":0)"));
+    EXPECT_THAT(assist("complete", 900000, -1).body, HasSubstr("label")) << "behind the end";
+    EXPECT_EQ(assist("guess", 0, 0).status, 422);
+    EXPECT_EQ(ask(viewer, "/api/assist", text).status, 400) << "an action is missing";
+    text = "fablet A {   @uniform { float a ; } }";
+    EXPECT_THAT(assist("format", 0, 0).body, HasSubstr(R"("newText":"fablet A {\n    @uniform {)"));
+}
+
 }  // namespace
 }  // namespace openfab::testing

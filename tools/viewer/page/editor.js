@@ -1,7 +1,12 @@
-// The fablet's source, with its diagnostics at the line.
+// The fablet's source: what is on disk and what is typed, what the compiler says of it, and one history of both hands,
+// typing and the graph.
 
 import { getJson, postJson, query } from "./api.js";
 import { element } from "./format.js";
+import { SourceAssist } from "./source_assist.js";
+import { endOfChange, TextHistory } from "./source_history.js";
+import { closing, comment, indent, newline, outdent } from "./source_keys.js";
+import { SourceView } from "./source_view.js";
 
 const byId = (id) => document.getElementById(id);
 const kCheckMs = 350;
@@ -16,6 +21,12 @@ export class Editor {
         this.stamp = "";    // its hash, by which the server knows whether it is still that
         this.known = new Set();  // stamps of what was read or written here
         this.diagnostics = [];
+        this.history = new TextHistory();
+        this.view = new SourceView();
+        this.assist = new SourceAssist({
+            ask: (action) => postJson("api/assist", { fablet: this.fablet, text: this.text, action }),
+            view: this.view, put: (begin, end, made) => this.put(begin, end, made), diagnosticsAt: (place) => this.diagnosticsAt(place),
+        });
         this.listen();
     }
 
@@ -57,6 +68,10 @@ export class Editor {
         this.known.add(got.stamp);
         const source = byId("source");
         const at = source.selectionStart;
+        // What another program wrote is a step, too: what was typed comes back by undoing it.
+        if (force || !this.loaded) this.history.reset(got.text);
+        else this.history.record(got.text);
+        this.loaded = true;
         source.value = got.text;
         if (!force) source.setSelectionRange(at, at);
         this.showText();
@@ -67,10 +82,46 @@ export class Editor {
     replace(text) {
         const source = byId("source");
         if (text === source.value) return;
-        const top = source.scrollTop;
+        this.history.record(text);
+        this.set(text);
+    }
+
+    set(text, begin = null, end = begin) {
+        const source = byId("source");
+        const at = begin ?? endOfChange(source.value, text);
         source.value = text;
-        source.scrollTop = top;
+        source.setSelectionRange(at, begin === null ? at : end);
         source.dispatchEvent(new Event("input"));
+    }
+
+    /** What a key or a completion makes of the text; {text, begin, end}. */
+    edit({ text, begin, end }) {
+        this.history.record(text, performance.now());
+        this.set(text, begin, end);
+        this.view.reveal(this.view.placeOf(begin).line);
+    }
+
+    put(begin, end, made) {
+        const text = this.text;
+        this.edit({ text: text.slice(0, begin) + made.text + text.slice(end), begin: begin + made.begin, end: begin + made.end });
+    }
+
+    undo() { return this.step(this.history.undo()); }
+    redo() { return this.step(this.history.redo()); }
+
+    step(text) {
+        if (text === null) return false;
+        this.set(text);
+        this.view.reveal(this.view.placeOf(byId("source").selectionStart).line);
+        return true;
+    }
+
+    async format() {
+        const edits = await postJson("api/assist", { fablet: this.fablet, text: this.text, action: { ask: "format" } });
+        const lines = this.text.split("\n");
+        const offset = ({ line, character }) => lines.slice(0, line).reduce((sum, one) => sum + one.length + 1, 0) + character;
+        for (const { range, newText } of edits)
+            this.replace(this.text.slice(0, offset(range.start)) + newText + this.text.slice(offset(range.end)));
     }
 
     showText() {
@@ -78,42 +129,19 @@ export class Editor {
         this.showDiagnostics();
     }
 
+    get diagnosticsHere() { return this.diagnostics.filter((d) => d.fablet === this.fablet); }
+
+    /** Those that cover a line and column from 0. */
+    diagnosticsAt({ line, character }) {
+        const column = [...this.view.lines[line].slice(0, character)].length + 1;
+        return this.diagnosticsHere.filter((d) => d.line === line + 1 && d.column <= column && (d.end_line > d.line || column <= d.end_column));
+    }
+
     showDiagnostics() {
-        const lines = this.text.split("\n");
-        const here = this.diagnostics.filter((d) => d.fablet === this.fablet);
-        const worst = new Map();
-        for (const d of here) if (worst.get(d.line) !== "error") worst.set(d.line, d.severity);
-        const gutter = byId("gutter");
-        gutter.replaceChildren(...lines.flatMap((_, i) => [element("span", { class: worst.get(i + 1) ?? "" }, String(i + 1)), "\n"]));
-        byId("marks").replaceChildren(...this.marked(lines, here));
+        this.view.show(this.text, this.diagnosticsHere);
         byId("diagnostics").replaceChildren(...this.diagnostics.map((d) => element("li", { class: d.severity },
             element("button", { onclick: () => this.run(() => this.goTo(d)) }, `${d.fablet === this.fablet ? "" : `${d.file}: `}line ${d.line}: ${d.message}`),
             ...d.help.map((text) => element("div", { class: "help" }, text)))));
-        this.scroll();
-    }
-
-    marked(lines, diagnostics) {
-        const parts = [];
-        lines.forEach((line, i) => {
-            const on = diagnostics.filter((d) => d.line === i + 1).sort((a, b) => a.column - b.column);
-            // Columns count code points.
-            const points = [...line];
-            let from = 0;
-            for (const d of on) {
-                const begin = Math.min(Math.max(d.column - 1, from), points.length);
-                const end = d.end_line > d.line ? points.length : Math.max(Math.min(d.end_column - 1, points.length), begin + 1);
-                parts.push(points.slice(from, begin).join(""), element("mark", { class: d.severity, title: d.message }, points.slice(begin, end).join("") || " "));
-                from = end;
-            }
-            parts.push(points.slice(from).join(""), "\n");
-        });
-        return parts;
-    }
-
-    scroll() {
-        const source = byId("source");
-        byId("gutter").scrollTop = byId("marks").scrollTop = source.scrollTop;
-        byId("marks").scrollLeft = source.scrollLeft;
     }
 
     async goTo(d) {
@@ -123,10 +151,9 @@ export class Editor {
         const before = lines.slice(0, d.line - 1).reduce((n, line) => n + line.length + 1, 0);
         const at = before + [...(lines[d.line - 1] ?? "")].slice(0, d.column - 1).join("").length;
         const source = byId("source");
-        source.focus();
+        source.focus({ preventScroll: true });
         source.setSelectionRange(at, at);
-        source.scrollTop = Math.max(0, (d.line - 6) * 18);
-        this.scroll();
+        this.view.reveal(d.line - 1);
     }
 
     async choose(fablet) {
@@ -168,27 +195,47 @@ export class Editor {
         });
     }
 
+    /** Undo and redo, of the graph's edits as well; keys that edit lines. */
+    key(event) {
+        const source = byId("source");
+        const mod = event.ctrlKey || event.metaKey;
+        const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+        const of = { text: source.value, begin: source.selectionStart, end: source.selectionEnd };
+        if (this.assist.key(event)) return true;
+        if (mod && key === "s") this.save();
+        else if (mod && key === "z") (event.shiftKey ? this.redo() : this.undo());
+        else if (mod && key === "y") this.redo();
+        else if (mod && key === "/") this.edit(comment(of));
+        else if (event.altKey && event.shiftKey && key === "f") this.run(() => this.format());
+        else if (mod || event.altKey || event.isComposing) return false;
+        else if (key === "Tab" && !this.leaving) this.edit(event.shiftKey ? outdent(of) : indent(of));
+        else if (key === "Enter") this.edit(newline(of));
+        else if (key === "}") this.edit(closing(of));
+        else return false;
+        return true;
+    }
+
     listen() {
         const source = byId("source");
-        source.addEventListener("scroll", () => this.scroll());
-        source.addEventListener("input", () => {
+        source.addEventListener("input", (event) => {
+            this.history.record(source.value, performance.now());
             this.showText();
             clearTimeout(this.checking);
             this.checking = setTimeout(() => this.check(), kCheckMs);
+            if (event.inputType) this.assist.typed(event.inputType === "insertText" ? event.data?.at(-1) ?? "" : "");
+        });
+        source.addEventListener("beforeinput", (event) => {
+            if (event.inputType !== "historyUndo" && event.inputType !== "historyRedo") return;
+            event.preventDefault();
+            if (event.inputType === "historyUndo") this.undo(); else this.redo();
         });
         source.addEventListener("keydown", (event) => {
-            if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "s") {
-                event.preventDefault();
-                this.save();
-            } else if (event.key === "Tab" && !event.shiftKey && !event.ctrlKey && !this.leaving) {
-                event.preventDefault();
-                source.setRangeText("    ", source.selectionStart, source.selectionEnd, "end");
-                source.dispatchEvent(new Event("input"));
-            }
+            if (this.key(event)) event.preventDefault();
             // Escape, then Tab, leaves the field.
             this.leaving = event.key === "Escape" || (this.leaving && event.key === "Shift");
         });
         byId("save").addEventListener("click", () => this.save());
         byId("fablet").addEventListener("change", (event) => this.run(() => this.choose(Number(event.target.value))));
+        addEventListener("beforeunload", (event) => { if (this.edited) event.preventDefault(); });
     }
 }

@@ -10,7 +10,6 @@ import { GraphPalette } from "./graph_palette.js";
 
 const byId = (id) => document.getElementById(id);
 const kDrawMs = 200;
-const kMostUndo = 200;
 
 export class GraphPane {
     /** `editor` holds the text; `fail` shows an error of the server; `colorOf` is that of the material of a uniform. */
@@ -21,8 +20,6 @@ export class GraphPane {
         this.tab = 0;
         this.selected = new Set();
         this.port = null;
-        this.undone = [];
-        this.history = [];
         this.drawing = new GraphDrawing(byId("graph_svg"));
         this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }));
         this.inspector = new GraphInspector({ act: (action) => this.act(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
@@ -83,7 +80,7 @@ export class GraphPane {
         else {
             const names = new Set([...this.selected].map((id) => this.keyOf(this.nodes[id])));
             this.graph = graph;
-            if (other) [this.tab, this.history, this.undone] = [this.firstTab(), [], []];
+            if (other) this.tab = this.firstTab();
             if (this.tab >= graph.tabs.length) this.tab = 0;
             this.selected = new Set(other ? [] : this.nodes.filter((node) => names.has(this.keyOf(node))).map((node) => node.id));
             if (this.selected.size !== 1 || !this.nodes[[...this.selected][0]].ports[this.port?.port]) this.port = null;
@@ -109,8 +106,8 @@ export class GraphPane {
         byId("graph_tabs").replaceChildren(...tabs.map((tab, i) => element("button", {
             role: "tab", "aria-selected": i === this.tab, onclick: () => this.setTab(i),
         }, several && tab.fablet ? `${tab.fablet} ${tab.name}` : tab.name)));
-        byId("graph_undo").disabled = this.history.length === 0;
-        byId("graph_redo").disabled = this.undone.length === 0;
+        byId("graph_undo").disabled = !this.editor.history.canUndo;
+        byId("graph_redo").disabled = !this.editor.history.canRedo;
         byId("graph_stale").hidden = !this.stale;
         const tab = tabs[this.tab];
         if (!tab) return;
@@ -196,11 +193,6 @@ export class GraphPane {
                 // What was typed meanwhile wins; the action can be done again.
                 if (before !== this.editor.text) return this.say("the text was changed meanwhile; nothing was done");
                 this.say("");
-                if (made.text !== before) {
-                    this.history.push(before);
-                    if (this.history.length > kMostUndo) this.history.shift();
-                    this.undone = [];
-                }
                 this.put(made.text);
                 this.take(made.graph, made.text);
                 if (action.do === "add") {
@@ -226,15 +218,14 @@ export class GraphPane {
         if (byId("graph_save").checked) this.editor.save();
     }
 
-    step(from, to) {
-        if (from.length === 0) return;
-        to.push(this.editor.text);
-        this.put(from.pop());
+    undo() { this.stepped(this.editor.undo()); }
+    redo() { this.stepped(this.editor.redo()); }
+
+    stepped(done) {
+        if (!done) return;
+        if (byId("graph_save").checked) this.editor.save();
         this.draw();
     }
-
-    undo() { this.step(this.history, this.undone); }
-    redo() { this.step(this.undone, this.history); }
 
     async openPalette() {
         if (!this.graph) return;
@@ -265,13 +256,14 @@ export class GraphPane {
     /** The last first: what it reads may go with it. One step to undo. */
     async removeAll(nodes) {
         const keys = nodes.sort((a, b) => b - a).map((id) => this.keyOf(this.nodes[id]));
-        const [steps, text] = [this.history.length, this.editor.text];
+        const { history } = this.editor;
+        const steps = history.depth;
         for (const key of keys) {
             const node = this.nodes.find((one) => this.keyOf(one) === key);
             if (node && !(await this.act({ do: "delete", node: node.id }))) break;
         }
-        if (this.history.length <= steps) return;
-        this.history.splice(steps, Infinity, text);
+        if (history.depth <= steps) return;
+        history.joinSince(steps);
         this.select(null);
     }
 
@@ -287,8 +279,8 @@ export class GraphPane {
         this.editor.goTo({ fablet: this.editor.fablet, line: lines.length, column: [...lines.at(-1)].length + 1 });
     }
 
-    /** The nearest node in a direction of the drawing. */
-    walk(dx, dy) {
+    /** The nearest node in a direction of the drawing; with `more` it is chosen besides. */
+    walk(dx, dy, more) {
         const placed = this.drawing.placed?.at;
         if (!placed || placed.length === 0) return;
         const now = [...this.selected].at(-1);
@@ -302,14 +294,18 @@ export class GraphPane {
             const cost = along + 3 * Math.abs(ax * dy + ay * dx);
             if (cost < least) [least, best] = [cost, id];
         });
-        if (best !== null) { this.select(best); this.drawing.reveal(best); }
+        if (best === null) return;
+        // Last in the order of the set, where the next step begins.
+        if (more) this.selected.delete(best);
+        this.select(best, more);
+        this.drawing.reveal(best);
     }
 
     key(event) {
         const mod = event.ctrlKey || event.metaKey;
         const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
         const keys = {
-            ArrowLeft: () => this.walk(-1, 0), ArrowRight: () => this.walk(1, 0), ArrowUp: () => this.walk(0, -1), ArrowDown: () => this.walk(0, 1),
+            ArrowLeft: () => this.walk(-1, 0, event.shiftKey), ArrowRight: () => this.walk(1, 0, event.shiftKey), ArrowUp: () => this.walk(0, -1, event.shiftKey), ArrowDown: () => this.walk(0, 1, event.shiftKey),
             Delete: () => this.remove(), Backspace: () => this.remove(), a: () => this.openPalette(), g: () => this.group(),
             Enter: () => byId("inspector").querySelector("input, select, button")?.focus(), t: () => this.selected.size && this.goTo(this.nodes[[...this.selected][0]]),
             0: () => this.drawing.fit(), "+": () => this.drawing.zoom(1.25), "-": () => this.drawing.zoom(0.8), Escape: () => this.select(null),
@@ -363,6 +359,12 @@ export class GraphPane {
             this.drawing.zoom(Math.exp(-event.deltaY / 400), event.clientX, event.clientY);
         }, { passive: false });
         root.addEventListener("keydown", (event) => this.key(event));
+        // Back to the graph, with the input that was edited still chosen: Delete and Add are about it.
+        byId("inspector").addEventListener("keydown", (event) => {
+            if (event.key !== "Escape") return;
+            event.stopPropagation();
+            root.focus();
+        });
         root.addEventListener("dragover", (event) => event.preventDefault());
         root.addEventListener("drop", (event) => {
             event.preventDefault();
