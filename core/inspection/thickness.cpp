@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/principal_axes.h"
 #include "inspection/sets.h"
 #include "inspection/smooth.h"
 
@@ -30,44 +31,19 @@ struct Axes {
     std::array<Vec3d, 3> axes;
 };
 
-/// The axes of a symmetric matrix (xx, yy, zz, xy, xz, yz), by Jacobi's rotations.
+/// The axes of a symmetric matrix (xx, yy, zz, xy, xz, yz).
 Axes axes_of(const std::array<double, 6>& m) {
     double a[3][3] = {{m[0], m[3], m[4]}, {m[3], m[1], m[5]}, {m[4], m[5], m[2]}};
-    double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    double v[3][3];
     constexpr int kSweeps = 12;
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-        for (int p = 0; p < 2; ++p) {
-            for (int q = p + 1; q < 3; ++q) {
-                if (std::fabs(a[p][q]) < 1e-300) continue;
-                const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-                const double t =
-                    (theta >= 0 ? 1 : -1) / (std::fabs(theta) + std::sqrt(theta * theta + 1));
-                const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double kp = a[k][p], kq = a[k][q];
-                    a[k][p] = c * kp - s * kq;
-                    a[k][q] = s * kp + c * kq;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double pk = a[p][k], qk = a[q][k];
-                    a[p][k] = c * pk - s * qk;
-                    a[q][k] = s * pk + c * qk;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double kp = v[k][p], kq = v[k][q];
-                    v[k][p] = c * kp - s * kq;
-                    v[k][q] = s * kp + c * kq;
-                }
-            }
-        }
-    }
+    principal_axes(a, v, 0, kSweeps);
     std::array<int, 3> order{0, 1, 2};
     std::sort(order.begin(), order.end(), [&](int i, int j) { return a[i][i] > a[j][j]; });
     Axes out{};
     for (size_t i = 0; i < 3; ++i) {
         const int k = order[i];
         out.values[i] = a[k][k];
-        out.axes[i] = {v[0][k], v[1][k], v[2][k]};
+        out.axes[i] = {v[k][0], v[k][1], v[k][2]};
     }
     return out;
 }
@@ -254,7 +230,8 @@ class Places {
 
 /// Finds what is thinner than `limit`, by the `kind`-th thickness. Single places are off by a few tenths of
 /// a voxel; the mean of their neighbourhood is not.
-std::vector<Thin> thin_of(const Places& places, size_t kind, double limit, const Vec3i& size) {
+std::vector<Thin> thin_of(const Places& places, size_t kind, double limit, const Vec3i& size,
+                          double shortest_mm) {
     std::vector<float> means(places.size(), kLong);
     tbb::parallel_for(size_t{0}, places.size(), [&](size_t i) {
         if (places[i].thickness[kind] >= kLong) return;
@@ -276,6 +253,18 @@ std::vector<Thin> thin_of(const Places& places, size_t kind, double limit, const
             if (other < i && means[other] < kLong)
                 sets.unite(static_cast<int32_t>(other), static_cast<int32_t>(i));
         });
+    }
+    // The two sides of a wall are one, as any of their places tell.
+    constexpr size_t kSome = 5;
+    for (size_t i = 0; i < places.size(); i += kSome) {
+        if (means[i] >= kLong) continue;
+        constexpr double kMostReach = 16;
+        const double across = std::ceil(static_cast<double>(means[i]) / shortest_mm) + 1;
+        places.for_near(places[i].at, static_cast<int32_t>(std::min(across, kMostReach)),
+                        [&](size_t other) {
+                            if (means[other] < kLong)
+                                sets.unite(static_cast<int32_t>(other), static_cast<int32_t>(i));
+                        });
     }
     std::vector<int32_t> number(places.size(), -1);
     std::vector<Thin> found;
@@ -313,7 +302,8 @@ std::vector<Thin> find_thin(const Bits& bits, int outside, const Vec3d& pitch_mm
     const Places places(measure, bits.size, most_mm);
     for (size_t kind = 0; kind < 2; ++kind) {
         if (!(limit[kind] > 0)) continue;
-        std::vector<Thin> found = thin_of(places, kind, limit[kind], bits.size);
+        std::vector<Thin> found = thin_of(places, kind, limit[kind], bits.size,
+                                          std::min({pitch_mm.x, pitch_mm.y, pitch_mm.z}));
         std::move(found.begin(), found.end(), std::back_inserter(out));
     }
     return out;

@@ -5,48 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/principal_axes.h"
+
 namespace openfab::nearest {
 namespace {
-
-/// Computes the eigenvectors of a symmetric 3 x 3 matrix, as rows of `axes`, by cyclic Jacobi
-/// rotations.
-void principal_axes(const double cov[6], double axes[3][3]) {
-    double a[3][3] = {{cov[0], cov[1], cov[2]}, {cov[1], cov[3], cov[4]}, {cov[2], cov[4], cov[5]}};
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j)
-            axes[i][j] = i == j ? 1.0 : 0.0;
-    }
-    for (int sweep = 0; sweep < 8; ++sweep) {
-        const double off = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
-        // The remainder would turn the axes by a few millionths.
-        if (off <= 1e-6 * (std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2]))) break;
-        for (int p = 0; p < 2; ++p) {
-            for (int q = p + 1; q < 3; ++q) {
-                if (a[p][q] == 0.0) continue;
-                const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-                const double t =
-                    (theta >= 0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1.0));
-                const double c = 1.0 / std::sqrt(t * t + 1.0);
-                const double s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double x = a[k][p], y = a[k][q];
-                    a[k][p] = c * x - s * y;
-                    a[k][q] = s * x + c * y;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double x = a[p][k], y = a[q][k];
-                    a[p][k] = c * x - s * y;
-                    a[q][k] = s * x + c * y;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double x = axes[p][k], y = axes[q][k];
-                    axes[p][k] = c * x - s * y;
-                    axes[q][k] = s * x + c * y;
-                }
-            }
-        }
-    }
-}
 
 /// Sets the last axis to the unit vector n and the others to the principal axes across it.
 void axes_across(const double cov[6], const Vec3d& n, double axes[3][3]) {
@@ -99,10 +61,16 @@ PrincipalFrame::PrincipalFrame(const Moments& m) {
     // 120 degrees apart, or more.
     constexpr double kFacing = 0.5;
     const double facing = length(m.area);
-    if (facing > kFacing * m.weight)
+    if (facing > kFacing * m.weight) {
         axes_across(cov, m.area * (1.0 / facing), axes_);
-    else
-        principal_axes(cov, axes_);
+    } else {
+        double a[3][3] = {
+            {cov[0], cov[1], cov[2]}, {cov[1], cov[3], cov[4]}, {cov[2], cov[4], cov[5]}};
+        // The remainder would turn the axes by a few millionths.
+        constexpr double kRest = 1e-6;
+        constexpr int kSweeps = 8;
+        principal_axes(a, axes_, kRest, kSweeps);
+    }
     const auto column = [&](int a) {
         return F4{static_cast<float>(axes_[0][a]), static_cast<float>(axes_[1][a]),
                   static_cast<float>(axes_[2][a]), 0};
