@@ -3,16 +3,21 @@
 #include "pieces/place_connectors.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
+
+#include "pieces/collide.h"
 
 namespace openfab::pieces {
 
 namespace {
 
 constexpr double kDowelLength = 2.5;  // diameters
+constexpr std::array<double, 9> kSame{1, 0, 0, 0, 1, 0, 0, 0, 1};
 
 /// A cell of the section of a cut: which two pieces meet there, if both go on behind it.
 struct Cell {
@@ -144,18 +149,23 @@ class Placer {
             for (const auto& [x, y] : cells) {
                 if (section.clear(x, y, radius)) clear.emplace_back(x, y);
             }
-            for (int n = 0; n < 2 && !clear.empty(); ++n) {
+            constexpr int kTries = 12;
+            const Vec3d center = clear.empty() ? Vec3d{} : middle(section, clear);
+            for (int n = 0; n < kTries && used.size() < 2 && !clear.empty(); ++n) {
                 // The first near a corner of what is possible, the second far from it.
-                const Vec3d from = n == 0 ? middle(section, clear) : used[0];
+                const Vec3d from = used.empty() ? center : used[0];
                 const auto best =
                     std::max_element(clear.begin(), clear.end(), [&](const auto& a, const auto& b) {
                         return length(section.point(a.first, a.second) - from) <
                                length(section.point(b.first, b.second) - from);
                     });
                 const Vec3d at = section.point(best->first, best->second);
-                if (n == 1 && length(at - used[0]) < 2.5 * options_.peg_mm) break;
+                if (!used.empty() && length(at - used[0]) < 2.5 * options_.peg_mm) break;
                 if (add_dowel(cut, at)) used.push_back(at), any = true;
-                if (used.empty()) break;
+                std::erase_if(clear, [&](const auto& cell) {
+                    return length(section.point(cell.first, cell.second) - at) <
+                           options_.peg_mm / 2;
+                });
             }
         }
         if (options_.number_mm > 0) number(cut, section, cells, used);
@@ -182,15 +192,25 @@ class Placer {
         for (Cut& c : alone.cuts)
             c.connectors.clear(), c.numbers.clear();
         alone.cuts[cut].connectors.push_back(dowel);
-        const std::array<double, 9> same{1, 0, 0, 0, 1, 0, 0, 0, 1};
+        SourceLocation unused;
         for (const Region& region : regions(alone)) {
-            SourceLocation unused;
             if (!region.fits.empty() &&
-                !misfit(body_, mapped(region, same, {}), 0, &unused).empty())
+                !misfit(body_, mapped(region, kSame, {}), 0, &unused).empty())
                 return false;
         }
         tree_.cuts[cut].connectors.push_back(dowel);
-        return true;
+        if (nothing_collides()) return true;
+        tree_.cuts[cut].connectors.pop_back();
+        return false;
+    }
+
+    /// Whether what the cuts around a piece have leaves each other room.
+    bool nothing_collides() const {
+        const std::vector<Region> all = regions(tree_);
+        return std::all_of(all.begin(), all.end(), [](const Region& region) {
+            SourceLocation unused;
+            return collision(mapped(region, kSame, {}), &unused).empty();
+        });
     }
 
     void number(size_t cut, const Section& section, const Cells& cells,
@@ -218,6 +238,7 @@ class Placer {
         made.height_mm = options_.number_mm;
         made.depth_mm = 0.6;
         tree_.cuts[cut].numbers.push_back(made);
+        if (!nothing_collides()) tree_.cuts[cut].numbers.pop_back();
     }
 
     const Body& body_;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 
+#include "pieces/box_plan.h"
 #include "pieces/coarse_solid.h"
 #include "pieces/place_connectors.h"
 
@@ -51,8 +52,16 @@ class Search {
         for (size_t i = 0; i < weights_.size(); ++i) {
             if (solid_.skin()[i] == 0) continue;
             const Vec3d p = vec_cast<double>(solid_.centers()[i]);
-            weights_[i] = static_cast<float>(options.seam ? options.seam(p) : 1);
+            weights_[i] = static_cast<float>((options.seam ? options.seam(p) : 1) * crease(p));
             all_skin_ += 1;
+        }
+        if (options.stress) {
+            stress_.resize(solid_.centers().size());
+            for (size_t i = 0; i < stress_.size(); ++i) {
+                stress_[i] = static_cast<float>(
+                    std::max(options.stress(vec_cast<double>(solid_.centers()[i])), 0.0));
+                all_stress_ += double{stress_[i]};
+            }
         }
         normals_ = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         for (const double s : {1.0, -1.0}) {
@@ -64,7 +73,9 @@ class Search {
     Result<Found> run(const Body& body) {
         Found found;
         found.voxel_mm = solid_.pitch_mm();
-        found.least = pieces_of_box(box_.size(), options_.tray_mm);
+        BoxPlan plan(options_.tray_mm);
+        const int32_t box_least = plan.least(box_.size());
+        found.least = box_least > 0 ? box_least : pieces_of_box(box_.size(), options_.tray_mm);
         if (solid_.centers().empty()) return user_error("the part holds no volume");
         auto whole = std::make_shared<Chunk>();
         whole->voxels.resize(solid_.centers().size());
@@ -96,6 +107,8 @@ class Search {
         }
         State& best = beam[0];
         found.tree = std::move(best.tree);
+        if (box_least > 0 && box_least < static_cast<int32_t>(found.tree.pieces.size()))
+            take_if_whole(plan.tree(box_), &found.tree);
         name_pieces(&found.tree);
         found.pieces = static_cast<int32_t>(found.tree.pieces.size());
         found.seam_mm2 =
@@ -107,6 +120,21 @@ class Search {
     }
 
   private:
+    /// Takes other cuts if each of their pieces holds something.
+    void take_if_whole(Tree made, Tree* tree) const {
+        std::vector<bool> holds(made.pieces.size());
+        for (const Vec3f& center : solid_.centers()) {
+            const Vec3d p = vec_cast<double>(center);
+            int32_t node = 0;
+            while (node >= 0) {
+                const Cut& cut = made.cuts[static_cast<size_t>(node)];
+                node = dot(cut.normal, p) > cut.offset_mm ? cut.front : cut.back;
+            }
+            holds[static_cast<size_t>(~node)] = true;
+        }
+        if (std::find(holds.begin(), holds.end(), false) == holds.end()) *tree = std::move(made);
+    }
+
     /// Cuts the largest piece that does not fit.
     void expand(const State& state, std::vector<State>* out) {
         size_t largest = 0;
@@ -205,7 +233,7 @@ class Search {
         const auto bins = static_cast<size_t>((hi - lo) / pitch) + 1;
         struct Bin {
             Box3d box;
-            double skin = 0;
+            double skin = 0, stress = 0;
             int64_t voxels = 0;
         };
         std::vector<Bin> bin(bins);
@@ -214,6 +242,7 @@ class Search {
             const auto v = static_cast<size_t>(chunk.voxels[i]);
             b.box.add(vec_cast<double>(solid_.centers()[v]));
             b.skin += double{weights_[v]};
+            if (!stress_.empty()) b.stress += double{stress_[v]};
             ++b.voxels;
         }
         std::vector<Box3d> below(bins + 1), above(bins + 1);
@@ -252,6 +281,7 @@ class Search {
                          pieces_of_box(front.size(), options_.tray_mm);
             // The seam, as a share of the surface; thin ends; cuts far from where two halves are.
             c.cost = bin[b].skin / static_cast<double>(std::max<int64_t>(all_skin_, 1));
+            if (all_stress_ > 0) c.cost += bin[b].stress / all_stress_;
             const double end = std::min(offset - lo, hi - offset) + pitch / 2;
             if (end < thin) c.cost += 0.2 * (1 - end / thin);
             const double radius = options_.peg_mm / 2 + options_.skin_mm;
@@ -259,6 +289,28 @@ class Search {
             if (area < 4 * radius * radius) c.cost += 0.05;
             out->push_back(c);
         }
+    }
+
+    /// Returns how well a seam shows at a point of the surface: least in a crease, most on an edge, by how much of
+    /// a ball is solid.
+    double crease(const Vec3d& p) const {
+        constexpr int kRadius = 4;  // voxels
+        constexpr double kFlat = 0.7, kSlope = 2, kLeast = 0.4, kMost = 1.3;
+        int all = 0, inside = 0;
+        for (int z = -kRadius; z <= kRadius; z += 2) {
+            for (int y = -kRadius; y <= kRadius; y += 2) {
+                for (int x = -kRadius; x <= kRadius; x += 2) {
+                    if (x * x + y * y + z * z > kRadius * kRadius) continue;
+                    ++all;
+                    inside +=
+                        solid_.solid(p + Vec3d{double(x), double(y), double(z)} * solid_.pitch_mm())
+                            ? 1
+                            : 0;
+                }
+            }
+        }
+        const double share = static_cast<double>(inside) / all;
+        return std::clamp(1 - kSlope * (share - kFlat), kLeast, kMost);
     }
 
     static void name_side(Tree* tree, int32_t node, const std::string& path) {
@@ -278,7 +330,9 @@ class Search {
     const CoarseSolid solid_;
     Box3d box_;
     std::vector<float> weights_;
+    std::vector<float> stress_;
     int64_t all_skin_ = 0;
+    double all_stress_ = 0;
     std::vector<Vec3d> normals_;
     int32_t looked_at_ = 0;
 };

@@ -27,15 +27,17 @@ struct SearchOptions {
     int64_t voxels = 400'000;  ///< of the coarse solid, about
     /// Returns how much a seam at a point of the surface is disliked: 0 where it should be, 1 usual.
     std::function<double(const Vec3d&)> seam;
+    /// Returns what a section through a point of the part takes on, as a stress: at least 0.
+    std::function<double(const Vec3d&)> stress;
 };
 
 struct Found {
     Tree tree;
     int32_t pieces = 0;
-    int32_t least = 0;      ///< of the best grid over its box
+    int32_t least = 0;  ///< of its box, or of the best grid over that where there are too many ways
     int32_t looked_at = 0;  ///< planes
     double voxel_mm = 0;
-    double seam_mm2 = 0;      ///< of the surface that lies along cuts, in voxels' faces
+    double seam_mm2 = 0;  ///< of the surface that lies along cuts, in voxels' faces, as disliked
     int32_t without_peg = 0;  ///< cuts whose section holds no peg
 };
 

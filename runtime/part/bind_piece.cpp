@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "pieces/collide.h"
 #include "pieces/extent.h"
 
 namespace openfab::part {
@@ -32,12 +33,17 @@ Result<std::shared_ptr<const Piece>> bind_piece(const world::World& world,
             ++code;
         piece->filled_codes.push_back(static_cast<uint8_t>(code + 1));
     }
-    if (part.mesh == nullptr || part.mesh->triangles.empty()) return {std::move(piece)};
-    const bool moves = part.fablet->has_surface != 0 && std::isfinite(part.max_displacement_mm);
     SourceLocation at;
-    const std::string misfit =
-        pieces::misfit({part.mesh->positions, part.mesh->triangles}, piece->region,
-                       moves ? double{part.max_displacement_mm} : 0, &at);
+    std::string misfit;
+    if (part.mesh != nullptr && !part.mesh->triangles.empty()) {
+        const bool moves = part.fablet->has_surface != 0 && std::isfinite(part.max_displacement_mm);
+        misfit = pieces::misfit({part.mesh->positions, part.mesh->triangles}, piece->region,
+                                moves ? double{part.max_displacement_mm} : 0, &at);
+    }
+    if (misfit.empty()) {
+        at = object.pieces->location;
+        misfit = pieces::collision(piece->region, &at);
+    }
     if (misfit.empty()) return {std::move(piece)};
     return error_at(at, fmt::format("object `{}`: {}", object.name, misfit),
                     "move the connector, make it smaller, or ask for less `skin_mm`");

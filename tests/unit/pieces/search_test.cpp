@@ -8,7 +8,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <map>
 #include <random>
+#include <utility>
 
 #include "mesh/model/primitives.h"
 
@@ -50,6 +54,56 @@ TEST(PiecesSearch, BoxesGetNoMoreThanTheBestGrid) {
     }
 }
 
+/// The least number of pieces of a box of whole centimetres that planes across it make, by trying all of them.
+class LeastPieces {
+  public:
+    explicit LeastPieces(const std::array<int, 3>& tray) : tray_(tray) {}
+    int of(std::array<int, 3> box) {
+        std::sort(box.begin(), box.end());
+        if (box[0] <= tray_[0] && box[1] <= tray_[1] && box[2] <= tray_[2]) return 1;
+        const auto [known, fresh] = known_.try_emplace(box, 1 << 20);
+        if (!fresh) return known->second;
+        int least = 1 << 20;
+        for (size_t axis = 0; axis < 3; ++axis) {
+            for (int at = 1; 2 * at <= box[axis]; ++at) {
+                std::array<int, 3> one = box, other = box;
+                one[axis] = at, other[axis] -= at;
+                least = std::min(least, of(one) + of(other));
+            }
+        }
+        return known_[box] = least;
+    }
+
+  private:
+    std::array<int, 3> tray_;  ///< rising
+    std::map<std::array<int, 3>, int> known_;
+};
+
+TEST(PiecesSearch, BoxesGetTheLeastNumberOfPieces) {
+    std::mt19937 random(17);
+    const std::array<int, 3> tray{3, 4, 6};
+    LeastPieces least(tray);
+    int mixed = 0;
+    for (int i = 0; i < 25; ++i) {
+        std::array<int, 3> size;
+        for (int& side : size)
+            side = 2 + static_cast<int>(random() % 11);
+        constexpr double kCell = 10;
+        const Vec3d size_mm{size[0] * kCell, size[1] * kCell, size[2] * kCell};
+        const mesh::Mesh box = mesh::make_box(size_mm);
+        SearchOptions options;
+        options.tray_mm = {tray[2] * kCell, tray[0] * kCell, tray[1] * kCell};
+        options.voxels = 20'000;
+        options.peg_mm = options.number_mm = 0;
+        const Result<Found> found = find_cuts(body_of(box), options);
+        ASSERT_TRUE(found) << found.error().text();
+        const int wanted = least.of(size);
+        EXPECT_EQ(found->pieces, wanted) << size[0] << " x " << size[1] << " x " << size[2];
+        mixed += wanted < pieces_of_box(size_mm, options.tray_mm) ? 1 : 0;
+    }
+    EXPECT_GT(mixed, 3);  // poses mix
+}
+
 TEST(PiecesSearch, ExactMultiplesOfTheTrayNeedNoMore) {
     const mesh::Mesh box = mesh::make_box({200, 100, 50});
     SearchOptions options;
@@ -75,6 +129,49 @@ TEST(PiecesSearch, SeamsGoWhereTheyAreWanted) {
     ASSERT_EQ(found->pieces, 2);
     EXPECT_GT(found->tree.cuts[0].offset_mm, 12);
     EXPECT_LT(found->tree.cuts[0].offset_mm, 20);
+}
+
+TEST(PiecesSearch, SectionsKeepAwayFromStress) {
+    const mesh::Mesh bar = mesh::make_box({150, 20, 20});
+    SearchOptions options;
+    options.tray_mm = {100, 100, 100};
+    options.voxels = 20'000;
+    options.stress = [](const Vec3d& p) { return p.x > -22 && p.x < -15 ? 0.1 : 1.0; };
+    const Result<Found> found = find_cuts(body_of(bar), options);
+    ASSERT_TRUE(found);
+    ASSERT_EQ(found->pieces, 2);
+    EXPECT_GT(found->tree.cuts[0].offset_mm, -22);
+    EXPECT_LT(found->tree.cuts[0].offset_mm, -15);
+}
+
+TEST(PiecesSearch, SeamsLieInCreases) {
+    // A bar that is thicker from x = 8 on: any cut in its thin half is as long, one at the step lies in a crease.
+    mesh::Mesh bar;
+    const auto ring = [&](double x, double half) {
+        for (const auto& [y, z] :
+             {std::pair{-1, -1}, std::pair{1, -1}, std::pair{1, 1}, std::pair{-1, 1}})
+            bar.positions.push_back({x, y * half, z * half});
+    };
+    ring(-75, 20), ring(8, 20), ring(8, 26), ring(75, 26);
+    const auto quad = [&](int32_t a, int32_t b, int32_t c, int32_t d) {
+        bar.triangles.push_back({a, b, c});
+        bar.triangles.push_back({a, c, d});
+    };
+    quad(3, 2, 1, 0), quad(12, 13, 14, 15);
+    for (int32_t r = 0; r < 3; ++r) {
+        for (int32_t i = 0; i < 4; ++i) {
+            const int32_t j = (i + 1) % 4;
+            quad(4 * r + i, 4 * r + j, 4 * r + 4 + j, 4 * r + 4 + i);
+        }
+    }
+    SearchOptions options;
+    options.tray_mm = {100, 100, 100};
+    options.voxels = 60'000;
+    const Result<Found> found = find_cuts(body_of(bar), options);
+    ASSERT_TRUE(found) << found.error().text();
+    ASSERT_EQ(found->pieces, 2);
+    EXPECT_NEAR(found->tree.cuts[0].offset_mm, 8, 3 * found->voxel_mm);
+    EXPECT_LT(found->tree.cuts[0].offset_mm, 8);
 }
 
 TEST(PiecesExtent, TheDistanceOfACylinderIsThatOfItsSamples) {
