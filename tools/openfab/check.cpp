@@ -18,6 +18,7 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "program/output_check.h"
 #include "tools/openfab/check_findings.h"
 #include "tools/openfab/programs.h"
 #include "tools/viewer/child.h"
@@ -75,6 +76,7 @@ class Checker {
         if (!memory) return memory.error();
         memory_ = *memory;
         if (const Result<void> read = read_printer(); !read) return read;
+        if (const Result<void> apart = check_own_outputs(); !apart) return apart;
         Result<CheckedPrint> print = voxels();
         if (!print) return print.error();
         if (const Result<void> read = read_limits(*print); !read) return read;
@@ -99,8 +101,10 @@ class Checker {
             if (!written) return written;
         }
         if (found->empty()) return {};
-        return user_error(fmt::format("{} place{} the machine's limits do not allow", found->size(),
-                                      found->size() == 1 ? " that" : "s that"));
+        return user_error(
+            fmt::format("{} place{} the machine's limits do not allow", found->size(),
+                        found->size() == 1 ? " that" : "s that"),
+            arguments_.before_print() ? "nothing was printed; without `--check` it would be" : "");
     }
 
   private:
@@ -109,18 +113,16 @@ class Checker {
     Result<void> read_printer() {
         std::string name = arguments_.printer;
         if (!is_print()) {
-            if (!arguments_.file.ends_with(".json")) {
+            const bool is_world = arguments_.file.ends_with(".json");
+            if (!is_world && !arguments_.before_print()) {
                 return usage_error(
                     fmt::format("`{}` is neither a world (.fab.json) nor a print (.ofr)",
                                 printable(arguments_.file)));
             }
-            const Result<world::World> world = world::load_world(
-                arguments_.file, {{arguments_.allow.begin(), arguments_.allow.end()}, memory_},
-                world::MeshFiles::kSkip);
-            if (!world) return world.error();
-            if (name.empty()) name = world->printer;
-            for (const world::Material& material : world->materials)
-                channels_[material.name] = material.channel;
+            if (is_world) {
+                const Result<void> read = read_world(&name);
+                if (!read) return read;
+            }
         }
         if (name.empty()) name = "generic";
         Result<world::Printer> printer = world::load_printer(name);
@@ -134,6 +136,31 @@ class Checker {
         }
         limits_ = printer_.process.checks;
         return {};
+    }
+
+    /// Reads the channels of a world, and its printer's name if none is given.
+    Result<void> read_world(std::string* printer) {
+        const Result<world::World> world = world::load_world(
+            arguments_.file, {{arguments_.allow.begin(), arguments_.allow.end()}, memory_},
+            world::MeshFiles::kSkip);
+        if (!world) return world.error();
+        if (printer->empty()) *printer = world->printer;
+        for (const world::Material& material : world->materials)
+            channels_[material.name] = material.channel;
+        inputs_.insert(inputs_.end(), world->files.begin(), world->files.end());
+        return {};
+    }
+
+    Result<void> check_own_outputs() {
+        inputs_.emplace_back(arguments_.file);
+        for (const std::string& file : {arguments_.process, arguments_.printer}) {
+            if (!file.empty()) inputs_.emplace_back(file);
+        }
+        std::vector<program::NamedOutput> outputs;
+        const char* picture = arguments_.before_print() ? "--check-picture" : "-o";
+        if (!arguments_.picture.empty()) outputs.push_back({picture, arguments_.picture});
+        if (!arguments_.report.empty()) outputs.push_back({"--report", arguments_.report});
+        return program::check_outputs(outputs, inputs_);
     }
 
     /// Sets limits that are given by options, and usual ones where there are none.
@@ -220,12 +247,17 @@ class Checker {
     Result<void> print_to(const fs::path& file, int32_t parts) const {
         const Result<fs::path> programs = program_folder();
         if (!programs) return programs.error();
-        Vec3d pitch = printer_.pitch_mm;
-        if (!printer_.knows_pitch()) {
+        Vec3d pitch = arguments_.before_print()
+                          ? arguments_.pitch_mm(printer_.pitch_mm)
+                          : printer_.pitch_mm * static_cast<double>(arguments_.draft);
+        if (!(std::min({pitch.x, pitch.y, pitch.z}) > 0)) {
             return user_error(fmt::format("the pitch of `{}` is not known", printer_.name),
-                              "check an .ofr file that was printed with `--dpi` and `--layer`");
+                              arguments_.before_print()
+                                  ? "give it, as `--dpi 600x600 --layer 30um`"
+                                  : "check an .ofr file that was printed with `--dpi` and "
+                                    "`--layer`");
         }
-        pitch = pitch * (static_cast<double>(arguments_.draft) / parts);
+        pitch = pitch * (1.0 / parts);
         std::vector<std::string> argv{(*programs / "openfab").string(),
                                       "print",
                                       arguments_.file,
@@ -247,6 +279,7 @@ class Checker {
         option("--threads", arguments_.threads > 0 ? std::to_string(arguments_.threads) : "");
         for (const std::string& allow : arguments_.allow)
             option("--allow", allow);
+        argv.insert(argv.end(), arguments_.print_words.begin(), arguments_.print_words.end());
         const fs::path out = fs::path(file).replace_extension(".out");
         const fs::path err = fs::path(file).replace_extension(".err");
         auto child = viewer::Child::start(argv, out, err);
@@ -292,7 +325,7 @@ class Checker {
                                        : fmt::format(" of `{}`", printable(finding.material));
             const std::string limit =
                 finding.fault == Fault::kTouch ? "" : fmt::format(" (limit {:.3g})", finding.limit);
-            show(fmt::format(
+            tell_line(fmt::format(
                 "{:15} {:.3g} {}{}{} at {:.2f}, {:.2f}, {:.2f} mm, in a box of {:.2f} x "
                 "{:.2f} x {:.2f} mm\n",
                 name_of(finding.fault), finding.measure, unit_of(finding.fault), limit, of, at.x,
@@ -300,10 +333,18 @@ class Checker {
         }
         for (const auto& [fault, count] : counts) {
             if (count > kMostLines)
-                show(fmt::format("{:15} {} more{}\n", name_of(fault), count - kMostLines,
-                                 arguments_.report.empty() ? "; `--report FILE` has all" : ""));
+                tell_line(
+                    fmt::format("{:15} {} more{}\n", name_of(fault), count - kMostLines,
+                                arguments_.report.empty() ? "; `--report FILE` has all" : ""));
         }
-        if (found.empty()) show("nothing found\n");
+        if (found.empty() && !arguments_.before_print()) show("nothing found\n");
+    }
+    void tell_line(const std::string& line) const {
+        if (arguments_.before_print()) {
+            say(line);
+        } else {
+            show(line);
+        }
     }
 
     std::string report(const CheckedPrint& print, const std::vector<Finding>& found) const {
@@ -354,6 +395,7 @@ class Checker {
     world::Printer printer_;
     std::optional<world::Checks> limits_;
     std::map<std::string, std::string> channels_;  ///< by material
+    std::vector<fs::path> inputs_;
 };
 
 }  // namespace

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "base/vec.h"
 
 namespace openfab::tools {
 
@@ -17,6 +19,12 @@ struct CheckArguments {
     int32_t parts = 0;  ///< of each voxel along an axis; 0: as many as memory allows, at most 3
     int32_t draft = 1;
     int32_t threads = 0;
+    /// Of a check before a print: its other options, and its pitch on a printer of that pitch. What is found
+    /// then goes to stderr, since the print's result may go to stdout.
+    std::vector<std::string> print_words;
+    std::function<Vec3d(const Vec3d&)> pitch_mm;
+
+    bool before_print() const { return pitch_mm != nullptr; }
 };
 
 /// `check`: finds what a machine will not print well: thin walls, narrow gaps and holes, loose islands,

@@ -20,6 +20,7 @@
 #include "base/run_main.h"
 #include "base/say.h"
 #include "mesh/load/load_mesh.h"
+#include "tools/openfab/arrange.h"
 #include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/compensate.h"
@@ -42,6 +43,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab printers j850                        what a printer takes, and how we know
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab split bear.fab.json --fit j750 -o pieces.fab.json
+  openfab arrange zoo.fab.json --fit j750 -o trays.fab.json
   openfab check card.fab.json -o faults.png    what the machine will not print well
   openfab compensate bear.obj scan.stl -o bear.field.json
   openfab view card.ofr                        slices, cuts and a volume in a browser
@@ -251,11 +253,49 @@ void add_split(CLI::App& app, Action* action) {
                         "an attribute of the mesh's corners: 0 where seams should be, 1 where they "
                         "are as bad as usual, more where they are worse");
     command
+        ->add_option("--look", a->look,
+                     "a print of the uncut world (.ofr, a draft will do): seams go where its "
+                     "colours change")
+        ->type_name("PRINT");
+    command
+        ->add_option("--stress", a->stress,
+                     "a volume, as `openfab mechanics part -o` writes (FILE, or FILE:ARRAY): "
+                     "sections go where it is small")
+        ->type_name("VOLUME");
+    command
         ->add_option("--allow", a->allow,
                      "a folder that the world may read besides its own (repeatable)")
         ->allow_extra_args(false);
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_split(*a); }; });
+}
+
+void add_arrange(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "arrange", "put all that a world builds on the trays of a machine, one world for each");
+    auto a = std::make_shared<ArrangeArguments>();
+    command->add_option("WORLD", a->world, "a world (.fab.json)")->required();
+    command
+        ->add_option("--fit", a->fit,
+                     "a printer, or a size as 490x390x200mm (default: the world's printer)")
+        ->type_name("MACHINE");
+    command
+        ->add_option("-o,--output", a->output,
+                     "the world to write, beside the other: NAME.fab.json; NAME-2.fab.json, ... "
+                     "are more trays")
+        ->required();
+    command->add_option("--gap", a->gap, "between things on a tray (default: 5mm)");
+    command
+        ->add_option("--turn", a->turn,
+                     "how things may be turned: none, upright (about z, the default), or all (on "
+                     "their sides where they fit no other way)")
+        ->type_name("CHOICE");
+    command
+        ->add_option("--allow", a->allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_arrange(*a); }; });
 }
 
 void add_check(CLI::App& app, Action* action) {
@@ -433,6 +473,7 @@ int tool_main(int argc, char** argv) {
     add_printers(app, &action);
     add_property(app, &action);
     add_split(app, &action);
+    add_arrange(app, &action);
     add_check(app, &action);
     add_compensate(app, &action);
     add_view(app, &action);

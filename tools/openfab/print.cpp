@@ -26,6 +26,7 @@
 #include "program/options.h"
 #include "program/output_check.h"
 #include "texture/cache.h"
+#include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
@@ -36,10 +37,13 @@ namespace openfab::tools {
 
 namespace {
 
-/// Options that a print binary does not have: they are for its compilation.
+/// Options that a print binary does not have: they are for its compilation, and for a check before it runs.
 struct CompileOptions {
     std::string fablet;
     ScheduleArguments schedules;
+    bool check = false;
+    std::string check_picture;
+    std::vector<std::string> words;  ///< of the compilation, as given
 };
 
 /// Removes those options from the arguments.
@@ -49,17 +53,39 @@ Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments)
         std::string_view name, needs;
         std::function<void(std::string value)> take;
     };
-    const std::array<Option, 3> options{{
+    const auto keep_word = [&](std::string_view name, const std::string& value) {
+        taken.words.emplace_back(name);
+        taken.words.push_back(value);
+    };
+    const std::array<Option, 4> options{{
         {"--fablet", "a file of OpenFL source",
-         [&](std::string value) { taken.fablet = std::move(value); }},
+         [&](std::string value) {
+             keep_word("--fablet", value);
+             taken.fablet = std::move(value);
+         }},
         {"--schedule", "a schedule, or a folder of them",
-         [&](std::string value) { taken.schedules.paths.push_back(std::move(value)); }},
+         [&](std::string value) {
+             keep_word("--schedule", value);
+             taken.schedules.paths.push_back(std::move(value));
+         }},
         {"--param", "NAME=NUMBER",
-         [&](std::string value) { taken.schedules.params.push_back(std::move(value)); }},
+         [&](std::string value) {
+             keep_word("--param", value);
+             taken.schedules.params.push_back(std::move(value));
+         }},
+        {"--check-picture", "a .png file",
+         [&](std::string value) {
+             taken.check = true;
+             taken.check_picture = std::move(value);
+         }},
     }};
     std::vector<std::string> others;
     for (size_t i = 0; i < arguments->size(); ++i) {
         const std::string& argument = (*arguments)[i];
+        if (argument == "--check") {
+            taken.check = true;
+            continue;
+        }
         const auto option = std::find_if(options.begin(), options.end(), [&](const Option& each) {
             return argument.starts_with(each.name) &&
                    (argument.size() == each.name.size() || argument[each.name.size()] == '=');
@@ -131,6 +157,34 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
     return sources;
 }
 
+/// Looks at what will be printed, by the limits of the machine; an error where it finds something.
+Result<void> check_print(const program::Options& options, const CompileOptions& compilation) {
+    CheckArguments check;
+    check.file = options.input;
+    check.printer = options.printer;
+    check.process = options.process_file;
+    check.picture = compilation.check_picture;
+    check.allow = options.allow;
+    check.threads = options.threads;
+    if (options.memory_given) check.memory = fmt::format("{}B", options.memory_bytes);
+    check.pitch_mm = [&](const Vec3d& printer_mm) {
+        return program::print_pitch(options, printer_mm);
+    };
+    check.print_words = compilation.words;
+    const auto word = [&](const char* name, const std::string& value) {
+        if (value.empty()) return;
+        check.print_words.emplace_back(name);
+        check.print_words.push_back(value);
+    };
+    word("--nozzles", options.nozzles_file);
+    word("--dither", options.dither);
+    word("--support", options.support);
+    word("--seed", options.seed == 0 ? "" : fmt::format("{}", options.seed));
+    for (const std::string& setting : options.settings)
+        word("--set", setting);
+    return run_check(check);
+}
+
 /// Replaces this process by the print binary; returns only on failure.
 Error exec_print_binary(const PrintBinary& program, const std::vector<std::string>& arguments) {
     const std::string name = program.path.empty() ? "openfab print" : program.path.string();
@@ -163,7 +217,10 @@ Result<void> print_world(std::vector<std::string> arguments) {
         show(
             fmt::format("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n"
                         "--schedule FILE.sched, or a folder of such files, and --param NAME=NUMBER "
-                        "are for the\ncompilation of its kernels (repeatable).\n",
+                        "are for the\ncompilation of its kernels (repeatable). --check looks for "
+                        "what the machine will not print\nwell, as `openfab check` does, and "
+                        "prints nothing where it finds something;\n--check-picture FILE.png shows "
+                        "it.\n",
                         options->text, stock_fablet_names()));
         return {};
     }
@@ -178,6 +235,9 @@ Result<void> print_world(std::vector<std::string> arguments) {
             program::check_outputs(program::outputs_of(*options, nullptr, {}), inputs_of(wanted));
         !apart)
         return apart.error();
+    if (compilation->check) {
+        if (const Result<void> fine = check_print(*options, *compilation); !fine) return fine;
+    }
     const Result<PrintBinary> program =
         find_or_build_print_binary(wanted, options->progress == program::ProgressMode::kNone);
     if (!program) return program.error();

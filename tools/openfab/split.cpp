@@ -17,10 +17,12 @@
 #include "base/say.h"
 #include "base/units.h"
 #include "pieces/search.h"
+#include "tools/openfab/machine_tray.h"
 #include "tools/openfab/pieces_text.h"
+#include "tools/openfab/split_places.h"
 #include "tools/openfab/split_seam.h"
 #include "tools/openfab/stock.h"
-#include "tools/openfab/trays.h"
+#include "tools/openfab/tray_worlds.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -28,45 +30,6 @@ namespace openfab::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The machine: its tray, and the profile's name if it has one.
-struct Machine {
-    Vec3d tray_mm;
-    std::string printer;
-};
-
-Result<Machine> machine_of(const std::string& fit) {
-    if (fit.find('x') != std::string::npos && fit.ends_with("mm")) {
-        Machine out;
-        std::string_view rest(fit.data(), fit.size() - 2);
-        for (int a = 0; a < 3; ++a) {
-            const size_t end = std::min(rest.find('x'), rest.size());
-            const Result<double> size = parse_length_mm(std::string(rest.substr(0, end)) + "mm");
-            if (!size || !(*size > 0) || (a < 2) == (end == rest.size())) {
-                return usage_error(
-                    fmt::format("--fit {}: not a printer, nor a size as "
-                                "490x390x200mm",
-                                fit));
-            }
-            out.tray_mm[a] = *size;
-            rest.remove_prefix(std::min(end + 1, rest.size()));
-        }
-        return out;
-    }
-    const Result<world::Printer> printer = world::load_printer(fit);
-    if (!printer) return printer.error();
-    if (!printer->knows_build_volume()) {
-        return user_error(fmt::format("--fit {}: the size of its tray is not known", fit),
-                          "give a size, as 490x390x200mm");
-    }
-    return Machine{printer->build_volume_mm, fit};
-}
-
-Result<double> length_of(const char* option, const std::string& text) {
-    const Result<double> mm = parse_length_mm(text);
-    if (mm && *mm >= 0) return *mm;
-    return usage_error(fmt::format("{} {}: not a length, as 6mm", option, text));
-}
 
 /// Brings a tree from lengths of the print to those of the mesh.
 void to_mesh_space(const std::array<double, 9>& stretch, pieces::Tree* tree) {
@@ -97,11 +60,13 @@ void to_mesh_space(const std::array<double, 9>& stretch, pieces::Tree* tree) {
 
 class Splitter {
   public:
-    Splitter(const SplitArguments& arguments, world::World world, JsonValue root, Machine machine)
+    Splitter(const SplitArguments& arguments, world::World world, JsonValue root,
+             MachineTray machine, int64_t memory)
         : arguments_(arguments),
           world_(std::move(world)),
           root_(std::move(root)),
-          machine_(std::move(machine)) {}
+          machine_(std::move(machine)),
+          memory_(memory) {}
 
     Result<void> run() {
         if (const Result<void> read = read_options(); !read) return read;
@@ -119,11 +84,11 @@ class Splitter {
               std::tuple{"--skin", &arguments_.skin, &search_.skin_mm},
               std::tuple{"--number", &arguments_.number, &search_.number_mm},
               std::tuple{"--gap", &arguments_.gap, &gap_mm_}}) {
-            const Result<double> mm = length_of(option, *text);
+            const Result<double> mm = length_option(option, *text);
             if (!mm) return mm.error();
             *to = *mm;
         }
-        search_.tray_mm = machine_.tray_mm;
+        search_.tray_mm = machine_.size_mm;
         std::vector<std::string> names, materials;
         for (const world::Object& object : world_.objects)
             names.push_back(object.name);
@@ -170,7 +135,7 @@ class Splitter {
             show(fmt::format("{}: it has pieces, which are kept\n", is));
             return {};
         }
-        if (pieces::fits(size, machine_.tray_mm)) {
+        if (pieces::fits(size, machine_.size_mm)) {
             show(fmt::format("{}: it fits as it is\n", is));
             return {};
         }
@@ -187,6 +152,19 @@ class Splitter {
             if (!seam) return seam.error();
             search.seam = *seam;
         }
+        const Affine3d to_build{polar->r, placed->transform.t};
+        if (!arguments_.look.empty()) {
+            const Result<AtPoint> look = seam_by_colours(arguments_.look, to_build, memory_);
+            if (!look) return look.error();
+            search.seam = [painted = search.seam, look = *look](const Vec3d& p) {
+                return look(p) * (painted ? painted(p) : 1);
+            };
+        }
+        if (!arguments_.stress.empty()) {
+            const Result<AtPoint> stress = stress_of(arguments_.stress, to_build, memory_);
+            if (!stress) return stress.error();
+            search.stress = *stress;
+        }
         const std::clock_t start = std::clock();
         Result<pieces::Found> found = pieces::find_cuts({positions, mesh.triangles}, search);
         if (!found) return with_context(found.error(), fmt::format("object `{}`: ", object.name));
@@ -196,14 +174,18 @@ class Splitter {
                 c.material = material_;
         }
         show(fmt::format(
-            "{}: {} pieces (a grid over its box: {}), {:.1f} s, {} planes looked at, voxels of "
+            "{}: {} pieces (its box: {}), {:.1f} s, {} planes looked at, voxels of "
             "{:.3g} mm\n",
             is, found->pieces, found->least, seconds, found->looked_at, found->voxel_mm));
         show(fmt::format(
-            "  the least pieces first, then the shortest seam on the surface, here {:.4g} "
-            "mm2 of voxels' faces{}, no thin ends, sections that hold a dowel\n",
-            found->seam_mm2,
-            arguments_.seam.empty() ? "" : fmt::format(", weighted by `{}`", arguments_.seam)));
+            "  the least pieces first, then the shortest seam on the surface, in creases rather "
+            "than "
+            "on edges{}, here {:.4g} mm2 of voxels' faces so weighted{}, no thin ends, sections "
+            "that hold a dowel\n",
+            likings(), found->seam_mm2,
+            arguments_.stress.empty()
+                ? ""
+                : fmt::format(", little of `{}` in sections", arguments_.stress)));
         describe(found->tree);
         if (found->without_peg > 0) {
             note(
@@ -220,6 +202,13 @@ class Splitter {
         return {};
     }
 
+    std::string likings() const {
+        std::string out;
+        if (!arguments_.look.empty()) out += fmt::format(", where `{}` changes", arguments_.look);
+        if (!arguments_.seam.empty()) out += fmt::format(", as painted in `{}`", arguments_.seam);
+        return out;
+    }
+
     /// Says why each cut is where it is.
     void describe(const pieces::Tree& tree) const {
         for (size_t i = 0; i < tree.cuts.size(); ++i) {
@@ -230,120 +219,16 @@ class Splitter {
         }
     }
 
-    /// Returns the values of uniforms as a world has them.
-    JsonValue bindings(const world::UniformBindings& all) const {
-        JsonValue out;
-        out.kind = JsonValue::Kind::kObject;
-        for (const auto& [name, binding] : all) {
-            JsonValue value;
-            value.kind = JsonValue::Kind::kArray;
-            if (const auto* numbers = std::get_if<std::vector<double>>(&binding.value)) {
-                for (const double n : *numbers) {
-                    JsonValue one;
-                    one.kind = binding.boolean ? JsonValue::Kind::kBool : JsonValue::Kind::kNumber;
-                    one.number = n;
-                    one.boolean = n != 0;
-                    value.items.push_back(one);
-                }
-            } else if (const auto* names = std::get_if<std::vector<std::string>>(&binding.value)) {
-                for (const std::string& text : *names)
-                    value.items.push_back(json_of(text));
-            } else {
-                note(fmt::format("the curve `{}` of a placement is left out: give it to the object",
-                                 name));
-                continue;
-            }
-            set_member(&out, name,
-                       value.items.size() == 1 ? JsonValue(value.items[0]) : std::move(value));
-        }
-        return out;
-    }
-
-    /// What is put on trays: a placement, or a piece of one.
-    struct Thing {
-        const world::Placement* placement = nullptr;
-        int32_t piece = -1;
-    };
-
-    std::vector<Thing> things() const {
-        std::vector<Thing> out;
-        for (const world::Placement& p : world_.build) {
-            const world::Object& object = world_.objects[static_cast<size_t>(p.object)];
-            if (p.piece >= 0 || object.pieces == nullptr) {
-                out.push_back({&p, p.piece});
-                continue;
-            }
-            for (size_t i = 0; i < object.pieces->regions.size(); ++i) {
-                const pieces::Region& region = object.pieces->regions[i];
-                if (!region.shapes_only || !region.filled.empty())
-                    out.push_back({&p, static_cast<int32_t>(i)});
-            }
-        }
-        return out;
-    }
-
-    Box3d box_of(const Thing& thing, const Affine3d& map) const {
-        const world::Object& object = world_.objects[static_cast<size_t>(thing.placement->object)];
-        const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
-        if (thing.piece >= 0) {
-            return pieces::piece_box({mesh.positions, mesh.triangles},
-                                     object.pieces->regions[static_cast<size_t>(thing.piece)], map);
-        }
-        Box3d box;
-        for (const Vec3d& p : mesh.positions)
-            box.add(map.apply(p));
-        return box;
-    }
-
-    std::string name_of(const Thing& thing) const {
-        const world::Object& object = world_.objects[static_cast<size_t>(thing.placement->object)];
-        if (thing.piece < 0) return fmt::format("object `{}`", object.name);
-        return fmt::format("piece `{}` of `{}`",
-                           object.pieces->regions[static_cast<size_t>(thing.piece)].name,
-                           object.name);
-    }
-
     Result<void> write() {
-        const std::vector<Thing> all = things();
-        const std::vector<std::array<double, 9>> turns = right_angled();
-        std::vector<std::vector<Pose>> poses(all.size());
-        for (size_t i = 0; i < all.size(); ++i) {
-            for (const auto& turn : turns) {
-                const Affine3d map = product(Affine3d{turn, {}}, all[i].placement->transform);
-                poses[i].push_back({turn, box_of(all[i], map)});
-            }
-        }
-        const std::vector<Spot> spots = put_on_trays(poses, machine_.tray_mm, gap_mm_);
-        if (spots.size() < all.size()) {
-            std::vector<bool> put(all.size());
-            for (const Spot& spot : spots)
-                put[static_cast<size_t>(spot.thing)] = true;
-            const auto missing =
-                static_cast<size_t>(std::find(put.begin(), put.end(), false) - put.begin());
-            const Vec3d size = poses[missing][0].box.size();
-            return user_error(
-                fmt::format("{} still does not fit: it is {:.4g} x {:.4g} x {:.4g} mm, and the "
-                            "tray {:.4g} x {:.4g} x {:.4g} mm",
-                            name_of(all[missing]), size.x, size.y, size.z, machine_.tray_mm.x,
-                            machine_.tray_mm.y, machine_.tray_mm.z),
-                "cut it once more in its `pieces`, or take its `pieces` out, so that they are "
-                "found anew; turn a part whose long side is slanted");
-        }
-        int32_t trays = 0;
-        for (const Spot& spot : spots)
-            trays = std::max(trays, spot.tray + 1);
+        TrayOptions options;
+        options.machine = machine_;
+        options.gap_mm = gap_mm_;
+        options.output = arguments_.output;
+        options.misplaced =
+            "cut it once more in its `pieces`, or take its `pieces` out, so that they are found "
+            "anew; turn a part whose long side is slanted";
         if (const Result<void> made = write_cuts(); !made) return made;
-        for (int32_t tray = 0; tray < trays; ++tray) {
-            const Result<void> made = write_tray(all, poses, spots, tray);
-            if (!made) return made;
-        }
-        return {};
-    }
-
-    std::string stem() const {
-        const std::string name = fs::path(arguments_.output).filename().string();
-        constexpr std::string_view kEnd = ".fab.json";
-        return name.substr(0, name.size() - kEnd.size());
+        return write_tray_worlds(world_, root_, options);
     }
 
     Result<void> write_cuts() {
@@ -353,8 +238,8 @@ class Splitter {
         }
         for (const size_t index : cut_) {
             const world::Object& object = world_.objects[index];
-            const std::string file =
-                fmt::format("{}.{}cuts.json", stem(), cut_.size() > 1 ? object.name + "." : "");
+            const std::string file = fmt::format("{}.{}cuts.json", world_stem(arguments_.output),
+                                                 cut_.size() > 1 ? object.name + "." : "");
             const fs::path path = fs::path(arguments_.output).parent_path() / file;
             if (const Result<void> made = write_file(path, text_of(json_of(object.pieces->tree)));
                 !made)
@@ -367,65 +252,11 @@ class Splitter {
         return {};
     }
 
-    Result<void> write_tray(const std::vector<Thing>& all,
-                            const std::vector<std::vector<Pose>>& poses,
-                            const std::vector<Spot>& spots, int32_t tray) {
-        JsonValue build;
-        build.kind = JsonValue::Kind::kArray;
-        for (const Spot& spot : spots) {
-            if (spot.tray != tray) continue;
-            const Thing& thing = all[static_cast<size_t>(spot.thing)];
-            const world::Object& object =
-                world_.objects[static_cast<size_t>(thing.placement->object)];
-            const Pose& pose = poses[static_cast<size_t>(spot.thing)][spot.pose];
-            Affine3d map = product(Affine3d{pose.turn, {}}, thing.placement->transform);
-            map.t = map.t + spot.move_mm;
-            JsonValue item, matrix;
-            item.kind = JsonValue::Kind::kObject;
-            set_member(&item, "object", json_of(object.name));
-            if (thing.piece >= 0)
-                set_member(&item, "piece",
-                           json_of(object.pieces->regions[static_cast<size_t>(thing.piece)].name));
-            const bool plain = std::equal(map.m.begin(), map.m.end(), Affine3d{}.m.begin());
-            if (plain) {
-                set_member(&item, "translate_mm", json_of(map.t));
-            } else {
-                matrix.kind = JsonValue::Kind::kArray;
-                for (size_t row = 0; row < 3; ++row) {
-                    for (size_t column = 0; column < 3; ++column) {
-                        JsonValue n;
-                        n.kind = JsonValue::Kind::kNumber;
-                        n.number = map.m[row * 3 + column] + 0.0;
-                        matrix.items.push_back(n);
-                    }
-                    matrix.items.push_back(json_of(map.t[static_cast<int>(row)]));
-                }
-                set_member(&item, "matrix", std::move(matrix));
-            }
-            if (!thing.placement->overrides.empty())
-                set_member(&item, "uniforms", bindings(thing.placement->overrides));
-            build.items.push_back(std::move(item));
-        }
-        JsonValue root = root_;
-        for (const char* key : {"groups", "arrange"})
-            remove_member(&root, key);
-        if (!machine_.printer.empty()) {
-            set_member(&root, "printer", json_of(machine_.printer));
-            set_member(&root, "tray", json_of(std::string("corner")));
-        }
-        const size_t count = build.items.size();
-        set_member(&root, "build", std::move(build));
-        fs::path path = arguments_.output;
-        if (tray > 0) path = path.parent_path() / fmt::format("{}-{}.fab.json", stem(), tray + 1);
-        if (const Result<void> made = write_file(path, text_of(root)); !made) return made;
-        show(fmt::format("{}: a tray with {} things\n", path.string(), count));
-        return {};
-    }
-
     const SplitArguments& arguments_;
     world::World world_;
     JsonValue root_;
-    Machine machine_;
+    MachineTray machine_;
+    int64_t memory_;
     pieces::SearchOptions search_;
     double gap_mm_ = 5;
     std::string material_;
@@ -437,26 +268,10 @@ class Splitter {
 Result<void> run_split(const SplitArguments& arguments) {
     const Result<int64_t> memory = parse_memory_option(arguments.memory);
     if (!memory) return memory.error();
-    const Result<Machine> machine = machine_of(arguments.fit);
+    const Result<MachineTray> machine = machine_tray(arguments.fit);
     if (!machine) return machine.error();
-    if (!arguments.output.ends_with(".fab.json")) {
-        return usage_error(
-            fmt::format("-o {}: a world's name ends in .fab.json", arguments.output));
-    }
-    std::error_code ignored;
-    const auto folder = [&](const std::string& file) {
-        const fs::path parent = fs::path(file).parent_path();
-        return fs::weakly_canonical(parent.empty() ? fs::path(".") : parent, ignored);
-    };
-    if (folder(arguments.output) != folder(arguments.world)) {
-        return usage_error(
-            fmt::format("-o {}: the new world must stand beside {}, since it names the same files",
-                        arguments.output, arguments.world));
-    }
-    if (fs::equivalent(arguments.output, arguments.world, ignored)) {
-        return usage_error(fmt::format(
-            "-o {}: this is the world itself; give the new one another name", arguments.output));
-    }
+    if (const Result<void> beside = check_beside(arguments.output, arguments.world); !beside)
+        return beside;
     Result<world::World> world = world::load_world(
         arguments.world, {{arguments.allow.begin(), arguments.allow.end()}, *memory});
     if (!world) return world.error();
@@ -464,7 +279,7 @@ Result<void> run_split(const SplitArguments& arguments) {
     if (!text) return text.error();
     Result<JsonValue> root = parse_json(*text, arguments.world, *memory);
     if (!root) return root.error();
-    return Splitter(arguments, std::move(*world), std::move(*root), *machine).run();
+    return Splitter(arguments, std::move(*world), std::move(*root), *machine, *memory).run();
 }
 
 }  // namespace openfab::tools

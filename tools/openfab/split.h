@@ -13,7 +13,8 @@ namespace openfab::tools {
 
 struct SplitArguments {
     std::string world, fit, output, object, peg = "6mm", clearance = "0.1mm", skin = "1.5mm",
-                                            number = "6mm", gap = "5mm", material, seam, memory;
+                                            number = "6mm", gap = "5mm", material, seam, look,
+                                            stress, memory;
     std::vector<std::string> allow;
 };
 

@@ -1,0 +1,175 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What a machine asks of a world before it is printed: `--check` of a print, `openfab split` and `openfab arrange`.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <rapidjson/document.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tests/support/places/places.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+namespace fs = std::filesystem;
+
+class MachineCommands : public ::testing::Test {
+  protected:
+    MachineCommands() {
+        scratch_.write("plain.fl", R"(fablet Plain {
+    @uniform { Material body; float dots = 0; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(body, 1);
+        return mc;
+    }
+}
+)");
+        scratch_.write("p.printer.json", R"({"name": "p", "pitch_mm": [0.1, 0.1, 0.1],
+            "build_volume_mm": [20, 10, 8], "native_format": "ofr",
+            "process": {"checks": {"wall_mm": 0.35}}})");
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    void write_world(const std::string& name, const std::string& meshes, const std::string& objects,
+                     const std::string& build) {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1, "printer": "p.printer.json",
+  "fablets": {{"plain": {{"source": "plain.fl", "fablet": "Plain", "uniforms": {{"body": "resin"}}}}}},
+  "materials": {{"resin": {{"key": "#ffffff"}}, "hard": {{"key": "#204080"}}}},
+  "meshes": {{{}}},
+  "objects": {{{}}},
+  "build": [{}]
+}})",
+                                         meshes, objects, build));
+    }
+    Outcome openfab(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), program("openfab"));
+        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
+    }
+    rapidjson::Document world(const std::string& name) const {
+        rapidjson::Document out;
+        out.Parse(read_file(path(name)).c_str());
+        EXPECT_TRUE(out.IsObject()) << name;
+        return out;
+    }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(MachineCommands, APrintIsCheckedBeforeItIsMade) {
+    write_world(
+        "thin.fab.json", R"("plate": {"box": [0.2, 3, 3]}, "cube": {"box": [2, 2, 2]})",
+        R"("plate": {"mesh": "plate", "fablet": "plain"}, "cube": {"mesh": "cube", "fablet": "plain"})",
+        R"({"object": "plate", "rotate_deg": [0, 0, 20]}, {"object": "cube", "translate_mm": [4, 0, 0]})");
+    const Outcome bad = openfab({"print", path("thin.fab.json"), "-o", path("a.ofr"), "--check",
+                                 "--check-picture", path("a.png")});
+    EXPECT_EQ(bad.exit_code, 1) << bad.err;
+    EXPECT_THAT(bad.err, HasSubstr("wall            0.199 mm (limit 0.35)"));
+    EXPECT_THAT(bad.err, HasSubstr("1 place that the machine's limits do not allow"));
+    EXPECT_THAT(bad.err, HasSubstr("nothing was printed"));
+    EXPECT_EQ(bad.out, "");
+    EXPECT_FALSE(fs::exists(path("a.ofr")));
+    EXPECT_GT(fs::file_size(path("a.png")), 500u);
+    // It is the print that is looked at: its pitch, its limits.
+    scratch_.write("loose.json", R"({"checks": {"wall_mm": 0.1}})");
+    const Outcome fine = openfab({"print", path("thin.fab.json"), "-o", path("b.ofr"), "--check",
+                                  "--process", path("loose.json")});
+    EXPECT_EQ(fine.exit_code, 0) << fine.err;
+    const Outcome without = openfab(
+        {"print", path("thin.fab.json"), "-o", path("c.ofr"), "--process", path("loose.json")});
+    EXPECT_EQ(without.exit_code, 0) << without.err;
+    EXPECT_TRUE(read_file(path("b.ofr")) == read_file(path("c.ofr")));
+    const Outcome itself = openfab({"print", path("thin.fab.json"), "-o", path("d.ofr"),
+                                    "--check-picture", path("thin.fab.json")});
+    EXPECT_EQ(itself.exit_code, 1);
+    EXPECT_THAT(itself.err, HasSubstr("--check-picture"));
+    EXPECT_THAT(read_file(path("thin.fab.json")), HasSubstr("\"openfab\": 1"));
+}
+
+TEST_F(MachineCommands, ArrangeTakesAsManyTraysAsItNeeds) {
+    // Twelve blocks of 4 x 3 mm, 1 mm apart, on trays of 20 x 10 mm: eight on each at most.
+    write_world(
+        "many.fab.json", R"("block": {"box": [4, 3, 2]}, "pole": {"box": [1, 1, 12]})",
+        R"("block": {"mesh": "block", "fablet": "plain"}, "pole": {"mesh": "pole", "fablet": "plain"})",
+        R"({"object": "block", "grid": {"count": [12, 1, 1], "spacing_mm": 1}, "uniforms": {"dots": 3}})");
+    const Outcome done =
+        openfab({"arrange", path("many.fab.json"), "-o", path("t.fab.json"), "--gap", "1mm"});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_FALSE(fs::exists(path("t-3.fab.json")));
+    size_t count = 0;
+    for (const char* name : {"t.fab.json", "t-2.fab.json"}) {
+        const rapidjson::Document tray = world(name);
+        std::vector<std::array<double, 4>> boxes;
+        for (const auto& item : tray["build"].GetArray()) {
+            EXPECT_EQ(item["uniforms"]["dots"].GetDouble(), 3);
+            const bool turned = item.HasMember("matrix");
+            const auto& at = turned ? item["matrix"] : item["translate_mm"];
+            const double x = at[turned ? 3u : 0u].GetDouble();
+            const double y = at[turned ? 7u : 1u].GetDouble();
+            const double w = turned ? 1.5 : 2, h = turned ? 2 : 1.5;
+            EXPECT_GE(x - w, -1e-6);
+            EXPECT_LE(x + w, 20 + 1e-6);
+            EXPECT_GE(y - h, -1e-6);
+            EXPECT_LE(y + h, 10 + 1e-6);
+            for (const auto& o : boxes) {
+                EXPECT_TRUE(std::fabs(x - o[0]) >= w + o[2] + 1 - 1e-6 ||
+                            std::fabs(y - o[1]) >= h + o[3] + 1 - 1e-6);
+            }
+            boxes.push_back({x, y, w, h});
+            ++count;
+        }
+        const Outcome dry = openfab({"print", path(name), "--dry-run"});
+        EXPECT_EQ(dry.exit_code, 0) << dry.err;
+    }
+    EXPECT_EQ(count, 12u);
+
+    // What stands too high lies down if it may.
+    write_world("pole.fab.json", R"("pole": {"box": [1, 1, 12]})",
+                R"("pole": {"mesh": "pole", "fablet": "plain"})", R"({"object": "pole"})");
+    const Outcome high = openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json")});
+    EXPECT_EQ(high.exit_code, 1);
+    EXPECT_THAT(high.err, HasSubstr("object `pole` does not fit: it is 1 x 1 x 12 mm"));
+    EXPECT_THAT(high.err, HasSubstr("--turn all"));
+    EXPECT_EQ(openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json"), "--turn", "all"})
+                  .exit_code,
+              0);
+    EXPECT_EQ(openfab({"arrange", path("pole.fab.json"), "-o", path("pole.fab.json")}).exit_code,
+              2);
+    EXPECT_EQ(
+        openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json"), "--turn", "left"})
+            .exit_code,
+        2);
+}
+
+TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
+    write_world("bar.fab.json", R"("bar": {"box": [50, 6, 5]})",
+                R"("bar": {"mesh": "bar", "fablet": "plain"})", R"({"object": "bar"})");
+    const Outcome done = openfab({"split", path("bar.fab.json"), "--fit", path("p.printer.json"),
+                                  "-o", path("cut.fab.json"), "--peg", "2mm", "--skin", "1mm",
+                                  "--number", "2mm", "--gap", "1mm", "--material", "hard"});
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    EXPECT_THAT(done.out, HasSubstr("3 pieces (its box: 3)"));
+    // Dowels and pieces again, from the world with the cuts.
+    const Outcome again =
+        openfab({"arrange", path("cut.fab.json"), "-o", path("anew.fab.json"), "--gap", "2mm"});
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    size_t things = 0;
+    for (int tray = 1; tray < 9; ++tray) {
+        const std::string name = tray == 1 ? "cut.fab.json" : fmt::format("cut-{}.fab.json", tray);
+        if (!fs::exists(path(name))) break;
+        things += world(name)["build"].Size();
+        const Outcome dry = openfab({"print", path(name), "--dry-run"});
+        EXPECT_EQ(dry.exit_code, 0) << dry.err;
+    }
+    EXPECT_GE(things, 5u);  // three pieces, and two dowels at least
+}
+
+}  // namespace
+}  // namespace openfab::testing
