@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -78,6 +79,35 @@ TEST_F(BleedOption, IsTheSameForAllWaysToPrint) {
         EXPECT_TRUE(std::equal(part.codes.begin(), part.codes.end(),
                                whole.codes.begin() + static_cast<std::ptrdiff_t>(13 * slice)))
             << what;
+    }
+}
+
+TEST_F(BleedOption, SharesMergeAndInterruptedPrintsGoOn) {
+    write_stripes();
+    const std::string world = "stripes.fab.json";
+    for (const std::string what : {"undo", "both"}) {
+        const auto print_to = [&](const std::string& name, const std::vector<std::string>& more) {
+            std::vector<std::string> all{"--process", path("bleed.json"), "--bleed", what,
+                                         "-o",        path(name)};
+            all.insert(all.end(), more.begin(), more.end());
+            const Outcome outcome = print(all, world);
+            ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        };
+        print_to("whole.ofr", {});
+        // The first share ends within a slab, whose neighbours both look at.
+        print_to("low.ofr", {"--slices", "0:21"});
+        print_to("high.ofr", {"--slices", fmt::format("21:{}", read("whole.ofr").info.size.z)});
+        const Outcome merged = run({program("openfab"), "merge", path("high.ofr"), path("low.ofr"),
+                                    "-o", path("merged.ofr")});
+        ASSERT_EQ(merged.exit_code, 0) << merged.err;
+        EXPECT_TRUE(bytes(path("merged.ofr")) == bytes(path("whole.ofr"))) << what;
+
+        std::filesystem::copy_file(path("whole.ofr"), path("cut.ofr"));
+        std::filesystem::resize_file(path("cut.ofr"),
+                                     std::filesystem::file_size(path("cut.ofr")) / 2);
+        print_to("cut.ofr", {"--resume"});
+        EXPECT_TRUE(read("cut.ofr").codes == read("whole.ofr").codes) << what;
+        std::filesystem::remove(path("cut.ofr"));
     }
 }
 
