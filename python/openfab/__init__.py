@@ -26,6 +26,7 @@ from .errors import (
     Place,
     PrintWarning,
 )
+from .estimating import Estimate, MaterialEstimate, estimate
 from .fablet import Fablet, Uniform, Varying, compile
 from .lattice import Beams, beams
 from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
@@ -61,12 +62,14 @@ __all__ = [
     "Diagnostic",
     "Edit",
     "Error",
+    "Estimate",
     "Fablet",
     "FileMesh",
     "FileWorld",
     "InputError",
     "InternalError",
     "Material",
+    "MaterialEstimate",
     "Mesh",
     "Note",
     "Object",
@@ -93,6 +96,7 @@ __all__ = [
     "compile",
     "cone",
     "cylinder",
+    "estimate",
     "extrusion",
     "load",
     "plane",

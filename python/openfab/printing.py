@@ -382,6 +382,9 @@ def print_world(
     out: str | os.PathLike[str] | None = None,
     *,
     printer: str | os.PathLike[str] | None = None,
+    process: str | os.PathLike[str] | None = None,
+    nozzles: str | os.PathLike[str] | None = None,
+    bleed: Literal["undo", "show", "both", "off"] | None = None,
     voxel: Real | str | Sequence[Real] | None = None,
     dpi: Real | str | Sequence[Real] | None = None,
     layer: Real | str | None = None,
@@ -417,6 +420,12 @@ def print_world(
         slices are taken by iterating over the result.
     printer : str or path, optional
         Instead of the world's.
+    process : str or path, optional
+        A file of what the machine does to a print, whose items replace those of the printer's profile.
+    nozzles : str or path, optional
+        A file of dead nozzles; a change of it counts from the next slices on.
+    bleed : {"undo", "show", "both", "off"}, optional
+        What becomes of the `bleed` of the process: it is undone unless told.
     voxel : float, str or sequence of 3 floats, optional
         The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
     dpi : float, str or sequence of 2 floats, optional
@@ -476,9 +485,9 @@ def print_world(
     ...     print(one.z, (one.codes == 1).sum())
     """
     words = words_of(
-        printer=printer, voxel=voxel, dpi=dpi, layer=layer, mesh_pitch=mesh_pitch, draft=draft, slices=slices, z=z,
-        dither=dither, seed=seed, crop=crop, format=format, memory=memory, threads=threads, token_file=token_file,
-        tls_ca=tls_ca, support=support,
+        printer=printer, process=process, nozzles=nozzles, bleed=bleed, voxel=voxel, dpi=dpi, layer=layer,
+        mesh_pitch=mesh_pitch, draft=draft, slices=slices, z=z, dither=dither, seed=seed, crop=crop, format=format,
+        memory=memory, threads=threads, token_file=token_file, tls_ca=tls_ca, support=support,
     )
     if out is None:
         # A slice's codes are made of the mixtures at centres, so that these belong to them.

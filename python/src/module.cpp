@@ -296,7 +296,8 @@ NB_MODULE(_core, m) {
         .value("SLICES", Target::kSlices, "They are handed out.")
         .value("OUTPUT", Target::kOutput, "They go where the options say.")
         .value("PICTURES", Target::kPictures, "They are drawn.")
-        .value("NOTHING", Target::kNothing, "Set-up alone.");
+        .value("NOTHING", Target::kNothing, "Set-up alone.")
+        .value("ESTIMATE", Target::kEstimate, "What the print will take.");
     nb::enum_<Print::State>(m, "State")
         .value("SETTING_UP", Print::State::kSettingUp)
         .value("PRINTING", Print::State::kPrinting)

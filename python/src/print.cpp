@@ -190,10 +190,11 @@ Result<void> Print::print() {
         for (const std::string& warning : ready->print->warnings())
             warnings_.push_back(warning);
     }
+    if (target_ == Target::kNothing) return {};
+    if (target_ == Target::kEstimate) return make_estimate(std::move(*ready));
     const std::string sizes =
         program::part_sizes(ready->job.input.parts, ready->job.input.pitch_mm);
     ready->job.input = {};
-    if (target_ == Target::kNothing) return {};
     if (parts != Vec3i{1, 1, 1}) {
         ready->print.reset();  // and its memory
         return print_means(parts);
@@ -221,6 +222,16 @@ Result<void> Print::print() {
     const std::lock_guard lock(mutex_);
     warnings_.insert(warnings_.end(), found.begin(), found.end());
     return done;
+}
+
+Result<void> Print::make_estimate(program::PreparedPrint ready) {
+    set_state(State::kPrinting);
+    const Result<program::Estimate> made =
+        program::make_estimate(std::move(ready.print), ready.job.input, ready.options, options_,
+                               ready.format, ready.job.printer, interrupt_);
+    if (!made) return made.error();
+    statistics_ = program::estimate_json(*made, info_);
+    return {};
 }
 
 Result<void> Print::print_means(const Vec3i& parts) {

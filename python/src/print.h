@@ -29,6 +29,7 @@ enum class Target {
     kOutput,    ///< they go where the options say
     kPictures,  ///< they are drawn, as the options' previews say
     kNothing,   ///< set-up alone, for its figures
+    kEstimate,  ///< none: the statistics are those of `--estimate`
 };
 
 /// RGBA of 8 bits each, sRGB, top row first.
@@ -79,6 +80,8 @@ class Print {
   private:
     void run();
     Result<void> print();
+    /// Sets the statistics to those of `--estimate`.
+    Result<void> make_estimate(program::PreparedPrint ready);
     /// Hands out means over so many parts of each voxel of info_, and no codes.
     Result<void> print_means(const Vec3i& parts);
     Result<std::unique_ptr<pipeline::SliceSink>> open_sink(const world::Printer& printer);
