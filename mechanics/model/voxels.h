@@ -43,7 +43,4 @@ struct Voxels {
 
 Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares = false);
 
-/// The same in elements of half the pitch, without `shares`: eight of each.
-Voxels halved(const Voxels& voxels);
-
 }  // namespace openfab::mechanics
