@@ -276,7 +276,7 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("mesh"), what)) return;
         const JsonMember* source = nullptr;
         std::vector<std::string> sources = primitive_keys();
-        sources.insert(sources.begin(), {"file", "beams", "shape"});
+        sources.insert(sources.begin(), {"file", "beams", "shape", "grow"});
         for (const std::string& key : sources) {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr) continue;
@@ -288,12 +288,14 @@ class WorldReader {
             source = p;
         }
         if (source == nullptr) {
-            return json_.fail(m.value, fmt::format("{} has no `file`", what),
-                              fmt::format("give one, or `beams`, a `shape`, or in mm one of `{}`",
-                                          fmt::join(primitive_keys(), "`, `")));
+            return json_.fail(
+                m.value, fmt::format("{} has no `file`", what),
+                fmt::format("give one, or `beams`, a `shape`, `grow`, or in mm one of `{}`",
+                            fmt::join(primitive_keys(), "`, `")));
         }
         const JsonMember* box = m.value.find("box_mm");
-        if (box != nullptr && source->key != "shape") {
+        const bool is_function = source->key == "shape" || source->key == "grow";
+        if (box != nullptr && !is_function) {
             return json_.fail_at(box->line, box->column,
                                  fmt::format("`box_mm` of {} goes with a `shape`", what),
                                  "a `box` has its size in mm");
@@ -313,7 +315,7 @@ class WorldReader {
             }
             if (source->key == "beams") {
                 beams(m, source->value, what);
-            } else if (source->key == "shape") {
+            } else if (is_function) {
                 shape(*source, box, what);
             } else {
                 primitive(*source, what);
@@ -355,12 +357,14 @@ class WorldReader {
         }
     }
 
-    /// A shape stands in the world as its box.
+    /// A shape, or what a rule grows, stands in the world as its box.
     void shape(const JsonMember& source, const JsonMember* box, const std::string& what) {
-        if (reference(source.value, "`shape` of " + what, "fablet", fablet_places_) < 0) return;
+        if (reference(source.value, fmt::format("`{}` of {}", source.key, what), "fablet",
+                      fablet_places_) < 0)
+            return;
         if (box == nullptr) {
             return json_.fail(source.value, fmt::format("{} has no `box_mm`", what),
-                              "give two corners of a box that holds the shape: [[x, y, z], "
+                              "give two corners of a box that holds all of it: [[x, y, z], "
                               "[x, y, z]]");
         }
         const std::string name = "`box_mm` of " + what;

@@ -33,7 +33,7 @@ const std::vector<KeySet>& world_key_sets() {
          {"file"}},
         {"mesh",
          with_primitives({"file", "body", "unit", "up", "origin_mm", "groups", "groups_attribute",
-                          "beams", "shape", "box_mm"}),
+                          "beams", "shape", "grow", "box_mm"}),
          {}},
         {"extrusion", {"polygons", "height"}, {"polygons", "height"}},
         {"object",

@@ -24,11 +24,12 @@ struct StageInfo {
 };
 
 const StageInfo& info_of(ast::StageKind kind) {
-    static constexpr std::array<StageInfo, 4> kInfos = {
+    static constexpr std::array<StageInfo, 5> kInfos = {
         {{&Fablet::surface, Base::kSurfaceAttributes, "in a surface stage"},
          {&Fablet::volume, Base::kVolumeAttributes, "in a volume stage"},
          {&Fablet::dither, Base::kDitherAttributes, "in a dither stage"},
-         {&Fablet::shape, Base::kShapeAttributes, "in a shape stage"}}};
+         {&Fablet::shape, Base::kShapeAttributes, "in a shape stage"},
+         {&Fablet::shape, Base::kGrowAttributes, "in a grow stage"}}};
     return kInfos[static_cast<size_t>(kind)];
 }
 
@@ -211,7 +212,7 @@ void Checker::check_uniform(const ast::Variable& v, Fablet* to) {
 }
 
 void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
-    std::array<const ast::Stage*, 4> stages{};  // by kind
+    std::array<const ast::Stage*, 5> stages{};  // by kind
     for (const ast::Stage& stage : from.stages) {
         const ast::Stage*& known = stages[static_cast<size_t>(stage.kind)];
         if (known != nullptr) {
@@ -224,8 +225,9 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         known = &stage;
         check_claims(stage, to);
     }
-    const auto [surface, volume, dither, shape] = stages;
+    const auto [surface, volume, dither, shape, grow] = stages;
     if (shape != nullptr) check_shape(*shape, to);
+    if (grow != nullptr) check_grow(*grow, shape, to);
     if (surface != nullptr) {
         to->ir.has_surface = true;
         to->surface.span = surface->span;
@@ -235,7 +237,8 @@ void Checker::check_stages(const ast::Fablet& from, Fablet* to) {
         check_stage_body(*surface, &to->surface, StageContext::kSurface, kFloat3Type);
         scopes_.pop_back();
     }
-    if (volume == nullptr && shape != nullptr && dither == nullptr) return leave_empty(from, to);
+    const bool solid = shape != nullptr || grow != nullptr;
+    if (volume == nullptr && solid && dither == nullptr) return leave_empty(from, to);
     if (volume == nullptr) {
         if (from.name.empty()) return;
         diag::Diagnostic& d = sink_->report(from.span, diag::kMissingStage, from.name);
@@ -310,6 +313,7 @@ void Checker::check_varying(const ast::Variable& v, const ast::Stage& stage, Fab
         }
         return add_stage_symbol(owner, SymbolKind::kAttributes, v, type, 0);
     }
+    if (stage.kind == ast::StageKind::kGrow) return check_parent(v, type, to);
     if (!type.is_numeric()) {
         if (!type.is_error()) {
             sink_
@@ -421,12 +425,16 @@ void Checker::check_nearest(const ast::Variable& v, const Type& type, Fablet* to
             diag::Diagnostic& d = sink_->report(
                 v.span, diag::kBadDeclaration,
                 fmt::format("no stage before this one has `out {} {}`", v.type.text, v.name));
-            d.note(to->shape.span, "the shape is declared here");
-            d.help(to->ir.shape_outputs.empty()
-                       ? fmt::format("add `out {} {}` to the varyings of `@Shape`", v.type.text,
-                                     v.name)
-                       : "the outputs of the shape stage are " +
-                             varying_list(to->ir.shape_outputs));
+            const bool grows = !to->node.is_error();
+            d.note(to->shape.span,
+                   grows ? "the rule is declared here" : "the shape is declared here");
+            d.help(
+                grows
+                    ? fmt::format("add `{} {}` to the struct that it returns", v.type.text, v.name)
+                : to->ir.shape_outputs.empty()
+                    ? fmt::format("add `out {} {}` to the varyings of `@Shape`", v.type.text,
+                                  v.name)
+                    : "the outputs of the shape stage are " + varying_list(to->ir.shape_outputs));
         }
     }
     add_stage_symbol(&to->volume, SymbolKind::kNearest, v, type, to->ir.nearest.size());

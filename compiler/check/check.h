@@ -16,6 +16,8 @@ namespace openfab::check {
 
 /// Returns what stands for a query of a surface in a shape stage.
 const char* shape_query_help(std::string_view query);
+constexpr const char* kNoQueriesInGrow =
+    "a rule makes nodes of functions, uniforms, textures and the node before";
 constexpr const char* kNoPrintsInShape =
     "a shape is asked at points that no voxel has: print from `@Volume`, which may call the same "
     "function";

@@ -36,7 +36,7 @@ struct AttributeInfo {
     Type type;
     unsigned of;  ///< the stages that have it
 };
-constexpr unsigned kOfSurface = 1, kOfVolume = 2, kOfDither = 4, kOfShape = 8;
+constexpr unsigned kOfSurface = 1, kOfVolume = 2, kOfDither = 4, kOfShape = 8, kOfGrow = 16;
 constexpr AttributeInfo kAttributes[] = {
     {"p", Attribute::kP, kFloat3Type, kOfSurface | kOfShape},
     {"n", Attribute::kN, kFloat3Type, kOfSurface},
@@ -51,11 +51,15 @@ constexpr AttributeInfo kAttributes[] = {
     {"voxel", Attribute::kVoxel, {Base::kInt, 3}, kOfDither},
     {"seed", Attribute::kSeed, kUintType, kOfDither},
     {"count", Attribute::kCount, kIntType, kOfDither},
+    {"child", Attribute::kChild, kIntType, kOfGrow},
+    {"level", Attribute::kLevel, kIntType, kOfGrow},
+    {"path", Attribute::kPath, kUintType, kOfGrow},
 };
 
 unsigned stage_of(const Type& attributes) {
     if (attributes.is(Base::kSurfaceAttributes)) return kOfSurface;
     if (attributes.is(Base::kShapeAttributes)) return kOfShape;
+    if (attributes.is(Base::kGrowAttributes)) return kOfGrow;
     return attributes.is(Base::kVolumeAttributes) ? kOfVolume : kOfDither;
 }
 
@@ -234,6 +238,8 @@ std::string ExpressionChecker::help_for_name(std::string_view name) const {
                 return "declare it: `@Dither(@varying { DitherAttributes attr })`";
             case StageContext::kShape:
                 return "declare it: `@Shape(@varying { ShapeAttributes attr })`";
+            case StageContext::kGrow:
+                return "declare it: `@Grow(@varying { GrowAttributes attr, Node parent })`";
             default:
                 break;
         }
@@ -245,7 +251,10 @@ std::string ExpressionChecker::help_for_name(std::string_view name) const {
             if (v.name != name) continue;
             return fmt::format(
                 "the {} stage has it: add `@nearest {} {}` to the varyings of this one",
-                list == &fablet_->ir.shape_outputs ? "shape" : "surface", v.type_name, v.name);
+                list != &fablet_->ir.shape_outputs ? "surface"
+                : !fablet_->node.is_error()        ? "grow"
+                                                   : "shape",
+                v.type_name, v.name);
         }
     }
     if (name == "uv")
@@ -412,7 +421,9 @@ bool ExpressionChecker::assignable(const Expr& target) {
             const bool surface = context_ == StageContext::kSurface;
             const bool dither = context_ == StageContext::kDither;
             sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
-                .help(context_ == StageContext::kShape
+                .help(context_ == StageContext::kGrow
+                          ? "attributes are read-only; work on a copy: `uint path = attr.path;`"
+                      : context_ == StageContext::kShape
                           ? "attributes are read-only; work on a copy: `float3 p = attr.p;`"
                       : surface ? "attributes are read-only; the displacement that the stage "
                                   "returns moves the surface"

@@ -54,7 +54,7 @@ ExprPtr ExpressionChecker::list(const ast::Expr& expr, const Type& to) {
         // value.
         for (Base base : {Base::kMaterial, Base::kTexture2D, Base::kTexture3D, Base::kObject,
                           Base::kSurfaceAttributes, Base::kVolumeAttributes,
-                          Base::kDitherAttributes, Base::kShapeAttributes}) {
+                          Base::kDitherAttributes, Base::kShapeAttributes, Base::kGrowAttributes}) {
             if (!contains(to, base)) continue;
             sink_->report(expr.span, diag::kNoConversion, "{ }", type_name(to));
             return poison(expr.span);

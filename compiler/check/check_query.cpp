@@ -37,13 +37,16 @@ bool ExpressionChecker::refuse_in_dither(const source::Span& span, std::string_v
     return true;
 }
 
-/// Reports what a shape cannot use; false elsewhere.
+/// Reports what a shape, or a rule that grows, cannot use; false elsewhere.
 bool ExpressionChecker::refuse_in_shape(const source::Span& span, std::string_view what,
                                         const char* help) {
-    if (context_ != StageContext::kShape) return false;
-    sink_->report(span, diag::kStageMismatch, what, "called in a shape stage")
-        .note(stage_span_, "stage declared `@Shape` here")
-        .help(help);
+    if (context_ != StageContext::kShape && context_ != StageContext::kGrow) return false;
+    const bool grows = context_ == StageContext::kGrow;
+    sink_
+        ->report(span, diag::kStageMismatch, what,
+                 grows ? "called in a grow stage" : "called in a shape stage")
+        .note(stage_span_, grows ? "stage declared `@Grow` here" : "stage declared `@Shape` here")
+        .help(grows ? kNoQueriesInGrow : help);
     return true;
 }
 

@@ -119,13 +119,20 @@ void Checker::check_shape_varying(const ast::Variable& v, const Type& type, Fabl
 void Checker::check_against_shape(const ast::Variable& v, const Type& type, const Fablet& to) {
     const auto output = std::ranges::find(to.ir.shape_outputs, v.name, &ir::Varying::name);
     if (output == to.ir.shape_outputs.end()) return;
-    if (output->type == component_type(type) && output->components == type.size) return;
-    sink_
-        ->report(v.type.span, diag::kBadDeclaration,
-                 fmt::format("`{} {}` reads the shape's output `{} {}`: the types differ",
-                             v.type.text, v.name, output->type_name, output->name))
-        .note(output->span,
-              fmt::format("`out {} {}` is declared here", output->type_name, output->name));
+    // Of a node, an array of two floats has a value for each end.
+    const bool grows = !to.node.is_error();
+    const bool ends = grows && output->type_name == type_name(array_of(type, 2)) &&
+                      output->type == ir::Type::kFloat;
+    const bool same = output->components == type.size && !output->type_name.ends_with("]");
+    if (output->type == component_type(type) && (same || ends)) return;
+    diag::Diagnostic& d = sink_->report(
+        v.type.span, diag::kBadDeclaration,
+        fmt::format("`{} {}` reads the {} `{} {}`: the types differ", v.type.text, v.name,
+                    grows ? "node's" : "shape's output", output->type_name, output->name));
+    d.note(output->span, fmt::format("`{}{} {}` is declared here", grows ? "" : "out ",
+                                     output->type_name, output->name));
+    if (grows)
+        d.help("a number or vector, or two floats: of the beam's first end and of its second");
 }
 
 }  // namespace openfab::check

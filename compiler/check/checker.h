@@ -54,6 +54,11 @@ class Checker : private StatementChecker {
     void check_shape_varying(const ast::Variable& v, const Type& type, Fablet* to);
     void check_against_shape(const ast::Variable& v, const Type& type, const Fablet& to);
 
+    // check_grow.cpp
+    void check_grow(const ast::Stage& from, const ast::Stage* shape, Fablet* to);
+    void check_parent(const ast::Variable& v, const Type& type, Fablet* to);
+    void check_node(const ast::Stage& from, const Fablet& to);
+
     // check_declare.cpp
     void check_scope(const ast::Scope& from, const ast::Fablet* fablet, Fablet* to,
                      std::vector<std::unique_ptr<Symbol>>* constants,

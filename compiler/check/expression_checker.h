@@ -21,7 +21,7 @@
 
 namespace openfab::check {
 
-enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume, kDither, kShape };
+enum class StageContext : uint8_t { kGlobal, kFunction, kSurface, kVolume, kDither, kShape, kGrow };
 
 /// Returns the bits of a scalar if they are known at this point: without functions and uniforms.
 std::optional<uint32_t> known_bits(const Expr& expr);

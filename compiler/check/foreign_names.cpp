@@ -326,6 +326,13 @@ constexpr ForeignName kShapeAttributes[] = {
     {"n", "a shape's normal follows from its function: `normalize(gradient(f, p))`"},
     {"normal", "a shape's normal follows from its function: `normalize(gradient(f, p))`"},
 };
+constexpr ForeignName kGrowAttributes[] = {
+    {"index", "the number among its parent's children is `child`"},
+    {"depth", "how many parents it has is `level`"},
+    {"seed", "a number of its own is `path`: `hash(attr.path)`"},
+    {"id", "a number of its own is `path`: `hash(attr.path)`"},
+    {"p", "a node is where its members say: `parent.end[1]`"},
+};
 constexpr ForeignName kSurfaceAttributes[] = {
     {"position", "the point is `p`"},
     {"pos", "the point is `p`"},
@@ -422,6 +429,7 @@ std::string foreign_attribute_help(std::string_view name, const Type& attributes
         return std::string(find_help(kSurfaceAttributes, name));
     if (attributes.is(Base::kShapeAttributes))
         return std::string(find_help(kShapeAttributes, name));
+    if (attributes.is(Base::kGrowAttributes)) return std::string(find_help(kGrowAttributes, name));
     return std::string(attributes.is(Base::kVolumeAttributes) ? find_help(kVolumeAttributes, name)
                                                               : find_help(kDitherAttributes, name));
 }

@@ -32,6 +32,7 @@ enum class SymbolKind : uint8_t {
     kSurfaceInput,   ///< index: among the inputs; the fablet may change its own copy
     kSurfaceOutput,  ///< index: among the outputs
     kShapeOutput,    ///< likewise, of the shape stage
+    kGrowParent,     ///< the node whose child a grow stage makes; type: the struct
     kNearest,        ///< index: among the nearest inputs
     kAttributes,     ///< `attr`
     kVoid,           ///< the built-in material VOID
@@ -70,7 +71,7 @@ enum class ExprKind : uint8_t {
 #include "compiler/check/nodes.def"
 };
 
-/// Members of SurfaceAttributes, VolumeAttributes, DitherAttributes and ShapeAttributes.
+/// Members of SurfaceAttributes, VolumeAttributes, DitherAttributes, ShapeAttributes and GrowAttributes.
 enum class Attribute : uint8_t {
     kP,
     kN,
@@ -85,6 +86,9 @@ enum class Attribute : uint8_t {
     kVoxel,
     kSeed,
     kCount,
+    kChild,
+    kLevel,
+    kPath,
 };
 
 /// Functions of matrices.
@@ -208,7 +212,8 @@ struct Fablet {
     Stage surface;
     Stage volume;
     Stage dither;
-    Stage shape;
+    Stage shape;  ///< or the grow stage
+    Type node;    ///< of a grow stage its struct; else an error
 };
 
 struct Program {  ///< declarations outside fablets are those of the program and its modules

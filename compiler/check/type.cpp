@@ -29,6 +29,7 @@ constexpr Named kOther[] = {
     {"VolumeAttributes", Base::kVolumeAttributes},
     {"DitherAttributes", Base::kDitherAttributes},
     {"ShapeAttributes", Base::kShapeAttributes},
+    {"GrowAttributes", Base::kGrowAttributes},
     {"SurfacePoint", Base::kSurfacePoint},
 };
 

@@ -32,6 +32,7 @@ enum class Base : uint8_t {
     kVolumeAttributes,
     kDitherAttributes,
     kShapeAttributes,
+    kGrowAttributes,
     kSurfacePoint,
     kStruct,
 };
@@ -68,7 +69,8 @@ struct Type {
     bool is_vector() const { return is_numeric() && size > 1; }
     bool is_attributes() const {
         return is(Base::kSurfaceAttributes) || is(Base::kVolumeAttributes) ||
-               is(Base::kDitherAttributes) || is(Base::kShapeAttributes);
+               is(Base::kDitherAttributes) || is(Base::kShapeAttributes) ||
+               is(Base::kGrowAttributes);
     }
     /// True for types that refer to things of the world and cannot be computed.
     bool is_handle() const {

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "base/say.h"
+#include "compiler/ir/grows.h"
 #include "compiler/passes/split_kernel.h"
 
 namespace openfab::driver {
@@ -39,9 +40,10 @@ void refuse_stage(const ir::Fablet& fablet, const passes::KernelStages& stages, 
     diag::Diagnostic& d =
         sink->report(placed ? stage.instrs[at].span : fablet.span, diag::kTooComplex,
                      fmt::format("the `{}` stage of `{}` has {} operations; the limit is {}",
-                                 surface            ? "@Surface"
-                                 : shape || outputs ? "@Shape"
-                                                    : "@Volume",
+                                 surface             ? "@Surface"
+                                 : ir::grows(fablet) ? "@Grow"
+                                 : shape || outputs  ? "@Shape"
+                                                     : "@Volume",
                                  fablet.name, operations, passes::kMaxStageOperations));
     const bool lookups =
         std::any_of(stage.instrs.begin(), stage.instrs.end(),

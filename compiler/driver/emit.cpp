@@ -9,6 +9,7 @@
 #include "base/say.h"
 #include "compiler/driver/commands.h"
 #include "compiler/frontend/frontend.h"
+#include "compiler/ir/grows.h"
 #include "compiler/syntax/parser.h"
 
 namespace openfab::driver {
@@ -82,7 +83,15 @@ int emit(const EmitOptions& options, const CommonOptions& common) {
     if (surface && !fablet->has_surface) {
         return fail("fablet `" + fablet->name + "` has no @Surface stage", kExitUserInput);
     }
-    if (options.stage.starts_with("shape") && !fablet->has_shape)
+    if (options.stage == "grow" && !ir::grows(*fablet))
+        return fail("fablet `" + fablet->name + "` has no @Grow stage", kExitUserInput);
+    if (options.stage == "grow" && options.form == "ir") {
+        show(ir::dump(fablet->shape));
+        return kExitDone;
+    }
+    if (options.stage == "grow")
+        return emit_lowered(*fablet, ir::StageKind::kShapeAttributes, options, &sources, common);
+    if (options.stage.starts_with("shape") && (!fablet->has_shape || ir::grows(*fablet)))
         return fail("fablet `" + fablet->name + "` has no @Shape stage", kExitUserInput);
     if (options.stage == "shape" && options.form == "ir") {
         show(ir::dump(fablet->shape));

@@ -12,6 +12,7 @@
 
 #include "compiler/diag/json.h"
 #include "compiler/ir/choices.h"
+#include "compiler/ir/grows.h"
 #include "compiler/ir/text.h"
 
 namespace openfab::driver {
@@ -101,11 +102,11 @@ std::string json_fablet(const ir::Fablet& f) {
                            json_string(v.type_name), json_source(f.surface_outputs, v.source));
     };
     return fmt::format(
-        R"({{"name":{},"has_surface":{},"has_dither":{},"has_shape":{},"shape_is_distance":{},"shape_outputs":{},"uniforms":{},"surface_inputs":{},"surface_outputs":{},"nearest":{},"uses_void":{}}})",
-        json_string(f.name), f.has_surface, f.has_dither, f.has_shape, f.shape_is_distance,
-        json_list(f.shape_outputs, shape_output), json_list(f.uniforms, json_uniform),
-        json_list(f.surface_inputs, input), json_list(f.surface_outputs, output),
-        json_list(f.nearest, nearest), f.void_slot >= 0);
+        R"({{"name":{},"has_surface":{},"has_dither":{},"has_shape":{},"has_grow":{},"shape_is_distance":{},"shape_outputs":{},"uniforms":{},"surface_inputs":{},"surface_outputs":{},"nearest":{},"uses_void":{}}})",
+        json_string(f.name), f.has_surface, f.has_dither, f.has_shape && !ir::grows(f),
+        ir::grows(f), f.shape_is_distance, json_list(f.shape_outputs, shape_output),
+        json_list(f.uniforms, json_uniform), json_list(f.surface_inputs, input),
+        json_list(f.surface_outputs, output), json_list(f.nearest, nearest), f.void_slot >= 0);
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     command->add_option("--stage", options->stage, "the stage to print")
         ->check(
             CLI::IsMember({"surface", "surface_bounds", "slab", "volume_bounds", "volume_demand",
-                           "dither", "shape", "shape_attributes", "shape_bounds"}));
+                           "dither", "shape", "shape_attributes", "shape_bounds", "grow"}));
     command->add_option("--as", options->form, "the form to print it in")
         ->check(CLI::IsMember(
             {"tokens", "ast", "ir", "halide", "schedule", "loops", "stmt", "llvm", "asm"}))

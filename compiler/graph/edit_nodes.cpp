@@ -85,7 +85,7 @@ std::string Editor::argument(const Parameter& parameter) const {
         }
     }
     if (type == "VolumeAttributes" || type == "SurfaceAttributes" || type == "DitherAttributes" ||
-        type == "ShapeAttributes") {
+        type == "ShapeAttributes" || type == "GrowAttributes") {
         for (const Output& one : tab_->inputs) {
             const size_t dot = one.name.find('.');
             if (dot != std::string::npos) return one.name.substr(0, dot);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "abi/grow_table.h"
+#include "compiler/ir/grows.h"
 #include "compiler/ir/ir.h"
 #include "compiler/ir/text.h"
 
@@ -71,8 +73,10 @@ constexpr const char* kKindNames[] = {
     "shape_value_lo",
     "shape_value_hi",
     "shape_out",
+    "grow_parent",
+    "grow_place",
 };
-static_assert(std::size(kKindNames) == OPENFAB_ARG_SHAPE_OUT + 1);
+static_assert(std::size(kKindNames) == OPENFAB_ARG_GROW_PLACE + 1);
 
 constexpr const char* kStageNames[] = {
     "surface",          "surface_bounds", "volume",        "volume_bounds", "surface_segment",
@@ -147,7 +151,7 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 }  // namespace
 
 const char* kind_name(int32_t kind) {
-    if (kind >= 0 && kind <= OPENFAB_ARG_SHAPE_OUT) return kKindNames[kind];
+    if (kind >= 0 && kind <= OPENFAB_ARG_GROW_PLACE) return kKindNames[kind];
     if (kind >= kVoxelCoord && kind <= kVoxelIndex) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }
@@ -220,6 +224,7 @@ std::string dump(const Fablet& fablet) {
         print_varying("nearest", varying, &out);
     if (fablet.has_shape) {
         if (fablet.shape_is_distance) out += "  shape is a distance\n";
+        if (grows(fablet)) out += "  grows\n";
         out += dump(fablet.shape);
     }
     if (fablet.has_surface) out += dump(fablet.surface);

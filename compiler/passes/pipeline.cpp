@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 
+#include "compiler/ir/grows.h"
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
 #include "compiler/passes/cut_segments.h"
@@ -292,7 +293,7 @@ class Runner {
                 result->dither},
           has_surface_(fablet.has_surface),
           has_dither_(fablet.has_dither),
-          has_shape_(fablet.has_shape),
+          has_shape_(fablet.has_shape && !ir::grows(fablet)),
           has_shape_outputs_(!fablet.shape_outputs.empty()),
           result_(*result) {}
 
@@ -385,8 +386,10 @@ PipelineResult run_pipeline(const ir::Fablet& fablet, const PipelineOptions& opt
     if (fablet.has_surface) result.stages.surface = fablet.surface;
     if (fablet.has_dither) result.stages.dither = fablet.dither;
     if (fablet.has_shape) {
-        result.stages.shape =
-            keep_outputs(fablet.shape, StageKind::kShape, OPENFAB_ARG_SHAPE_VALUE);
+        if (!ir::grows(fablet)) {
+            result.stages.shape =
+                keep_outputs(fablet.shape, StageKind::kShape, OPENFAB_ARG_SHAPE_VALUE);
+        }
         result.stages.shape_attributes =
             keep_outputs(fablet.shape, StageKind::kShapeAttributes, OPENFAB_ARG_SHAPE_OUT);
     }

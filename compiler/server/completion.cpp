@@ -80,6 +80,12 @@ constexpr const char* kSnippets[][2] = {
      "}\n    return ${0:largest};\n}"},
     {"@Shape",
      "@Shape(@varying { ShapeAttributes attr })\n{\n    return length(attr.p) - ${1:10};\n}"},
+    {"@Grow",
+     "struct Node {\n    float3 end[2];\n    float radius;\n    int children;\n    float "
+     "reach;\n};\n"
+     "@Grow(@varying { GrowAttributes attr, Node parent })\n{\n    Node node = parent;\n    $0\n   "
+     " "
+     "return node;\n}"},
     {"@uniform", "@uniform {\n    $0\n}"},
     {"for", "for (int ${1:i} = 0; ${1:i} < ${2:4}; ++${1:i}) {\n    $0\n}"},
     {"if", "if (${1:condition}) {\n    $0\n}"},

@@ -29,6 +29,8 @@ const char* name_of_kind(const check::Use& use) {
             return "varying that the surface stage writes";
         case check::SymbolKind::kShapeOutput:
             return "varying that the shape stage writes";
+        case check::SymbolKind::kGrowParent:
+            return "node that another grows of";
         case check::SymbolKind::kNearest:
             return "varying at the nearest point of the surface";
         case check::SymbolKind::kAttributes:

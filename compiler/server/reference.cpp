@@ -30,8 +30,12 @@ constexpr Marker kMarkers[] = {
      "The shape stage: a solid as a function. Runs at any point of part space and returns a "
      "`float`, "
      "negative inside."},
+    {"Grow",
+     "The grow stage: a rule. Makes a node, a struct, of the one that it grows from, when a slab "
+     "reaches it."},
     {"varying",
-     "What a stage reads: a point in a shape stage, the mesh's attributes in a surface stage, "
+     "What a stage reads: a point in a shape stage, the node before in a grow stage, the mesh's "
+     "attributes in a surface stage, "
      "those of the nearest surface "
      "point in a volume stage, the voxel's in a dither rule."},
     {"nearest", "A varying of the volume stage: its value at the nearest point of the surface."},

@@ -168,6 +168,7 @@ Look look_of(const check::Use& use) {
         case check::SymbolKind::kSurfaceInput:
         case check::SymbolKind::kSurfaceOutput:
         case check::SymbolKind::kShapeOutput:
+        case check::SymbolKind::kGrowParent:
         case check::SymbolKind::kNearest:
         case check::SymbolKind::kAttributes:
             out.type = Token::kParameter;

@@ -128,11 +128,11 @@ struct Function {
     StmtPtr body;
 };
 
-enum class StageKind : uint8_t { kSurface, kVolume, kDither, kShape };
+enum class StageKind : uint8_t { kSurface, kVolume, kDither, kShape, kGrow };
 
 struct Stage {
     StageKind kind = StageKind::kVolume;
-    source::Span span;  ///< of `@Surface`, `@Volume`, `@Dither` or `@Shape`
+    source::Span span;  ///< of `@Surface`, `@Volume`, `@Dither`, `@Shape` or `@Grow`
     std::vector<Variable> varyings;
     std::vector<TypeRef> claims;  ///< `distance` of `[[ distance ]]`
     StmtPtr body;

@@ -132,9 +132,11 @@ const char* stage_name(StageKind kind) {
         case StageKind::kDither:
             return "Dither";
         case StageKind::kShape:
+            return "Shape";
+        case StageKind::kGrow:
             break;
     }
-    return "Shape";
+    return "Grow";
 }
 
 std::string dump(const File& file) {

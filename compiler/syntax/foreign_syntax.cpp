@@ -13,9 +13,11 @@ const char* varyings_form(ast::StageKind stage) {
         case ast::StageKind::kDither:
             return "write `@Dither(@varying { DitherAttributes attr })`";
         case ast::StageKind::kShape:
+            return "write `@Shape(@varying { ShapeAttributes attr })`";
+        case ast::StageKind::kGrow:
             break;
     }
-    return "write `@Shape(@varying { ShapeAttributes attr })`";
+    return "write `@Grow(@varying { GrowAttributes attr, Node parent })`, of a struct `Node`";
 }
 
 namespace {
@@ -130,7 +132,8 @@ ForeignSyntax foreign_operator(const Surroundings& at) {
     const bool in_expression =
         at.previous == "=" || at.previous == "(" || at.previous == "," || at.previous == "return";
     if (in_expression && at.found == "@" &&
-        (at.next == "Surface" || at.next == "Volume" || at.next == "Dither" || at.next == "Shape"))
+        (at.next == "Surface" || at.next == "Volume" || at.next == "Dither" || at.next == "Shape" ||
+         at.next == "Grow"))
         return {"a stage cannot be called: put what two of them need into a function"};
     if (are("=", "if") || are("return", "if") || are("(", "if") ||
         (at.found == "if" && at.same_line && at.previous != ")" && at.previous != "else")) {

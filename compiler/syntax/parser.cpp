@@ -13,8 +13,9 @@
 namespace openfab::syntax {
 
 std::optional<ast::StageKind> stage_of(std::string_view marker) {
-    for (const ast::StageKind kind : {ast::StageKind::kSurface, ast::StageKind::kVolume,
-                                      ast::StageKind::kDither, ast::StageKind::kShape}) {
+    for (const ast::StageKind kind :
+         {ast::StageKind::kSurface, ast::StageKind::kVolume, ast::StageKind::kDither,
+          ast::StageKind::kShape, ast::StageKind::kGrow}) {
         if (marker == ast::stage_name(kind)) return kind;
     }
     return std::nullopt;
@@ -184,7 +185,8 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
 bool Parser::parse_marker(ast::Fablet* fablet) {
     if (parse_bare_uniform(fablet)) return true;
     const source::Span begin = peek().span;
-    const std::string_view word = marker_word({"uniform", "Surface", "Volume", "Dither", "Shape"});
+    const std::string_view word =
+        marker_word({"uniform", "Surface", "Volume", "Dither", "Shape", "Grow"});
     if (word.empty()) return false;
     if (word == "uniform") {
         parse_uniforms(fablet);

@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "abi/grow_table.h"
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
@@ -187,7 +188,9 @@ ir::Fablet translate_fablet(const check::Fablet& fablet, const TranslateOptions&
     for (size_t i = 0; i < fablet.surface_inputs.size(); ++i) {
         out.surface_inputs[i].default_bits = default_bits(fablet, *fablet.surface_inputs[i], sink);
     }
-    if (out.has_shape) run(ir::StageKind::kShape, fablet.shape, &out.shape);
+    const ir::StageKind shape =
+        !fablet.node.is_error() ? ir::StageKind::kShapeAttributes : ir::StageKind::kShape;
+    if (out.has_shape) run(shape, fablet.shape, &out.shape);
     if (out.has_surface) {
         run(ir::StageKind::kSurface, fablet.surface, &out.surface);
         for (size_t i = 0; i < out.surface_outputs.size(); ++i) {
@@ -234,24 +237,28 @@ void StageTranslator::run(const check::Stage& stage, const TranslateOptions& opt
     const bool surface = kind_ == ir::StageKind::kSurface;
     const bool dither = kind_ == ir::StageKind::kDither;
     const bool shape = kind_ == ir::StageKind::kShape;
-    const check::Type result = surface  ? check::kFloat3Type
-                               : dither ? check::kIntType
-                               : shape  ? check::kFloatType
-                                        : check::Type{check::Base::kComposition, 1};
+    const check::Type result = surface   ? check::kFloat3Type
+                               : dither  ? check::kIntType
+                               : shape   ? check::kFloatType
+                               : grows() ? fablet_.node
+                                         : check::Type{check::Base::kComposition, 1};
     frame_.returned = add_flag();
     frame_.result = add_variable({zero(result), {}});
     statements(stage.body->body);
     check_returned(stage.span,
-                   surface  ? "the `@Surface` stage"
-                   : dither ? "the `@Dither` stage"
-                   : shape  ? "the `@Shape` stage"
-                            : "the `@Volume` stage",
+                   surface   ? "the `@Surface` stage"
+                   : dither  ? "the `@Dither` stage"
+                   : shape   ? "the `@Shape` stage"
+                   : grows() ? "the `@Grow` stage"
+                             : "the `@Volume` stage",
                    result, *stage.body);
     if (surface) {
         finish_surface(stage);
     } else if (shape) {
         add_output("value", OPENFAB_ARG_SHAPE_VALUE, 0, 0, variables_[frame_.result].value[0]);
         finish_varyings(stage, check::SymbolKind::kShapeOutput, OPENFAB_ARG_SHAPE_OUT);
+    } else if (grows()) {
+        finish_grow();
     } else if (dither) {
         finish_dither(stage);
     } else {
@@ -268,6 +275,13 @@ void StageTranslator::add_stage_symbol(const check::Symbol& symbol) {
         symbol.kind == check::SymbolKind::kShapeOutput) {
         v.value = zero(symbol.type);
         v.assigned.assign(v.value.size(), emit_.constant(false));
+    } else if (symbol.kind == check::SymbolKind::kGrowParent) {
+        const std::vector<ir::Varying>& members = fablet_.ir.shape_outputs;
+        for (size_t m = 0; m < members.size(); ++m) {
+            for (int32_t i = 0; i < members[m].components; ++i)
+                v.value.push_back(emit_.input(members[m].type, OPENFAB_ARG_GROW_PARENT,
+                                              static_cast<int32_t>(m), i));
+        }
     } else {
         const int32_t kind = symbol.kind == check::SymbolKind::kNearest ? OPENFAB_ARG_NEAREST
                                                                         : OPENFAB_ARG_SURFACE_IN;
@@ -303,6 +317,17 @@ void StageTranslator::finish_varyings(const check::Stage& stage, check::SymbolKi
             add_output(component_name(symbol->name, symbol->type.size, i), kind, symbol->index, i,
                        v.value[i]);
         }
+    }
+}
+
+void StageTranslator::finish_grow() {
+    const Value& node = variables_[frame_.result].value;
+    const std::vector<ir::Varying>& members = fablet_.ir.shape_outputs;
+    size_t at = 0;
+    for (size_t m = 0; m < members.size(); ++m) {
+        for (int32_t i = 0; i < members[m].components; ++i)
+            add_output(fmt::format("{}.{}", members[m].name, i), OPENFAB_ARG_SHAPE_OUT,
+                       static_cast<int32_t>(m), i, node[at++]);
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "abi/grow_table.h"
 #include "compiler/ir/arithmetic.h"
 #include "compiler/translate/translate_state.h"
 
@@ -29,6 +30,7 @@ void StageTranslator::add_components(const check::Type& type, std::vector<ir::Ty
         case check::Base::kVolumeAttributes:
         case check::Base::kDitherAttributes:
         case check::Base::kShapeAttributes:
+        case check::Base::kGrowAttributes:
             return;
         case check::Base::kStruct:
             for (const check::StructMember& member : type.record->members)
@@ -214,6 +216,7 @@ Value StageTranslator::variable(const check::Expr& expr) {
         case check::SymbolKind::kSurfaceInput:
         case check::SymbolKind::kSurfaceOutput:
         case check::SymbolKind::kShapeOutput:
+        case check::SymbolKind::kGrowParent:
         case check::SymbolKind::kNearest:
             break;
     }
@@ -337,6 +340,12 @@ Value StageTranslator::attribute(const check::Expr& expr) {
             return {emit_.input(ir::Type::kUint, OPENFAB_ARG_GRID, OPENFAB_GRID_SEED, 0)};
         case check::Attribute::kCount:
             return {emit_.constant(fablet_.ir.slot_count + 1)};
+        case check::Attribute::kChild:
+            return {emit_.input(ir::Type::kInt, OPENFAB_ARG_GROW_PLACE, OPENFAB_GROW_CHILD, 0)};
+        case check::Attribute::kLevel:
+            return {emit_.input(ir::Type::kInt, OPENFAB_ARG_GROW_PLACE, OPENFAB_GROW_LEVEL, 0)};
+        case check::Attribute::kPath:
+            return {emit_.input(ir::Type::kUint, OPENFAB_ARG_GROW_PLACE, OPENFAB_GROW_PATH, 0)};
     }
     return zero(expr.type);
 }

@@ -30,10 +30,14 @@ bool StageTranslator::refuse_in_dither(const check::Expr& expr, std::string_view
 /// Returns true after a message if the function was called from a shape stage.
 bool StageTranslator::refuse_in_shape(const check::Expr& expr, std::string_view what,
                                       const char* help) {
-    if (kind_ != ir::StageKind::kShape) return false;
-    sink_->report(expr.span, diag::kStageMismatch, what, "called in a shape stage")
-        .note(fablet_.shape.span, "stage declared `@Shape` here, which calls this function")
-        .help(help);
+    if (kind_ != ir::StageKind::kShape && !grows()) return false;
+    sink_
+        ->report(expr.span, diag::kStageMismatch, what,
+                 grows() ? "called in a grow stage" : "called in a shape stage")
+        .note(fablet_.shape.span, grows()
+                                      ? "stage declared `@Grow` here, which calls this function"
+                                      : "stage declared `@Shape` here, which calls this function")
+        .help(grows() ? check::kNoQueriesInGrow : help);
     return true;
 }
 

@@ -103,6 +103,9 @@ class StageTranslator : private Paths {
     void finish_surface(const check::Stage& stage);
     void finish_varyings(const check::Stage& stage, check::SymbolKind which, int32_t kind);
     void finish_volume();
+    void finish_grow();
+    /// Of attributes alone: the stage is a @Grow.
+    bool grows() const { return kind_ == ir::StageKind::kShapeAttributes; }
     void finish_dither(const check::Stage& stage);
     void add_output(std::string name, int32_t kind, int32_t a, int32_t b, ir::ValueId value);
     /// Returns whether a condition holds on every path, by folding or by proof.

@@ -86,8 +86,8 @@ class Fablet:
     ----------
     uniforms : mapping of str to Uniform
         What it takes from a world.
-    has_surface, has_shape, uses_void : bool
-        Whether it has a surface stage, a shape stage; whether it names VOID.
+    has_surface, has_shape, has_grow, uses_void : bool
+        Whether it has a surface stage, a shape stage, a grow stage; whether it names VOID.
     shape_outputs, surface_inputs, surface_outputs, nearest : tuple of Varying
         What its stages take and give.
 
@@ -129,6 +129,7 @@ class Fablet:
         self.name: str = data["name"]
         self.has_surface: bool = data["has_surface"]
         self.has_shape: bool = data["has_shape"]
+        self.has_grow: bool = data["has_grow"]
         self.uses_void: bool = data["uses_void"]
         self.uniforms: Mapping[str, Uniform] = MappingProxyType({u["name"]: _uniform(u) for u in data["uniforms"]})
         self.shape_outputs = tuple(Varying(v["name"], v["type"]) for v in data["shape_outputs"])

@@ -445,8 +445,8 @@ class Shape:
     def __init__(self, fablet: Fablet, box: ArrayLike, uniforms: Mapping[str, Any] | None = None) -> None:
         if not isinstance(fablet, Fablet):
             raise InputError(f"{short(fablet)} is no fablet")
-        if not fablet.has_shape:
-            raise InputError(f"fablet `{fablet.name}` has no @Shape stage")
+        if not (fablet.has_shape or fablet.has_grow):
+            raise InputError(f"fablet `{fablet.name}` has no @Shape or @Grow stage")
         corners = floats(box, "`box`", np.float64)
         if corners.shape != (2, 3):
             raise InputError(f"`box` has the shape {corners.shape}; it should be (2, 3), two corners")
@@ -470,7 +470,7 @@ class Shape:
 def shape(
     source: Fablet | str | os.PathLike[str], box: ArrayLike, uniforms: Mapping[str, Any] | None = None,
 ) -> Shape:
-    """Makes a solid of a fablet's @Shape stage, which stands where a mesh does.
+    """Makes a solid of a fablet's @Shape stage, or of what its @Grow stage grows, which stands where a mesh does.
 
     Parameters
     ----------

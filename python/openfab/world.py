@@ -410,7 +410,8 @@ class World:
             if isinstance(mesh, Shape):
                 # With values of its own the stage is another than that of objects with the same fablet.
                 stage: Fablet | Shape = mesh if mesh.uniforms else mesh.fablet
-                meshes[name] = {"shape": fablets.name(stage, mesh.fablet.name), **meshes[name]}
+                key = "grow" if mesh.fablet.has_grow else "shape"
+                meshes[name] = {key: fablets.name(stage, mesh.fablet.name), **meshes[name]}
         described: dict[str, dict[str, Any]] = {}
         for name, one_of in fablets.items():
             fablet = one_of.fablet if isinstance(one_of, Shape) else one_of

@@ -16,6 +16,7 @@
 #include "mesh/model/mesh_memory.h"
 #include "runtime/part/bind_beams.h"
 #include "runtime/part/bind_piece.h"
+#include "runtime/part/node_member.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/part/uniforms.h"
 #include "texture/cache.h"
@@ -82,6 +83,12 @@ Result<SetValue> parse_set(const std::string& text) {
     out.binding = std::move(*binding);
     out.binding.location = location;
     return out;
+}
+
+/// Returns how many components others read of an output: of a node's array of two floats one.
+int32_t attribute_components(const openfab_shape& shape, const openfab_varying& output) {
+    return openfab_grows(&shape) && has_two_ends(output) ? output.components / 2
+                                                         : output.components;
 }
 
 class WorldBinder {
@@ -238,10 +245,12 @@ class WorldBinder {
         } else if (Result<void> done = bind_other_shape(ref, object.name, stage.get()); !done) {
             return done;
         }
-        if (stage->fablet->shape == nullptr) {
-            return error_at(ref.location,
-                            fmt::format("fablet `{}` has no @Shape stage", stage->fablet->name),
-                            "name one that has, or give the mesh a `file`");
+        const openfab_shape* made = stage->fablet->shape;
+        if (made == nullptr) {
+            return error_at(
+                ref.location,
+                fmt::format("fablet `{}` has no @Shape or @Grow stage", stage->fablet->name),
+                "name one that has, or give the mesh a `file`");
         }
         part->shape = same_stage(std::move(stage));
         return Ok{};
@@ -374,7 +383,7 @@ class WorldBinder {
         if (s != kUnmoved) {
             return user_error(
                 fmt::format("`{}` is a shape, and a placement scales it", object.name),
-                "give the shape a uniform for its size");
+                "give it a uniform for its size");
         }
         const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
         const openfab_fablet* stage = find_fablet(fablets_, ref.fablet);
@@ -385,13 +394,13 @@ class WorldBinder {
             const openfab_varying& output = stage->shape->outputs[i];
             mesh::MeshAttribute attribute;
             attribute.name = output.name;
-            attribute.components = output.components;
+            attribute.components = attribute_components(*stage->shape, output);
             attribute.is_int = output.scalar != OPENFAB_FLOAT;
             if (attribute.is_int) {
                 attribute.faces.assign(
-                    box.triangles.size() * static_cast<size_t>(output.components), 0);
+                    box.triangles.size() * static_cast<size_t>(attribute.components), 0);
             } else {
-                attribute.values.assign(static_cast<size_t>(output.components), 0.0f);
+                attribute.values.assign(static_cast<size_t>(attribute.components), 0.0f);
                 attribute.corners.assign(box.triangles.size(), {0, 0, 0});
             }
             box.attributes.push_back(std::move(attribute));

@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstdint>
+#include <vector>
 
 #include "base/stage_timer.h"
 #include "base/vec.h"
@@ -54,6 +56,36 @@ void cover_strips(const Box3i& box, int32_t slab, int32_t side, voxel::SlabMask*
         taken += mine;
     });
     if (seconds != nullptr) *seconds += taken;
+}
+
+/// Raises tops to the highest voxel that is covered in each column. `cover(slab, columns, mask)` sets the
+/// bits of a slab in a mask that is clear.
+template <typename Cover>
+void raise_to_covered(const Box3i& box, const Columns& columns, TopRows* rows, const Cover& cover) {
+    if (columns.empty()) return;
+    voxel::SlabMask mask;
+    mask.x0 = columns.x0 & ~7, mask.y0 = columns.y0 & ~7;
+    mask.width = ((columns.x1 + 7) & ~7) - mask.x0;
+    mask.height = ((columns.y1 + 7) & ~7) - mask.y0;
+    const auto size = static_cast<size_t>(mask.width) * static_cast<size_t>(mask.height);
+    std::vector<uint8_t> done(size, 0);
+    size_t left = columns.count();
+    for (int32_t slab = (box.hi.z - 1) / kSlabSlices; slab >= box.lo.z / kSlabSlices && left > 0;
+         --slab) {
+        mask.mask.assign(size, 0);
+        cover(slab, Columns{mask.x0, mask.y0, mask.x0 + mask.width, mask.y0 + mask.height}, &mask);
+        for (int32_t y = columns.y0; y < columns.y1; ++y) {
+            for (int32_t x = columns.x0; x < columns.x1; ++x) {
+                const size_t i =
+                    static_cast<size_t>(y - mask.y0) * static_cast<size_t>(mask.width) +
+                    static_cast<size_t>(x - mask.x0);
+                if (mask.mask[i] == 0 || done[i] != 0) continue;
+                done[i] = 1;
+                --left;
+                rows->raise(x, y, kSlabSlices * slab + std::bit_width(mask.mask[i]) - 1);
+            }
+        }
+    }
 }
 
 }  // namespace openfab::solid

@@ -337,6 +337,8 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
         *member(&stages, stage.kind) = stage;
         if (stage.kind == ir::StageKind::kShape && passes::needs_segments(stage))
             stages.shape_segments = passes::cut_segments(stage);
+        if (stage.kind == ir::StageKind::kShapeAttributes && passes::needs_segments(stage))
+            stages.shape_attribute_segments = passes::cut_segments(stage);
     }
     out->program_ = load(stages, options);
     return out->program_ == nullptr ? nullptr : std::move(out);
@@ -344,8 +346,10 @@ std::unique_ptr<CompiledStage> CompiledStage::make(const ir::Stage& stage,
 
 StageResults CompiledStage::run(openfab_isa isa, const StageInputs& inputs) const {
     const openfab_fablet& fablet = *program_->fablets().fablets[0];
-    const openfab_segments& segments =
-        fablet.shape != nullptr ? fablet.shape->value_segments : fablet.volume_segments;
+    const openfab_segments& segments = fablet.shape == nullptr ? fablet.volume_segments
+                                       : stage_.kind == ir::StageKind::kShapeAttributes
+                                           ? fablet.shape->attribute_segments
+                                           : fablet.shape->value_segments;
     if (segments.step_count > 0) return run_segments(segments, isa, inputs);
     const openfab_kernel& kernel = member(*program_->fablets().fablets[0], stage_.kind);
     const size_t count = element_count(stage_, inputs);
@@ -404,7 +408,7 @@ StageResults CompiledStage::run_segments(const openfab_segments& segments, openf
     segments::Driver driver;
     const std::vector<uint8_t> wanted((count + 7) / 8, 255);
     EXPECT_TRUE(driver.run(segments, isa, wanted, &host, &host).ok());
-    if (stage_.kind == ir::StageKind::kShape) {
+    if (stage_.kind == ir::StageKind::kShape || stage_.kind == ir::StageKind::kShapeAttributes) {
         for (auto& result : written)
             result.resize(count);
         return written;

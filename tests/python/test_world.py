@@ -301,5 +301,5 @@ def test_a_shape_is_checked_when_it_is_made(box: Any, uniforms: Any, said: str) 
 
 def test_a_shape_needs_the_stage() -> None:
     assert openfab.Fablet(text=ROUND).has_shape
-    with pytest.raises(openfab.InputError, match="fablet `Ball` has no @Shape stage"):
+    with pytest.raises(openfab.InputError, match="fablet `Ball` has no @Shape or @Grow stage"):
         openfab.shape(openfab.Fablet(text=BALL), [(0, 0, 0), (1, 1, 1)])

@@ -72,6 +72,7 @@ constexpr Exhibit kExhibits[] = {
     {"bone", "bone", "bone", "1mm"},
     {"insole", "insole", "insole", "0.7mm"},
     {"peach", "peach", "peach", "0.5mm"},
+    {"tree", "tree", "tree", "0.5mm"},
 };
 
 struct Contents {

@@ -35,7 +35,7 @@
 
 (type_identifier) @type
 ((type_identifier) @type.builtin
-  (#any-of? @type.builtin "Material" "MaterialComposition" "Object" "ImageTexture2D" "ImageTexture3D" "Spline" "ColorRamp" "DitherAttributes" "ShapeAttributes"
+  (#any-of? @type.builtin "Material" "MaterialComposition" "Object" "ImageTexture2D" "ImageTexture3D" "Spline" "ColorRamp" "DitherAttributes" "GrowAttributes" "ShapeAttributes"
     "SurfaceAttributes" "SurfacePoint" "VolumeAttributes"))
 (primitive_type) @type.builtin
 

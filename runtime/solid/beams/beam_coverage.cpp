@@ -94,32 +94,11 @@ void BeamCoverage::fill(int32_t x, int32_t y, int32_t side, uint8_t bits,
 }
 
 void BeamCoverage::raise_tops(const Columns& columns, TopRows* rows) const {
-    if (columns.empty()) return;
     Tools tools;
-    voxel::SlabMask mask;
-    mask.x0 = columns.x0 & ~7, mask.y0 = columns.y0 & ~7;
-    mask.width = ((columns.x1 + 7) & ~7) - mask.x0;
-    mask.height = ((columns.y1 + 7) & ~7) - mask.y0;
-    const auto size = static_cast<size_t>(mask.width) * static_cast<size_t>(mask.height);
-    std::vector<uint8_t> done(size, 0);
-    size_t left = columns.count();
-    for (int32_t slab = (box_.hi.z - 1) / kSlabSlices; slab >= box_.lo.z / kSlabSlices && left > 0;
-         --slab) {
-        mask.mask.assign(size, 0);
-        cover(slab, {mask.x0, mask.y0, mask.x0 + mask.width, mask.y0 + mask.height}, nullptr,
-              &tools, &mask);
-        for (int32_t y = columns.y0; y < columns.y1; ++y) {
-            for (int32_t x = columns.x0; x < columns.x1; ++x) {
-                const size_t i =
-                    static_cast<size_t>(y - mask.y0) * static_cast<size_t>(mask.width) +
-                    static_cast<size_t>(x - mask.x0);
-                if (mask.mask[i] == 0 || done[i] != 0) continue;
-                done[i] = 1;
-                --left;
-                rows->raise(x, y, kSlabSlices * slab + std::bit_width(mask.mask[i]) - 1);
-            }
-        }
-    }
+    raise_to_covered(box_, columns, rows,
+                     [&](int32_t slab, const Columns& all, voxel::SlabMask* mask) {
+                         cover(slab, all, nullptr, &tools, mask);
+                     });
 }
 
 }  // namespace openfab::solid

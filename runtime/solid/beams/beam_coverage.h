@@ -21,14 +21,6 @@ class BeamCoverage {
     BeamCoverage(const BeamTree& tree, const VoxelFrame& frame, const Box3i& box, const Vec3i& base)
         : tree_(tree), frame_(frame), box_(box), base_(base) {}
 
-    const Box3i& box() const { return box_; }
-    /// As Placed::coverage.
-    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
-                  double* seconds) const;
-    /// Raises tops to the highest voxel that is covered in each column.
-    void raise_tops(const Columns& columns, TopRows* rows) const;
-
-  private:
     static constexpr int32_t kLargest = 64;  ///< voxels along a side of a tile
     struct Tools {
         std::vector<int32_t> found;
@@ -36,9 +28,19 @@ class BeamCoverage {
         BeamList of_cube;
         BeamCube cube;
     };
+
+    const Box3i& box() const { return box_; }
+    /// As Placed::coverage.
+    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
+                  double* seconds) const;
+    /// Raises tops to the highest voxel that is covered in each column.
+    void raise_tops(const Columns& columns, TopRows* rows) const;
+
     /// Covers columns [x0, x1) x [y0, y1), multiples of 8, of a slab in the mask.
     void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
                voxel::SlabMask* out) const;
+
+  private:
     void cover_tile(int32_t slab, int32_t x, int32_t y, int32_t side,
                     std::span<const int32_t> beams, const Columns& columns, Tools* tools,
                     voxel::SlabMask* out) const;

@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "runtime/solid/beams/beam_solid.h"
+#include "runtime/solid/grow/grow_solid.h"
 #include "runtime/solid/mesh/mesh_solid.h"
 #include "runtime/solid/shape/shape_solid.h"
 
@@ -12,7 +13,7 @@ namespace openfab::solid {
 namespace {
 
 // The first that has a source makes the part: shapes and beams have a mesh, too, their box.
-constexpr const Kind* kKinds[] = {&kShapeKind, &kBeamKind, &kMeshKind};
+constexpr const Kind* kKinds[] = {&kGrowKind, &kShapeKind, &kBeamKind, &kMeshKind};
 
 }  // namespace
 

@@ -1,0 +1,104 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// What grows, in clumps: a clump is some hundreds of beams of one branch, with buds from which more grow.
+// It is made when something comes near its bud's box, and may be dropped and made again at any time: it
+// follows from its bud alone.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "base/result.h"
+#include "base/vec.h"
+
+namespace openfab::solid {
+
+/// A beam in part space, mm.
+struct GrownBeam {
+    std::array<Vec3f, 2> end;
+    std::array<float, 2> radius{};
+    uint64_t id = 0;    ///< of its node: a hash of the numbers of children from the root on
+    int32_t level = 0;  ///< how many parents its node has
+    bool flat = false;  ///< cut across at its ends; else balls are there
+};
+
+/// Returns whether one beam goes before another where both are as near: the one of fewer parents.
+inline bool grows_before(const GrownBeam& a, const GrownBeam& b) {
+    return a.level != b.level ? a.level < b.level : a.id < b.id;
+}
+
+/// Returns the id of a child of a node.
+uint64_t child_id(uint64_t node, int32_t child);
+
+/// A node whose children are not there yet.
+struct Bud {
+    Box3f bound;  ///< that holds all of them, part space
+    uint64_t id = 0;
+    int32_t level = 0;
+    int32_t children = 0;
+    size_t state = 0;  ///< where what its rule knows of it begins, in Clump::states
+};
+
+/// What a clump says of its beams beside where they are.
+struct BeamValues {
+    int32_t floats = 0;  ///< at each end of a beam
+    int32_t ints = 0;    ///< of a beam
+};
+
+class Clump {
+  public:
+    std::vector<GrownBeam> beams;
+    std::vector<float> floats;   ///< [beam][end][component]
+    std::vector<uint32_t> ints;  ///< [beam][component], bits
+    std::vector<Bud> buds;
+    std::vector<uint32_t> states;  ///< of the buds
+
+    /// Returns what a rule knows of a bud.
+    std::span<const uint32_t> state(const Bud& bud) const {
+        return std::span(states).subspan(bud.state, state_size);
+    }
+    size_t state_size = 0;
+
+    /// Makes the tree of boxes. Call once all are there.
+    void finish();
+    size_t bytes() const;
+
+    /// A node of the tree of boxes: of a leaf, items [first, first + count), which are beams, then buds;
+    /// else the next node, and `first`.
+    struct Node {
+        Box3f box;
+        int32_t first = 0;
+        int32_t count = 0;
+    };
+    std::span<const Node> nodes() const { return nodes_; }
+    /// Returns an item: the number of a beam, or beams.size() and more of a bud.
+    size_t item(int32_t i) const { return static_cast<size_t>(items_[static_cast<size_t>(i)]); }
+
+  private:
+    void build(std::span<const Box3f> boxes, std::span<const Vec3f> centres, int32_t first,
+               int32_t count);
+
+    std::vector<Node> nodes_;
+    std::vector<int32_t> items_;
+};
+
+/// Returns the box of a beam, a little larger.
+Box3f box_of(const GrownBeam& beam);
+
+/// Makes clumps. Threads share it.
+class ClumpSource {
+  public:
+    virtual ~ClumpSource() = default;
+    virtual BeamValues values() const = 0;
+    /// Returns the bud of everything, and what is known of it.
+    virtual Bud root(std::vector<uint32_t>* state) const = 0;
+    /// Makes what grows of a bud.
+    virtual Result<std::shared_ptr<const Clump>> grow(const Bud& bud,
+                                                      std::span<const uint32_t> state) const = 0;
+};
+
+}  // namespace openfab::solid

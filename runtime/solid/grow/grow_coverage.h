@@ -1,0 +1,38 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Coverage of what grows: of each tile of voxels the beams are gathered, which are then covered as beams are.
+
+#include "runtime/solid/beams/beam_coverage.h"
+#include "runtime/solid/grow/local_beams.h"
+
+namespace openfab::solid {
+
+class GrowCoverage {
+  public:
+    /// As BeamCoverage.
+    GrowCoverage(const Grown& grown, const VoxelFrame& frame, const Box3i& box, const Vec3i& base)
+        : grown_(grown), frame_(frame), box_(box), base_(base) {}
+
+    const Box3i& box() const { return box_; }
+    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
+                  double* seconds) const;
+    void raise_tops(const Columns& columns, TopRows* rows) const;
+
+  private:
+    struct Tools {
+        GatheredBeams gathered;
+        LocalBeams local;
+        BeamCoverage::Tools of_beams;
+    };
+    void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
+               voxel::SlabMask* out) const;
+
+    const Grown& grown_;
+    const VoxelFrame frame_;
+    const Box3i box_;
+    const Vec3i base_;
+};
+
+}  // namespace openfab::solid

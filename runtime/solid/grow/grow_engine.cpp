@@ -1,0 +1,181 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/grow/grow_engine.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "base/infinity.h"
+
+namespace openfab::solid {
+
+namespace {
+
+/// A region has 4 blocks along x, beginning in it.
+constexpr int32_t kRegionVoxels = 32;
+
+/// Returns the largest multiple of `by`, a power of two, that is no larger.
+int32_t down_to(int32_t x, int32_t by) {
+    return x & ~(by - 1);
+}
+
+class GrowEngine final : public nearest::Engine {
+  public:
+    GrowEngine(const Grown& grown, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+               const openfab_fablet* fablet)
+        : grown_(grown), frame_(frame), fablet_(fablet) {}
+
+    std::unique_ptr<Scratch> make_scratch() const override {
+        return std::make_unique<GrowScratch>();
+    }
+
+    void query(const nearest::BlockQuery& query, Scratch* scratch,
+               nearest::BlockAnswer* answer) const override {
+        auto* mine = static_cast<GrowScratch*>(scratch);
+        GrowScratch::Region& region = find(query.block, mine);
+        if (region.beams.empty()) {
+            std::fill_n(answer->distance2, nearest::kBlockVoxels, kInfinity);
+            std::fill_n(answer->patch, nearest::kBlockVoxels, -1);
+            return;
+        }
+        region.engine->query(query, region.scratch.get(), answer);
+        mine->counts.add(region.scratch->counts);
+        region.scratch->counts = {};
+    }
+
+    void query_points(std::span<const nearest::PointPacket> packets, float radius_mm,
+                      Scratch* scratch, nearest::PointAnswer* answers) const override {
+        auto* mine = static_cast<GrowScratch*>(scratch);
+        mine->gathered.clear();
+        for (size_t g = 0; g < packets.size(); ++g) {
+            nearest::PointAnswer& to = answers[g];
+            to = {};
+            for (size_t l = 0; l < 8; ++l) {
+                to.distance2[l] = kInfinity;
+                to.patch[l] = -1;
+                const Vec3f p = point(packets[g], l);
+                bool asked = (packets[g].mask >> l & 1) != 0;
+                for (int a = 0; a < 3; ++a)
+                    asked = asked && std::fabs(p[a]) <= nearest::kMaxCoordinate;
+                if (!asked) continue;
+                ++mine->counts.queried;
+                const size_t before = mine->gathered.beams.size();
+                const float d = grown_.nearest(p, &mine->gathered);
+                if (mine->gathered.beams.size() == before) continue;
+                if (std::fabs(d) <= radius_mm) {
+                    to.patch[l] = static_cast<int32_t>(before);
+                    to.distance2[l] = d * d;
+                }
+            }
+        }
+        mine->of_points.set(mine->gathered, grown_.center(), fablet_, true);
+        if (mine->of_points.empty()) return;
+        // The tree has an order of its own.
+        const std::vector<BeamRecord>& beams = mine->of_points.tree().beams();
+        std::vector<int32_t> place(beams.size());
+        for (size_t i = 0; i < beams.size(); ++i)
+            place[static_cast<size_t>(beams[i].number)] = static_cast<int32_t>(i);
+        for (size_t g = 0; g < packets.size(); ++g) {
+            nearest::PointAnswer& to = answers[g];
+            for (size_t l = 0; l < 8; ++l) {
+                if (to.patch[l] < 0) continue;
+                to.patch[l] = place[static_cast<size_t>(to.patch[l])];
+                const BeamRecord& beam = beams[static_cast<size_t>(to.patch[l])];
+                const Vec3f at = nearest_of_beam(beam, point(packets[g], l)).position;
+                to.triangle[l] = std::bit_cast<int32_t>(at.x);
+                to.bary1[l] = at.y;
+                to.bary2[l] = at.z;
+            }
+        }
+    }
+
+    void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
+                      nearest::BlockBounds* bounds) const override {
+        auto* mine = static_cast<GrowScratch*>(scratch);
+        for (size_t i = 0; i < blocks.size(); ++i) {
+            GrowScratch::Region& region = find(blocks[i], mine);
+            if (region.beams.empty()) {
+                std::fill_n(bounds[i].low, 32, kInfinity);
+                std::fill_n(bounds[i].high, 32, kInfinity);
+                continue;
+            }
+            region.engine->bound_blocks({&blocks[i], 1}, region.scratch.get(), &bounds[i]);
+        }
+    }
+
+    void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
+                nearest::BoxBounds* out) const override {
+        auto* mine = static_cast<GrowScratch*>(scratch);
+        if (size == 8) {
+            GrowScratch::Region& region = find(lowest, mine);
+            if (!region.beams.empty())
+                return region.engine->bounds(lowest, size, region.scratch.get(), out);
+        }
+        out->clear();
+        const VoxelBall ball = voxel_ball(frame(), lowest, {size, size, size});
+        const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
+        out->distance_hi = kInfinity;
+        if (!(d < kInfinity)) return;
+        const float reach = ball.radius + grown_.slack(ball.middle);
+        const float low = std::max(0.0f, d - reach);
+        out->distance_hi = d + reach;
+        // Of larger cubes nothing is said of attributes.
+        const BeamValues values = grown_.values();
+        const auto floats = static_cast<size_t>(fablet_ == nullptr ? 0 : values.floats);
+        const auto ints = static_cast<size_t>(fablet_ == nullptr ? 0 : values.ints);
+        out->add(low, std::vector<float>(floats, -kInfinity), std::vector<float>(floats, kInfinity),
+                 std::vector<int32_t>(ints, INT32_MIN), std::vector<int32_t>(ints, INT32_MAX));
+    }
+
+  private:
+    static Vec3f point(const nearest::PointPacket& packet, size_t lane) {
+        return {packet.p[0][lane], packet.p[1][lane], packet.p[2][lane]};
+    }
+    VoxelFrame frame() const { return VoxelFrame(frame_); }
+
+    /// Returns the region that a block lies in, with all beams that may be nearest to one of its voxels.
+    GrowScratch::Region& find(const Vec3i& block, GrowScratch* mine) const {
+        const Vec3i key{down_to(block.x, kRegionVoxels), block.y, block.z};
+        GrowScratch::Region* oldest = mine->regions.data();
+        for (GrowScratch::Region& region : mine->regions) {
+            if (region.used != 0 && region.engine_of == this && region.key == key) {
+                region.used = ++mine->uses;
+                mine->asked = &region;
+                return region;
+            }
+            if (region.used < oldest->used) oldest = &region;
+        }
+        const VoxelBall ball = voxel_ball(frame(), key, {kRegionVoxels + 8, 8, 8});
+        const float d = grown_.nearest(ball.middle, nullptr);
+        mine->gathered.clear();
+        if (d < kInfinity) grown_.collect(ball.middle, d + 2 * ball.radius, &mine->gathered);
+        oldest->engine_of = this;
+        oldest->key = key;
+        oldest->used = ++mine->uses;
+        oldest->scratch = nullptr;
+        oldest->engine = nullptr;
+        oldest->beams.set(mine->gathered, grown_.center(), fablet_);
+        if (!oldest->beams.empty()) {
+            oldest->engine =
+                make_beam_engine(oldest->beams.tree(), frame(), oldest->beams.attributes());
+            oldest->scratch = oldest->engine->make_scratch();
+        }
+        mine->asked = oldest;
+        return *oldest;
+    }
+
+    const Grown& grown_;
+    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    const openfab_fablet* fablet_;
+};
+
+}  // namespace
+
+std::unique_ptr<nearest::Engine> make_grow_engine(
+    const Grown& grown, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+    const openfab_fablet* fablet) {
+    return std::make_unique<GrowEngine>(grown, frame, fablet);
+}
+
+}  // namespace openfab::solid

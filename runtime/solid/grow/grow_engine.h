@@ -1,0 +1,42 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Answers queries for the nearest beam of what grows, by the engine of beams over those of a place. In answers
+// `patch` counts among the beams that the scratch holds.
+
+#include <memory>
+
+#include "runtime/nearest/engine.h"
+#include "runtime/nearest/targets.h"
+#include "runtime/solid/grow/local_beams.h"
+#include "runtime/solid/voxel_frame.h"
+
+namespace openfab::solid {
+
+/// Makes the engine of a placement. `fablet`: as LocalBeams::set.
+std::unique_ptr<nearest::Engine> make_grow_engine(
+    const Grown& grown, const std::array<float, OPENFAB_FRAME_COUNT>& frame,
+    const openfab_fablet* fablet);
+
+/// The scratch of such engines.
+class GrowScratch final : public nearest::Engine::Scratch {
+  public:
+    /// The beams around a row of blocks.
+    struct Region {
+        const void* engine_of = nullptr;  ///< placements share scratches
+        Vec3i key;
+        uint64_t used = 0;
+        LocalBeams beams;
+        std::unique_ptr<nearest::Engine> engine;
+        std::unique_ptr<nearest::Engine::Scratch> scratch;
+    };
+    static constexpr size_t kRegions = 8;
+    std::array<Region, kRegions> regions;
+    Region* asked = nullptr;  ///< that the last block lies in
+    uint64_t uses = 0;
+    GatheredBeams gathered;
+    LocalBeams of_points;  ///< nearest to the points asked for last
+};
+
+}  // namespace openfab::solid

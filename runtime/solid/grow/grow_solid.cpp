@@ -1,0 +1,174 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/grow/grow_solid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "abi/grow_table.h"
+#include "runtime/solid/grow/grow_coverage.h"
+#include "runtime/solid/grow/grow_engine.h"
+#include "runtime/solid/grow/rule_source.h"
+#include "runtime/surface/transform_box.h"
+
+namespace openfab::solid {
+
+namespace {
+
+/// What placements share.
+struct SharedGrown {
+    SharedGrown(const part::Part& of, const surface::SurfaceOptions& options)
+        : part(of),
+          grown(make_rule_source(*of.shape, *of.fablet, options.isa), of.mesh->center_part_mm,
+                options.cache_bytes) {}
+
+    const part::Part& part;
+    Grown grown;
+    bool asked = false, attributes = false;
+};
+
+/// Returns the voxels of the grid whose centres may lie in a box of voxel coordinates.
+Box3i voxels_of(const Box3d& box, const part::Grid& grid) {
+    Box3i out;
+    for (int a = 0; a < 3; ++a) {
+        const auto clamped = [&](double x) {
+            return static_cast<int32_t>(std::clamp(x, 0.0, static_cast<double>(grid.size[a])));
+        };
+        out.lo[a] = clamped(std::floor(box.lo[a]) - 1);
+        out.hi[a] = clamped(std::ceil(box.hi[a]) + 1);
+    }
+    if (out.lo.x >= out.hi.x || out.lo.y >= out.hi.y || out.lo.z >= out.hi.z)
+        return {{0, 0, 0}, {0, 0, 0}};
+    return out;
+}
+
+const GrowScratch& of_engine(const Scratch* scratch) {
+    return static_cast<const GrowScratch&>(*scratch->engine);
+}
+
+class PlacedGrown final : public Placed {
+  public:
+    PlacedGrown(const SharedGrown& shared, const Place& where)
+        : shared_(shared),
+          frame_(where.frame),
+          coverage_(shared.grown, VoxelFrame(where.frame),
+                    voxels_of(surface::transform_box(part::local_to_voxel(where.part, where.grid),
+                                                     shared.grown.bounds()),
+                              where.grid),
+                    part::part_base_voxel(where.part, where.grid)) {}
+
+    Box3i voxel_box() const override { return coverage_.box(); }
+    void coverage(int32_t slab, voxel::SlabMask* out, const std::atomic<bool>* stop,
+                  double* seconds) const override {
+        coverage_.coverage(slab, out, stop, seconds);
+    }
+    void raise_tops(const Columns& columns, TopRows* rows) const override {
+        coverage_.raise_tops(columns, rows);
+    }
+    void begin_queries() override {
+        if (engine_ == nullptr && shared_.asked)
+            engine_ = make_grow_engine(shared_.grown, frame_,
+                                       shared_.attributes ? shared_.part.fablet : nullptr);
+    }
+    std::unique_ptr<Scratch> make_scratch() const override {
+        auto scratch = std::make_unique<Scratch>();
+        scratch->engine = engine_->make_scratch();
+        return scratch;
+    }
+    void read(const nearest::BlockAnswer& answer, const uint8_t* active,
+              const nearest::AttributeTargets& targets, Scratch* scratch) const override {
+        const GrowScratch::Region* region = of_engine(scratch).asked;
+        static const LocalBeams kNone;
+        const LocalBeams& beams = region != nullptr ? region->beams : kNone;
+        if (!beams.empty()) beams.attributes()->read(beams.tree(), frame_, answer, active, targets);
+    }
+    void read_points(const nearest::PointAnswer& answer, const nearest::PointTargets& targets,
+                     Scratch* scratch) const override {
+        const LocalBeams& beams = of_engine(scratch).of_points;
+        if (!beams.empty()) beams.attributes()->read_points(beams.tree(), answer, targets);
+    }
+    uint32_t inside(const nearest::PointPacket& packet, const nearest::PointAnswer& answers,
+                    const KnownInside& /*known*/, Scratch* scratch) const override {
+        const LocalBeams& beams = of_engine(scratch).of_points;
+        uint32_t inside = 0;
+        for (size_t l = 0; l < 8; ++l) {
+            if ((packet.mask >> l & 1) == 0 || answers.patch[l] < 0) continue;
+            const BeamRecord& beam = beams.tree().beams()[static_cast<size_t>(answers.patch[l])];
+            const float d = beam_distance(beam, {packet.p[0][l], packet.p[1][l], packet.p[2][l]});
+            inside |= (d < 0 ? 1u : 0u) << l;
+        }
+        return inside;
+    }
+
+  private:
+    const SharedGrown& shared_;
+    const std::array<float, OPENFAB_FRAME_COUNT> frame_;
+    const GrowCoverage coverage_;
+};
+
+class GrowSolid final : public Solid {
+  public:
+    GrowSolid(const part::Part& part, const surface::SurfaceOptions& options)
+        : shared_(part, options) {
+        shared_.grown.set_stop(options.stop);
+    }
+
+    /// Returns an error of the first nodes.
+    Result<void> check() const {
+        shared_.grown.begin();
+        return status();
+    }
+
+    Box3d exact_box(const Affine3d& local_to_other) const override {
+        return surface::transform_box(local_to_other, bounds());
+    }
+    Box3f bounds() const override { return shared_.grown.bounds(); }
+    /// A query may have to grow clumps.
+    bool dices() const override { return true; }
+    int64_t patches_to_dice() const override { return 0; }
+    double crowding() const override { return 0; }
+    int64_t index_bytes(bool /*asked*/) const override { return 0; }
+    int64_t query_bytes() const override { return 0; }
+    surface::SurfaceCounts counts() const override { return {}; }
+    Result<void> status() const override { return shared_.grown.status(); }
+    void set_cache_bytes(size_t bytes) const override { shared_.grown.set_bytes(bytes); }
+    void set_stop(const std::atomic<bool>* stop) const override { shared_.grown.set_stop(stop); }
+    void prepare(const Asked& asked, const QuerySetUp& /*queries*/) override {
+        shared_.asked = shared_.asked || asked.nearest;
+        shared_.attributes = shared_.attributes || asked.attributes || asked.geometry;
+    }
+    std::unique_ptr<Placed> place(const Place& where) const override {
+        return std::make_unique<PlacedGrown>(shared_, where);
+    }
+
+  private:
+    SharedGrown shared_;
+};
+
+}  // namespace
+
+const Kind kGrowKind{
+    .source = [](const part::Part& part) -> const void* {
+        const part::Part* stage = part.shape.get();
+        return stage != nullptr && openfab_grows(stage->fablet->shape) ? stage : nullptr;
+    },
+    // Values are of the fablet's @nearest inputs.
+    .alike = [](const part::Part& a, const part::Part& b) { return a.fablet == b.fablet; },
+    .refine = [](const surface::SurfaceOptions& /*options*/, part::Part* part) -> Result<void> {
+        if (part->fablet->has_surface == 0) return {};
+        return error_at(part->shape->location,
+                        "the fablet has a @Surface stage, and what grows are beams, which have no "
+                        "surface to displace",
+                        "give the nodes other radii");
+    },
+    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
+    .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
+    .make = [](const part::Part& part,
+               const surface::SurfaceOptions& options) -> Result<std::shared_ptr<Solid>> {
+        auto made = std::make_shared<GrowSolid>(part, options);
+        if (Result<void> fine = made->check(); !fine) return fine.error();
+        return std::shared_ptr<Solid>(std::move(made));
+    },
+};
+
+}  // namespace openfab::solid

@@ -1,0 +1,309 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/grow/grown.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/infinity.h"
+#include "runtime/solid/beams/beam.h"
+
+namespace openfab::solid {
+
+namespace {
+
+/// Beams of one tile of voxels; more are finer than the voxels by far.
+constexpr size_t kMostGathered = size_t{1} << 19;
+constexpr size_t kShards = 32;
+
+/// Returns the signed distance of a point to a box: nothing in the box has a lesser one.
+float box_distance(const Box3f& box, const Vec3f& p) {
+    float outside2 = 0, inside = -kInfinity;
+    for (int a = 0; a < 3; ++a) {
+        const float d = std::max(box.lo[a] - p[a], p[a] - box.hi[a]);
+        inside = std::max(inside, d);
+        const float out = std::max(d, 0.0f);
+        outside2 += out * out;
+    }
+    return outside2 > 0 ? std::sqrt(outside2) : inside;
+}
+
+}  // namespace
+
+/// In shards, each with a share of the budget.
+struct Grown::Cache {
+    struct Entry {
+        uint64_t id = 0;
+        int32_t level = 0;
+        std::vector<uint32_t> state;
+        ClumpPtr clump;
+    };
+    struct Shard {
+        std::mutex mutex;
+        std::list<Entry> used;  ///< the longest unused last
+        std::unordered_map<uint64_t, std::list<Entry>::iterator> entries;
+        size_t bytes = 0;
+    };
+    std::array<Shard, kShards> shards;
+
+    Shard& shard(const Bud& bud) { return shards[bud.id % kShards]; }
+};
+
+void GatheredBeams::add(const Clump& clump, size_t beam, const BeamValues& values) {
+    beams.push_back(clump.beams[beam]);
+    const auto take = [&](auto& to, const auto& from, int32_t count) {
+        const auto n = static_cast<size_t>(count);
+        to.insert(to.end(), from.begin() + static_cast<ptrdiff_t>(beam * n),
+                  from.begin() + static_cast<ptrdiff_t>((beam + 1) * n));
+    };
+    take(floats, clump.floats, 2 * values.floats);
+    take(ints, clump.ints, values.ints);
+}
+
+Grown::Grown(std::unique_ptr<const ClumpSource> source, const Vec3d& center_part_mm, size_t bytes)
+    : source_(std::move(source)),
+      center_(center_part_mm),
+      root_(source_->root(&root_state_)),
+      cache_(std::make_unique<Cache>()),
+      bytes_(bytes) {}
+
+Grown::~Grown() = default;
+
+Box3f Grown::bounds() const {
+    Box3f out;
+    for (int a = 0; a < 3; ++a) {
+        out.lo[a] = std::nextafter(
+            static_cast<float>(static_cast<double>(root_.bound.lo[a]) - center_[a]), -kInfinity);
+        out.hi[a] = std::nextafter(
+            static_cast<float>(static_cast<double>(root_.bound.hi[a]) - center_[a]), kInfinity);
+    }
+    return out;
+}
+
+Grown::ClumpPtr Grown::get(const Bud& bud, std::span<const uint32_t> state) const {
+    const std::atomic<bool>* stop = stop_;
+    if (failed() || (stop != nullptr && stop->load(std::memory_order_relaxed))) return nullptr;
+    Cache::Shard& shard = cache_->shard(bud);
+    {
+        const std::lock_guard lock(shard.mutex);
+        if (const auto found = shard.entries.find(bud.id); found != shard.entries.end()) {
+            const Cache::Entry& entry = *found->second;
+            if (entry.level == bud.level && std::ranges::equal(entry.state, state)) {
+                shard.used.splice(shard.used.begin(), shard.used, found->second);
+                return entry.clump;
+            }
+        }
+    }
+    Result<ClumpPtr> made = source_->grow(bud, state);
+    if (!made) {
+        note(made.error());
+        return nullptr;
+    }
+    ++made_;
+    const auto size = [](const Cache::Entry& entry) {
+        return entry.clump->bytes() + entry.state.size() * sizeof(uint32_t) + 128;
+    };
+    const std::lock_guard lock(shard.mutex);
+    if (shard.entries.contains(bud.id)) return *made;  // another thread was quicker
+    shard.used.push_front({bud.id, bud.level, {state.begin(), state.end()}, *made});
+    shard.entries[bud.id] = shard.used.begin();
+    shard.bytes += size(shard.used.front());
+    while (shard.bytes > bytes_ / kShards && shard.used.size() > 1) {
+        shard.bytes -= size(shard.used.back());
+        shard.entries.erase(shard.used.back().id);
+        shard.used.pop_back();
+    }
+    return *made;
+}
+
+/// Calls `take` for the beams whose boxes are reached.
+template <typename Reaches, typename Take>
+void Grown::visit(const Clump& clump, const Reaches& reaches, const Take& take) const {
+    if (clump.nodes().empty()) return;
+    std::array<int32_t, 64> stack;
+    size_t open = 0;
+    stack[open++] = 0;
+    while (open > 0) {
+        const int32_t at = stack[--open];
+        const Clump::Node& node = clump.nodes()[static_cast<size_t>(at)];
+        if (!reaches(node.box)) continue;
+        if (node.count == 0) {
+            stack[open++] = node.first;
+            stack[open++] = at + 1;
+            continue;
+        }
+        for (int32_t i = node.first; i < node.first + node.count; ++i) {
+            const size_t item = clump.item(i);
+            if (item < clump.beams.size()) {
+                take(clump, item);
+                continue;
+            }
+            const Bud& bud = clump.buds[item - clump.beams.size()];
+            if (!reaches(bud.bound)) continue;
+            if (const ClumpPtr more = get(bud, clump.state(bud)); more != nullptr)
+                visit(*more, reaches, take);
+        }
+    }
+}
+
+/// Returns whether these are too many for one place, after an error.
+bool Grown::full(size_t beams, const GrownBeam& last) const {
+    if (beams < kMostGathered) return false;
+    note(user_error(
+        fmt::format("more than {} beams lie within a few voxels at ({:.4g}, {:.4g}, {:.4g}) mm, on "
+                    "level {}",
+                    kMostGathered, last.end[0].x, last.end[0].y, last.end[0].z, last.level),
+        "let `children` become 0 where beams are smaller than voxels"));
+    return true;
+}
+
+void Grown::collect(const Box3f& box, GatheredBeams* out) const {
+    Box3f asked;
+    for (int a = 0; a < 3; ++a) {
+        asked.lo[a] = std::nextafter(
+            static_cast<float>(static_cast<double>(box.lo[a]) + center_[a]), -kInfinity);
+        asked.hi[a] = std::nextafter(
+            static_cast<float>(static_cast<double>(box.hi[a]) + center_[a]), kInfinity);
+    }
+    const ClumpPtr root = get(root_, root_state_);
+    if (root == nullptr) return;
+    const BeamValues values = source_->values();
+    visit(
+        *root, [&](const Box3f& b) { return b.overlaps(asked) && !failed(); },
+        [&](const Clump& clump, size_t beam) {
+            if (box_of(clump.beams[beam]).overlaps(asked) &&
+                !full(out->beams.size(), clump.beams[beam]))
+                out->add(clump, beam, values);
+        });
+}
+
+float Grown::slack(const Vec3f& p) const {
+    const Box3f box = bounds();
+    float largest = 0;
+    for (int a = 0; a < 3; ++a)
+        largest = std::max({largest, std::fabs(p[a]), std::fabs(box.lo[a]), std::fabs(box.hi[a]),
+                            std::fabs(static_cast<float>(center_[a]))});
+    return largest * 0x1p-18f;
+}
+
+namespace {
+
+/// Returns the record of a beam, part-local.
+BeamRecord record_of(const GrownBeam& beam, const Vec3d& center) {
+    mesh::Beam as;
+    as.radii = beam.radius;
+    if (beam.flat) as.ends = {mesh::BeamEnd::kFlat, mesh::BeamEnd::kFlat};
+    return make_record(as, 0, vec_cast<double>(beam.end[0]) - center,
+                       vec_cast<double>(beam.end[1]) - center, 1);
+}
+
+}  // namespace
+
+void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
+    const Vec3f asked = vec_cast<float>(vec_cast<double>(p) + center_);
+    const float most = limit + slack(p);
+    const ClumpPtr root = get(root_, root_state_);
+    if (root == nullptr) return;
+    const BeamValues values = source_->values();
+    visit(
+        *root, [&](const Box3f& b) { return box_distance(b, asked) <= most && !failed(); },
+        [&](const Clump& clump, size_t beam) {
+            const GrownBeam& of = clump.beams[beam];
+            if (box_distance(box_of(of), asked) > most) return;
+            if (beam_distance(record_of(of, center_), p) <= most &&
+                !full(out->beams.size(), clump.beams[beam]))
+                out->add(clump, beam, values);
+        });
+}
+
+struct Grown::Search {
+    Vec3f local, part;
+    float slack = 0;
+    size_t compared = 0;  ///< beams
+    float distance = kInfinity;
+    ClumpPtr clump;  ///< of the nearest so far; null: none
+    size_t beam = 0;
+    ClumpPtr current;
+};
+
+/// Looks into a clump, its nearer half first.
+void Grown::search(const Clump& clump, Search* best) const {
+    if (clump.nodes().empty()) return;
+    const ClumpPtr mine = best->current;
+    struct Open {
+        int32_t node;
+        float bound;
+    };
+    std::array<Open, 64> stack;
+    size_t open = 0;
+    const auto bound = [&](const Box3f& box) { return box_distance(box, best->part); };
+    stack[open++] = {0, bound(clump.nodes()[0].box)};
+    while (open > 0) {
+        const Open at = stack[--open];
+        if (at.bound > best->distance + best->slack || failed()) continue;
+        const Clump::Node& node = clump.nodes()[static_cast<size_t>(at.node)];
+        if (node.count == 0) {
+            Open halves[2] = {{at.node + 1, 0}, {node.first, 0}};
+            for (Open& half : halves)
+                half.bound = bound(clump.nodes()[static_cast<size_t>(half.node)].box);
+            if (halves[0].bound < halves[1].bound) std::swap(halves[0], halves[1]);
+            for (const Open& half : halves) {
+                if (half.bound <= best->distance + best->slack) stack[open++] = half;
+            }
+            continue;
+        }
+        for (int32_t i = node.first; i < node.first + node.count; ++i) {
+            const size_t item = clump.item(i);
+            if (item < clump.beams.size()) {
+                const GrownBeam& beam = clump.beams[item];
+                if (full(best->compared++, beam)) return;
+                const float d = beam_distance(record_of(beam, center_), best->local);
+                const bool nearer =
+                    d < best->distance || (d == best->distance && best->clump != nullptr &&
+                                           grows_before(beam, best->clump->beams[best->beam]));
+                if (!nearer) continue;
+                best->distance = d;
+                best->clump = mine;
+                best->beam = item;
+                continue;
+            }
+            const Bud& bud = clump.buds[item - clump.beams.size()];
+            if (bound(bud.bound) > best->distance + best->slack) continue;
+            const ClumpPtr more = get(bud, clump.state(bud));
+            if (more == nullptr) continue;
+            best->current = more;
+            search(*more, best);
+            best->current = mine;
+        }
+    }
+}
+
+float Grown::nearest(const Vec3f& p, GatheredBeams* out) const {
+    Search best;
+    best.local = p;
+    best.part = vec_cast<float>(vec_cast<double>(p) + center_);
+    best.slack = slack(p);
+    best.current = get(root_, root_state_);
+    if (best.current == nullptr) return kInfinity;
+    const ClumpPtr root = best.current;
+    search(*root, &best);
+    if (best.clump != nullptr && out != nullptr)
+        out->add(*best.clump, best.beam, source_->values());
+    return best.distance;
+}
+
+void Grown::note(Error error) const {
+    const std::lock_guard lock(mutex_);
+    if (!error_) error_ = std::move(error);
+    failed_ = true;
+}
+
+Result<void> Grown::status() const {
+    const std::lock_guard lock(mutex_);
+    if (error_) return *error_;
+    return {};
+}
+
+}  // namespace openfab::solid

@@ -1,0 +1,86 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// All that grows of a source, as far as it was asked for: clumps are made on demand and kept within a budget,
+// the longest unused dropped first. Threads share it. What it answers does not depend on what it keeps.
+
+#include <atomic>
+#include <cstdint>
+#include <list>
+#include <mutex>
+#include <optional>
+#include <unordered_map>
+
+#include "runtime/solid/grow/clump.h"
+
+namespace openfab::solid {
+
+/// Beams from several clumps, with their values.
+struct GatheredBeams {
+    std::vector<GrownBeam> beams;
+    std::vector<float> floats;   ///< [beam][end][component]
+    std::vector<uint32_t> ints;  ///< [beam][component]
+
+    void clear() { beams.clear(), floats.clear(), ints.clear(); }
+    void add(const Clump& clump, size_t beam, const BeamValues& values);
+};
+
+class Grown {
+  public:
+    Grown(std::unique_ptr<const ClumpSource> source, const Vec3d& center_part_mm, size_t bytes);
+    ~Grown();
+
+    BeamValues values() const { return source_->values(); }
+    /// Returns the box of everything, part-local.
+    Box3f bounds() const;
+    /// Returns part space less part-local space.
+    const Vec3d& center() const { return center_; }
+
+    /// Appends the beams whose boxes touch a box, part-local. Nothing more after an error.
+    void collect(const Box3f& box, GatheredBeams* out) const;
+    /// Appends the beams within a signed distance of a point, part-local, and a few more.
+    void collect(const Vec3f& p, float limit, GatheredBeams* out) const;
+    /// Finds the nearest beam of a point, which is appended; returns its signed distance, +inf if there is none.
+    /// Of beams as near the one that grows before is found.
+    float nearest(const Vec3f& p, GatheredBeams* out) const;
+    /// Returns by how much distances of points like this may be wrong, with a margin.
+    float slack(const Vec3f& p) const;
+
+    /// Makes the first clump, whose errors `status` then has.
+    void begin() const { get(root_, root_state_); }
+    /// Notes an error, unless there is one.
+    void note(Error error) const;
+    Result<void> status() const;
+    bool failed() const { return failed_.load(std::memory_order_relaxed); }
+    void set_bytes(size_t bytes) const { bytes_ = bytes; }
+    void set_stop(const std::atomic<bool>* stop) const { stop_ = stop; }
+    /// Returns how many clumps were made, those again that were dropped, too.
+    int64_t made() const { return made_; }
+
+  private:
+    using ClumpPtr = std::shared_ptr<const Clump>;
+    struct Cache;
+    struct Search;
+
+    /// Returns the clump of a bud; null after an error.
+    ClumpPtr get(const Bud& bud, std::span<const uint32_t> state) const;
+    template <typename Reaches, typename Take>
+    void visit(const Clump& clump, const Reaches& reaches, const Take& take) const;
+    void search(const Clump& clump, Search* best) const;
+    bool full(size_t beams, const GrownBeam& last) const;
+
+    const std::unique_ptr<const ClumpSource> source_;
+    const Vec3d center_;
+    std::vector<uint32_t> root_state_;
+    Bud root_;
+    mutable std::unique_ptr<Cache> cache_;
+    mutable std::atomic<size_t> bytes_;
+    mutable std::atomic<int64_t> made_{0};
+    mutable std::atomic<const std::atomic<bool>*> stop_{nullptr};
+    mutable std::atomic<bool> failed_{false};
+    mutable std::mutex mutex_;
+    mutable std::optional<Error> error_;
+};
+
+}  // namespace openfab::solid

@@ -1,0 +1,354 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/grow/rule_source.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "base/pool.h"
+#include "runtime/part/node_member.h"
+#include "runtime/solid/grow/rule_calls.h"
+
+namespace openfab::solid {
+
+namespace {
+
+/// Nodes of a clump from which on whole levels become buds.
+constexpr size_t kClumpNodes = 40;
+constexpr int32_t kMostChildren = 1 << 16;
+/// Levels of a rule without a depth; deeper ones are taken for rules that never end.
+constexpr int32_t kMostLevels = 1000;
+
+/// Where the members that mean something begin, in components; -1: there is none.
+struct Roles {
+    int32_t end = -1, radius = -1, children = -1, reach = -1, box = -1, flat = -1;
+    bool two_radii = false;
+};
+
+/// A component of a @nearest input: of the node at the first end, and at the second.
+struct Reading {
+    size_t first = 0, second = 0;
+};
+
+/// A level of nodes while a clump grows.
+struct Level {
+    NodeColumns columns;
+    std::vector<size_t> nodes;  ///< that have children: their places in the columns
+    std::vector<uint64_t> ids;  ///< by place
+    std::vector<Box3f> bounds;  ///< likewise: what holds the children
+    std::vector<int32_t> children;
+    int32_t level = 0;
+};
+
+class RuleSource final : public ClumpSource {
+  public:
+    RuleSource(const part::Part& stage, const openfab_fablet& fablet, openfab_isa isa)
+        : stage_(stage), fixed_(stage), isa_(isa) {
+        const openfab_shape& shape = *stage.fablet->shape;
+        std::vector<int32_t> first;
+        int32_t at = 0;
+        for (int32_t i = 0; i < shape.output_count; ++i) {
+            first.push_back(at);
+            at += shape.outputs[i].components;
+            take_role(shape.outputs[i], first.back());
+        }
+        components_ = static_cast<size_t>(at);
+        for (int32_t i = 0; i < fablet.nearest_count; ++i) {
+            const openfab_varying& input = fablet.nearest[i];
+            for (int32_t m = 0; m < shape.output_count; ++m) {
+                const openfab_varying& member = shape.outputs[m];
+                if (std::string_view(member.name) != input.name) continue;
+                for (int32_t k = 0; k < input.components; ++k) {
+                    const auto one = static_cast<size_t>(first[static_cast<size_t>(m)] + k);
+                    const size_t other = part::has_two_ends(member)
+                                             ? one + static_cast<size_t>(input.components)
+                                             : one;
+                    (input.scalar == OPENFAB_FLOAT ? floats_ : ints_).push_back({one, other});
+                }
+            }
+        }
+        for (const Vec3d& p : stage.mesh->positions) {
+            const Vec3d at_part = p + stage.mesh->center_part_mm;
+            box_.add(vec_cast<float>(at_part));
+        }
+    }
+
+    BeamValues values() const override {
+        return {static_cast<int32_t>(floats_.size()), static_cast<int32_t>(ints_.size())};
+    }
+
+    Bud root(std::vector<uint32_t>* state) const override {
+        state->assign(components_, 0);
+        Bud bud;
+        bud.bound = box_;
+        bud.id = 0;
+        bud.level = -1;
+        bud.children = 1;
+        return bud;
+    }
+
+    Result<std::shared_ptr<const Clump>> grow(const Bud& bud,
+                                              std::span<const uint32_t> state) const override {
+        RuleCalls* calls =
+            calls_.take([&] { return std::make_unique<RuleCalls>(stage_, fixed_, isa_); });
+        auto out = std::make_shared<Clump>();
+        Result<void> done = grow(bud, state, calls, out.get());
+        calls_.give(calls);
+        if (!done) return done.error();
+        out->finish();
+        return std::shared_ptr<const Clump>(std::move(out));
+    }
+
+  private:
+    void take_role(const openfab_varying& member, int32_t first) {
+        const std::string_view name = member.name;
+        if (name == "end") roles_.end = first;
+        if (name == "children") roles_.children = first;
+        if (name == "reach") roles_.reach = first;
+        if (name == "box") roles_.box = first;
+        if (name == "flat") roles_.flat = first;
+        if (name == "radius") {
+            roles_.radius = first;
+            roles_.two_radii = member.components == 2;
+        }
+    }
+
+    Result<void> grow(const Bud& bud, std::span<const uint32_t> state, RuleCalls* calls,
+                      Clump* out) const {
+        out->state_size = components_;
+        Level now;
+        now.columns.resize(components_);
+        for (size_t c = 0; c < components_; ++c)
+            now.columns[c] = {state[c]};
+        now.nodes = {0};
+        now.ids = {bud.id};
+        now.bounds = {bud.bound};
+        now.children = {bud.children};
+        now.level = bud.level;
+        size_t grown = 0;
+        while (!now.nodes.empty()) {
+            size_t more = 0;
+            for (const size_t node : now.nodes)
+                more += static_cast<size_t>(now.children[node]);
+            if (grown > 0 && grown + more > kClumpNodes) {
+                keep_buds(now, out);
+                return {};
+            }
+            grown += more;
+            Level next;
+            if (Result<void> fine = grow_level(now, more, calls, &next, out); !fine) return fine;
+            now = std::move(next);
+        }
+        return {};
+    }
+
+    void keep_buds(const Level& level, Clump* out) const {
+        for (const size_t node : level.nodes) {
+            Bud bud;
+            bud.bound = level.bounds[node];
+            bud.id = level.ids[node];
+            bud.level = level.level;
+            bud.children = level.children[node];
+            bud.state = out->states.size();
+            out->buds.push_back(bud);
+            for (const std::vector<uint32_t>& column : level.columns)
+                out->states.push_back(column[node]);
+        }
+    }
+
+    /// Makes all children of a level.
+    Result<void> grow_level(const Level& now, size_t more, RuleCalls* calls, Level* next,
+                            Clump* out) const {
+        NodeColumns parents(components_);
+        for (std::vector<uint32_t>& column : parents)
+            column.reserve(whole_lanes(more));
+        NodePlaces places;
+        std::vector<size_t> parent_of;
+        next->level = now.level + 1;
+        for (const size_t node : now.nodes) {
+            for (int32_t child = 0; child < now.children[node]; ++child) {
+                parent_of.push_back(node);
+                next->ids.push_back(child_id(now.ids[node], child));
+                places.child.push_back(child);
+            }
+            for (size_t c = 0; c < components_; ++c)
+                parents[c].insert(parents[c].end(), static_cast<size_t>(now.children[node]),
+                                  now.columns[c][node]);
+        }
+        for (const uint64_t id : next->ids)
+            places.path.push_back(static_cast<uint32_t>(id));
+        const size_t lanes = whole_lanes(more);
+        places.child.resize(lanes);
+        places.path.resize(lanes);
+        places.level.assign(lanes, next->level);
+        for (std::vector<uint32_t>& column : parents)
+            column.resize(lanes);
+        if (const abi::KernelStatus status = calls->grow(parents, places, more, &next->columns);
+            !status.ok()) {
+            return internal_error(fmt::format("the grow kernel of fablet `{}` failed with code {}",
+                                              stage_.fablet->name, status.code()));
+        }
+        next->bounds.resize(more);
+        next->children.assign(more, 0);
+        for (size_t i = 0; i < more; ++i) {
+            const Box3f& within = now.bounds[parent_of[i]];
+            if (Result<void> fine = take_node(i, places.child[i], within, next, out); !fine)
+                return fine;
+        }
+        return {};
+    }
+
+    float number(const Level& level, int32_t component, size_t node) const {
+        return std::bit_cast<float>(level.columns[static_cast<size_t>(component)][node]);
+    }
+    Vec3f point(const Level& level, int32_t component, size_t node) const {
+        return {number(level, component, node), number(level, component + 1, node),
+                number(level, component + 2, node)};
+    }
+
+    /// Takes a node of a new level: its beam, and what holds its children.
+    Result<void> take_node(size_t node, int32_t child, const Box3f& within, Level* level,
+                           Clump* out) const {
+        GrownBeam beam;
+        beam.id = level->ids[node];
+        beam.level = level->level;
+        for (int32_t e = 0; e < 2; ++e) {
+            const auto to = static_cast<size_t>(e);
+            beam.end[to] = point(*level, roles_.end + 3 * e, node);
+            beam.radius[to] = number(*level, roles_.radius + (roles_.two_radii ? e : 0), node);
+        }
+        beam.flat = roles_.flat >= 0 && level->columns[static_cast<size_t>(roles_.flat)][node] != 0;
+        const Where where{beam, child};
+        for (size_t e = 0; e < 2; ++e) {
+            bool finite = std::isfinite(beam.radius[e]);
+            for (int a = 0; a < 3; ++a)
+                finite = finite && std::isfinite(beam.end[e][a]);
+            if (!finite)
+                return error(
+                    where, "has an end or a radius that is no finite number",
+                    "find what divides by 0, takes a root of less than 0, or overflows there");
+            if (beam.radius[e] < 0)
+                return error(where, fmt::format("has a radius of {:.4g} mm", beam.radius[e]),
+                             "a node that is nothing itself has radius 0");
+        }
+        const bool is_beam = beam.radius[0] > 0 || beam.radius[1] > 0;
+        if (is_beam) {
+            if (!holds(within, box_of(beam)))
+                return error(where,
+                             fmt::format("is from {} to {} with radius {:.4g}, outside of {} to {}",
+                                         text(beam.end[0]), text(beam.end[1]),
+                                         std::max(beam.radius[0], beam.radius[1]), text(within.lo),
+                                         text(within.hi)),
+                             level->level == 0
+                                 ? "make the world's `box_mm` larger"
+                                 : "that is the box of a node that it grows of, by its `reach` or "
+                                   "`box`, or the world's `box_mm`: make it larger");
+            for (const Reading& r : floats_)
+                out->floats.push_back(number(*level, static_cast<int32_t>(r.first), node));
+            for (const Reading& r : floats_)
+                out->floats.push_back(number(*level, static_cast<int32_t>(r.second), node));
+            for (const Reading& r : ints_)
+                out->ints.push_back(level->columns[r.first][node]);
+            out->beams.push_back(beam);
+        }
+        const auto children =
+            static_cast<int32_t>(level->columns[static_cast<size_t>(roles_.children)][node]);
+        if (children <= 0) return {};
+        if (children > kMostChildren)
+            return error(where,
+                         fmt::format("has {} children; the most are {}", children, kMostChildren),
+                         "let some of them grow of nodes in between");
+        if (level->level >= kMostLevels)
+            return error(where, fmt::format("has children, {} levels deep", level->level),
+                         "let `children` become 0: `attr.level` tells how deep a node is");
+        if (Result<void> fine = bound_children(where, within, node, level); !fine) return fine;
+        level->children[node] = children;
+        level->nodes.push_back(node);
+        return {};
+    }
+
+    struct Where {
+        const GrownBeam& beam;
+        int32_t child;
+    };
+
+    Result<void> bound_children(const Where& where, const Box3f& within, size_t node,
+                                Level* level) const {
+        Box3f box;
+        if (roles_.box >= 0) {
+            box = {point(*level, roles_.box, node), point(*level, roles_.box + 3, node)};
+        } else {
+            GrownBeam reached = where.beam;
+            const float reach = number(*level, roles_.reach, node);
+            if (!(reach >= 0) || !std::isfinite(reach))
+                return error(where, fmt::format("has a reach of {:.4g} mm", reach),
+                             "`reach` is how far what grows of it gets from its beam");
+            for (float& r : reached.radius)
+                r = r + reach;
+            box = box_of(reached);
+        }
+        for (int a = 0; a < 3; ++a) {
+            if (!(box.lo[a] <= box.hi[a]))
+                return error(where,
+                             fmt::format("has a box from {} to {}", text(box.lo), text(box.hi)),
+                             "the lower corner comes first");
+            box.lo[a] = std::max(box.lo[a], within.lo[a]);
+            box.hi[a] = std::min(box.hi[a], within.hi[a]);
+        }
+        if (box.empty())
+            return error(
+                where, fmt::format("grows outside of {} to {}", text(within.lo), text(within.hi)),
+                "that is the box of a node that it grows of, by its `reach` or `box`, or the "
+                "world's `box_mm`: make it larger");
+        level->bounds[node] = box;
+        return {};
+    }
+
+    /// Returns whether a box lies in another, but for what floats lose.
+    static bool holds(const Box3f& outer, const Box3f& inner) {
+        for (int a = 0; a < 3; ++a) {
+            const float slack = std::max(std::fabs(outer.lo[a]), std::fabs(outer.hi[a])) * 0x1p-18f;
+            if (!(inner.lo[a] >= outer.lo[a] - slack && inner.hi[a] <= outer.hi[a] + slack))
+                return false;
+        }
+        return true;
+    }
+
+    static std::string text(const Vec3f& p) {
+        return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
+    }
+
+    Error error(const Where& where, const std::string& what, const std::string& help) const {
+        const std::string who = where.beam.level == 0
+                                    ? std::string("its first node")
+                                    : fmt::format("child {} on level {}, at {} mm,", where.child,
+                                                  where.beam.level, text(where.beam.end[0]));
+        return error_at(stage_.location,
+                        fmt::format("the rule `{}` of `{}`: {} {}", stage_.fablet->name,
+                                    stage_.name, who, what),
+                        help);
+    }
+
+    const part::Part& stage_;
+    const surface::StaticArgs fixed_;
+    const openfab_isa isa_;
+    Roles roles_;
+    std::vector<Reading> floats_, ints_;
+    size_t components_ = 0;
+    Box3f box_;
+    mutable Pool<RuleCalls> calls_;
+};
+
+}  // namespace
+
+std::unique_ptr<const ClumpSource> make_rule_source(const part::Part& stage,
+                                                    const openfab_fablet& fablet, openfab_isa isa) {
+    return std::make_unique<RuleSource>(stage, fablet, isa);
+}
+
+}  // namespace openfab::solid

@@ -1,0 +1,23 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Clumps that a fablet's @Grow stage makes.
+
+#include <memory>
+
+#include "abi/fablet_table.h"
+#include "runtime/solid/grow/clump.h"
+
+namespace openfab::part {
+struct Part;
+}
+
+namespace openfab::solid {
+
+/// `stage`: the part of Part::shape, whose mesh is the box of all; `fablet` has the @nearest inputs. Both
+/// must outlive what is returned.
+std::unique_ptr<const ClumpSource> make_rule_source(const part::Part& stage,
+                                                    const openfab_fablet& fablet, openfab_isa isa);
+
+}  // namespace openfab::solid
