@@ -4,18 +4,67 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
+#include <utility>
+
 #include "base/units.h"
+#include "tools/openfab/pieces_text.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/tray_worlds.h"
 #include "world/world.h"
 
 namespace openfab::tools {
 
+namespace {
+
+struct Loaded {
+    world::World world;
+    JsonValue root;
+};
+
+/// Returns the text of a world without what it builds.
+std::string all_but_the_build(JsonValue root) {
+    for (const char* key : {"build", "groups", "arrange"})
+        remove_member(&root, key);
+    return text_of(root);
+}
+
+/// Reads the first world, with what the others build besides.
+Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
+    Loaded out;
+    for (size_t i = 0; i < arguments.worlds.size(); ++i) {
+        const std::string& file = arguments.worlds[i];
+        Result<world::World> world =
+            world::load_world(file, {{arguments.allow.begin(), arguments.allow.end()}, memory});
+        if (!world) return world.error();
+        const Result<std::string> text = read_text_file(file, world::kLargestWorld);
+        if (!text) return text.error();
+        Result<JsonValue> root = parse_json(*text, file, memory);
+        if (!root) return root.error();
+        if (i == 0) {
+            out = {std::move(*world), std::move(*root)};
+            continue;
+        }
+        if (all_but_the_build(*root) != all_but_the_build(out.root)) {
+            return user_error(fmt::format("{} and {} differ in more than what they build",
+                                          arguments.worlds[0], file),
+                              "arrange each by itself");
+        }
+        // Objects have the same numbers there.
+        std::move(world->build.begin(), world->build.end(), std::back_inserter(out.world.build));
+    }
+    return out;
+}
+
+}  // namespace
+
 Result<void> run_arrange(const ArrangeArguments& arguments) {
     const Result<int64_t> memory = parse_memory_option(arguments.memory);
     if (!memory) return memory.error();
-    if (const Result<void> beside = check_beside(arguments.output, arguments.world); !beside)
-        return beside;
+    for (const std::string& world : arguments.worlds) {
+        if (const Result<void> beside = check_beside(arguments.output, world); !beside)
+            return beside;
+    }
     TrayOptions options;
     options.output = arguments.output;
     const Result<double> gap = length_option("--gap", arguments.gap);
@@ -32,9 +81,10 @@ Result<void> run_arrange(const ArrangeArguments& arguments) {
         options.turns == Turns::kAll
             ? "cut it by `openfab split`"
             : "cut it by `openfab split`, or let it lie on its side by `--turn all`";
-    const Result<world::World> world = world::load_world(
-        arguments.world, {{arguments.allow.begin(), arguments.allow.end()}, *memory});
-    if (!world) return world.error();
+    Result<Loaded> loaded = load(arguments, *memory);
+    if (!loaded) return loaded.error();
+    const world::World* const world = &loaded->world;
+    const JsonValue* const root = &loaded->root;
     const std::string& fit = arguments.fit.empty() ? world->printer : arguments.fit;
     if (fit.empty()) {
         return usage_error("the world names no printer: say by `--fit` what it is to fit");
@@ -42,10 +92,6 @@ Result<void> run_arrange(const ArrangeArguments& arguments) {
     const Result<MachineTray> machine = machine_tray(fit);
     if (!machine) return machine.error();
     options.machine = *machine;
-    const Result<std::string> text = read_text_file(arguments.world, world::kLargestWorld);
-    if (!text) return text.error();
-    const Result<JsonValue> root = parse_json(*text, arguments.world, *memory);
-    if (!root) return root.error();
     // A file that the world names stays named as it is there.
     if (const JsonMember* own = root->find("printer"); own != nullptr && arguments.fit.empty())
         options.machine.printer = own->value.text;

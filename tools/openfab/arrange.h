@@ -12,7 +12,8 @@
 namespace openfab::tools {
 
 struct ArrangeArguments {
-    std::string world, fit, output, gap = "5mm", turn = "upright", memory;
+    std::vector<std::string> worlds;  ///< alike in all but what they build
+    std::string fit, output, gap = "5mm", turn = "upright", memory;
     std::vector<std::string> allow;
 };
 

@@ -274,7 +274,10 @@ void add_arrange(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "arrange", "put all that a world builds on the trays of a machine, one world for each");
     auto a = std::make_shared<ArrangeArguments>();
-    command->add_option("WORLD", a->world, "a world (.fab.json)")->required();
+    command
+        ->add_option("WORLD", a->worlds,
+                     "a world (.fab.json), or several that differ only in what they build")
+        ->required();
     command
         ->add_option("--fit", a->fit,
                      "a printer, or a size as 490x390x200mm (default: the world's printer)")

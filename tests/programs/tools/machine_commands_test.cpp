@@ -156,19 +156,28 @@ TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
                                   "--number", "2mm", "--gap", "1mm", "--material", "hard"});
     ASSERT_EQ(done.exit_code, 0) << done.err;
     EXPECT_THAT(done.out, HasSubstr("3 pieces (its box: 3)"));
-    // Dowels and pieces again, from the world with the cuts.
-    const Outcome again =
-        openfab({"arrange", path("cut.fab.json"), "-o", path("anew.fab.json"), "--gap", "2mm"});
-    ASSERT_EQ(again.exit_code, 0) << again.err;
     size_t things = 0;
+    std::vector<std::string> words{"arrange"};
     for (int tray = 1; tray < 9; ++tray) {
         const std::string name = tray == 1 ? "cut.fab.json" : fmt::format("cut-{}.fab.json", tray);
         if (!fs::exists(path(name))) break;
         things += world(name)["build"].Size();
+        words.push_back(path(name));
         const Outcome dry = openfab({"print", path(name), "--dry-run"});
         EXPECT_EQ(dry.exit_code, 0) << dry.err;
     }
     EXPECT_GE(things, 5u);  // three pieces, and two dowels at least
+    // All of them again, on a tray that holds all.
+    words.insert(words.end(), {"-o", path("anew.fab.json"), "--fit", "60x40x20mm"});
+    const Outcome again = openfab(words);
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(world("anew.fab.json")["build"].Size(), things);
+    write_world("other.fab.json", R"("bar": {"box": [5, 6, 5]})",
+                R"("bar": {"mesh": "bar", "fablet": "plain"})", R"({"object": "bar"})");
+    const Outcome mixed = openfab(
+        {"arrange", path("bar.fab.json"), path("other.fab.json"), "-o", path("anew.fab.json")});
+    EXPECT_EQ(mixed.exit_code, 1);
+    EXPECT_THAT(mixed.err, HasSubstr("differ in more than what they build"));
 }
 
 }  // namespace
