@@ -8,12 +8,11 @@
 #include <optional>
 
 #include "backends/common/output_file.h"
-#include "base/json_text.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/units.h"
-#include "mechanics/cell/engineering.h"
 #include "mechanics/cell/polar.h"
+#include "mechanics/command/cell_report.h"
 #include "mechanics/command/commands.h"
 #include "mechanics/model/print_world.h"
 
@@ -71,32 +70,27 @@ Result<std::array<double, 3>> parse_cell(const std::string& text) {
     return out;
 }
 
-/// What one cell came to.
-struct CellResult {
-    Homogenised<6> stiffness;
-    std::optional<Homogenised<3>> conductivity;
-    std::optional<Engineering> engineering;
-    std::optional<Stiffness> compliance;
-    Voxels voxels;  ///< without its large arrays
-};
-
 class CellRun {
   public:
     CellRun(const CellOptions& options, Properties properties, std::array<double, 3> cell)
         : o_(options), properties_(std::move(properties)), cell_(cell) {}
 
     Result<CellResult> run(const CellWorld& world, const fs::path& folder, double voxel_mm,
-                           const std::optional<std::pair<std::string, double>>& setting) const;
+                           const std::optional<std::pair<std::string, double>>& setting,
+                           bool half = false) const;
 
   private:
-    Result<void> check(const VoxelFile& file) const;
+    Result<void> check(const VoxelFile& file, bool half) const;
+    Result<Homogenised<3>> conduct(const Grid& grid, std::vector<float> conductivity) const;
+    Result<Homogenised<3>> current(const VoxelFile& file, const Mixture& mixture, const Grid& grid,
+                                   bool half) const;
 
     const CellOptions& o_;
     Properties properties_;
     std::array<double, 3> cell_;
 };
 
-Result<void> CellRun::check(const VoxelFile& file) const {
+Result<void> CellRun::check(const VoxelFile& file, bool half) const {
     for (size_t a = 0; a < 3; ++a) {
         const double mm = file.size[a] * file.pitch_mm[a];
         if (std::abs(mm - cell_[a]) > 1e-3 * file.pitch_mm[a])
@@ -106,15 +100,21 @@ Result<void> CellRun::check(const VoxelFile& file) const {
                 fmt::format("choose `--voxel {:.6g}mm`",
                             cell_[a] / std::max(1.0, std::round(cell_[a] / file.pitch_mm[a]))));
     }
-    const Grid grid = Grid::make(file.size, file.pitch_mm, true);
+    std::array<int32_t, 3> size = file.size;
+    for (int32_t& n : size)
+        n *= half ? 2 : 1;
+    const Grid grid = Grid::make(size, file.pitch_mm, true);
     return check_memory(solver_bytes<kElastic>(grid) +
                             grid.element_count() * Voxels::bytes_per_voxel() + (40 << 20),
-                        o_.common.memory_bytes, file.size);
+                        o_.common.memory_bytes, size);
 }
 
-Result<CellResult> CellRun::run(
-    const CellWorld& world, const fs::path& folder, double voxel_mm,
-    const std::optional<std::pair<std::string, double>>& setting) const {
+Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder, double voxel_mm,
+                                const std::optional<std::pair<std::string, double>>& setting,
+                                bool half) const {
+    // What is dithered is another print at another pitch: there elements are halved, else voxels are.
+    const bool split = half && o_.common.codes;
+    if (half && !split) voxel_mm /= 2;
     const fs::path file = folder / "cell.fab.json";
     if (Result<void> done = backends::write_whole_file(file, world.text); !done)
         return done.error();
@@ -139,13 +139,14 @@ Result<CellResult> CellRun::run(
     if (!printed) return printed.error();
     const Result<VoxelFile> opened = open_voxels(*printed);
     if (!opened) return opened.error();
-    if (Result<void> fits = check(*opened); !fits) return fits.error();
+    if (Result<void> fits = check(*opened, split); !fits) return fits.error();
     Result<std::vector<Material>> materials = properties_.of(opened->materials);
     if (!materials) return materials.error();
     const Mixture mixture(std::move(*materials), properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);
     Result<Voxels> voxels = read_voxels(*opened, mixture);
     if (!voxels) return voxels.error();
+    if (split) voxels = halved(*voxels);
     CellResult out;
     const Grid grid = Grid::make(voxels->size, voxels->pitch_mm, true);
     HomogeniseOptions options;
@@ -163,17 +164,28 @@ Result<CellResult> CellRun::run(
         return not_converged_error(out.stiffness.worst_residual(), o_.common.tolerance,
                                    out.stiffness.most_iterations());
     if (o_.conductivity) {
-        for (const Material& m : mixture.materials())
-            if (!m.conductivity)
-                return user_error(
-                    fmt::format("{}: `{}` has no `conductivity_W_mK`", properties_.file, m.name));
-        ElementValues scalar{std::move(voxels->conductivity), {}, 1};
-        scalar.normalise();
-        options.progress = nullptr;
-        out.conductivity = homogenise_conductivity(grid, scalar, options);
-        if (!out.conductivity->converged())
-            return not_converged_error(out.conductivity->worst_residual(), o_.common.tolerance,
-                                       out.conductivity->most_iterations());
+        const auto all_have = [&](auto property) {
+            return std::ranges::all_of(mixture.materials(), property);
+        };
+        const bool heat = all_have([](const Material& m) { return m.conductivity.has_value(); });
+        const bool current =
+            all_have([](const Material& m) { return m.conductivity_S_m.has_value(); });
+        if (!heat && !current)
+            return user_error(
+                fmt::format("{}: not all of the materials have a `conductivity_W_mK`, of heat, or "
+                            "all a `conductivity_S_m`, of current",
+                            properties_.file),
+                "`--conductivity` needs one or the other of each material");
+        if (heat) {
+            Result<Homogenised<3>> got = conduct(grid, std::move(voxels->conductivity));
+            if (!got) return got.error();
+            out.heat = *got;
+        }
+        if (current) {
+            Result<Homogenised<3>> got = this->current(*opened, mixture, grid, split);
+            if (!got) return got.error();
+            out.current = *got;
+        }
     }
     out.compliance = compliance_of(out.stiffness.tensor);
     if (out.compliance) out.engineering = engineering_of(out.stiffness.tensor, *out.compliance);
@@ -185,107 +197,29 @@ Result<CellResult> CellRun::run(
     return out;
 }
 
-template <size_t N>
-void write_matrix(const std::array<std::array<double, N>, N>& m, JsonText* out) {
-    out->begin_array();
-    for (const auto& row : m) {
-        out->begin_array();
-        for (const double v : row)
-            out->value(v);
-        out->end_array();
-    }
-    out->end_array();
-}
-
-template <size_t N>
-void write_list(const std::array<double, N>& list, JsonText* out) {
-    out->begin_array();
-    for (const double v : list)
-        out->value(v);
-    out->end_array();
-}
-
-void write_result(const CellResult& r, JsonText* out) {
-    out->key("stiffness_MPa");
-    write_matrix(r.stiffness.tensor, out);
-    if (r.engineering) {
-        const Engineering& e = *r.engineering;
-        out->key("young_MPa");
-        write_list(e.young, out);
-        out->key("shear_yz_xz_xy_MPa");
-        write_list(e.shear, out);
-        out->key("poisson_xy_yz_zx");
-        write_list(e.poisson, out);
-        out->member("bulk_voigt_MPa", e.bulk_voigt).member("bulk_reuss_MPa", e.bulk_reuss);
-        out->member("shear_voigt_MPa", e.shear_voigt).member("shear_reuss_MPa", e.shear_reuss);
-        out->member("young_least_MPa", e.young_least).member("young_most_MPa", e.young_most);
-        out->key("softest");
-        write_list(e.softest, out);
-        out->key("stiffest");
-        write_list(e.stiffest, out);
-        out->member("universal_anisotropy", e.universal_anisotropy).member("zener", e.zener);
-    }
-    if (r.conductivity) {
-        out->key("conductivity_W_mK");
-        write_matrix(r.conductivity->tensor, out);
-    }
-    out->key("share").begin_object();
-    for (size_t i = 0; i < r.voxels.materials.size(); ++i)
-        out->member(r.voxels.materials[i], r.voxels.share[i]);
-    out->end_object();
-    out->key("pitch_mm");
-    write_list(r.voxels.pitch_mm, out);
-    out->key("elements").begin_array();
-    for (const int32_t n : r.voxels.size)
-        out->value(n);
-    out->end_array();
-    out->member("residual", r.stiffness.worst_residual())
-        .member("iterations", static_cast<int32_t>(r.stiffness.most_iterations()));
-}
-
-std::string describe(const CellResult& r, Law law, bool codes) {
-    std::string out = "stiffness, MPa (xx yy zz yz xz xy)\n";
-    for (const auto& row : r.stiffness.tensor) {
-        for (const double v : row)
-            out += fmt::format("{:12.5g}", std::abs(v) < 1e-9 * r.stiffness.tensor[0][0] ? 0.0 : v);
-        out += "\n";
-    }
-    if (r.engineering) {
-        const Engineering& e = *r.engineering;
-        out += fmt::format("Young's modulus   x {:.5g}  y {:.5g}  z {:.5g} MPa\n", e.young[0],
-                           e.young[1], e.young[2]);
-        out += fmt::format(
-            "                  least {:.5g} along ({:.2f}, {:.2f}, {:.2f}), most {:.5g} along "
-            "({:.2f}, {:.2f}, {:.2f})\n",
-            e.young_least, e.softest[0], e.softest[1], e.softest[2], e.young_most, e.stiffest[0],
-            e.stiffest[1], e.stiffest[2]);
-        out += fmt::format("shear modulus     yz {:.5g}  xz {:.5g}  xy {:.5g} MPa\n", e.shear[0],
-                           e.shear[1], e.shear[2]);
-        out += fmt::format("Poisson's ratio   xy {:.4f}  yz {:.4f}  zx {:.4f}\n", e.poisson[0],
-                           e.poisson[1], e.poisson[2]);
-        out += fmt::format(
-            "anisotropy        universal {:.4g}, Zener {:.4g} (of the isotropic 0 and 1)\n",
-            e.universal_anisotropy, e.zener);
-    } else {
-        out +=
-            "the cell has no stiffness in some direction: it is not connected across its faces\n";
-    }
-    if (r.conductivity)
-        out += fmt::format("conductivity      x {:.5g}  y {:.5g}  z {:.5g} W/(m K)\n",
-                           r.conductivity->tensor[0][0], r.conductivity->tensor[1][1],
-                           r.conductivity->tensor[2][2]);
-    out += "made of          ";
-    for (size_t i = 0; i < r.voxels.materials.size(); ++i)
-        out += fmt::format(" {} {:.2f} %", r.voxels.materials[i], 100 * r.voxels.share[i]);
-    out += fmt::format(
-        "\npitch {:.4g} x {:.4g} x {:.4g} mm, {} x {} x {} elements, {}, residual {:.1e} in {} "
-        "iterations\n",
-        r.voxels.pitch_mm[0], r.voxels.pitch_mm[1], r.voxels.pitch_mm[2], r.voxels.size[0],
-        r.voxels.size[1], r.voxels.size[2],
-        codes ? std::string("as dithered")
-              : fmt::format("mixtures by {}", kLawNames[static_cast<size_t>(law)]),
-        r.stiffness.worst_residual(), r.stiffness.most_iterations());
+Result<Homogenised<3>> CellRun::conduct(const Grid& grid, std::vector<float> conductivity) const {
+    HomogeniseOptions options;
+    options.solve.tolerance = o_.common.tolerance;
+    options.solve.most_iterations = o_.common.most_iterations;
+    ElementValues values{std::move(conductivity), {}, 1};
+    values.normalise();
+    Homogenised<3> out = homogenise_conductivity(grid, values, options);
+    if (!out.converged())
+        return not_converged_error(out.worst_residual(), o_.common.tolerance,
+                                   out.most_iterations());
     return out;
+}
+
+/// Of current: the voxels once more, with that as what is conducted.
+Result<Homogenised<3>> CellRun::current(const VoxelFile& file, const Mixture& mixture,
+                                        const Grid& grid, bool half) const {
+    std::vector<Material> materials = mixture.materials();
+    for (Material& m : materials)
+        m.conductivity = m.conductivity_S_m;
+    Result<Voxels> voxels = read_voxels(file, Mixture(std::move(materials), properties_));
+    if (!voxels) return voxels.error();
+    if (half) voxels = halved(*voxels);
+    return conduct(grid, std::move(voxels->conductivity));
 }
 
 }  // namespace
@@ -295,6 +229,10 @@ Result<void> run_cell(const CellOptions& o) {
     if (!cell) return cell.error();
     const Result<std::optional<Sweep>> sweep = parse_sweep(o.sweep);
     if (!sweep) return sweep.error();
+    if (*sweep && o.converge)
+        return usage_error(
+            "`--converge` is of one cell: leave out `--sweep`, or sweep once more at "
+            "half the pitch");
     const fs::path file = o.common.materials.empty() ? properties_beside(o.common.input)
                                                      : fs::path(o.common.materials);
     Result<Properties> properties = read_properties(file);
@@ -311,13 +249,17 @@ Result<void> run_cell(const CellOptions& o) {
     double voxel = o.common.voxel_mm;
     if (!(voxel > 0)) voxel = std::min({(*cell)[0], (*cell)[1], (*cell)[2]}) / 64;
     const CellRun run(o, *properties, *cell);
+    const std::string law =
+        o.common.codes
+            ? std::string("as dithered")
+            : fmt::format("mixtures by {}", kLawNames[static_cast<size_t>(properties->law)]);
     JsonText json;
     json.begin_object().member(
         "law", o.common.codes ? "codes" : kLawNames[static_cast<size_t>(properties->law)]);
     if (!*sweep) {
         Result<CellResult> r = run.run(*world, scratch, voxel, std::nullopt);
         if (!r) return r.error();
-        show(describe(*r, properties->law, o.common.codes));
+        show(describe(*r, law));
         write_result(*r, &json);
         json.end_object();
         if (!o.polar.empty()) {
@@ -327,6 +269,12 @@ Result<void> run_cell(const CellOptions& o) {
                 polar_picture(*r->compliance, r->engineering->young_most);
             if (Result<void> done = backends::write_whole_file(fs::path(o.polar), png); !done)
                 return done;
+        }
+        if (o.converge) {
+            const Result<CellResult> fine = run.run(*world, scratch, voxel, std::nullopt, true);
+            if (!fine)
+                return with_context(fine.error(), "--converge, at half the pitch of the above: ");
+            show(describe_convergence(*fine, *r));
         }
     } else {
         const Sweep& s = **sweep;

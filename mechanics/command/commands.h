@@ -17,14 +17,14 @@ struct CellOptions {
     std::string cell;    ///< `5mm`, or `5mmx5mmx3mm`
     std::string sweep;   ///< `thickness=0.4:1.6:5`
     std::string output, polar;
-    bool conductivity = false;
+    bool conductivity = false, converge = false;
 };
 Result<void> run_cell(const CellOptions& options);
 
 struct PartCommandOptions {
     CommonOptions common;
     std::string load_case;             ///< empty: the only one
-    std::vector<std::string> outputs;  ///< .vti, .npy, .json
+    std::vector<std::string> outputs;  ///< .vti, .npy, .json, .ofr
     std::string preview, show = "von-mises", view;
     double require = 0;  ///< a safety factor; less is an error
     bool loose = false, thin = false, converge = false, full = false;
@@ -33,9 +33,9 @@ Result<void> run_part(const PartCommandOptions& options);
 
 struct StandOptions {
     CommonOptions common;
-    std::vector<std::string> outputs;  ///< .json, .vti
+    std::vector<std::string> outputs;  ///< .json, .vti, .ofr
     std::string preview;
-    int modes = 4;
+    int modes = 4, while_printing = 0;
     bool loose = false, thin = false;
 };
 Result<void> run_stand(const StandOptions& options);

@@ -20,6 +20,7 @@
 #include "base/say.h"
 #include "base/units.h"
 #include "mechanics/command/commands.h"
+#include "mechanics/part/shown.h"
 
 namespace openfab::mechanics {
 
@@ -125,7 +126,9 @@ void add_cell(CLI::App& app, Action* action) {
         ->add_option("--sweep", o->sweep,
                      "a uniform, as thickness=0.4:1.6:5: a row of a table each")
         ->type_name("SWEEP");
-    command->add_flag("--conductivity", o->conductivity, "of heat or current, too");
+    command->add_flag("--conductivity", o->conductivity, "of heat and current, too");
+    command->add_flag("--converge", o->converge,
+                      "again at half the pitch: what the elements' size costs");
     command->add_option("--polar", o->polar, "a picture of Young's modulus by direction, .png")
         ->type_name("FILE");
     command->add_option("-o,--output", o->output, "all numbers, as JSON")->type_name("FILE");
@@ -142,16 +145,20 @@ void add_part(CLI::App& app, Action* action) {
     command->add_option("--case", o->load_case, "of the world's cases (default: the only one)")
         ->type_name("NAME");
     command
-        ->add_option("-o,--output", o->outputs,
-                     "results: .vti (volumes), .npy (numpy), .json (all numbers); repeatable")
+        ->add_option(
+            "-o,--output", o->outputs,
+            "results: .vti (volumes), .npy (numpy), .json (all numbers), .ofr (colours for "
+            "`openfab view`); repeatable")
         ->allow_extra_args(false)
         ->type_name("FILE");
     command->add_option("--preview", o->preview, "a picture of the loaded part, .png")
         ->type_name("FILE");
     command
-        ->add_option("--show", o->show, "in it: von-mises (default), displacement, tension, safety")
+        ->add_option("--show", o->show,
+                     "in it and in .ofr: von-mises (default), displacement, tension, compression, "
+                     "safety")
         ->type_name("WHAT")
-        ->check(CLI::IsMember({"von-mises", "displacement", "tension", "safety"}));
+        ->check(CLI::IsMember(std::vector<std::string>(std::begin(kShown), std::end(kShown))));
     command->add_option("--view", o->view, "of it: TURN:TILT in degrees (default: 30:25)")
         ->type_name("ANGLES");
     command
@@ -163,7 +170,7 @@ void add_part(CLI::App& app, Action* action) {
     command->add_flag("--full", o->full,
                       "elements as C3D8 of CalculiX, stiffer in bending, for comparisons");
     command->add_flag("--converge", o->converge,
-                      "again at twice the pitch: what the elements' size costs");
+                      "again at half the pitch: what the elements' size costs");
     add_common(command, &o->common, texts.get());
     command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_part); }; });
 }
@@ -178,8 +185,15 @@ void add_stand(CLI::App& app, Action* action) {
         ->type_name("N")
         ->check(CLI::Range(0, 30));
     command
-        ->add_option("-o,--output", o->outputs,
-                     "results: .json (all numbers), .vti (own weight, and where modes are weak)")
+        ->add_option("--while-printing", o->while_printing,
+                     "look at so many heights on the way up, too: does it stand, its own weight")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1000));
+    command
+        ->add_option(
+            "-o,--output", o->outputs,
+            "results: .json (all numbers), .vti (own weight, and where modes are weak), .ofr "
+            "(where modes are weak, for `openfab view`)")
         ->allow_extra_args(false)
         ->type_name("FILE");
     command->add_option("--preview", o->preview, "a picture of where modes are weak, .png")

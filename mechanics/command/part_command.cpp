@@ -13,6 +13,7 @@
 #include "mechanics/command/part_report.h"
 #include "mechanics/command/part_source.h"
 #include "mechanics/part/part_picture.h"
+#include "mechanics/part/shown.h"
 #include "mechanics/part/volume_files.h"
 
 namespace openfab::mechanics {
@@ -21,13 +22,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// At the pitch, or at half of it.
 Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
-                       const LoadCase& load_case, double voxel_mm, bool first) {
-    Result<PartInput> input = source.read(voxel_mm, load_case, part_bytes);
+                       const LoadCase& load_case, double voxel_mm, bool half) {
+    Result<PartInput> input = half ? source.read_halved(voxel_mm, load_case, part_bytes)
+                                   : source.read(voxel_mm, load_case, part_bytes);
     if (!input) return input.error();
     if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
-    Result<PartProblem> problem = set_up_part(std::move(input->voxels), load_case, input->objects,
-                                              {o.loose, o.thin || !first});
+    Result<PartProblem> problem =
+        set_up_part(std::move(input->voxels), load_case, input->objects, {o.loose, o.thin || half});
     if (!problem) return problem.error();
     PartRun out;
     out.problem = std::move(*problem);
@@ -62,16 +65,16 @@ Result<PictureOptions> picture_options(const PartCommandOptions& o) {
     return usage_error(fmt::format("`--view`: `{}` is not TURN:TILT, as 30:25", o.view));
 }
 
-constexpr const char* kResults[] = {".vti", ".npy", ".json"};
+constexpr const char* kResults[] = {".vti", ".npy", ".json", ".ofr"};
 
 Result<void> check_outputs(const PartCommandOptions& o) {
     for (const std::string& file : o.outputs)
         if (std::ranges::find(kResults, fs::path(file).extension().string()) == std::end(kResults))
-            return usage_error(
-                fmt::format("`-o {}`: results are .vti, .npy or .json; `openfab mechanics export` "
-                            "writes meshes "
-                            "for other programs",
-                            file));
+            return usage_error(fmt::format(
+                "`-o {}`: results are .vti, .npy, .json or .ofr; `openfab mechanics export` "
+                "writes meshes "
+                "for other programs",
+                file));
     return {};
 }
 
@@ -85,6 +88,9 @@ Result<void> write_outputs(const PartCommandOptions& o, const PartRun& run,
             done = write_vti(file, run.problem, run.fields, run.solution.moved_mm);
         } else if (type == ".npy") {
             done = write_npy(file, run.problem, run.fields, run.solution.moved_mm);
+        } else if (type == ".ofr") {
+            done = write_bands(file, run.problem,
+                               shown_of(run.problem, run.fields, run.solution.moved_mm, o.show));
         } else {
             JsonText json;
             json.begin_object();
@@ -113,14 +119,20 @@ Result<void> run_part(const PartCommandOptions& o) {
     if (!source) return source.error();
     const Result<double> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
-    const Result<PartRun> run = run_at(o, *source, *load_case, *voxel, true);
+    Result<PartRun> run = run_at(o, *source, *load_case, *voxel, false);
     if (!run) return run.error();
     show(describe(*run, *load_case, source->law()));
     if (Result<void> done = write_outputs(o, *run, *load_case, *picture); !done) return done;
     if (o.converge) {
-        const Result<PartRun> coarse = run_at(o, *source, *load_case, 2 * *voxel, false);
-        if (!coarse) return with_context(coarse.error(), "at twice the pitch: ");
-        show(describe_convergence(*run, *coarse));
+        // The finer one needs the memory of what has been written.
+        run->problem.voxels = {};
+        run->problem.elements = {};
+        run->problem.forces_N = run->solution.moved_mm = Field<double, kElastic>();
+        run->fields = {};
+        const Result<PartRun> fine = run_at(o, *source, *load_case, *voxel, true);
+        if (!fine)
+            return with_context(fine.error(), "--converge, at half the pitch of the above: ");
+        show(describe_convergence(*fine, *run));
     }
     const double safety = run->summary.least_safety;
     if (o.require > 0 && !(safety >= o.require))

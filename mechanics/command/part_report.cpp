@@ -148,6 +148,9 @@ std::string describe_convergence(const PartRun& fine, const PartRun& coarse) {
     out +=
         "at 0 where errors fall with the square of the pitch; a greatest stress that grows with "
         "each halving belongs to a sharp edge, or to where a hold ends\n";
+    out += fmt::format("{} solid elements at half the pitch, residual {:.1e} in {} iterations\n",
+                       fine.problem.elements.solid, fine.solution.report.residual,
+                       fine.solution.report.iterations);
     return out;
 }
 

@@ -21,7 +21,7 @@ struct PartRun {
 
 std::string describe(const PartRun& run, const LoadCase& load_case, const std::string& law);
 void write_result(const PartRun& run, const LoadCase& load_case, JsonText* out);
-/// What the pitch costs: of the numbers at it and at twice of it.
+/// What the pitch costs: of the numbers at half of it and at it.
 std::string describe_convergence(const PartRun& fine, const PartRun& coarse);
 
 }  // namespace openfab::mechanics

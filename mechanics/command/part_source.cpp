@@ -99,6 +99,20 @@ Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::strin
     return out;
 }
 
+Result<PartInput> PartSource::read_halved(double pitch_mm, const LoadCase& load_case,
+                                          const std::function<int64_t(const Grid&)>& bytes) const {
+    if (!o_.codes) return read(pitch_mm / 2, load_case, bytes);
+    Result<PartInput> out = read(pitch_mm, load_case, [&](const Grid& g) {
+        Grid half = g;
+        for (size_t a = 0; a < 3; ++a)
+            half.elements[a] *= 2;
+        half = Grid::make(half.elements, half.pitch_mm, false);
+        return bytes(half) + g.element_count() * Voxels::bytes_per_voxel();
+    });
+    if (out) out->voxels = halved(out->voxels);
+    return out;
+}
+
 Result<void> PartSource::check_gravity(const PartInput& input, const LoadCase& load_case) const {
     if (!load_case.gravity_m_s2) return {};
     for (const Material& m : input.materials)

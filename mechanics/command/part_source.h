@@ -34,6 +34,10 @@ class PartSource {
                            const std::function<int64_t(const Grid&)>& bytes) const {
         return read(pitch_mm, load_case.objects(), bytes);
     }
+    /// The same at half the pitch: printed at that; or, as dithered, each voxel in eight elements, for a
+    /// finer print is another one.
+    Result<PartInput> read_halved(double pitch_mm, const LoadCase& load_case,
+                                  const std::function<int64_t(const Grid&)>& bytes) const;
     /// Of a case with gravity: whether all densities are known.
     Result<void> check_gravity(const PartInput& input, const LoadCase& load_case) const;
     /// Voxels come with the share of each material.

@@ -12,9 +12,12 @@
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_source.h"
 #include "mechanics/part/part_picture.h"
+#include "mechanics/part/shown.h"
 #include "mechanics/part/volume_files.h"
 #include "mechanics/stand/contact.h"
+#include "mechanics/stand/growing.h"
 #include "mechanics/stand/modes.h"
+#include "mechanics/stand/push.h"
 #include "mechanics/stand/thickness.h"
 
 namespace openfab::mechanics {
@@ -23,12 +26,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// While it is printed, up to a height.
+struct GrowingResult {
+    double height_mm = 0, margin_deg = 0, moved_mm = 0, von_mises_MPa = 0, safety = 0, residual = 0;
+    int64_t loose = 0;  ///< elements that nothing but support carries yet
+};
+
 /// All that is found.
 struct StandResult {
     PartProblem problem;
     Stand stand;
     std::vector<ThinPlace> thin;
-    bool weighs = false;  ///< all densities are known
+    std::vector<ThinPlace> thin_of;  ///< of each material alone, where there are several
+    std::vector<AirPlace> in_the_air;
+    std::vector<GrowingResult> growing;
+    std::vector<Push> pushes;  ///< of each mode
+    bool weighs = false;       ///< all densities are known
     PartSolution solution;
     PartFields fields;
     PartSummary weight;  ///< under its own
@@ -45,6 +58,47 @@ std::string direction(const std::array<double, 2>& d) {
 
 const std::string& material_named(const PartProblem& p, int material) {
     return p.voxels.materials[static_cast<size_t>(std::max(1, material) - 1)];
+}
+
+std::string describe_growing(const StandResult& r) {
+    std::string out;
+    constexpr size_t kMost = 4;
+    if (r.in_the_air.empty()) {
+        out += "while printing      no layer begins in the air\n";
+    } else {
+        out +=
+            fmt::format("while printing      {} place{} in the air, which support has to carry\n",
+                        r.in_the_air.size(), r.in_the_air.size() == 1 ? " begins" : "s begin");
+        out += "begins in the air, mm     x        y        z   area mm2\n";
+    }
+    for (size_t i = 0; i < std::min(kMost, r.in_the_air.size()); ++i) {
+        const AirPlace& a = r.in_the_air[i];
+        out += fmt::format("                    {:8.2f} {:8.2f} {:8.2f} {:10.3g}\n", a.at_mm[0],
+                           a.at_mm[1], a.at_mm[2], a.area_mm2);
+    }
+    if (r.growing.empty()) return out;
+    out += "up to, mm      may tilt by   moved by mm   von Mises      safety   still loose\n";
+    for (const GrowingResult& one : r.growing)
+        out += fmt::format("    {:10.2f} {:12.1f}  {:12.3g} {:11.3g} {:>11} {:11.3g} %\n",
+                           one.height_mm, one.margin_deg, one.moved_mm, one.von_mises_MPa,
+                           one.safety > 0 ? fmt::format("{:.4g}", one.safety) : "-",
+                           100 * static_cast<double>(one.loose) /
+                               static_cast<double>(std::max<int64_t>(1, r.problem.elements.solid)));
+    return out;
+}
+
+std::string describe_pushes(const StandResult& r) {
+    if (r.pushes.empty()) return {};
+    std::string out =
+        "worst pushes        at, mm                   along                MPa of 1 N  breaks by\n";
+    for (size_t i = 0; i < r.pushes.size(); ++i) {
+        const Push& push = r.pushes[i];
+        out += fmt::format("         {:8.4g}   {:<24} ({:5.2f}, {:5.2f}, {:5.2f}) {:11.3g}  {}\n",
+                           r.modes.all[i].frequency_Hz, stand_point(push.at_mm), push.along[0],
+                           push.along[1], push.along[2], push.MPa_of_N,
+                           push.breaks_at_N > 0 ? fmt::format("{:.4g} N", push.breaks_at_N) : "-");
+    }
+    return out;
 }
 
 std::string describe_stand(const StandResult& r) {
@@ -75,6 +129,12 @@ std::string describe_stand(const StandResult& r) {
         out += fmt::format("                    {:8.2f} {:8.2f} {:8.2f} {:10.3g}  {}\n", t.at_mm[0],
                            t.at_mm[1], t.at_mm[2], t.thickness_mm,
                            material_named(r.problem, t.material));
+    if (!r.thin_of.empty()) out += "thinnest of a material alone\n";
+    for (const ThinPlace& t : r.thin_of)
+        out += fmt::format("                    {:8.2f} {:8.2f} {:8.2f} {:10.3g}  {}\n", t.at_mm[0],
+                           t.at_mm[1], t.at_mm[2], t.thickness_mm,
+                           material_named(r.problem, t.material));
+    out += describe_growing(r);
     if (r.weighs) {
         out += fmt::format("own weight          moves it by {:.3g} mm; von Mises {:.3g} MPa",
                            r.weight.most_moved_mm, r.weight.most_von_mises_MPa);
@@ -91,6 +151,7 @@ std::string describe_stand(const StandResult& r) {
                 "                  {:8.4g}   {:<24} ({:5.2f}, {:5.2f}, {:5.2f})  {} {}\n",
                 m.frequency_Hz, stand_point(m.moved_at_mm), m.moved[0], m.moved[1], m.moved[2],
                 stand_point(m.strained_at_mm), material_named(r.problem, m.material));
+        out += describe_pushes(r);
         if (!r.modes.converged)
             out += "note: the last of these modes are not to a thousandth yet\n";
     }
@@ -131,6 +192,32 @@ std::string json_of(const StandResult& r) {
             .member("material", material_named(r.problem, t.material))
             .end_object();
     }
+    out.end_array().key("thinnest_of_a_material").begin_array();
+    for (const ThinPlace& t : r.thin_of) {
+        out.begin_object();
+        write_vector_of("at_mm", t.at_mm, &out);
+        out.member("thickness_mm", t.thickness_mm)
+            .member("material", material_named(r.problem, t.material))
+            .end_object();
+    }
+    out.end_array().key("begins_in_the_air").begin_array();
+    for (const AirPlace& a : r.in_the_air) {
+        out.begin_object();
+        write_vector_of("at_mm", a.at_mm, &out);
+        out.member("area_mm2", a.area_mm2).end_object();
+    }
+    out.end_array().key("while_printing").begin_array();
+    for (const GrowingResult& one : r.growing) {
+        out.begin_object()
+            .member("height_mm", one.height_mm)
+            .member("margin_deg", one.margin_deg)
+            .member("most_moved_mm", one.moved_mm)
+            .member("most_von_mises_MPa", one.von_mises_MPa)
+            .member("loose_elements", one.loose)
+            .member("residual", one.residual);
+        if (one.safety > 0) out.member("safety", one.safety);
+        out.end_object();
+    }
     out.end_array();
     if (r.weighs) {
         out.key("own_weight").begin_object();
@@ -140,12 +227,23 @@ std::string json_of(const StandResult& r) {
         out.member("residual", r.solution.report.residual).end_object();
     }
     out.key("modes").begin_array();
-    for (const Mode& m : r.modes.all) {
+    for (size_t i = 0; i < r.modes.all.size(); ++i) {
+        const Mode& m = r.modes.all[i];
         out.begin_object().member("frequency_Hz", m.frequency_Hz).member("residual", m.residual);
         write_vector_of("moves_most_at_mm", m.moved_at_mm, &out);
         write_vector_of("along", m.moved, &out);
         write_vector_of("strained_at_mm", m.strained_at_mm, &out);
-        out.member("material", material_named(r.problem, m.material)).end_object();
+        out.member("material", material_named(r.problem, m.material));
+        if (i < r.pushes.size()) {
+            const Push& push = r.pushes[i];
+            out.key("worst_push").begin_object();
+            write_vector_of("at_mm", push.at_mm, &out);
+            write_vector_of("along", push.along, &out);
+            out.member("MPa_of_N", push.MPa_of_N);
+            if (push.breaks_at_N > 0) out.member("breaks_at_N", push.breaks_at_N);
+            out.end_object();
+        }
+        out.end_object();
     }
     out.end_array();
     write_vector_of("pitch_mm", r.problem.grid.pitch_mm, &out);
@@ -153,15 +251,94 @@ std::string json_of(const StandResult& r) {
     return out.take() + "\n";
 }
 
-Result<void> solve_weight(const StandOptions& o, size_t holds, StandResult* r) {
+SolveOptions solve_options(const StandOptions& o, SolveProgress* progress) {
     SolveOptions options;
     options.tolerance = o.common.tolerance;
     options.most_iterations = o.common.most_iterations;
-    SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
-    options.progress = [&](int iteration, double residual) {
-        return progress.update(0, iteration, residual);
+    options.progress = [progress](int iteration, double residual) {
+        return progress->update(0, iteration, residual);
     };
-    r->solution = solve_part(&r->problem, holds, options);
+    return options;
+}
+
+LoadCase weight_case(bool weighs) {
+    LoadCase weight;
+    weight.name = "own weight";
+    weight.held.emplace_back();
+    constexpr int kBelow = 4;
+    weight.held[0].faces.side = kBelow;
+    weight.held[0].faces.text = " below";
+    if (weighs) weight.gravity_m_s2 = Vec3{0, 0, -9.81};
+    return weight;
+}
+
+/// What is printed up to some heights, under its own weight.
+Result<void> grow_up(const StandOptions& o, StandResult* r) {
+    const Grid& g = r->problem.grid;
+    const LoadCase weight = weight_case(r->weighs);
+    for (int k = 1; k <= o.while_printing; ++k) {
+        const int32_t layers =
+            std::max(1, static_cast<int32_t>(int64_t{g.elements[2]} * k / o.while_printing));
+        // All of it is what was solved.
+        Voxels some = lowest_layers(r->problem.voxels, layers);
+        const Grid lower = Grid::make(some.size, some.pitch_mm, false);
+        PartElements elements = classify(lower, &some);
+        if (elements.solid == 0) continue;
+        GrowingResult one;
+        one.height_mm = layers * g.pitch_mm[2];
+        Result<PartProblem> problem = set_up_part(std::move(some), weight, {}, {true, true});
+        if (!problem) return problem.error();
+        one.loose = elements.solid - problem->elements.solid;
+        one.margin_deg =
+            stand_of(problem->grid, problem->voxels, problem->elements, r->weighs).margin_deg;
+        if (r->weighs) {
+            SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
+            const PartSolution solution =
+                solve_part(&*problem, weight.held.size(), solve_options(o, &progress));
+            if (solution.report.stopped) return interrupted_error();
+            if (!solution.report.converged)
+                return not_converged_error(solution.report.residual, o.common.tolerance,
+                                           solution.report.iterations);
+            Field<double, kElastic> moved = solution.moved_mm;
+            const PartFields fields = fields_of(*problem, &moved);
+            const PartSummary s = summary_of(*problem, fields, moved, 1);
+            one.moved_mm = s.most_moved_mm;
+            one.von_mises_MPa = s.most_von_mises_MPa;
+            one.safety = s.least_safety;
+            one.residual = solution.report.residual;
+        }
+        r->growing.push_back(one);
+    }
+    return {};
+}
+
+Result<void> find_pushes(const StandOptions& o, StandResult* r) {
+    for (const Mode& mode : r->modes.all) {
+        SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
+        const Push push = worst_push(&r->problem, mode, solve_options(o, &progress));
+        if (push.stopped) return interrupted_error();
+        if (!push.converged) return not_converged_error(1, o.common.tolerance, 0);
+        r->pushes.push_back(push);
+    }
+    return {};
+}
+
+/// The thinnest wall or neck of each material.
+std::vector<ThinPlace> thinnest_of_each(const PartProblem& p) {
+    std::vector<ThinPlace> out;
+    for (size_t k = 1; k <= p.voxels.materials.size(); ++k) {
+        std::vector<uint8_t> kind = p.elements.kind;
+        for (size_t e = 0; e < kind.size(); ++e)
+            if (p.voxels.code[e] != k) kind[e] = kNothing;
+        const std::vector<ThinPlace> thin = thinnest(p.grid, p.voxels, kind, 1);
+        out.insert(out.end(), thin.begin(), thin.end());
+    }
+    return out;
+}
+
+Result<void> solve_weight(const StandOptions& o, size_t holds, StandResult* r) {
+    SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
+    r->solution = solve_part(&r->problem, holds, solve_options(o, &progress));
     if (r->solution.report.stopped) return interrupted_error();
     if (!r->solution.report.converged)
         return not_converged_error(r->solution.report.residual, o.common.tolerance,
@@ -176,8 +353,8 @@ Result<void> solve_weight(const StandOptions& o, size_t holds, StandResult* r) {
 Result<void> run_stand(const StandOptions& o) {
     for (const std::string& file : o.outputs)
         if (const std::string type = fs::path(file).extension().string();
-            type != ".json" && type != ".vti")
-            return usage_error(fmt::format("`-o {}`: results are .json or .vti", file));
+            type != ".json" && type != ".vti" && type != ".ofr")
+            return usage_error(fmt::format("`-o {}`: results are .json, .vti or .ofr", file));
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     const Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
@@ -192,13 +369,7 @@ Result<void> run_stand(const StandOptions& o) {
     StandResult r;
     r.weighs = std::ranges::all_of(input->materials,
                                    [](const Material& m) { return m.density_g_cm3.has_value(); });
-    LoadCase weight;
-    weight.name = "own weight";
-    weight.held.emplace_back();
-    constexpr int kBelow = 4;
-    weight.held[0].faces.side = kBelow;
-    weight.held[0].faces.text = " below";
-    if (r.weighs) weight.gravity_m_s2 = Vec3{0, 0, -9.81};
+    const LoadCase weight = weight_case(r.weighs);
     Result<PartProblem> problem =
         set_up_part(std::move(input->voxels), weight, {}, {o.loose, o.thin});
     if (!problem) return problem.error();
@@ -206,6 +377,11 @@ Result<void> run_stand(const StandOptions& o) {
     r.stand = stand_of(r.problem.grid, r.problem.voxels, r.problem.elements, r.weighs);
     constexpr size_t kPlaces = 6;
     r.thin = thinnest(r.problem.grid, r.problem.voxels, r.problem.elements.kind, kPlaces);
+    // As dithered each voxel is alone.
+    if (input->materials.size() > 1 && !o.common.codes) r.thin_of = thinnest_of_each(r.problem);
+    r.in_the_air =
+        begins_in_the_air(r.problem.grid, r.problem.voxels.origin_mm, r.problem.elements.kind);
+    if (Result<void> done = grow_up(o, &r); !done) return done;
     r.solution.moved_mm = Field<double, kElastic>(r.problem.grid);
     if (r.weighs)
         if (Result<void> done = solve_weight(o, weight.held.size(), &r); !done) return done;
@@ -223,24 +399,35 @@ Result<void> run_stand(const StandOptions& o) {
         };
         r.modes = softest_modes(&r.problem, options);
         if (r.modes.stopped) return interrupted_error();
+        if (Result<void> done = find_pushes(o, &r); !done) return done;
     }
     show(describe_stand(r));
+    PartFields weak = r.fields;
+    if (!r.modes.weakness.empty()) weak.von_mises_MPa = r.modes.weakness;
     for (const std::string& name : o.outputs) {
         const fs::path file = name;
-        const Result<void> done =
-            file.extension() == ".json"
-                ? backends::write_whole_file(file, json_of(r))
-                : write_vti(file, r.problem, r.fields, r.solution.moved_mm, r.modes.weakness);
+        const std::string type = file.extension().string();
+        if (type == ".ofr" && r.modes.weakness.empty())
+            return usage_error("`-o FILE.ofr` shows modes, and there are none");
+        Result<void> done;
+        if (type == ".json") {
+            done = backends::write_whole_file(file, json_of(r));
+        } else if (type == ".vti") {
+            done = write_vti(file, r.problem, r.fields, r.solution.moved_mm, r.modes.weakness);
+        } else {
+            Shown shown = shown_of(r.problem, weak, r.solution.moved_mm, "von-mises");
+            shown.name = "weakness";
+            shown.unit = "";
+            done = write_bands(file, r.problem, shown);
+        }
         if (!done) return done;
     }
     if (o.preview.empty()) return {};
     if (r.modes.weakness.empty()) return usage_error("`--preview` shows modes, and there are none");
-    PartFields shown = std::move(r.fields);
-    shown.von_mises_MPa = r.modes.weakness;
     PictureOptions picture;
     picture.title = "weakness";
     return backends::write_whole_file(fs::path(o.preview),
-                                      part_picture(r.problem, shown, r.solution.moved_mm, picture));
+                                      part_picture(r.problem, weak, r.solution.moved_mm, picture));
 }
 
 }  // namespace openfab::mechanics

@@ -55,7 +55,7 @@ Result<void> write_inp(const std::filesystem::path& file, const ElementMesh& mes
 Result<void> write_vtu(const std::filesystem::path& file, const ElementMesh& mesh);
 /// gmsh's MSH 4.1, binary; a physical volume a material.
 Result<void> write_msh(const std::filesystem::path& file, const ElementMesh& mesh);
-/// XDMF 3 with its numbers as raw binary in FILE.NAME.bin beside it.
+/// XDMF 3 with its numbers as HDF5 beside it, FILE.h5.
 Result<void> write_xdmf(const std::filesystem::path& file, const ElementMesh& mesh);
 
 /// Fields of elements, for the formats that have such: young_MPa, poisson, density_g_cm3, and share_NAME.

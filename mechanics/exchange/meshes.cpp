@@ -4,6 +4,7 @@
 
 #include "backends/common/xml_text.h"
 #include "mechanics/exchange/element_mesh.h"
+#include "mechanics/exchange/hdf5.h"
 #include "mechanics/exchange/text_file.h"
 
 namespace openfab::mechanics {
@@ -160,48 +161,64 @@ Result<void> write_xdmf(const std::filesystem::path& path, const ElementMesh& me
     Result<std::unique_ptr<TextFile>> opened = TextFile::create(path);
     if (!opened) return opened.error();
     TextFile* out = opened->get();
-    const size_t nodes = mesh.nodes.size(), elements = mesh.elements.size();
-    Result<void> status;
-    // A file an array: not all readers look for an array inside of a file.
-    const auto item = [&](const std::string& name, const std::string& shape, const char* type,
-                          int precision, const auto& values) {
-        std::filesystem::path numbers = path;
-        numbers += "." + name + ".bin";
-        out->put(fmt::format(
-            "<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"Binary\" "
-            "Endian=\"Little\">{}</DataItem>\n",
-            shape, type, precision, backends::escape_xml(numbers.filename().string())));
-        if (!status) return;
-        Result<std::unique_ptr<TextFile>> binary = TextFile::create(numbers);
-        if (!binary) {
-            status = binary.error();
-            return;
-        }
-        (*binary)->put_values(values);
-        status = (*binary)->keep();
+    const uint64_t nodes = mesh.nodes.size(), elements = mesh.elements.size();
+    std::filesystem::path numbers = path;
+    numbers.replace_extension(".h5");
+    const std::string beside = backends::escape_xml(numbers.filename().string());
+    std::vector<Hdf5Array> arrays;
+    const auto item = [&](Hdf5Array array, const char* type, int precision) {
+        std::string shape;
+        for (const uint64_t n : array.shape)
+            shape += fmt::format("{}{}", shape.empty() ? "" : " ", n);
+        out->put(
+            fmt::format("<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" "
+                        "Format=\"HDF\">{}:/{}</DataItem>\n",
+                        shape, type, precision, beside, array.name));
+        arrays.push_back(std::move(array));
     };
     out->put(
         "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"part\" "
         "GridType=\"Uniform\">\n");
     out->put(
         fmt::format("<Topology TopologyType=\"Hexahedron\" NumberOfElements=\"{}\">\n", elements));
-    item("corners", fmt::format("{} 8", elements), "Int", 8, corners_of(mesh));
+    item({"corners",
+          {elements, 8},
+          Hdf5Type::kInt64,
+          [&](TextFile* file) { file->put_values(corners_of(mesh)); }},
+         "Int", 8);
     out->put("</Topology>\n<Geometry GeometryType=\"XYZ\">\n");
-    item("points", fmt::format("{} 3", nodes), "Float", 8, points_of(mesh));
+    item({"points",
+          {nodes, 3},
+          Hdf5Type::kFloat64,
+          [&](TextFile* file) { file->put_values(points_of(mesh)); }},
+         "Float", 8);
     out->put("</Geometry>\n");
-    const auto attribute = [&](const std::string& file, const std::string& name, const char* type,
-                               int precision, const auto& values) {
+    const auto attribute = [&](const std::string& name, Hdf5Array array, const char* type,
+                               int precision) {
         out->put(fmt::format("<Attribute Name=\"{}\" AttributeType=\"Scalar\" Center=\"Cell\">\n",
                              backends::escape_xml(name)));
-        item(file, std::to_string(elements), type, precision, values);
+        item(std::move(array), type, precision);
         out->put("</Attribute>\n");
     };
-    attribute("material", "material", "UChar", 1, mesh.material);
+    attribute("material",
+              {"material",
+               {elements},
+               Hdf5Type::kUint8,
+               [&](TextFile* file) { file->put_values(mesh.material); }},
+              "UChar", 1);
+    // A name of a material may have what is no name here, as a `/`: attributes say it, arrays are numbered.
     int number = 0;
-    for (const auto& [name, values] : element_fields(mesh))
-        attribute(fmt::format("field{}", ++number), name, "Float", 4, values);
+    const auto fields = element_fields(mesh);
+    for (const auto& [name, values] : fields)
+        attribute(name,
+                  {fmt::format("field{}", ++number),
+                   {elements},
+                   Hdf5Type::kFloat32,
+                   [&values](TextFile* file) { file->put_values(values); }},
+                  "Float", 4);
     out->put("</Grid>\n</Domain>\n</Xdmf>\n");
-    return status ? out->keep() : status;
+    if (Result<void> done = write_hdf5(numbers, arrays); !done) return done;
+    return out->keep();
 }
 
 }  // namespace openfab::mechanics

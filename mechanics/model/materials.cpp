@@ -26,8 +26,14 @@ struct MaterialReader {
 };
 
 Result<Material> read_material(const MaterialReader& in, const JsonMember& member) {
-    static constexpr const char* kKeys[] = {
-        "E_MPa", "nu", "strength_MPa", "density_g_cm3", "conductivity_W_mK", "source"};
+    static constexpr const char* kKeys[] = {"E_MPa",
+                                            "nu",
+                                            "strength_MPa",
+                                            "density_g_cm3",
+                                            "conductivity_W_mK",
+                                            "conductivity_S_m",
+                                            "in_table",
+                                            "source"};
     if (!member.value.is(JsonValue::Kind::kObject))
         return in.at(member.value, fmt::format("`{}` is {}, not an object", member.key,
                                                member.value.kind_name()));
@@ -38,10 +44,10 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
         if (std::ranges::find(kKeys, one.key) == std::end(kKeys))
             return in.at(one, fmt::format("a material has no `{}`", one.key),
                          fmt::format("choose from {}", fmt::join(kKeys, ", ")));
-        if (one.key == "source") {
+        if (one.key == "source" || one.key == "in_table") {
             if (!one.value.is(JsonValue::Kind::kString))
-                return in.at(one.value, "a source is a text");
-            m.source = one.value.text;
+                return in.at(one.value, fmt::format("`{}` is a text", one.key));
+            (one.key == "source" ? m.source : m.called) = one.value.text;
             continue;
         }
         if (!one.value.is(JsonValue::Kind::kNumber) || !std::isfinite(one.value.number))
@@ -59,6 +65,7 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
         if (one.key == "strength_MPa") m.strength_MPa = v;
         if (one.key == "density_g_cm3") m.density_g_cm3 = v;
         if (one.key == "conductivity_W_mK") m.conductivity = v;
+        if (one.key == "conductivity_S_m") m.conductivity_S_m = v;
     }
     if (!young)
         return in.at(

@@ -5,8 +5,11 @@
 // What materials are like: a JSON file beside the world,
 //
 //   {"materials": {"soft": {"E_MPa": 0.6, "nu": 0.48, "strength_MPa": 1, "density_g_cm3": 1.14,
-//                           "conductivity_W_mK": 0.2, "source": "who measured it"}, ...},
+//                           "conductivity_W_mK": 0.2,
+//                           "conductivity_S_m": 1e-12, "source": "who measured it"}, ...},
 //    "law": "hs-lower", "table": "modulus.json"}
+//
+// A table of other names, as those of a fablet's uniforms: "in_table": "soft" of a material says its name there.
 
 #include <filesystem>
 #include <optional>
@@ -24,8 +27,10 @@ struct Material {
     double poisson = 0;
     std::optional<double> strength_MPa;  ///< von Mises stress at which it yields or breaks
     std::optional<double> density_g_cm3;
-    std::optional<double> conductivity;
+    std::optional<double> conductivity;      ///< of heat, W/(m K)
+    std::optional<double> conductivity_S_m;  ///< of current
     std::string source;
+    std::string called;  ///< by the table of mixtures; empty: as it is named
 
     double lambda() const { return young_MPa * poisson / ((1 + poisson) * (1 - 2 * poisson)); }
     double mu() const { return young_MPa / (2 * (1 + poisson)); }

@@ -45,7 +45,8 @@ Mixture::Mixture(std::vector<Material> materials, const Properties& properties)
     for (const Material& m : materials_) {
         int column = -1;
         if (table_) {
-            const auto at = std::ranges::find(table_->materials, m.name);
+            const auto at =
+                std::ranges::find(table_->materials, m.called.empty() ? m.name : m.called);
             if (at != table_->materials.end())
                 column = static_cast<int>(at - table_->materials.begin());
         }
@@ -57,8 +58,10 @@ std::string Mixture::complaint() const {
     if (law_ != Law::kTable) return {};
     for (size_t i = 0; i < materials_.size(); ++i)
         if (column_[i] < 0)
-            return fmt::format("the table of mixtures does not have the material `{}`",
-                               materials_[i].name);
+            return fmt::format(
+                "the table of mixtures does not have the material `{}`; say what it "
+                "is called there by `\"in_table\": \"{}\"`",
+                materials_[i].name, table_->materials.front());
     return {};
 }
 

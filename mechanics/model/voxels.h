@@ -43,4 +43,7 @@ struct Voxels {
 
 Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares = false);
 
+/// The same in elements of half the pitch, without `shares`: eight of each.
+Voxels halved(const Voxels& voxels);
+
 }  // namespace openfab::mechanics

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "mechanics/model/picture.h"
+#include "mechanics/part/shown.h"
 
 namespace openfab::mechanics {
 
@@ -72,11 +73,6 @@ class Canvas {
     std::vector<double> depth_;
 };
 
-std::string label(double v) {
-    return v != 0 && (std::abs(v) < 0.01 || std::abs(v) >= 10000) ? fmt::format("{:.1e}", v)
-                                                                  : fmt::format("{:.3g}", v);
-}
-
 }  // namespace
 
 std::vector<uint8_t> part_picture(const PartProblem& problem, const PartFields& fields,
@@ -93,32 +89,25 @@ std::vector<uint8_t> part_picture(const PartProblem& problem, const PartFields& 
             const Vec3 u = moved_at(moved, node);
             most_moved = std::max(most_moved, std::hypot(u[0], u[1], u[2]));
         }
-    // Moved by a twelfth of the part, so that it is seen; never less than it is.
-    const double factor = most_moved > 0 ? std::max(1.0, longest / 12 / most_moved) : 0;
-    const bool displacement = options.show == "displacement", safety = options.show == "safety";
-    const std::vector<float>& values = safety                      ? fields.safety
-                                       : options.show == "tension" ? fields.tension_MPa
-                                                                   : fields.von_mises_MPa;
-    const auto value_of = [&](const Face& f) {
-        if (!displacement) return static_cast<double>(values[static_cast<size_t>(f.element)]);
-        const Vec3 u = moved_at(moved, nodes_of(g, f)[0]);
-        return std::hypot(u[0], u[1], u[2]);
-    };
-    double least = 0, most = 0;
-    std::vector<double> all;
-    for (const Face& f : surface)
-        all.push_back(value_of(f));
-    std::ranges::sort(all);
-    if (!all.empty()) {
-        // A corner's peak would make all else dark.
-        const size_t last = all.size() - 1;
-        most = displacement ? all[last] : all[last - last / 200];
-        least = options.show == "tension" ? std::min(0.0, all[last / 200]) : 0;
-        // The same in each picture, so that two can be compared.
-        constexpr double kSafe = 4;
-        if (safety) most = kSafe;
+    // What a face is sheared or stretched by: a soft sole that is shown too thin would show its other side.
+    double most_strained = 0;
+    const double pitch = *std::ranges::min_element(g.pitch_mm);
+    for (const Face& f : surface) {
+        const std::array<int64_t, 4> n = nodes_of(g, f);
+        const Vec3 first = moved_at(moved, n[0]);
+        for (size_t k = 1; k < 4; ++k) {
+            const Vec3 u = moved_at(moved, n[k]);
+            const double far = std::hypot(u[0] - first[0], u[1] - first[1], u[2] - first[2]);
+            most_strained = std::max(most_strained, far / pitch);
+        }
     }
-    if (!(most > least)) most = least + 1;
+    // Moved by a twelfth of the part, so that it is seen; never less than it is.
+    constexpr double kStrained = 0.5;
+    const double factor =
+        most_moved > 0
+            ? std::max(1.0, std::min(longest / 12 / most_moved, kStrained / most_strained))
+            : 0;
+    const Shown shown = shown_of(problem, fields, moved, options.show);
 
     // The frame holds the part as it is and as it is moved.
     const auto node_at = [&](int64_t node, double by) {
@@ -151,16 +140,14 @@ std::vector<uint8_t> part_picture(const PartProblem& problem, const PartFields& 
     std::vector<int64_t> held;
     for (const Held& h : problem.held)
         held.push_back(h.dof / 3);
-    const auto colour_of = [&](double v) {
-        const double t = std::clamp((v - least) / (most - least), 0.0, 1.0);
-        return scale_colour(safety ? 1 - t : t);
-    };
     constexpr double kLight[6] = {0.78, 0.9, 0.86, 0.72, 0.6, 1.0};
     for (const Face& f : surface) {
         const std::array<int64_t, 4> n = nodes_of(g, f);
         const bool fixed = std::ranges::all_of(
             n, [&](int64_t node) { return std::ranges::binary_search(held, node); });
-        Colour colour = fixed ? Colour{150, 150, 150} : colour_of(value_of(f));
+        Colour colour =
+            fixed ? Colour{150, 150, 150}
+                  : shown.colour(static_cast<double>(shown.values[static_cast<size_t>(f.element)]));
         for (uint8_t& c : colour)
             c = static_cast<uint8_t>(c * kLight[f.direction]);
         const Point p[4] = {screen(n[0], factor), screen(n[1], factor), screen(n[2], factor),
@@ -172,17 +159,17 @@ std::vector<uint8_t> part_picture(const PartProblem& problem, const PartFields& 
     for (int32_t y = 60; y < kHeight - 60; ++y) {
         const double t = 1 - (y - 60.0) / (kHeight - 120.0);
         for (int32_t i = 0; i < 24; ++i)
-            picture.put(x + i, y, colour_of(least + t * (most - least)));
+            picture.put(x + i, y, shown.colour(shown.least + t * (shown.most - shown.least)));
     }
     for (int i = 0; i <= 4; ++i)
         picture.text(x + 32, 60 + (kHeight - 120) * (4 - i) / 4 - 7,
-                     label(least + (most - least) * i / 4), {40, 40, 40});
-    std::string what = displacement ? "moved by mm"
-                       : safety     ? "safety factor"
-                                    : options.show + " MPa";
+                     short_number(shown.least + (shown.most - shown.least) * i / 4), {40, 40, 40});
+    const std::string what = shown.name == "displacement" ? "moved by mm"
+                             : shown.name == "safety"     ? "safety factor"
+                                                          : shown.name + " " + shown.unit;
     picture.text(20, 16,
                  options.title.empty()
-                     ? fmt::format("{} - moved {} times as far", what, label(factor))
+                     ? fmt::format("{} - moved {} times as far", what, short_number(factor))
                      : options.title,
                  {40, 40, 40});
     return picture.png();

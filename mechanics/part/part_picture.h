@@ -13,7 +13,7 @@
 namespace openfab::mechanics {
 
 struct PictureOptions {
-    std::string show = "von-mises";  ///< or displacement, tension, safety
+    std::string show = "von-mises";  ///< one of kShown (shown.h)
     std::string title;               ///< empty: what is shown
     double turn_deg = 30, tilt_deg = 25;
 };

@@ -10,6 +10,7 @@
 #include "mechanics/part/eigen.h"
 #include "mechanics/part/part_results.h"
 #include "mechanics/solver/parallel.h"
+#include "mechanics/solver/strain.h"
 
 namespace openfab::mechanics {
 
@@ -260,11 +261,18 @@ Modes softest_modes(PartProblem* problem, const ModeOptions& o) {
             mode.strained_at_mm[c] =
                 p.voxels.origin_mm[c] + (place_of(g, place)[c] + 0.5) * g.pitch_mm[c];
         mode.material = p.voxels.code[static_cast<size_t>(place)];
+        mode.strained = place;
+        const std::array<int32_t, 3> at = place_of(g, place);
+        const auto e = static_cast<size_t>(place);
+        const double solid = static_cast<double>(p.voxels.solid[e]);
+        mode.stress_MPa = stress_of(strain_of(centre_gradient(x, g, at[0], at[1], at[2])),
+                                    static_cast<double>(p.voxels.lambda[e]) / solid,
+                                    static_cast<double>(p.voxels.mu[e]) / solid);
         // Of unit energy x K x / 2: so that a soft mode counts as much as a stiff one that costs as much.
         const auto scale =
             static_cast<float>(1 / std::sqrt(std::max(subspace.square(k), 1e-300) / 2));
-        for (size_t e = 0; e < out.weakness.size(); ++e)
-            out.weakness[e] = std::max(out.weakness[e], scale * fields.von_mises_MPa[e]);
+        for (size_t i = 0; i < out.weakness.size(); ++i)
+            out.weakness[i] = std::max(out.weakness[i], scale * fields.von_mises_MPa[i]);
         out.all.push_back(mode);
     }
     return out;

@@ -13,11 +13,13 @@ namespace openfab::mechanics {
 
 struct Mode {
     double frequency_Hz = 0;
-    double residual = 0;    ///< of K x = w^2 M x, relative
-    Vec3 moved_at_mm{};     ///< where it moves most
-    Vec3 moved{};           ///< unit vector there
-    Vec3 strained_at_mm{};  ///< where its stress is greatest, von Mises
-    int material = 0;       ///< there
+    double residual = 0;                 ///< of K x = w^2 M x, relative
+    Vec3 moved_at_mm{};                  ///< where it moves most
+    Vec3 moved{};                        ///< unit vector there
+    Vec3 strained_at_mm{};               ///< where its stress is greatest, von Mises
+    int64_t strained = -1;               ///< the element there
+    std::array<double, 6> stress_MPa{};  ///< in it: xx, yy, zz, yz, xz, xy
+    int material = 0;                    ///< there
 };
 
 struct ModeOptions {

@@ -16,53 +16,101 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy
+from numpy.typing import NDArray
 
 from .errors import InputError, InternalError, OutsideError
 
-if TYPE_CHECKING:
-    import numpy
-
-__all__ = ["CellResult", "PartResult", "StandResult", "cell", "part", "stand"]
+__all__ = ["CellResult", "PartResult", "StandResult", "StrengthenResult", "cell", "part", "stand", "strengthen"]
 
 
 @dataclass(frozen=True)
 class PartResult:
-    """A loaded part: numbers, and fields of elements of shape (z, y, x)."""
+    """A loaded part: numbers, and fields of elements. `part` makes it.
+
+    Attributes
+    ----------
+    numbers : dict
+        All that `-o FILE.json` has: most_moved_mm, safety, weakest, residual, ...
+    displacement_mm : array of float32, shape (z, y, x, 3)
+        Mean of each element's corners, in mm.
+    von_mises_MPa, tension_MPa, compression_MPa : array of float32, shape (z, y, x)
+        In MPa: the von Mises stress, and the largest and the least principal stress.
+    safety : array of float32, shape (z, y, x)
+        The strength over the von Mises stress; 0 where it is not known, and in void.
+    solid : array of float32, shape (z, y, x)
+        The share of material in each element.
+    pitch_mm : tuple of 3 floats
+        Sides of an element, in mm.
+    origin_mm : tuple of 3 floats
+        The lowest corner, in the build, in mm.
+    materials : list of str
+        Those of the print.
+    """
 
     numbers: dict[str, Any]
-    """All that `-o FILE.json` has: most_moved_mm, safety, weakest, ..."""
-    displacement_mm: numpy.ndarray
-    """(z, y, x, 3)"""
-    von_mises_MPa: numpy.ndarray
-    tension_MPa: numpy.ndarray
-    compression_MPa: numpy.ndarray
-    safety: numpy.ndarray
-    """0 where it is not known, and in void."""
-    solid: numpy.ndarray
-    """The share of material in each element."""
+    displacement_mm: NDArray[numpy.float32]
+    von_mises_MPa: NDArray[numpy.float32]
+    tension_MPa: NDArray[numpy.float32]
+    compression_MPa: NDArray[numpy.float32]
+    safety: NDArray[numpy.float32]
+    solid: NDArray[numpy.float32]
     pitch_mm: tuple[float, float, float]
     origin_mm: tuple[float, float, float]
-    """The lowest corner, in the build."""
     materials: list[str]
 
 
 @dataclass(frozen=True)
 class CellResult:
-    """A periodic cell as a material."""
+    """A periodic cell as a material. `cell` makes it.
+
+    Attributes
+    ----------
+    numbers : dict
+        All that `-o FILE.json` has: young_MPa, poisson_xy_yz_zx, zener, share, ...; of a sweep its `rows`.
+    stiffness_MPa : array of float64, shape (6, 6) or (n, 6, 6)
+        In MPa, of xx yy zz yz xz xy with engineering shears; of a sweep one for each row.
+    """
 
     numbers: dict[str, Any]
-    stiffness_MPa: numpy.ndarray
-    """(6, 6) of xx yy zz yz xz xy, with engineering shears."""
+    stiffness_MPa: NDArray[numpy.float64]
 
 
 @dataclass(frozen=True)
 class StandResult:
-    """A part without loads."""
+    """A part without loads. `stand` makes it.
+
+    Attributes
+    ----------
+    numbers : dict
+        All that `-o FILE.json` has: mass_g, thinnest, own_weight, modes, ...
+    stands : bool
+        Whether its centre of mass is above what it stands on.
+    margin_deg : float
+        By how many degrees it may be tilted; below 0 it falls.
+    """
 
     numbers: dict[str, Any]
     stands: bool
     margin_deg: float
+
+
+@dataclass(frozen=True)
+class StrengthenResult:
+    """A world whose field was grown. `strengthen` makes it.
+
+    Attributes
+    ----------
+    world : Path
+        The world with the field.
+    field : array of float32, shape (z, y, x)
+        What the fablet reads, from 0 to the limit.
+    """
+
+    world: Path
+    field: NDArray[numpy.float32]
 
 
 def part(
@@ -72,9 +120,31 @@ def part(
     voxel_mm: float | None = None,
     arguments: Sequence[str] = (),
 ) -> PartResult:
-    """Solve a case of a world. `arguments` are more of `openfab mechanics part`, as ["--thin"]."""
-    import numpy
+    """Solve a case of a world.
 
+    Parameters
+    ----------
+    world : path
+        A `.fab.json` with `cases`.
+    case : str, optional
+        Its name; where the world has one only it is that.
+    voxel_mm : float, optional
+        Side of an element in mm; a 96th of the longest side where it is not given.
+    arguments : sequence of str, optional
+        More of `openfab mechanics part`, as `["--thin"]`.
+
+    Returns
+    -------
+    PartResult
+        Numbers, and fields of elements.
+
+    Raises
+    ------
+    InputError
+        Where the world, the case or the materials do not do, or the solution did not converge.
+    OutsideError
+        Where the program `openfab` is not found, or a file cannot be written.
+    """
     given = [] if case is None else ["--case", case]
     with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
         array, numbers = Path(folder) / "part.npy", Path(folder) / "part.json"
@@ -100,21 +170,123 @@ def cell(
     size: str,
     *,
     voxel_mm: float | None = None,
+    sweep: str | None = None,
     arguments: Sequence[str] = (),
 ) -> CellResult:
-    """Homogenise a cell of a fablet or a world, of a size as "8mm"."""
-    import numpy
+    """Homogenise a cell of a fablet or a world.
 
-    numbers = _json("cell", file, voxel_mm, ["--cell", size, *arguments])
-    return CellResult(numbers, numpy.array(numbers["stiffness_MPa"]))
+    Parameters
+    ----------
+    file : path
+        A `.fl` or a `.fab.json`.
+    size : str
+        Of the cell, as `"8mm"` or `"5mmx5mmx3mm"`.
+    voxel_mm : float, optional
+        Side of an element in mm; a 64th of the shortest side where it is not given.
+    sweep : str, optional
+        A uniform and its values, as `"wall=0.8:2:3"`: a cell for each.
+    arguments : sequence of str, optional
+        More of `openfab mechanics cell`, as `["--codes", "--dither", "blue_noise"]`.
+
+    Returns
+    -------
+    CellResult
+        Numbers, and the stiffness.
+
+    Raises
+    ------
+    InputError
+        Where the file, the size or the materials do not do, or the solution did not converge.
+    OutsideError
+        Where the program `openfab` is not found, or a file cannot be written.
+    """
+    given = [] if sweep is None else ["--sweep", sweep]
+    numbers = _json("cell", file, voxel_mm, ["--cell", size, *given, *arguments])
+    tensors = [row["stiffness_MPa"] for row in numbers["rows"]] if "rows" in numbers else numbers["stiffness_MPa"]
+    return CellResult(numbers, numpy.array(tensors, dtype=numpy.float64))
 
 
 def stand(
     world: str | os.PathLike[str], *, voxel_mm: float | None = None, arguments: Sequence[str] = ()
 ) -> StandResult:
-    """Look whether a world stands, and at its own weight, thinnest walls and softest modes."""
+    """Look whether a world stands, and at its own weight, thinnest walls, softest modes and worst pushes.
+
+    Parameters
+    ----------
+    world : path
+        A `.fab.json`.
+    voxel_mm : float, optional
+        Side of an element in mm; a 96th of the longest side where it is not given.
+    arguments : sequence of str, optional
+        More of `openfab mechanics stand`, as `["--while-printing", "8"]`.
+
+    Returns
+    -------
+    StandResult
+        Numbers, and whether it stands.
+
+    Raises
+    ------
+    InputError
+        Where the world or the materials do not do, or a solution did not converge.
+    OutsideError
+        Where the program `openfab` is not found, or a file cannot be written.
+    """
     numbers = _json("stand", world, voxel_mm, list(arguments))
     return StandResult(numbers, numbers["stands"], numbers["margin_deg"])
+
+
+def strengthen(
+    world: str | os.PathLike[str],
+    field: str,
+    output: str | os.PathLike[str],
+    *,
+    safety: float = 1.5,
+    case: str | None = None,
+    voxel_mm: float | None = None,
+    arguments: Sequence[str] = (),
+) -> StrengthenResult:
+    """Grow a field that the fablet reads until the part is strong enough.
+
+    Parameters
+    ----------
+    world : path
+        A `.fab.json` with `cases`.
+    field : str
+        The texture of the world that is grown, from 0.
+    output : path
+        The world with the field, `NAME.fab.json`; `NAME.FIELD.npy` is written beside it.
+    safety : float, optional
+        The safety factor that is wanted.
+    case : str, optional
+        Its name; where the world has one only it is that.
+    voxel_mm : float, optional
+        Side of an element in mm; a 96th of the longest side where it is not given.
+    arguments : sequence of str, optional
+        More of `openfab mechanics strengthen`, as `["--limit", "2", "--reach", "4mm"]`.
+
+    Returns
+    -------
+    StrengthenResult
+        The world, and the field.
+
+    Raises
+    ------
+    InputError
+        Where the safety factor is not reached, by the message with what is the weakest place; or where the world, the case or
+        the materials do not do.
+    OutsideError
+        Where the program `openfab` is not found, or a file cannot be written.
+    """
+    made = Path(output)
+    given = [] if case is None else ["--case", case]
+    _run(
+        "strengthen",
+        world,
+        voxel_mm,
+        ["--field", field, "--safety", f"{safety:.9g}", "-o", str(made), *given, *arguments],
+    )
+    return StrengthenResult(made, numpy.load(made.with_name(f"{made.name.removesuffix('.fab.json')}.{field}.npy")))
 
 
 def _json(

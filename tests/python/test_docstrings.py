@@ -13,13 +13,14 @@ from typing import Any
 import pytest
 
 import openfab
+from openfab import mechanics
 
 HEADING = re.compile(r"^([A-Z][A-Za-z ]+)\n-{3,}$", re.M)
 SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Examples", "Notes")
 # What is given in a unit, which its entry names.
 UNITS = {
     r"mm": "translate|matrix|width|depth|height|diameter|low_diameter|high_diameter|section|length|vertices|points|box|low|high|"
-    r"origin|spacing|pitch|layer|z|mesh_pitch|voxel|polygons?|max_displacement_mm|origin_mm|pitch_mm",
+    r"origin|spacing|pitch|layer|z|mesh_pitch|voxel|polygons?|max_displacement_mm|origin_mm|pitch_mm|voxel_mm|displacement_mm",
     r"degrees": "rotate", r"[Bb]ytes": "memory|memory_bytes", r"[Ss]econds": "seconds|workers_timeout", r"g/cm³": "density_g_cm3",
 }
 
@@ -43,7 +44,7 @@ def entries(text: str) -> dict[str, tuple[str, str]]:
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    modules = [openfab]
+    modules = [openfab, mechanics]
     try:
         from openfab import distributed
 
@@ -108,7 +109,10 @@ def check_class(name: str, kind: type, found: dict[str, str]) -> None:
 
 
 # A function or a method makes them; their classes say which.
-MADE_BY_OTHERS = (openfab.Print, openfab.Object, openfab.Voxels)
+MADE_BY_OTHERS = (
+    openfab.Print, openfab.Object, openfab.Voxels,
+    mechanics.PartResult, mechanics.CellResult, mechanics.StandResult, mechanics.StrengthenResult,
+)
 
 
 def check_entries(name: str, said: dict[str, tuple[str, str]]) -> None:

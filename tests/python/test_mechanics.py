@@ -58,6 +58,65 @@ def test_a_bar_is_stretched(bar: Path) -> None:
     assert result.materials == ["stuff"]
 
 
+LAYERS = """fablet Layers {
+    @uniform { Material stiff, soft; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(attr.voxelCenter[2] < 2 ? stiff : soft, 1);
+        return mc;
+    }
+}
+"""
+
+
+def test_scikit_fem_moves_it_as_we_do(bar: Path) -> None:
+    """Two layers of hexahedra that are integrated in full, bent and twisted: the same displacements."""
+    fem = pytest.importorskip("skfem")
+    helpers = pytest.importorskip("skfem.helpers")
+    materials = {"stiff": (2000.0, 0.35), "soft": (50.0, 0.45)}
+    (bar.parent / "one.fl").write_text(LAYERS)
+    (bar.parent / "mechanics.json").write_text(
+        json.dumps({"materials": {name: {"E_MPa": e, "nu": nu} for name, (e, nu) in materials.items()}})
+    )
+    world = json.loads(bar.read_text())
+    world["fablets"]["one"]["fablet"] = "Layers"
+    world["materials"] = {"stiff": {"key": "#23415e"}, "soft": {"key": "#e0e0e0"}}
+    world["objects"]["bar"]["uniforms"] = {"stiff": "stiff", "soft": "soft"}
+    world["cases"]["pull"]["loads"][0]["force_N"] = [1, -2, 3]
+    bar.write_text(json.dumps(world))
+    ours = mechanics.part(bar, voxel_mm=1, arguments=["--full", "--tolerance", "1e-9"])
+
+    mesh = fem.MeshHex.init_tensor(numpy.arange(21.0), numpy.arange(5.0), numpy.arange(5.0))
+    basis = fem.Basis(mesh, fem.ElementVector(fem.ElementHex1()), intorder=2)
+    middles = mesh.p[:, mesh.t].mean(axis=1)
+    lame = [
+        [e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))]
+        for e, nu in (materials["stiff" if z < 2 else "soft"] for z in middles[2])
+    ]
+    one = basis.with_element(fem.ElementHex0())
+    lam, mu = (one.interpolate(values) for values in numpy.array(lame).T)
+
+    @fem.BilinearForm
+    def stiffness(u, v, w):  # type: ignore[no-untyped-def]
+        e, f = helpers.sym_grad(u), helpers.sym_grad(v)
+        return w.lam * helpers.trace(e) * helpers.trace(f) + 2 * w.mu * helpers.ddot(e, f)
+
+    @fem.LinearForm
+    def pull(v, w):  # type: ignore[no-untyped-def]
+        return (v[0] - 2 * v[1] + 3 * v[2]) / 16
+
+    ends = fem.FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda x: x[0] == 20))
+    held = basis.get_dofs(lambda x: x[0] == 0)
+    matrix, forces = stiffness.assemble(basis, lam=lam, mu=mu), pull.assemble(ends)
+    moved = fem.solve(*fem.condense(matrix, forces, D=held))[basis.nodal_dofs]
+    theirs = numpy.zeros_like(ours.displacement_mm)
+    x, y, z = middles.astype(int)
+    theirs[z, y, x] = moved[:, mesh.t].mean(axis=1).T
+    assert numpy.abs(theirs).max() > 0.01
+    assert numpy.abs(theirs - ours.displacement_mm).max() < 1e-4 * numpy.abs(theirs).max()
+
+
 def test_it_stands(bar: Path) -> None:
     result = mechanics.stand(bar, voxel_mm=1, arguments=["--modes", "0"])
     assert result.stands

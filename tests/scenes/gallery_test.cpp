@@ -71,6 +71,7 @@ constexpr Exhibit kExhibits[] = {
     {"filament_vase", "vase", "filament_vase", "0.4mm"},
     {"bone", "bone", "bone", "1mm"},
     {"insole", "insole", "insole", "0.7mm"},
+    {"bracket", "bracket", "bracket", "0.5mm"},
     {"peach", "peach", "peach", "0.5mm"},
     {"tree", "tree", "tree", "0.5mm"},
 };

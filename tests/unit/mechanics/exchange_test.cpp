@@ -8,12 +8,14 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 
 #include "mechanics/exchange/element_mesh.h"
+#include "mechanics/exchange/hdf5.h"
 #include "mechanics/part/part_results.h"
 #include "tests/support/meshes/temp_folder.h"
 
@@ -96,24 +98,80 @@ TEST(MechanicsExchange, FilesSayTheirSizes) {
     const ElementMesh mesh = mesh_of(p.grid, p.voxels);
     ASSERT_TRUE(write_vtu(folder.path() / "a.vtu", mesh));
     ASSERT_TRUE(write_msh(folder.path() / "a.msh", mesh));
-    ASSERT_TRUE(write_xdmf(folder.path() / "a.xdmf", mesh));
     const std::string vtu = text_of(folder.path() / "a.vtu");
     EXPECT_NE(vtu.find("NumberOfPoints=\"" + std::to_string(mesh.nodes.size()) + "\""),
               std::string::npos);
     EXPECT_NE(vtu.find("share_stiff one"), std::string::npos);
-    const size_t n = mesh.nodes.size(), e = mesh.elements.size();
-    const auto bytes = [&](const char* name) {
-        return std::filesystem::file_size(folder.path() / ("a.xdmf." + std::string(name) + ".bin"));
-    };
-    EXPECT_EQ(bytes("corners"), e * 64);
-    EXPECT_EQ(bytes("points"), n * 24);
-    EXPECT_EQ(bytes("material"), e);
-    EXPECT_EQ(bytes("field5"), e * 4);
-    EXPECT_NE(text_of(folder.path() / "a.xdmf").find(">a.xdmf.field5.bin<"), std::string::npos);
     const std::string msh = text_of(folder.path() / "a.msh");
     for (const char* part : {"$MeshFormat\n4.1 1 8\n", "$EndEntities", "$EndNodes", "$EndElements",
                              "3 2 \"Stiff_one\""})
         EXPECT_NE(msh.find(part), std::string::npos) << part;
+}
+
+/// A little-endian number of `bytes` bytes.
+uint64_t number_at(const std::string& file, size_t at, size_t bytes) {
+    uint64_t out = 0;
+    for (size_t i = 0; i < bytes; ++i)
+        out |= static_cast<uint64_t>(static_cast<uint8_t>(file[at + i])) << (8 * i);
+    return out;
+}
+
+/// Where the header of an object ends, whose checksum is right.
+size_t checked_header(const std::string& file, size_t at) {
+    EXPECT_EQ(file.substr(at, 6), std::string("OHDR\x02\x02"));
+    const size_t bytes = 10 + number_at(file, at + 6, 4);
+    const auto* head = reinterpret_cast<const uint8_t*>(file.data()) + at;
+    EXPECT_EQ(number_at(file, at + bytes, 4), lookup3({head, bytes}));
+    return at + bytes;
+}
+
+TEST(MechanicsExchange, ChecksumsAreJenkins) {
+    const auto of = [](const std::string& text) {
+        return lookup3({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+    };
+    // The two that his own test prints.
+    EXPECT_EQ(of(""), 0xdeadbeefU);
+    EXPECT_EQ(of("Four score and seven years ago"), 0x17770551U);
+}
+
+TEST(MechanicsExchange, XdmfHasItsNumbersInHdf5) {
+    const testing::TempFolder folder;
+    const PartProblem p = block();
+    const ElementMesh mesh = mesh_of(p.grid, p.voxels);
+    ASSERT_TRUE(write_xdmf(folder.path() / "a.xdmf", mesh));
+    const std::string xdmf = text_of(folder.path() / "a.xdmf"),
+                      file = text_of(folder.path() / "a.h5");
+    EXPECT_NE(xdmf.find("Format=\"HDF\">a.h5:/points<"), std::string::npos);
+    EXPECT_NE(xdmf.find("Name=\"share_stiff one\""), std::string::npos);
+    ASSERT_EQ(file.substr(0, 9), std::string("\x89HDF\r\n\x1a\n\x02"));
+    EXPECT_EQ(number_at(file, 28, 8), file.size());
+    EXPECT_EQ(number_at(file, 44, 4), lookup3({reinterpret_cast<const uint8_t*>(file.data()), 44}));
+    checked_header(file, number_at(file, 36, 8));
+    // The link to an array ends with where its header is; that, with where its values are and how many.
+    const auto values_of = [&](const std::string& name, size_t bytes) {
+        const std::string link = static_cast<char>(name.size()) + std::string(1, '\0') + name;
+        const size_t at = file.find(link);
+        EXPECT_NE(at, std::string::npos) << name;
+        const size_t end = checked_header(file, number_at(file, at + link.size(), 8));
+        EXPECT_EQ(number_at(file, end - 8, 8), bytes) << name;
+        return number_at(file, end - 16, 8);
+    };
+    const size_t elements = mesh.elements.size();
+    const size_t points = values_of("points", mesh.nodes.size() * 24),
+                 corners = values_of("corners", elements * 64),
+                 material = values_of("material", elements);
+    for (size_t n = 0; n < mesh.nodes.size(); ++n)
+        for (size_t c = 0; c < 3; ++c) {
+            double v = 0;
+            std::memcpy(&v, file.data() + points + 24 * n + 8 * c, 8);
+            EXPECT_EQ(v, mesh.place_mm(n)[c]);
+        }
+    for (size_t e = 0; e < elements; ++e) {
+        EXPECT_EQ(static_cast<uint8_t>(file[material + e]), mesh.material[e]);
+        for (size_t k = 0; k < 8; ++k)
+            EXPECT_EQ(number_at(file, corners + 64 * e + 8 * k, 8),
+                      static_cast<uint64_t>(mesh.corners(e)[k]));
+    }
 }
 
 TEST(MechanicsExchange, CalculixMovesItAsWeDo) {

@@ -7,12 +7,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <numbers>
 
+#include "backends/ofr/ofr_reader.h"
 #include "mechanics/correct/need_field.h"
+#include "mechanics/part/shown.h"
 #include "mechanics/stand/contact.h"
+#include "mechanics/stand/growing.h"
 #include "mechanics/stand/modes.h"
+#include "mechanics/stand/push.h"
 #include "mechanics/stand/thickness.h"
 
 namespace openfab::mechanics {
@@ -145,6 +150,106 @@ TEST(MechanicsModes, ACantileverHumsAsTimoshenkoSays) {
         EXPECT_LT(m.residual, 0.1);
     // What was taken for the time is there again.
     EXPECT_NEAR(p->voxels.mu[0], 500, 1e-3);
+}
+
+TEST(MechanicsPush, BendsACantileverAsALeverDoes) {
+    // 24 x 2 x 3 mm, held below: its softest mode bends it along x.
+    LoadCase held;
+    held.held.emplace_back();
+    held.held[0].faces.side = 4;
+    Result<PartProblem> p =
+        set_up_part(solid({4, 6, 48}, 0.5, [](const Vec3&) { return true; }), held, {}, {});
+    ASSERT_TRUE(p) << p.error().text();
+    ModeOptions options;
+    options.count = 1;
+    const Modes modes = softest_modes(&*p, options);
+    ASSERT_EQ(modes.all.size(), 1U);
+    const Push push = worst_push(&*p, modes.all[0], {});
+    ASSERT_TRUE(push.converged);
+    EXPECT_NEAR(std::abs(push.along[0]), 1, 1e-12);
+    EXPECT_GT(push.at_mm[2], 23);
+    // F L x / I at the middle of an element of the outermost layer, a quarter of a millimetre inside.
+    const double lever = push.at_mm[2] - modes.all[0].strained_at_mm[2];
+    EXPECT_NEAR(push.MPa_of_N / (lever * 0.75 / (3 * 2 * 2 * 2 / 12.0)), 1, 0.05);
+    EXPECT_NEAR(push.breaks_at_N, 10 / push.MPa_of_N, 1e-9);
+    // And so says the part that is pushed there.
+    LoadCase pushed = held;
+    pushed.loads.emplace_back();
+    pushed.loads[0].faces.box_mm = {{{-1, push.at_mm[1] - 0.1, push.at_mm[2] - 0.1},
+                                     {3, push.at_mm[1] + 0.1, push.at_mm[2] + 0.1}}};
+    pushed.loads[0].faces.facing = push.along[0] < 0 ? 1 : 0;
+    pushed.loads[0].force_N = push.along;
+    Result<PartProblem> q =
+        set_up_part(solid({4, 6, 48}, 0.5, [](const Vec3&) { return true; }), pushed, {}, {});
+    ASSERT_TRUE(q) << q.error().text();
+    PartSolution solution = solve_part(&*q, 1, {});
+    const PartFields fields = fields_of(*q, &solution.moved_mm);
+    EXPECT_NEAR(
+        static_cast<double>(fields.von_mises_MPa[static_cast<size_t>(modes.all[0].strained)]) /
+            push.MPa_of_N,
+        1, 0.03);
+}
+
+TEST(MechanicsGrowing, WhatBeginsInTheAirIsFound) {
+    // A table of two legs, a lamp that hangs from its top, and a ledge that grows out of a leg.
+    const Looked l = looked(solid({20, 8, 16}, 0.5, [](const Vec3& p) {
+        if (p[2] > 6 && p[2] < 7) return true;
+        if (p[0] < 2 || p[0] > 8) return p[2] < 7;
+        if (p[0] > 4 && p[0] < 5 && p[1] > 1 && p[1] < 2) return p[2] > 4 && p[2] < 7;
+        return p[0] < 3 && p[2] > 2 && p[2] < 3;
+    }));
+    const std::vector<AirPlace> air =
+        begins_in_the_air(l.grid, l.voxels.origin_mm, l.elements.kind);
+    ASSERT_EQ(air.size(), 1U);
+    EXPECT_NEAR(air[0].at_mm[0], 4.5, 1e-9);
+    EXPECT_NEAR(air[0].at_mm[1], 1.5, 1e-9);
+    EXPECT_NEAR(air[0].at_mm[2], 4, 1e-9);
+    EXPECT_NEAR(air[0].area_mm2, 1, 1e-9);
+    // Up to 5 mm the lamp hangs free.
+    Voxels some = lowest_layers(l.voxels, 10);
+    EXPECT_EQ(some.count(), size_t{20 * 8 * 10});
+    const Looked lower = looked(some);
+    EXPECT_EQ(pieces_of(lower.grid, lower.elements.kind).all.size(), 3U);
+}
+
+TEST(MechanicsShown, BandsAreAPrintOfColours) {
+    LoadCase pulled;
+    pulled.name = "pull";
+    pulled.held.emplace_back();
+    pulled.held[0].faces.side = 0;
+    pulled.loads.emplace_back();
+    pulled.loads[0].faces.side = 1;
+    pulled.loads[0].force_N = Vec3{2, 0, 0};
+    Result<PartProblem> p =
+        set_up_part(solid({8, 2, 2}, 1, [](const Vec3&) { return true; }), pulled, {}, {});
+    ASSERT_TRUE(p) << p.error().text();
+    PartSolution solution = solve_part(&*p, 1, {});
+    const PartFields fields = fields_of(*p, &solution.moved_mm);
+    const Shown shown = shown_of(*p, fields, solution.moved_mm, "displacement");
+    // Stretched evenly: the middle of the last element by 7.5 of 8.
+    EXPECT_NEAR(shown.most, 0.5 / 1000 * 7.5, 1e-5);
+    EXPECT_EQ(shown.least, 0);
+    const std::filesystem::path file =
+        std::filesystem::path(testing::TempDir()) / "mechanics_bands.ofr";
+    ASSERT_TRUE(write_bands(file, *p, shown));
+    auto reader = ofr::OfrReader::open(file.string());
+    ASSERT_TRUE(reader) << reader.error().text();
+    EXPECT_EQ((*reader)->info().materials.size(), 20U);
+    EXPECT_EQ((*reader)->info().materials[0].name, "displacement 0 to 1.9e-04 mm");
+    int slices = 0;
+    for (;; ++slices) {
+        const Result<bool> more = (*reader)->next();
+        ASSERT_TRUE(more) << more.error().text();
+        if (!*more) break;
+        for (int32_t x = 0; x < 8; ++x)
+            EXPECT_NEAR((*reader)->slice().code(x, 1, 8), 0.5 + (x + 0.5) / 7.5 * 20, 0.51);
+    }
+    EXPECT_EQ(slices, 2);
+    EXPECT_EQ((*reader)->totals().voxels_solid, 32);
+    std::filesystem::remove(file);
+    const Shown safety = shown_of(*p, fields, solution.moved_mm, "safety");
+    EXPECT_EQ(safety.most, 4);
+    EXPECT_TRUE(safety.low_is_bad);
 }
 
 TEST(MechanicsNeed, GrowsWhereItIsWeakAndStopsAtItsLimit) {
