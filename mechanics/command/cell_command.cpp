@@ -303,6 +303,7 @@ Result<void> run_cell(const CellOptions& o) {
             json.end_object();
         }
         json.end_array().end_object();
+        show(fmt::format("pitch {:.4g} mm, {}\n", voxel, law));
     }
     if (!o.output.empty())
         return backends::write_whole_file(fs::path(o.output), json.take() + "\n");

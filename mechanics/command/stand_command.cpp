@@ -48,7 +48,11 @@ struct StandResult {
     Modes modes;
 };
 
-std::string stand_point(const Vec3& p) {
+/// Without what rounding leaves of a 0.
+std::string stand_point(Vec3 p) {
+    const double size = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+    for (double& v : p)
+        if (std::abs(v) < 1e-9 * size) v = 0;
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", p[0], p[1], p[2]);
 }
 

@@ -24,6 +24,7 @@ struct Round {
     PartProblem problem;
     PartFields fields;
     PartSummary summary;
+    SolveReport report;
     double material_mm3 = 0;
 
     double safety() const {
@@ -61,6 +62,7 @@ Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
     if (!solution.report.converged)
         return not_converged_error(solution.report.residual, o.common.tolerance,
                                    solution.report.iterations);
+    out.report = solution.report;
     out.fields = fields_of(out.problem, &solution.moved_mm);
     out.summary = summary_of(out.problem, out.fields, solution.moved_mm, 1);
     const Vec3& h = out.problem.grid.pitch_mm;
@@ -152,6 +154,13 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
             output, world->text(field_file, field.origin_mm, field.grid.pitch_mm, folder));
         !done)
         return done;
+    const Grid& g = round->problem.grid;
+    show(fmt::format(
+        "pitch {:.4g} x {:.4g} x {:.4g} mm, {} solid elements of {} x {} x {}, {}, residual "
+        "{:.1e} in {} iterations\n",
+        g.pitch_mm[0], g.pitch_mm[1], g.pitch_mm[2], round->problem.elements.solid, g.elements[0],
+        g.elements[1], g.elements[2], first->law(), round->report.residual,
+        round->report.iterations));
     show(fmt::format("{}: {:+.2f} % material, the field in {}\n", output.string(),
                      100 * (round->material_mm3 / begun - 1), field_file.string()));
     if (!reason.empty())
