@@ -43,25 +43,33 @@ struct SurfaceColours {
         return out;
     }
 
-    /// Returns the largest difference of colours around a point, 0 to 1.
+    /// Returns the largest difference of colours on two sides of a point, 0 to 1: most on the edge itself.
     double contrast(const Vec3d& p) const {
         constexpr int32_t kReach = 2;
         const Key middle = key(p);
-        Vec3d lo{1, 1, 1}, hi{0, 0, 0};
+        std::array<std::array<Mean, 2>, 3> sides;
         for (int32_t z = -kReach; z <= kReach; ++z) {
             for (int32_t y = -kReach; y <= kReach; ++y) {
                 for (int32_t x = -kReach; x <= kReach; ++x) {
                     const auto at = cells.find({middle[0] + x, middle[1] + y, middle[2] + z});
                     if (at == cells.end()) continue;
-                    const Vec3d mean = at->second.sum * (1 / at->second.count);
+                    const Vec3i step{x, y, z};
                     for (int a = 0; a < 3; ++a) {
-                        lo[a] = std::min(lo[a], mean[a]);
-                        hi[a] = std::max(hi[a], mean[a]);
+                        if (step[a] == 0) continue;
+                        Mean& side = sides[static_cast<size_t>(a)][step[a] > 0 ? 1 : 0];
+                        side.sum = side.sum + at->second.sum;
+                        side.count += at->second.count;
                     }
                 }
             }
         }
-        return std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z, 0.0});
+        double most = 0;
+        for (const auto& [low, high] : sides) {
+            if (low.count == 0 || high.count == 0) continue;
+            const Vec3d d = high.sum * (1 / high.count) - low.sum * (1 / low.count);
+            most = std::max({most, std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
+        }
+        return most;
     }
 };
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/affine.h"
+#include "base/polar.h"
 #include "base/say.h"
 #include "pieces/extent.h"
 #include "tools/openfab/pieces_text.h"
@@ -105,12 +106,14 @@ class TrayWriter {
         const std::vector<std::array<double, 9>> turns = right_angled(options_.turns);
         poses_.resize(things_.size());
         for (size_t i = 0; i < things_.size(); ++i) {
-            for (const auto& turn : turns) {
-                const Affine3d map = product(Affine3d{turn, {}}, things_[i].placement->transform);
-                Box3d box = turned_box(things_[i], map.m);
-                if (box.empty()) box = Box3d{{}, {}};
-                poses_[i].push_back({turn, {box.lo + map.t, box.hi + map.t}});
-            }
+            const Affine3d& placed = things_[i].placement->transform;
+            add_poses(i, turns, Affine3d{});
+            // What stands aslant may fit as it is in its mesh.
+            const Result<PolarFactors> polar = polar_factors(placed.m);
+            if (options_.turns != Turns::kAll || !polar) continue;
+            const auto& r = polar->r;
+            add_poses(i, turns,
+                      Affine3d{{r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]}, {}});
         }
         spots_ = put_on_trays(poses_, options_.machine.size_mm, options_.gap_mm);
         if (spots_.size() < things_.size()) return misplaced();
@@ -128,6 +131,17 @@ class TrayWriter {
     }
 
   private:
+    void add_poses(size_t thing, const std::vector<std::array<double, 9>>& turns,
+                   const Affine3d& first) {
+        for (const auto& by : turns) {
+            const std::array<double, 9> turn = product(Affine3d{by, {}}, first).m;
+            const Affine3d map = product(Affine3d{turn, {}}, things_[thing].placement->transform);
+            Box3d box = turned_box(things_[thing], map.m);
+            if (box.empty()) box = Box3d{{}, {}};
+            poses_[thing].push_back({turn, {box.lo + map.t, box.hi + map.t}});
+        }
+    }
+
     void find_things() {
         for (const world::Placement& p : world_.build) {
             const world::Object& object = world_.objects[static_cast<size_t>(p.object)];

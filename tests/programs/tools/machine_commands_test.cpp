@@ -180,5 +180,60 @@ TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
     EXPECT_THAT(mixed.err, HasSubstr("differ in more than what they build"));
 }
 
+TEST_F(MachineCommands, SeamsGoWhereColoursChangeAndAwayFromStress) {
+    scratch_.write("halves.fl", R"(fablet Halves {
+    @uniform { Material a, b; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(attr.voxelCenter.x > 3 ? a : b, 1);
+        return mc;
+    }
+}
+)");
+    // Aslant, so that the print's places are not those of the mesh.
+    const auto write_bar = [&](const std::string& name, const std::string& pose) {
+        scratch_.write(name, fmt::format(R"({{
+  "openfab": 1, "printer": "p.printer.json",
+  "fablets": {{"h": {{"source": "halves.fl", "fablet": "Halves", "uniforms": {{"a": "w", "b": "r"}}}}}},
+  "materials": {{"w": {{"key": "#ffffff"}}, "r": {{"key": "#a01010"}}}},
+  "meshes": {{"bar": {{"box": [30, 6, 5]}}}},
+  "objects": {{"bar": {{"mesh": "bar", "fablet": "h"}}}},
+  "build": [{{"object": "bar"{}}}]
+}})",
+                                         pose));
+    };
+    write_bar("bar.fab.json", R"(, "rotate_deg": [0, 0, 40], "translate_mm": [7, -3, 2])");
+    scratch_.write("wide.printer.json", R"({"name": "p", "pitch_mm": [0.1, 0.1, 0.1],
+        "build_volume_mm": [60, 60, 20], "native_format": "ofr"})");
+    const Outcome look =
+        openfab({"print", path("bar.fab.json"), "--printer", path("wide.printer.json"), "--draft",
+                 "3", "-o", path("look.ofr")});
+    ASSERT_EQ(look.exit_code, 0) << look.err;
+    const auto cut_at = [&](const std::string& name, const std::vector<std::string>& more) {
+        std::vector<std::string> words{
+            "split", path(name), "--fit", path("p.printer.json"), "-o", path("c.fab.json"), "--peg",
+            "0mm",   "--number", "0mm"};
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome done = openfab(words);
+        EXPECT_EQ(done.exit_code, 0) << done.err;
+        return world("c.cuts.json")["at_mm"].GetDouble();
+    };
+    EXPECT_NEAR(cut_at("bar.fab.json", {"--look", path("look.ofr")}), 3, 0.7);
+
+    write_bar("flat.fab.json", "");
+    std::string volume =
+        "NRRD0004\ntype: float\ndimension: 3\nspace dimension: 3\nsizes: 30 2 2\n"
+        "space directions: (1,0,0) (0,10,0) (0,0,10)\nspace origin: (-14.5,-5,0)\n"
+        "encoding: ascii\n\n";
+    for (int i = 0; i < 30 * 4; ++i)
+        volume += i % 30 == 11 ? "0.1 " : "1 ";
+    scratch_.write("stress.nrrd", volume + "\n");
+    EXPECT_NEAR(cut_at("flat.fab.json", {"--stress", path("stress.nrrd")}), -3.5, 0.5);
+    const Outcome wrong = openfab({"split", path("flat.fab.json"), "--fit", path("p.printer.json"),
+                                   "-o", path("c.fab.json"), "--look", path("stress.nrrd")});
+    EXPECT_EQ(wrong.exit_code, 1);
+    EXPECT_THAT(wrong.err, HasSubstr("not an .ofr file"));
+}
+
 }  // namespace
 }  // namespace openfab::testing
