@@ -17,7 +17,7 @@
 namespace openfab::tools {
 
 struct ImportArguments {
-    std::string file, folder, unit, up, size, picture_size, repair, memory;
+    std::string file, folder, unit, up, size, picture_size, repair, memory, tolerance;
     bool recentre = false, list = false, json = false, quiet = false;
     ImportOptions import;
 };

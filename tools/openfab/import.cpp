@@ -55,6 +55,9 @@ class Importer {
         }
         for (const mesh::LatticeInfo& lattice : options.lattices)
             box_.add(lattice.box_mm);
+        for (const FieldFablet& field : options.fields.level_sets) {
+            if (field.box_mm) box_.add(*field.box_mm);
+        }
         if (options.largest_mm) {
             const Vec3d size = box_.size();
             scale_ = *options.largest_mm / std::max({size.x, size.y, size.z});
@@ -71,14 +74,23 @@ class Importer {
         }
         for (const mesh::LatticeInfo& lattice : options_.lattices)
             bind_lattice(lattice);
+        for (const FieldFablet& field : options_.fields.level_sets) {
+            ObjectText object;
+            object.name =
+                object_names_.unique(alone() ? fs::path(file_).stem().string() : field.name);
+            if (Result<void> bound = bind_field(field, &object); !bound) return bound.error();
+        }
         if (materials_.lines().size() > kMostMaterials) return too_many_materials();
-        out_.files = std::move(pictures_.files());
+        for (ImportedFile& file : pictures_.files())
+            out_.files.push_back(std::move(file));
         for (const auto& [fablet, counts] : lists_.fablets()) {
             out_.fablets.push_back(fablet);
             out_.files.push_back({fmt::format("stock_{}.fl", fablet),
                                   std::make_shared<const std::string>(source_of(fablet))});
         }
         out_.world = world();
+        for (const std::string& name : text_.own_fablets)
+            out_.fablets.push_back(name);
         if (shares_one_) {
             out_.notes.push_back(
                 fmt::format("`{}` has {} bodies, more than a world has materials: those without "
@@ -91,7 +103,11 @@ class Importer {
 
   private:
     bool is_part(size_t b) const { return loaded_.bodies[b].role == BodyRole::kPart; }
-    bool alone() const { return loaded_.bodies.size() + options_.lattices.size() == 1; }
+    bool alone() const {
+        return loaded_.bodies.size() + options_.lattices.size() +
+                   options_.fields.level_sets.size() ==
+               1;
+    }
     /// The file, and the body where there are several, for messages.
     std::string what(const mesh::LoadedMesh& body) const {
         return alone() ? file_ : fmt::format("{}: body `{}`", file_, body.body);
@@ -113,10 +129,31 @@ class Importer {
             object.priority = most_depth() + 1;
             object.support = false;
         }
+        if (const FieldFablet* field = field_of(b)) return bind_field(*field, &object);
         uniforms_ = &object.uniforms;
         Result<void> bound = is_part(b) ? bind_fablet(body, &look) : bind_void();
         if (!bound) return bound;
         objects_.push_back(std::move(object));
+        return {};
+    }
+
+    /// The fablet of a body's volumetric data, or null.
+    const FieldFablet* field_of(size_t b) const {
+        const ImportedFields& fields = options_.fields;
+        if (b >= fields.volume_of.size() || fields.volume_of[b] < 0) return nullptr;
+        return &fields.volumes[static_cast<size_t>(fields.volume_of[b])];
+    }
+
+    Result<void> bind_field(const FieldFablet& field, ObjectText* object) {
+        std::vector<ObjectText> helpers;
+        if (Result<void> bound = fields_.bind(field, object, &helpers); !bound) return bound;
+        objects_.push_back(std::move(*object));
+        for (ObjectText& helper : helpers) {
+            lists_.use("solid");
+            bind_materials("solid", {"VOID"});
+            objects_.push_back(std::move(helper));
+        }
+        out_.notes.insert(out_.notes.end(), field.notes.begin(), field.notes.end());
         return {};
     }
 
@@ -174,10 +211,7 @@ class Importer {
         if (Result<void> bound = (this->*bind)(body, look); !bound) return bound;
         if (!stock.inks) return {};
         if (!profile_.empty()) uniform("profile", json_text(profile_));
-        materials_.add_inks();
-        for (const char* ink : {"cyan", "magenta", "yellow", "black"})
-            uniform(ink, json_text(materials_.of(std::string("ink ") + ink, ink, {})));
-        material("white", "white", kWhite);
+        bind_inks(&materials_, uniforms_);
         return {};
     }
 
@@ -462,7 +496,7 @@ class Importer {
 
     std::string world() {
         lists_.write(&objects_);
-        WorldText text;
+        WorldText& text = text_;
         text.printer = options_.printer;
         text.fablets = out_.fablets;
         text.materials = materials_.lines();
@@ -507,6 +541,8 @@ class Importer {
     std::string profile_;
     bool shares_one_ = false, mapping_told_ = false;
     Import out_;
+    WorldText text_;
+    FieldBinder fields_{&materials_, &pictures_, &object_names_, &out_.files, &text_};
 };
 
 const std::array<Importer::Bind, std::size(kStockFablets)> Importer::kBinds = {

@@ -11,6 +11,7 @@
 
 #include "mesh/load/load_beams.h"
 #include "mesh/load/load_mesh.h"
+#include "tools/openfab/import_fields.h"
 #include "tools/openfab/import_pictures.h"
 
 namespace openfab::tools {
@@ -27,12 +28,13 @@ struct ImportOptions {
     bool one_material = false;         ///< all bodies of one material
     bool y_up = false;                 ///< of the file; the mesh is already rotated
     bool repair = false;               ///< write `"repair": "winding"` to the world
-    std::vector<mesh::LatticeInfo> lattices;            ///< of the file, beside its bodies
+    std::vector<mesh::LatticeInfo> lattices;  ///< of the file, beside its bodies
+    ImportedFields fields;                    ///< of the file: more objects, and fablets of bodies
     int64_t memory_bytes = mesh::kDefaultReadingBytes;  ///< limit for the picture
 };
 
 struct Import {
-    std::vector<std::string> fablets;  ///< stock fablets
+    std::vector<std::string> fablets;  ///< stock fablets, and those that are the file's own
     std::string world;                 ///< text of NAME.fab.json
     std::vector<ImportedFile> files;   ///< the fablets' sources and the pictures
     std::vector<std::string> notes;

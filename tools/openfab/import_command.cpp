@@ -23,6 +23,7 @@
 #include "texture/cache.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
+#include "tools/openfab/import_step.h"
 #include "tools/openfab/import_text.h"
 #include "tools/openfab/list_mesh.h"
 #include "tools/openfab/stock.h"
@@ -81,10 +82,12 @@ Result<void> write_all(const fs::path& mesh, const mesh::LoadedBodies& loaded, c
     return write_file(world, import.world);
 }
 
-/// Reads the pictures that the file's looks have; those that do not fit are notes of the import.
+/// Reads the pictures that the file's looks and fields have; those that do not fit are notes of the import.
 Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies& loaded,
-                                  int64_t memory_bytes) {
-    std::set<std::string> named;
+                                  const ImportedFields& fields, int64_t memory_bytes) {
+    std::set<std::string> sheets;
+    fields.add_sources(&sheets);
+    std::set<std::string> named = sheets;
     for (const mesh::Look& look : loaded.looks) {
         if (look.picture) named.insert(look.picture->source);
     }
@@ -100,7 +103,12 @@ Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies
             const fs::path copy =
                 (*scratch)->path() / plain_name(fs::path(sources[i]).extension().string());
             Result<void> readable = bytes ? write_file(copy, *bytes) : bytes.error();
-            if (readable) readable = texture::check_picture(copy);
+            if (readable && sheets.contains(sources[i])) {
+                // Of hundreds of sheets each check would be a process; the print reads them soon.
+                if (!bytes->starts_with("\x89PNG")) readable = user_error("it is no PNG");
+            } else if (readable) {
+                readable = texture::check_picture(copy);
+            }
             if (readable) {
                 pictures.emplace(sources[i],
                                  std::make_shared<const std::string>(std::move(*bytes)));
@@ -179,6 +187,35 @@ Result<mesh::LoadedBodies> load_all(const fs::path& mesh, const mesh::MeshOption
     return loaded;
 }
 
+/// Adds the level sets of a file, which may be all that it has, and the fablets of bodies.
+Result<mesh::LoadedBodies> load_fields_too(const fs::path& mesh, const mesh::MeshOptions& options,
+                                           Result<mesh::LoadedBodies> loaded,
+                                           ImportArguments* arguments) {
+    ImportOptions& import = arguments->import;
+    Result<ImportedFields> fields = load_fields(mesh, options, loaded ? &*loaded : nullptr);
+    if (!fields) return fields.error();
+    if (fields->empty()) return loaded;
+    if (!loaded && fields->has_meshes) return loaded;
+    if (options.recentre || import.largest_mm)
+        return usage_error(
+            fmt::format("`{}` is for meshes, and the file has level sets or volumetric data",
+                        options.recentre ? "--recentre" : "--size"));
+    if (!loaded) {
+        mesh::LoadedBodies alone;
+        alone.unit_mm = fields->unit_mm;
+        alone.unit_note = options.unit_mm ? "given" : "as the file says";
+        loaded = std::move(alone);
+    }
+    without_fields(&loaded->left_out);
+    for (mesh::LeftOut& left : fields->left_out) {
+        const bool known = std::ranges::any_of(
+            loaded->left_out, [&](const mesh::LeftOut& other) { return other.what == left.what; });
+        if (!known) loaded->left_out.push_back(std::move(left));
+    }
+    import.fields = std::move(*fields);
+    return loaded;
+}
+
 void tell(const fs::path& mesh, const mesh::LoadedBodies& loaded) {
     for (const std::string& warning : loaded.warnings)
         warn(warning);
@@ -222,6 +259,7 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
             fmt::format("`{}` exists already; choose another folder", world.string()));
 
     Result<mesh::LoadedBodies> loaded = load_all(mesh, *options, &arguments.import.lattices);
+    loaded = load_fields_too(mesh, *options, std::move(loaded), &arguments);
     if (!loaded) return loaded.error();
     int64_t left = options->memory_bytes;
     for (const mesh::LoadedMesh& body : loaded->bodies)
@@ -229,7 +267,8 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
     arguments.import.memory_bytes = left;
     // Before steps that may fail because of something that was left out.
     tell(mesh, *loaded);
-    const Result<Pictures> pictures = read_pictures_of(mesh, *loaded, left);
+    const Result<Pictures> pictures =
+        read_pictures_of(mesh, *loaded, arguments.import.fields, left);
     if (!pictures) return pictures.error();
     for (const std::string& text : leave_out_unreadable(*pictures, &loaded->looks))
         note(text);
@@ -282,10 +321,36 @@ Error import_materialx(const ImportArguments& arguments) {
     return outside_error("looks of MaterialX want `python3` on the PATH");
 }
 
+/// Makes a 3MF file of the solids, in a folder that is removed, and goes on with that.
+Result<void> import_step(ImportArguments arguments) {
+    std::optional<double> tolerance;
+    if (Result<void> read = read_length("--tolerance", arguments.tolerance, &tolerance); !read)
+        return read;
+    if (!arguments.unit.empty() || !arguments.up.empty())
+        return usage_error(
+            "STEP files say their unit and have z up; leave `--unit` and `--up` out");
+    const Result<world::Printer> printer = world::load_printer(arguments.import.printer);
+    if (!printer) return printer.error();
+    const Vec3d& pitch = printer->pitch_mm;
+    if (!tolerance)
+        tolerance = printer->knows_pitch() ? std::min({pitch.x, pitch.y, pitch.z}) / 4 : 0.01;
+    const Result<std::unique_ptr<TemporaryFolder>> scratch = TemporaryFolder::create();
+    if (!scratch) return scratch.error();
+    const fs::path solids =
+        (*scratch)->path() / (fs::path(arguments.file).stem().string() + ".3mf");
+    if (Result<void> made = solids_of_step(arguments.file, solids, *tolerance); !made) return made;
+    arguments.file = solids.string();
+    arguments.tolerance.clear();
+    return run_import(std::move(arguments));
+}
+
 }  // namespace
 
 Result<void> run_import(ImportArguments arguments) {
     if (arguments.file.ends_with(".mtlx")) return import_materialx(arguments);
+    if (is_step_file(arguments.file)) return import_step(std::move(arguments));
+    if (!arguments.tolerance.empty())
+        return usage_error("`--tolerance` is for STEP files, whose surfaces are curved");
     if (arguments.list) {
         const Result<mesh::MeshOptions> options = read_arguments(&arguments);
         if (!options) return options.error();

@@ -61,6 +61,7 @@ class Notes {
     }
 
     void say_far() {
+        if (box_.empty()) return;  // it has no meshes
         const double far =
             std::max({std::abs(box_.lo.x), std::abs(box_.lo.y), std::abs(box_.lo.z),
                       std::abs(box_.hi.x), std::abs(box_.hi.y), std::abs(box_.hi.z)});

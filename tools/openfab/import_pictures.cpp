@@ -115,6 +115,54 @@ std::string ImportPictures::add_as(const std::string& name, const SharedBytes& b
     return shared->second = texture;
 }
 
+Result<std::string> ImportPictures::add_volume(const FieldImage& image) {
+    const auto [stack, fresh] = stacks_.try_emplace(image.sheets);
+    if (fresh) {
+        stack->second = fmt::format("volume_{}", stacks_.size());
+        for (size_t i = 0; i < image.sheets.size(); ++i) {
+            const auto found = pictures_.find(image.sheets[i]);
+            if (found == pictures_.end() || !found->second)
+                return user_error(fmt::format(
+                    "sheet {} of image {}{}", i, image.image,
+                    found == pictures_.end() ? fmt::format(" is missing: `{}`", image.sheets[i])
+                                             : ": " + found->second.error().text()));
+            files_.push_back({fmt::format("{}/sheet_{:05}.png", stack->second, i), *found->second});
+        }
+    }
+    const auto [known, first] = volumes_.try_emplace({stack->second, image.repeats, image.nearest});
+    if (!first) return known->second;
+    known->second = names_.unique(stack->second);
+    const auto part = [](int64_t n) { return 1 / static_cast<double>(n); };
+    lines_.push_back(fmt::format(
+        "{}: {{\"file\": \"{}/sheet_*.png\", \"origin_mm\": [0, 0, 0], \"spacing_mm\": [{:.12g}, "
+        "{:.12g}, {:.12g}], \"wrap\": \"{}\"{}, \"space\": \"data\"}}",
+        json_text(known->second), stack->second, part(image.size[0]), part(image.size[1]),
+        part(image.size[2]), image.repeats ? "repeat" : "clamp",
+        image.nearest ? ", \"filter\": \"nearest\"" : ""));
+    return known->second;
+}
+
+Result<std::string> ImportPictures::add_map(const FieldMap& map) {
+    const auto found = pictures_.find(map.source);
+    if (found == pictures_.end() || !found->second)
+        return user_error(fmt::format("the displacement map `{}` {}", map.source,
+                                      found == pictures_.end()
+                                          ? "is missing"
+                                          : "cannot be read: " + found->second.error().text()));
+    const std::filesystem::path plain =
+        plain_name(std::filesystem::path(map.source).filename().string());
+    const std::string texture = names_.unique(plain.stem().string());
+    files_.push_back({texture + plain.extension().string(), *found->second});
+    // Beyond an end that is none the fablet does not look.
+    std::array<mesh::PictureWrap, 2> wrap = map.wrap;
+    for (mesh::PictureWrap& one : wrap)
+        one = one == mesh::PictureWrap::kNone ? mesh::PictureWrap::kClamp : one;
+    lines_.push_back(fmt::format("{}: {{\"file\": {}{}{}, \"space\": \"data\"}}",
+                                 json_text(texture), json_text(files_.back().name), wrap_text(wrap),
+                                 map.nearest ? ", \"filter\": \"nearest\"" : ""));
+    return texture;
+}
+
 std::string ImportPictures::add_file(const std::string& name, const std::string& extension,
                                      SharedBytes bytes) {
     const std::string texture = names_.unique(name);

@@ -8,11 +8,13 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
 #include "base/result.h"
 #include "mesh/model/look.h"
+#include "tools/fields/fablet_text.h"
 #include "tools/openfab/import_text.h"
 
 namespace openfab::tools {
@@ -46,6 +48,13 @@ class ImportPictures {
     /// Adds another texture; returns its name.
     std::string add_file(const std::string& name, const std::string& extension, SharedBytes bytes);
 
+    /// Adds the sheets of a 3MF image as a volume whose lowest corner is 0 and whose highest is 1; returns its
+    /// texture. An error where a sheet cannot be read.
+    Result<std::string> add_volume(const FieldImage& image);
+
+    /// Adds a picture of heights, whose numbers are taken as they are.
+    Result<std::string> add_map(const FieldMap& map);
+
     const std::vector<std::string>& lines() const { return lines_; }
     std::vector<ImportedFile>& files() { return files_; }
 
@@ -69,6 +78,9 @@ class ImportPictures {
     std::unordered_map<std::string_view, std::string> by_content_;
     std::map<std::pair<std::string, Way>, std::string> by_file_;
     std::map<std::string, bool> told_;
+    /// Folders of volumes by their sheets, and textures by folder and way.
+    std::map<std::vector<std::string>, std::string> stacks_;
+    std::map<std::tuple<std::string, bool, bool>, std::string> volumes_;
 };
 
 }  // namespace openfab::tools

@@ -90,6 +90,8 @@ std::string text_of(const ObjectText& object) {
     all.push_back(fmt::format("\"fablet\": \"{}\"", object.fablet));
     if (object.priority != 0) all.push_back(fmt::format("\"priority\": {}", object.priority));
     if (!object.support) all.emplace_back("\"support\": false");
+    if (object.most_displacement_mm > 0)
+        all.push_back(fmt::format("\"max_displacement_mm\": {:.6g}", object.most_displacement_mm));
     if (object.repair) all.emplace_back("\"repair\": \"winding\"");
     if (!object.uniforms.empty()) all.push_back(text_of_uniforms(object.uniforms));
     return text_of_thing(object.name, all);
@@ -132,6 +134,9 @@ std::string WorldText::str() const {
     std::vector<ObjectText> short_ones = objects;
     for (const std::string& name : fablets)
         sources.push_back(text_of_fablet(name, take_shared(name, &short_ones)));
+    for (const std::string& name : own_fablets)
+        sources.push_back(text_of_thing(name, {fmt::format("\"source\": \"{}.fl\"", name),
+                                               fmt::format("\"fablet\": \"{}\"", name)}));
     for (const ObjectText& object : short_ones) {
         meshes.push_back(fmt::format("{}: {}", json_text(object.name), object.mesh));
         texts.push_back(text_of(object));

@@ -55,13 +55,15 @@ struct ObjectText {
     std::string fablet;
     int32_t priority = 0;
     bool support = true, repair = false;
+    double most_displacement_mm = 0;  ///< 0: not said
     UniformTexts uniforms;
 };
 
 /// The parts of a world, as JSON.
 struct WorldText {
     std::string printer;
-    std::vector<std::string> fablets;  ///< stock fablets
+    std::vector<std::string> fablets;      ///< stock fablets
+    std::vector<std::string> own_fablets;  ///< that are written with the world: NAME.fl
     std::vector<std::string> materials, textures;
     std::vector<ObjectText> objects;
     std::string group;  ///< of all objects, where there are several

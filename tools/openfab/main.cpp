@@ -77,7 +77,8 @@ void add_import(CLI::App& app, Action* action) {
     CLI::App* command =
         app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
     auto a = std::make_shared<ImportArguments>();
-    command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats())->required();
+    command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats() + "; or .step")
+        ->required();
     command->add_option("-o,--output", a->folder, "the folder to make");
     command->add_flag(
         "--list", a->list,
@@ -116,6 +117,9 @@ void add_import(CLI::App& app, Action* action) {
         ->check(CLI::IsMember({"winding"}));
     command->add_flag("--recentre", a->recentre,
                       "move what lies far out to the origin, where numbers are fine");
+    command->add_option("--tolerance", a->tolerance,
+                        "of a STEP file: how far triangles may be from its surfaces, as 0.01mm; "
+                        "else a quarter of the printer's voxel");
     command->add_option("--printer", a->import.printer, "generic unless told");
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_import(*a); }; });

@@ -13,6 +13,7 @@
 #include "base/scan_number.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/read/threemf_displaced.h"
 #include "mesh/read/threemf_looks.h"
 #include "mesh/read/threemf_model.h"
 #include "mesh/read/threemf_package.h"
@@ -334,6 +335,14 @@ class ThreemfReader {
     void check_memory() {
         constexpr int64_t kKinds = 2;  // colours and coordinates
         counts_.attributes = kKinds;
+        const bool displaced = std::any_of(parts_.begin(), parts_.end(), [](const auto& part) {
+            return part.second.model.displacements != nullptr;
+        });
+        if (displaced) {
+            constexpr int64_t kAtCorners = 3 * 7;
+            counts_.attributes += 2;
+            counts_.values += kAtCorners * counts_.triangles;
+        }
         const int64_t needed = preparing_bytes(counts_);
         if (!error_ && needed > memory_bytes_)
             error_ = too_large_to_read(file_, counts_.triangles, needed, memory_bytes_);
@@ -351,6 +360,7 @@ class ThreemfReader {
             }
             const int32_t body = add_body(name, of);
             mesh_.begin_part();
+            displaced_.clear();
             std::map<int32_t, int32_t> groups;  // by look
             if (piece.triangles.empty()) {
                 for (size_t v = 0; v < numbers.size(); ++v)
@@ -399,8 +409,65 @@ class ThreemfReader {
             check_names();
         }
         mesh_.add_triangle(corners, group->second);
+        if (in->model.displacements != nullptr) displace(*in, object, at, t, mirrored);
         set(looks_.color(), face.color, mirrored);
         set(looks_.uv(), face.uv, mirrored);
+    }
+
+    /// Gives a triangle's corners the attributes `displace`, which are the coordinates in a map, a factor and the
+    /// map's number from 1, and `displace_n`, the direction in the build; of others the number is 0.
+    void displace(const ThreemfPart& in, const ThreemfObject& object, const Place& at, size_t t,
+                  bool mirrored) {
+        const std::optional<size_t> where = mesh_.attribute("displace", 4);
+        const std::optional<size_t> along = mesh_.attribute("displace_n", 3);
+        if (!where || !along) return;
+        if (object.displaced == nullptr || object.displaced->triangles[t].points[0] < 0) {
+            const auto [none, fresh] = displaced_.try_emplace({-1, -1}, -1, -1);
+            const double zeros[] = {0, 0, 0, 0}, up[] = {0, 0, 1};
+            if (fresh) none->second = {mesh_.add_value(*where, zeros), mesh_.add_value(*along, up)};
+            const auto [place, way] = none->second;
+            set(where, std::array{place, place, place}, mirrored);
+            set(along, std::array{way, way, way}, mirrored);
+            return;
+        }
+        const ThreemfDisplaced::Triangle& of = object.displaced->triangles[t];
+        const ThreemfDisplacements& all = *in.model.displacements;
+        const int64_t named = of.group >= 0 ? of.group : object.displaced->group;
+        const auto group = all.groups.find(all.group_of(named));
+        if (group == all.groups.end())
+            return fail(
+                fmt::format("a triangle of object `{}` refers to the displacement {}, which "
+                            "does not exist",
+                            object.name, named));
+        const auto directions = all.directions.find(group->second.directions);
+        const double number = static_cast<double>(std::distance(all.groups.begin(), group) + 1);
+        std::array<int32_t, 3> places{}, ways{};
+        for (size_t c = 0; c < 3; ++c) {
+            const auto point = static_cast<size_t>(of.points[c]);
+            const bool known = point < group->second.points.size() &&
+                               directions != all.directions.end() &&
+                               static_cast<size_t>(group->second.points[point].direction) <
+                                   directions->second.size();
+            if (!known)
+                return fail(
+                    fmt::format("a triangle of object `{}` refers to the point {} of the "
+                                "displacement {}, or that to a direction, which do not exist",
+                                object.name, point, group->first));
+            const auto [values, fresh] =
+                displaced_.try_emplace({group->first, static_cast<int64_t>(point)}, -1, -1);
+            if (fresh) {
+                const ThreemfDisplacementPoint& p = group->second.points[point];
+                const Vec3d n =
+                    at.transform.apply_vector(directions->second[static_cast<size_t>(p.direction)]);
+                const double four[] = {p.u, p.v, p.factor, number};
+                const double three[] = {n.x, n.y, n.z};
+                values->second = {mesh_.add_value(*where, four), mesh_.add_value(*along, three)};
+            }
+            places[c] = values->second.first;
+            ways[c] = values->second.second;
+        }
+        set(where, places, mirrored);
+        set(along, ways, mirrored);
     }
 
     void check_names() {
@@ -477,6 +544,8 @@ class ThreemfReader {
     ThreemfPackage package_;
     ThreemfProject project_;
     std::map<int32_t, int32_t> filament_looks_;
+    /// Of the body that is added: values at a group's points.
+    std::map<std::pair<int64_t, int64_t>, std::pair<int32_t, int32_t>> displaced_;
     bool is_painted_ = false;
     int64_t body_bytes_ = 0;
     std::optional<Error> error_;

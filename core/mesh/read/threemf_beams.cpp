@@ -11,33 +11,17 @@
 #include <set>
 #include <unordered_map>
 
-#include "base/affine.h"
 #include "base/near_miss.h"
+#include "base/similarity.h"
+#include "mesh/read/threemf_build.h"
 #include "mesh/read/threemf_model.h"
-#include "mesh/read/threemf_package.h"
 #include "mesh/read/zip_file.h"
 
 namespace openfab::mesh {
 
 namespace {
 
-constexpr int64_t kMostPlacements = 100'000;
-constexpr size_t kMostDepth = 32;
 constexpr double kFarthest = 1e6;
-
-/// Returns how much larger a map makes lengths if it does so alike in all directions, else 0.
-double even_scale(const Affine3d& map) {
-    const double s = std::cbrt(std::fabs(determinant(map)));
-    for (size_t i = 0; i < 3; ++i) {
-        for (size_t k = 0; k < 3; ++k) {
-            double sum = 0;
-            for (size_t r = 0; r < 3; ++r)
-                sum += map.m[3 * r + i] * map.m[3 * r + k];
-            if (!(std::fabs(sum - (i == k ? s * s : 0)) <= 1e-5 * s * s)) return 0;
-        }
-    }
-    return s;
-}
 
 BeamEnd end_of(ThreemfCap cap) {
     return cap == ThreemfCap::kButt ? BeamEnd::kFlat : BeamEnd::kDome;
@@ -49,22 +33,13 @@ class LatticeReader {
         : zip_(std::move(zip)), file_(std::move(file)), memory_bytes_(memory_bytes) {}
 
     Result<ReadThreemfBeams> read() {
-        Result<ThreemfPackage> package = read_threemf_package(zip_, file_, memory_bytes_);
-        if (!package) return package.error();
-        package_ = std::move(*package);
-        const ThreemfModel* root = part("", package_.model);
-        if (root == nullptr) return *error_;
-        out_.unit_mm = root->unit_mm;
-        for (const ThreemfPlacement& item : root->build) {
-            if (!item.printable) {
-                told_.add("items of the build that are switched off",
-                          fmt::format("object {}", item.object),
-                          "switch them on in the slicer if they shall be printed");
-                continue;
-            }
-            place(*root, zip_.resolve("", package_.model), item, {}, 0, "");
-        }
-        if (error_) return *error_;
+        ThreemfBuild build(zip_, file_, &memory_bytes_, &told_);
+        const Result<const ThreemfModel*> root = build.root();
+        if (!root) return root.error();
+        out_.unit_mm = (*root)->unit_mm;
+        const Result<void> placed =
+            build.each([&](const ThreemfPlaced& one) -> Result<void> { return take(one); });
+        if (!placed) return placed.error();
         out_.left_out = std::move(told_.list());
         return std::move(out_);
     }
@@ -74,57 +49,16 @@ class LatticeReader {
         if (!error_) error_ = user_error(fmt::format("{}: {}", file_, what), help);
     }
 
-    const ThreemfModel* part(const std::string& from, const std::string& name) {
-        const std::string path = zip_.resolve(from, name);
-        const std::string key = ZipFile::key(path);
-        if (const auto it = parts_.find(key); it != parts_.end()) return &it->second;
-        const Result<std::string> text =
-            package_.read(zip_, zip_.has(path) ? path : name, file_, memory_bytes_);
-        if (!text) {
-            if (!error_) error_ = text.error();
-            return nullptr;
-        }
-        // The text lives as long as it is parsed. Meshes tell of themselves where they are read.
-        const auto length = static_cast<int64_t>(text->size());
-        memory_bytes_ -= length;
-        ThreemfTold of_meshes;
-        Result<ThreemfModel> model = parse_threemf_model(*text, fmt::format("{}: {}", file_, name),
-                                                         &memory_bytes_, &of_meshes);
-        memory_bytes_ += length;
-        if (!model) {
-            if (!error_) error_ = model.error();
-            return nullptr;
-        }
-        return &parts_.emplace(key, std::move(*model)).first->second;
-    }
-
-    void place(const ThreemfModel& from, const std::string& path, const ThreemfPlacement& placement,
-               const Affine3d& at, size_t depth, const std::string& holder) {
-        if (error_) return;
-        if (depth > kMostDepth)
-            return fail(
-                fmt::format("objects are nested more than {} deep, or in themselves", kMostDepth));
-        if (++placements_ > kMostPlacements)
-            return fail(fmt::format("more than {} objects are placed", kMostPlacements));
-        const ThreemfModel* in = placement.path.empty() ? &from : part(path, placement.path);
-        if (in == nullptr) return;
-        const auto it = in->objects.find(placement.object);
-        if (it == in->objects.end())
-            return fail(
-                fmt::format("an item or component refers to object {}, which does not exist",
-                            placement.object));
-        const ThreemfObject& object = it->second;
-        const std::string name = object.name.empty() ? holder : object.name;
-        const Affine3d map = product(at, placement.transform);
+    Result<void> take(const ThreemfPlaced& one) {
+        const ThreemfObject& object = *one.object;
         out_.has_meshes |= !object.triangles.empty() && object.type == "model";
-        if (object.lattice != nullptr && object.type == "model") add(object, map, name);
+        if (object.lattice != nullptr && object.type == "model") add(object, one.map, one.name);
         if (object.lattice != nullptr && object.type != "model")
             told_.add(fmt::format("lattices of type `{}`", object.type.substr(0, 40)),
-                      place_of(name),
+                      place_of(one.name),
                       "objects of type `model` are printed; change the type if this is a part");
-        const std::string next = placement.path.empty() ? path : zip_.resolve(path, placement.path);
-        for (const ThreemfPlacement& component : object.components)
-            place(*in, next, component, map, depth + 1, name);
+        if (error_) return *error_;
+        return {};
     }
 
     static std::string place_of(const std::string& name) {
@@ -275,14 +209,11 @@ class LatticeReader {
     ZipFile zip_;
     std::string file_;
     int64_t memory_bytes_;
-    ThreemfPackage package_;
-    std::map<std::string, ThreemfModel> parts_;
     ThreemfTold told_;
     ReadThreemfBeams out_;
     std::set<std::string> names_;
     std::unordered_map<int32_t, int32_t> nodes_;  ///< of the lattice that is read, by vertex
     std::optional<Error> error_;
-    int64_t placements_ = 0;
 };
 
 /// Adds the beams of one lattice to those of others; attributes that only some have are 0 elsewhere.

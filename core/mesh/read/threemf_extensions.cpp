@@ -14,8 +14,8 @@ namespace {
 
 /// Extensions that are read, at least as far as a file needs that requires them.
 constexpr std::string_view kExtensions[] = {
-    "/material/",      "/production/",        "/trianglesets/", "/slice/",
-    "/securecontent/", "/booleanoperations/", "/beamlattice/"};
+    "/material/",          "/production/",  "/trianglesets/", "/slice/",    "/securecontent/",
+    "/booleanoperations/", "/beamlattice/", "/volumetric/",   "/implicit/", "/displacement/"};
 
 /// Elements without attributes of interest, whose children count.
 constexpr std::string_view kWithout[] = {"resources", "build",      "mesh",     "vertices",
@@ -23,22 +23,7 @@ constexpr std::string_view kWithout[] = {"resources", "build",      "mesh",     
                                          "settings",  "setting"};
 
 /// Elements that say nothing of what is printed, or of which objects that use them tell.
-constexpr std::string_view kSilent[] = {"trianglesets", "slicestack", "displacement2d",
-                                        "disp2dgroup", "normvectorgroup"};
-
-struct Dropped {
-    std::string_view element;
-    const char* what;
-    const char* remedy;
-    bool holds_mesh = false;
-};
-
-constexpr Dropped kDropped[] = {
-    {"displacementmesh", "displacements of meshes", "apply them in the program that made them",
-     true},
-    {"volumedata", "volumetric data of meshes", "write them as a fablet"},
-    {"levelset", "objects that are level sets", "export them as meshes, or write them as a fablet"},
-};
+constexpr std::string_view kSilent[] = {"trianglesets", "slicestack"};
 
 }  // namespace
 
@@ -84,10 +69,10 @@ bool is_left_out_of_threemf(std::string_view element, const std::string& place, 
     };
     if (any(kWithout)) return false;
     if (any(kSilent)) return true;
-    for (const Dropped& one : kDropped) {
-        if (one.element != element) continue;
-        told->add(one.what, place, one.remedy);
-        return !one.holds_mesh;
+    if (element == "volumedata") {
+        told->add("volumetric data inside meshes", place,
+                  "it is of a draft of 3MF; write it as a resource that the mesh names");
+        return true;
     }
     if (element.ends_with("displayproperties")) {
         told->add("gloss, metal and translucency of materials", place,

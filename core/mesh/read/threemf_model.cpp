@@ -9,6 +9,7 @@
 
 #include "base/scan_number.h"
 #include "base/xml.h"
+#include "mesh/read/threemf_displaced.h"
 #include "mesh/read/threemf_extensions.h"
 #include "mesh/read/threemf_text.h"
 
@@ -41,6 +42,9 @@ class ModelReader : public XmlHandler {
     Complaint read(std::string_view name, const XmlAttributes& a) {
         using Kind = ThreemfGroup::Kind;
         wrong_.clear();
+        // Drafts of 3MF had volumetric data inside of meshes.
+        if (fields_.takes(name) && (object_ == nullptr || name != "volumedata"))
+            return fields_.start(name, a);
         if (name == "vertex") return vertex(a);
         if (name == "triangle") return triangle(a);
         if (name == "tex2coord") return coordinate(a);
@@ -60,6 +64,13 @@ class ModelReader : public XmlHandler {
         if (name == "booleanshape") return boolean_shape(a);
         if (name == "item") return placement(a, &model.build);
         if (name == "metadata" || name == "setting") begin_value(a);
+        if (name == "mesh") volume_of_mesh(a);
+        if (ThreemfDisplacementReader::takes(name)) return displacement(name, a);
+        if (object_ != nullptr && name == "displacementmesh") begin_displaced();
+        if (name == "displacementmesh") return {};
+        if (name == "triangles" && is_displaced())
+            object_->displaced->group = integer(a, "did", -1);
+        if (object_ != nullptr && name == "levelset") return level_set(a);
         if (object_ != nullptr && ThreemfLatticeReader::takes(name)) return lattice(name, a);
         if (is_left_out_of_threemf(name, place(), &told_)) unknown_ = 1;
         return {};
@@ -70,6 +81,7 @@ class ModelReader : public XmlHandler {
             --unknown_;
             return;
         }
+        if (fields_.end()) return;
         if (name == "object") object_ = nullptr;
         if (name == "basematerials" || name == "colorgroup" || name == "texture2dgroup" ||
             name == "compositematerials" || name == "multiproperties")
@@ -345,6 +357,33 @@ class ModelReader : public XmlHandler {
         return ThreemfLatticeReader::read(name, a, object_->lattice.get(), &memory_bytes_);
     }
 
+    /// Which programs that read meshes alone tell of.
+    Complaint level_set(const XmlAttributes& a) {
+        told_.add(kLevelSets, place(), kImportRemedy);
+        object_->level_set = std::make_shared<ThreemfLevelSet>();
+        memory_bytes_ -= static_cast<int64_t>(sizeof(ThreemfLevelSet));
+        return ThreemfFieldsReader::read_level_set(a, object_->level_set.get());
+    }
+
+    Complaint displacement(std::string_view name, const XmlAttributes& a) {
+        if (model.displacements == nullptr)
+            model.displacements = std::make_shared<ThreemfDisplacements>();
+        return displacements_.read(name, a, model.displacements.get(), &memory_bytes_);
+    }
+
+    bool is_displaced() const { return object_ != nullptr && object_->displaced != nullptr; }
+
+    void begin_displaced() {
+        told_.add(kDisplacements, place(), kImportRemedy);
+        object_->displaced = std::make_shared<ThreemfDisplaced>();
+    }
+
+    void volume_of_mesh(const XmlAttributes& a) {
+        if (object_ == nullptr) return;
+        object_->volume = integer(a, "volumeid", -1);
+        if (object_->volume >= 0) told_.add(kVolumetricData, place(), kImportRemedy);
+    }
+
     /// Names where something is, for people.
     std::string place() const {
         if (object_ == nullptr) return file_;
@@ -370,6 +409,10 @@ class ModelReader : public XmlHandler {
             if (t.properties[c] < 0) t.properties[c] = t.properties[0];
         }
         add(&object_->triangles, t);
+        if (is_displaced() && wrong_.empty()) {
+            memory_bytes_ -= static_cast<int64_t>(3 * sizeof(ThreemfDisplaced::Triangle));
+            return ThreemfDisplacementReader::read_triangle(a, object_->displaced.get());
+        }
         return wrong_;
     }
 
@@ -488,6 +531,8 @@ class ModelReader : public XmlHandler {
     }
 
     int64_t& memory_bytes_;
+    ThreemfFieldsReader fields_{&model.fields, &memory_bytes_};
+    ThreemfDisplacementReader displacements_;
     std::string file_;
     ThreemfTold& told_;
     std::string wrong_;

@@ -17,6 +17,7 @@
 #include "base/vec.h"
 #include "mesh/model/look.h"
 #include "mesh/read/threemf_extensions.h"
+#include "mesh/read/threemf_fields.h"
 #include "mesh/read/threemf_lattice.h"
 #include "mesh/read/threemf_text.h"
 
@@ -48,6 +49,9 @@ struct ThreemfTriangle {
     std::array<int64_t, 3> properties{-1, -1, -1};  ///< by corner; -1: the object's
 };
 
+struct ThreemfDisplaced;      // threemf_displaced.h
+struct ThreemfDisplacements;  // threemf_displaced.h
+
 /// An object placed in another, or in the build.
 struct ThreemfPlacement {
     int64_t object = 0;
@@ -74,8 +78,11 @@ struct ThreemfObject {
     std::vector<std::pair<int32_t, std::string>> paints;
     /// By triangle: the filament of its paint, from 1, or 0; empty if none is painted.
     std::vector<int16_t> filaments;
-    std::vector<int32_t> sources;             ///< by triangle: that of the file; empty: the same
-    std::shared_ptr<ThreemfLattice> lattice;  ///< null: it has none
+    std::vector<int32_t> sources;                ///< by triangle: that of the file; empty: the same
+    std::shared_ptr<ThreemfLattice> lattice;     ///< null: it has none
+    std::shared_ptr<ThreemfLevelSet> level_set;  ///< null: it is none
+    int64_t volume = -1;                         ///< of a mesh: its volumetric data
+    std::shared_ptr<ThreemfDisplaced> displaced;  ///< null: its surface is as it is
 };
 
 struct ThreemfModel {
@@ -83,6 +90,8 @@ struct ThreemfModel {
     std::map<int64_t, ThreemfGroup> groups;
     std::map<int64_t, ThreemfTexture> textures;
     std::map<int64_t, ThreemfObject> objects;
+    ThreemfFields fields;
+    std::shared_ptr<ThreemfDisplacements> displacements;  ///< null: it has none
     std::vector<ThreemfPlacement> build;
 };
 

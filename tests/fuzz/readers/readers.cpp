@@ -37,11 +37,13 @@
 #include "mesh/read/obj.h"
 #include "mesh/read/threemf.h"
 #include "mesh/read/threemf_beams.h"
+#include "mesh/read/threemf_shapes.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
 #include "tools/color/profile.h"
 #include "tools/color/samples.h"
+#include "tools/fields/fablet_text.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
 #include "tools/texture/embedded_profile.h"
@@ -409,6 +411,19 @@ bool lattices(std::string_view bytes) {
     return fine_beams(mesh::parse_threemf_beams(bytes, "a.3mf", "", kReaderBytes));
 }
 
+/// Functions are translated, too.
+bool fields(std::string_view bytes) {
+    const Result<mesh::ReadThreemfShapes> read =
+        mesh::parse_threemf_shapes(bytes, "a.3mf", kReaderBytes);
+    if (!answered(read)) return false;
+    bool any = false;
+    for (const mesh::ThreemfPlaced& one : read->level_sets)
+        any = answered(tools::level_set_fablet(one, {}, "a.3mf", "A")) || any;
+    for (const mesh::ThreemfPlaced& one : read->meshes)
+        any = answered(tools::mesh_fablet(one, {}, "a.3mf", "A")) || any;
+    return any;
+}
+
 constexpr Reader kReaders[] = {
     {"obj", true, mesh<kObj>},
     {"mtl", true, mtl},
@@ -420,6 +435,7 @@ constexpr Reader kReaders[] = {
     {"beams", true, beams},
     {"npz", false, beams_npz},
     {"lattice3mf", false, lattices},
+    {"fields3mf", false, fields},
     {"json", true, json},
     {"world", true, world},
     {"printer", true, printer},

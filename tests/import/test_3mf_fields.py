@@ -1,0 +1,359 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Level sets, volumetric data, displacements and lattices of 3MF: what is printed against closed forms, and against
+`implicit.py`, an evaluator of its own."""
+
+from __future__ import annotations
+
+import io
+import random
+import zipfile
+from pathlib import Path
+from typing import Any, Callable, Sequence
+
+import lib3mf
+import numpy as np
+import pytest
+from conftest import VOXEL, Print, box, run
+from implicit import Model
+from PIL import Image
+
+CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+SPACES = {
+    "v": "http://schemas.3mf.io/3dmanufacturing/volumetric/2022/01",
+    "i": "http://schemas.3mf.io/3dmanufacturing/implicit/2023/12",
+    "d": "http://schemas.3mf.io/3dmanufacturing/displacement/2023/10",
+    "b": "http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02",
+}
+RELS = "http://schemas.openxmlformats.org/package/2006/relationships"
+TYPES = {"scalar": "scalar", "vector": "vector", "matrix": "matrix", "resource": "resource"}
+
+
+def cube(low: float, high: float, attributes: str = "") -> str:
+    corners, faces = box(high - low, (low, low, low))
+    vertices = "".join(f'<vertex x="{x:g}" y="{y:g}" z="{z:g}"/>' for x, y, z in corners)
+    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in faces)
+    return f"<mesh{attributes}><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>"
+
+
+def package(file: Path, resources: str, build: str, required: str, more: dict[str, bytes] | None = None) -> Path:
+    spaces = " ".join(f'xmlns:{p}="{s}"' for p, s in SPACES.items())
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as out:
+        content = "".join(
+            f'<Default Extension="{e}" ContentType="{t}"/>'
+            for e, t in (
+                ("rels", "application/vnd.openxmlformats-package.relationships+xml"),
+                ("model", "application/vnd.ms-package.3dmanufacturing-3dmodel+xml"),
+                ("png", "image/png"),
+            )
+        )
+        out.writestr(
+            "[Content_Types].xml",
+            f'<?xml version="1.0"?><Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">{content}</Types>',
+        )
+        out.writestr(
+            "_rels/.rels",
+            f'<?xml version="1.0"?><Relationships xmlns="{RELS}"><Relationship Target="/3D/3dmodel.model" Id="r0" '
+            'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>',
+        )
+        if more:
+            parts = "".join(
+                f'<Relationship Target="/{name}" Id="p{k}" '
+                'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dtexture"/>'
+                for k, name in enumerate(more)
+            )
+            out.writestr(
+                "3D/_rels/3dmodel.model.rels",
+                f'<?xml version="1.0"?><Relationships xmlns="{RELS}">{parts}</Relationships>',
+            )
+        out.writestr(
+            "3D/3dmodel.model",
+            f'<?xml version="1.0" encoding="UTF-8"?><model unit="millimeter" xml:lang="en-US" xmlns="{CORE}" {spaces} '
+            f'requiredextensions="{required}"><resources>{resources}</resources><build>{build}</build></model>',
+        )
+        for name, data in (more or {}).items():
+            out.writestr(name, data)
+    return file
+
+
+class Graph:
+    """Nodes of one function, added one by one; each is "NAME.OUTPUT" with a type."""
+
+    def __init__(self) -> None:
+        self.text: list[str] = []
+
+    def add(self, kind: str, result: str, attributes: str = "", output: str = "result", **inputs: tuple[str, str]) -> tuple[str, str]:
+        name = f"n{len(self.text)}"
+        refs = "".join(f'<i:{t}ref identifier="{n}" ref="{r}"/>' for n, (r, t) in inputs.items())
+        into = f"<i:in>{refs}</i:in>" if refs else ""
+        outs = "".join(f'<i:{result} identifier="{o}"/>' for o in output.split())
+        self.text.append(f'<i:{kind} identifier="{name}" {attributes}>{into}<i:out>{outs}</i:out></i:{kind}>')
+        return f"{name}.{output.split()[0]}", result
+
+    def constant(self, value: float) -> tuple[str, str]:
+        return self.add("constant", "scalar", f'value="{value!r}"', "value")
+
+    def function(self, number: int, outputs: dict[str, tuple[str, str]]) -> str:
+        outs = "".join(f'<i:{t}ref identifier="{n}" ref="{r}"/>' for n, (r, t) in outputs.items())
+        return (
+            f'<i:implicitfunction id="{number}" displayname="f{number}"><i:in><i:vector identifier="pos"/></i:in>'
+            f"{''.join(self.text)}<i:out>{outs}</i:out></i:implicitfunction>"
+        )
+
+
+POS = ("inputs.pos", "vector")
+
+
+def ball(number: int, radius: float) -> str:
+    g = Graph()
+    far = g.add("length", "scalar", A=POS)
+    return g.function(number, {"shape": g.add("subtraction", "scalar", A=far, B=g.constant(radius))})
+
+
+def volume(made: Print) -> float:
+    return float((made.codes > 0).sum()) * VOXEL**3
+
+
+def strict(file: Path) -> None:
+    """lib3mf reads it in strict mode, without a warning."""
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    reader.ReadFromFile(str(file))
+    assert reader.GetWarningCount() == 0
+
+
+def test_a_ball_in_a_box_that_cuts_it(tmp_path: Path, imported: Callable[..., Print]) -> None:
+    file = package(
+        tmp_path / "ball.3mf",
+        ball(1, 9.0)
+        + f'<object id="2" type="model">{cube(-10, 10)}</object><object id="3" type="model" name="ball">'
+        '<v:levelset functionid="1" channel="shape" meshid="2" transform="1 0 0 0 1 0 0 0 1 0 0 0"/></object>',
+        '<item objectid="3" transform="1 0 0 0 2 0 0 0 1 30 0 0"/>',
+        "v i",
+    )
+    strict(file)
+    made = imported(file)
+    assert volume(made) == pytest.approx(2 * 4 / 3 * np.pi * 9**3, rel=2e-3)
+    # Twice as long in y.
+    used = np.argwhere(made.codes > 0)
+    assert np.ptp(used, axis=0) + 1 == pytest.approx([36, 72, 36], abs=1)
+
+
+def test_materials_are_mixed_by_functions(tmp_path: Path, imported: Callable[..., Print]) -> None:
+    g = Graph()
+    g.add("decomposevector", "scalar", output="x y z", A=POS)
+    tenth = g.constant(0.1)
+    up = g.add("multiplication", "scalar", A=("n0.z", "scalar"), B=tenth)
+    down = g.add("subtraction", "scalar", A=g.constant(1.0), B=up)
+    file = package(
+        tmp_path / "mixed.3mf",
+        '<basematerials id="1"><base name="hard" displaycolor="#FF0000"/><base name="soft" displaycolor="#0000FF"/></basematerials>'
+        + g.function(2, {"up": up, "down": down})
+        + '<v:volumedata id="3"><v:composite basematerialid="1"><v:materialmapping functionid="2" channel="up"/>'
+        '<v:materialmapping functionid="2" channel="down"/></v:composite></v:volumedata>'
+        f'<object id="4" type="model" name="cube">{cube(0, 10, " volumeid=" + chr(34) + "3" + chr(34))}</object>',
+        '<item objectid="4" transform="1 0 0 0 1 0 0 0 1 0 0 7"/>',
+        "v i",
+    )
+    made = imported(file)
+    assert volume(made) == pytest.approx(1000)
+    for z in (0.25, 3.25, 9.75):
+        assert made.mix(5, 5, z) == pytest.approx({"hard": z / 10, "soft": 1 - z / 10}, abs=0.003)
+
+
+def png(array: np.ndarray) -> bytes:
+    out = io.BytesIO()
+    Image.fromarray(array).save(out, "PNG")
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("style", ["wrap", "mirror", "clamp"])
+@pytest.mark.parametrize("kind", ["linear", "nearest"])
+def test_images_are_levels(tmp_path: Path, imported: Callable[..., Print], style: str, kind: str) -> None:
+    rng = np.random.default_rng(7)
+    sheets = {f"3D/v/{k}.png": png(rng.integers(0, 256, (5, 6), dtype=np.uint8)) for k in range(4)}
+    styles = f'tilestyleu="{style}" tilestylev="clamp" tilestylew="{style}"'
+    file = package(
+        tmp_path / "image.3mf",
+        '<v:image3d id="1"><v:imagestack rowcount="5" columncount="6" sheetcount="4">'
+        + "".join(f'<v:imagesheet path="/{n}"/>' for n in sheets)
+        + "</v:imagestack></v:image3d>"
+        f'<v:functionfromimage3d id="2" image3did="1" valueoffset="-1" valuescale="2" {styles} filter="{kind}"/>'
+        f'<object id="4" type="model">{cube(-10, 10)}</object><object id="5" type="model"><v:levelset functionid="2" '
+        'channel="red" meshid="4" meshbboxonly="true" transform="0.0731 0 0 0 0.0631 0 0 0 0.0831 0.1 0.3 0.2"/></object>',
+        '<item objectid="5"/>',
+        "v",
+        sheets,
+    )
+    made = imported(file)
+    model = Model(file)
+    level_set = model.objects("levelset")[0]
+    low, high = model.bounds(level_set)
+    axes = [np.arange(l + VOXEL / 2, h, VOXEL) for l, h in zip(low, high)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    level = model.level(level_set, points)
+    assert volume(made) == pytest.approx(float((level < 0).sum()) * VOXEL**3, rel=4e-3)
+
+
+def random_graph(rng: random.Random, size: int) -> tuple[Graph, tuple[str, str]]:
+    """Of all kinds of nodes, whose last value lies between 0 and 1."""
+    g = Graph()
+    scalars = [g.constant(round(rng.uniform(-2, 2), 3)) for _ in range(2)]
+    vectors: list[tuple[str, str]] = [POS, g.add("constvec", "vector", 'x="0.5" y="-1.25" z="2"', "vector")]
+    matrices: list[tuple[str, str]] = []
+
+    def one(things: Sequence[tuple[str, str]]) -> tuple[str, str]:
+        return rng.choice(things[-4:])
+
+    unary = ["sin", "cos", "abs", "floor", "ceil", "round", "sign", "fract", "arctan", "tanh"]
+    binary = ["addition", "subtraction", "multiplication", "min", "max", "division", "fmod", "mod", "arctan2"]
+    for _ in range(size):
+        lists = {"scalar": scalars, "vector": vectors, "matrix": matrices}
+        kind = rng.choice(["unary", "binary", "make", "product", "select", "matrix"])
+        of = rng.choice(["scalar", "vector"] + (["matrix"] if matrices else []))
+        things = lists[of]
+        if kind == "unary":
+            name = rng.choice(unary[:8] if of == "matrix" else unary)
+            things.append(g.add(name, of, A=one(things)))
+        elif kind == "binary":
+            name = rng.choice(binary[:5] if of == "matrix" else binary)
+            things.append(g.add(name, of, A=one(things), B=one(things)))
+        elif kind == "select":
+            things.append(g.add("select", of, A=one(things), B=one(things), C=one(things), D=one(things)))
+        elif kind == "make":
+            if rng.random() < 0.5:
+                vectors.append(g.add("composevector", "vector", x=one(scalars), y=one(scalars), z=one(scalars)))
+            else:
+                name, _ = g.add("decomposevector", "scalar", output="x y z", A=one(vectors))
+                scalars.append((name[:-1] + rng.choice("xyz"), "scalar"))
+        elif kind == "product":
+            if rng.random() < 0.5:
+                scalars.append(g.add(rng.choice(["dot"]), "scalar", A=one(vectors), B=one(vectors)))
+            else:
+                scalars.append(g.add("length", "scalar", A=one(vectors)))
+            vectors.append(g.add("cross", "vector", A=one(vectors), B=one(vectors)))
+        else:
+            make = rng.choice(["matrixfromrows", "matrixfromcolumns"])
+            matrices.append(g.add(make, "matrix", A=one(vectors), B=one(vectors), C=one(vectors), D=one(vectors)))
+            if rng.random() < 0.5:
+                matrices.append(g.add("transpose", "matrix", A=one(matrices)))
+            vectors.append(g.add("matvecmultiplication", "vector", A=one(matrices), B=one(vectors)))
+    value = g.add("addition", "scalar", A=g.add("length", "scalar", A=vectors[-1]), B=scalars[-1])
+    above = g.add("addition", "scalar", A=g.constant(1.0), B=g.add("abs", "scalar", A=value))
+    bent = g.add("division", "scalar", A=value, B=above)
+    half = g.constant(0.5)
+    return g, g.add("addition", "scalar", A=half, B=g.add("multiplication", "scalar", A=bent, B=half))
+
+
+AT_ONCE = 50
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_graphs(tmp_path: Path, imported: Callable[..., Print], seed: int) -> None:
+    rng = random.Random(seed)
+    functions, names = "", []
+    for number in range(AT_ONCE):
+        g, value = random_graph(rng, rng.randint(3, 12))
+        functions += g.function(100 + number, {"share": value})
+        names.append(f"m{number}")
+    bases = "".join(f'<base name="{n}" displaycolor="#{40 + 4 * k:02X}8040"/>' for k, n in enumerate(names))
+    mapped = "".join(f'<v:materialmapping functionid="{100 + k}" channel="share"/>' for k in range(AT_ONCE))
+    attribute = ' volumeid="3"'
+    file = package(
+        tmp_path / f"random{seed}.3mf",
+        f'<basematerials id="1">{bases}</basematerials>{functions}<v:volumedata id="3"><v:composite basematerialid="1">'
+        f'{mapped}</v:composite></v:volumedata><object id="4" type="model" name="cube">{cube(0, 3, attribute)}</object>',
+        '<item objectid="4"/>',
+        "v i",
+    )
+    strict(file)
+    made = imported(file)
+    model = Model(file)
+    axis = np.arange(VOXEL / 2, 3, VOXEL)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    wiggles = [points, points * (1 + 2e-6), points - 2e-6, points + np.array([2e-6, -1e-6, 1e-6])]
+    shares = []
+    for wiggle in wiggles:
+        share = np.stack([model.level(m, wiggle) for m in model.objects("materialmapping")], axis=1)
+        shares.append(np.nan_to_num(np.clip(share, 0, 1), nan=0.0))
+    total = [s / s.sum(axis=1, keepdims=True) for s in shares]
+    rough = np.max([np.abs(t - total[0]) for t in total[1:]], axis=(0, 2))
+    steady = rough < 1e-4
+    assert steady.mean() > 0.8
+    order = [made.names.index(n) for n in names]
+    seen = made.fractions[..., order].reshape(len(points), -1)
+    assert np.abs(seen - total[0])[steady].max() < 3e-4
+
+
+def test_displaced_faces(tmp_path: Path, imported: Callable[..., Print]) -> None:
+    """A cube whose top rises by a map: by half of 4 mm everywhere."""
+    corners, faces = box(20)
+    vertices = "".join(f'<d:vertex x="{x:g}" y="{y:g}" z="{z:g}"/>' for x, y, z in corners)
+    triangles = ""
+    for a, b, c in faces:
+        top = all(corners[i][2] == 20 for i in (a, b, c))
+        at = f' did="7" d1="{a % 4}" d2="{b % 4}" d3="{c % 4}"' if top else ""
+        triangles += f'<d:triangle v1="{a}" v2="{b}" v3="{c}"{at}/>'
+    grey = png(np.full((8, 8), 128, dtype=np.uint8))
+    file = package(
+        tmp_path / "raised.3mf",
+        '<d:displacement2d id="3" path="/3D/t.png" channel="R" tilestyleu="wrap" tilestylev="wrap"/>'
+        '<d:normvectorgroup id="8"><d:normvector x="0" y="0" z="1"/></d:normvectorgroup>'
+        '<d:disp2dgroup id="7" dispid="3" height="4" nid="8">'
+        + "".join(f'<d:disp2dcoord u="{k & 1}" v="{k >> 1}" n="0"/>' for k in range(4))
+        + f'</d:disp2dgroup><object id="4" type="model"><d:displacementmesh><d:vertices>{vertices}</d:vertices>'
+        f"<d:triangles>{triangles}</d:triangles></d:displacementmesh></object>",
+        '<item objectid="4" transform="1 0 0 0 1 0 0 0 1 5 5 0"/>',
+        "d",
+        {"3D/t.png": grey},
+    )
+    made = imported(file)
+    assert volume(made) == pytest.approx(20 * 20 * (20 + 4 * 128 / 255), rel=0.01)
+
+
+def test_lattices_of_beams(tmp_path: Path, imported: Callable[..., Print]) -> None:
+    """As lib3mf writes them: two beams without balls, apart from each other."""
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    mesh = model.AddMeshObject()
+    mesh.SetName("truss")
+    number = lib3mf.Lib3MF.ctypes.c_float
+    for place in ((0, 0, 0), (20, 0, 0), (0, 30, 0), (20, 30, 0)):
+        mesh.AddVertex(lib3mf.Position((number * 3)(*place)))
+    lattice = mesh.BeamLattice()
+    lattice.SetMinLength(0.001)
+    for a, b, radius in ((0, 1, 3.0), (2, 3, 2.0)):
+        beam = lib3mf.Beam()
+        beam.Indices[0], beam.Indices[1] = a, b
+        beam.Radii[0] = beam.Radii[1] = radius
+        beam.CapModes[0] = beam.CapModes[1] = int(lib3mf.BeamLatticeCapMode.Sphere)
+        lattice.AddBeam(beam)
+    model.AddBuildItem(mesh, wrapper.GetIdentityTransform())
+    file = tmp_path / "truss.3mf"
+    model.QueryWriter("3mf").WriteToFile(str(file))
+    made = imported(file)
+    exact = sum(np.pi * r * r * 20 + 4 / 3 * np.pi * r**3 for r in (3.0, 2.0))
+    assert volume(made) == pytest.approx(exact, rel=0.01)
+
+
+def told(file: Path, *options: Any) -> str:
+    with pytest.raises(AssertionError) as error:
+        run("import", file, *options)
+    return str(error.value)
+
+
+def test_cycles_have_their_place(tmp_path: Path) -> None:
+    file = package(
+        tmp_path / "ring.3mf",
+        '<i:implicitfunction id="1" displayname="ring"><i:in><i:vector identifier="pos"/></i:in>'
+        '<i:abs identifier="a"><i:in><i:scalarref identifier="A" ref="b.result"/></i:in><i:out><i:scalar identifier="result"/></i:out></i:abs>'
+        '<i:sin identifier="b"><i:in><i:scalarref identifier="A" ref="a.result"/></i:in><i:out><i:scalar identifier="result"/></i:out></i:sin>'
+        '<i:out><i:scalarref identifier="shape" ref="b.result"/></i:out></i:implicitfunction>'
+        f'<object id="2" type="model">{cube(-10, 10)}</object><object id="3" type="model">'
+        '<v:levelset functionid="1" channel="shape" meshid="2"/></object>',
+        '<item objectid="3"/>',
+        "v i",
+    )
+    assert "function 1 `ring`, node `b`: it depends on itself: b <- a <- b" in told(file, "-o", tmp_path / "w")

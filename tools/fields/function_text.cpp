@@ -1,0 +1,538 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/fields/function_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/near_miss.h"
+#include "base/text.h"
+#include "mesh/read/threemf_text.h"
+
+namespace openfab::tools {
+
+namespace {
+
+using mesh::ThreemfFunction;
+using mesh::ThreemfNode;
+using mesh::ThreemfPort;
+using mesh::ThreemfType;
+
+constexpr size_t kDeepest = 64;          ///< calls within calls
+constexpr size_t kLongest = 16'000'000;  ///< text, bytes
+constexpr const char* kCall = "functioncall";
+
+std::string shown(std::string_view name) {
+    return std::string(name.substr(0, 80));
+}
+
+/// "NODE.OUTPUT" in two.
+std::pair<std::string, std::string> parts_of(const std::string& from) {
+    const size_t dot = from.find('.');
+    if (dot == std::string::npos) return {from, ""};
+    return {from.substr(0, dot), from.substr(dot + 1)};
+}
+
+const ThreemfPort* find_port(const std::vector<ThreemfPort>& ports, std::string_view name) {
+    for (const ThreemfPort& port : ports) {
+        if (port.name == name) return &port;
+    }
+    // Programs differ in the case of `functionID`.
+    for (const ThreemfPort& port : ports) {
+        if (lower_ascii(port.name) == lower_ascii(std::string(name))) return &port;
+    }
+    return nullptr;
+}
+
+bool has_named_outputs(const ThreemfNode& node) {
+    return node.kind == "decomposevector" || node.kind == kCall || node.kind == "functiongradient";
+}
+
+/// The inputs that a node's text is made of, those that are given.
+std::vector<const ThreemfPort*> ports_of(const ThreemfNode& node) {
+    std::vector<const ThreemfPort*> out;
+    const auto add = [&](std::string_view name) {
+        const ThreemfPort* port = find_port(node.inputs, name);
+        if (port != nullptr && !port->from.empty()) out.push_back(port);
+    };
+    if (const NodeKind* kind = find_node_kind(node.kind)) {
+        for (const std::string_view name : mesh::threemf_words(kind->inputs))
+            add(name);
+    } else if (node.kind == "decomposevector") {
+        add("A");
+    } else {
+        for (const ThreemfPort& port : node.inputs) {
+            if (!port.from.empty()) out.push_back(&port);
+        }
+    }
+    return out;
+}
+
+}  // namespace
+
+std::string openfl_name(std::string_view name) {
+    std::string out;
+    for (const char c : name.substr(0, 60)) {
+        const bool plain =
+            (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+        out += plain ? c : '_';
+    }
+    // Names that begin with _ are a module's own.
+    if (out.empty() || out[0] == '_' || (out[0] >= '0' && out[0] <= '9')) out = "f" + out;
+    return out;
+}
+
+std::string mapped_text(const Affine3d& map, const std::string& point) {
+    if (map == Affine3d{}) return point;
+    const auto vector = [](const Vec3d& v) {
+        return fmt::format("float3({}, {}, {})", float_text(v.x), float_text(v.y), float_text(v.z));
+    };
+    const Affine3d unmoved{map.m, {}};
+    std::string text = point;
+    if (!(unmoved == Affine3d{})) {
+        const double s = map.m[0];
+        const Affine3d even{{s, 0, 0, 0, s, 0, 0, 0, s}, {}};
+        std::string list;
+        for (const double value : map.m)
+            list += (list.empty() ? "" : ", ") + float_text(value);
+        text = unmoved == even ? fmt::format("{} * {}", point, float_text(s))
+                               : fmt::format("mul(float3x3({}), {})", list, point);
+    }
+    if (map.t == Vec3d{}) return text;
+    return fmt::format("{} + {}", text, vector(map.t));
+}
+
+Error FunctionTexts::error(const std::string& place, const std::string& what,
+                           const std::string& help) const {
+    return user_error(fmt::format("{}: {}: {}", file_, place, what), help);
+}
+
+std::string FunctionTexts::place(int64_t function) const {
+    const auto it = model_.fields.functions.find(function);
+    if (it == model_.fields.functions.end() || it->second.name.empty())
+        return fmt::format("function {}", function);
+    return fmt::format("function {} `{}`", function, shown(it->second.name));
+}
+
+std::string FunctionTexts::place(const Scope& scope, const ThreemfNode* node) const {
+    const std::string function = place(scope.key->function);
+    return node == nullptr ? function : fmt::format("{}, node `{}`", function, shown(node->name));
+}
+
+std::string FunctionTexts::unique(const std::string& wanted) {
+    std::string name = wanted;
+    for (int i = 2; !names_.insert(name).second; ++i)
+        name = fmt::format("{}_{}", wanted, i);
+    return name;
+}
+
+Result<std::string> FunctionTexts::at(const mesh::ThreemfField& field, const std::string& point,
+                                      ThreemfType type, const std::string& whose) {
+    const auto it = model_.fields.functions.find(field.function);
+    if (it == model_.fields.functions.end())
+        return error(whose,
+                     fmt::format("it refers to function {}, which does not exist", field.function));
+    if (it->second.image < 0) {
+        for (const ThreemfPort& port : it->second.inputs) {
+            if (port.type == ThreemfType::kVector && it->second.inputs.size() == 1) continue;
+            if (port.name != "pos" || port.type != ThreemfType::kVector)
+                return error(
+                    place(field.function),
+                    fmt::format("{} calls it with a point alone, and it has the input `{}`", whose,
+                                shown(port.name)),
+                    "its only input can be the vector `pos`");
+        }
+    }
+    const Result<Made> made = make({field.function, field.channel, {}});
+    if (!made) return made.error();
+    if (made->type != type)
+        return error(place(field.function),
+                     fmt::format("its output `{}` is {}, and {} wants {}", shown(field.channel),
+                                 name_of(made->type), whose, name_of(type)));
+    const bool asks = it->second.image >= 0 || !it->second.inputs.empty();
+    return fmt::format("{}({})", made->name, asks ? mapped_text(field.transform, point) : "");
+}
+
+Result<FunctionTexts::Made> FunctionTexts::make(const Key& key) {
+    const auto function = model_.fields.functions.find(key.function);
+    if (function == model_.fields.functions.end())
+        return error(open_.empty() ? file_ : place(open_.back()),
+                     fmt::format("it calls function {}, which does not exist", key.function));
+    const auto [it, fresh] = made_.try_emplace(key);
+    if (!fresh && !it->second.name.empty()) return it->second;
+    if (!fresh || open_.size() >= kDeepest) {
+        std::string chain;
+        const size_t from = open_.size() > 8 ? open_.size() - 8 : 0;
+        for (size_t i = from; i < open_.size(); ++i)
+            chain += fmt::format("{} -> ", open_[i]);
+        return error(place(key.function),
+                     fresh ? fmt::format("calls are nested more than {} deep", kDeepest)
+                           : fmt::format("it calls itself: {}{}", chain, key.function),
+                     "a function of 3MF cannot be recursive");
+    }
+    open_.push_back(key.function);
+    Result<Made> made = function->second.image >= 0 ? make_image(key, function->second)
+                                                    : make_graph(key, function->second);
+    open_.pop_back();
+    if (!made) return made;
+    return made_[key] = *made;
+}
+
+Result<FunctionTexts::Made> FunctionTexts::make_image(const Key& key,
+                                                      const ThreemfFunction& function) {
+    const auto image = model_.fields.images.find(function.image);
+    if (image == model_.fields.images.end())
+        return error(place(key.function), fmt::format("it refers to the image {}, which does not "
+                                                      "exist",
+                                                      function.image));
+    const mesh::ThreemfImage& of = image->second;
+    const std::string where = fmt::format("image {}", function.image);
+    if (of.rows <= 0 || of.columns <= 0 || of.count <= 0)
+        return error(where, "it has no rows, columns or sheets");
+    if (static_cast<int64_t>(of.sheets.size()) != of.count)
+        return error(where, fmt::format("`sheetcount` is {}, and there are {} sheets", of.count,
+                                        of.sheets.size()));
+    static constexpr std::pair<std::string_view, int> kChannels[] = {
+        {"color", -1}, {"red", 0}, {"green", 1}, {"blue", 2}, {"alpha", 3}};
+    const auto channel = std::ranges::find(kChannels, std::string_view(key.output),
+                                           &std::pair<std::string_view, int>::first);
+    if (channel == std::end(kChannels))
+        return error(place(key.function), fmt::format("it has no output `{}`", shown(key.output)),
+                     "a function from an image has `color`, `red`, `green`, `blue` and `alpha`");
+    images_.insert(key.function);
+    // Of an image that repeats along any axis the others stay half a texel from its ends, where it clamps.
+    const bool repeats =
+        std::ranges::find(function.wrap, mesh::PictureWrap::kRepeat) != function.wrap.end();
+    const std::array<int64_t, 3> counts{of.columns, of.rows, of.count};
+    std::array<std::string, 3> uvw;
+    for (size_t a = 0; a < 3; ++a) {
+        std::string s = fmt::format("pos.{}", "xyz"[a]);
+        const mesh::PictureWrap wrap = function.wrap[a];
+        if (wrap == mesh::PictureWrap::kMirror)
+            s = fmt::format("(1 - abs({0} - 2 * floor({0} / 2) - 1))", s);
+        if (repeats && wrap != mesh::PictureWrap::kRepeat) {
+            const double half = 0.5 / static_cast<double>(counts[a]);
+            s = fmt::format("clamp({}, {}, {})", s, float_text(half), float_text(1 - half));
+        }
+        uvw[a] = s;
+    }
+    // The first row of a sheet is at the highest v there, at the lowest y here.
+    const std::string point = fmt::format("float3({}, 1 - {}, {})", uvw[0], uvw[1], uvw[2]);
+    const std::string sample =
+        channel->second < 0
+            ? fmt::format("image_{}.Sample3({}, 0, 0)", key.function, point)
+            : fmt::format("image_{}.Sample1({}, {}, 0)", key.function, point, channel->second);
+    std::string text = sample;
+    if (function.scale != 1) text += fmt::format(" * {}", float_text(function.scale));
+    if (function.offset != 0) text += fmt::format(" + {}", float_text(function.offset));
+    const ThreemfType type = channel->second < 0 ? ThreemfType::kVector : ThreemfType::kScalar;
+    const Made made{
+        unique(fmt::format("{}_{}_{}", openfl_name(function.name.empty() ? "image" : function.name),
+                           key.function, key.output)),
+        type};
+    texts_.push_back(
+        fmt::format("    // The {} of image {}.\n    {} {}(float3 pos)\n    {{\n        "
+                    "return {};\n    }}\n",
+                    key.output == "color" ? "colour" : key.output, function.image,
+                    openfl_type(type), made.name, text));
+    return made;
+}
+
+Result<std::vector<std::pair<size_t, std::string>>> FunctionTexts::order(const Scope& scope,
+                                                                         const std::string& from) {
+    // Depth first without recursion: a chain of nodes may be as long as the file.
+    using Item = std::pair<size_t, std::string>;
+    struct Step {
+        Item item;
+        std::vector<const ThreemfPort*> ports;
+        size_t next = 0;
+    };
+    std::vector<Item> out;
+    std::map<Item, bool> done;  // false: open
+    std::vector<Step> stack;
+    const auto enter = [&](const std::string& reference, const ThreemfNode* by) -> Result<void> {
+        const auto [name, output] = parts_of(reference);
+        if (name == "inputs") return {};
+        const auto it = scope.nodes.find(name);
+        if (it == scope.nodes.end()) {
+            std::vector<std::string> names;
+            for (const auto& [known, index] : scope.nodes)
+                names.push_back(known);
+            return error(place(scope, by),
+                         fmt::format("it refers to `{}`, and there is no node `{}`",
+                                     shown(reference), shown(name)),
+                         suggest(shown(name), names));
+        }
+        const ThreemfNode& node = scope.function->nodes[it->second];
+        const Item item{it->second, has_named_outputs(node) ? output : ""};
+        const auto [state, fresh] = done.try_emplace(item, false);
+        if (fresh) {
+            stack.push_back({item, ports_of(node), 0});
+            return {};
+        }
+        if (state->second) return {};
+        std::string ring;
+        for (const Step& step : stack) {
+            if (!ring.empty() || step.item == item)
+                ring += scope.function->nodes[step.item.first].name.substr(0, 80) + " <- ";
+            if (ring.size() > 400) break;
+        }
+        return error(place(scope, &node),
+                     fmt::format("it depends on itself: {}{}", ring, shown(node.name)),
+                     "nodes of 3MF have no cycles");
+    };
+    if (Result<void> entered = enter(from, nullptr); !entered) return entered.error();
+    while (!stack.empty()) {
+        Step& top = stack.back();
+        if (top.next < top.ports.size()) {
+            const ThreemfPort* port = top.ports[top.next++];
+            const ThreemfNode& node = scope.function->nodes[top.item.first];
+            if (Result<void> entered = enter(port->from, &node); !entered) return entered.error();
+            continue;
+        }
+        done[top.item] = true;
+        out.push_back(top.item);
+        stack.pop_back();
+    }
+    return out;
+}
+
+Result<FunctionTexts::Made> FunctionTexts::make_graph(const Key& key,
+                                                      const ThreemfFunction& function) {
+    Scope scope;
+    scope.key = &key;
+    scope.function = &function;
+    const ThreemfPort* out = find_port(function.outputs, key.output);
+    if (out == nullptr) {
+        std::vector<std::string> names;
+        for (const ThreemfPort& port : function.outputs)
+            names.push_back(port.name);
+        return error(place(key.function), fmt::format("it has no output `{}`", shown(key.output)),
+                     suggest(shown(key.output), names));
+    }
+    if (out->from.empty())
+        return error(place(key.function),
+                     fmt::format("its output `{}` refers to nothing", shown(out->name)));
+    for (size_t i = 0; i < function.nodes.size(); ++i) {
+        if (function.nodes[i].name.empty())
+            return error(place(key.function), "one of its nodes has no `identifier`");
+        if (!scope.nodes.emplace(function.nodes[i].name, i).second)
+            return error(place(key.function), fmt::format("two of its nodes are called `{}`",
+                                                          shown(function.nodes[i].name)));
+    }
+    std::string parameters;
+    for (const ThreemfPort& port : function.inputs) {
+        FieldValue value{"", port.type};
+        if (port.type == ThreemfType::kResource) {
+            const auto bound = key.resources.find(port.name);
+            if (bound == key.resources.end()) continue;
+            value.text = fmt::format("{}", bound->second);
+        } else {
+            value.text = openfl_name(port.name) + "_in";
+            for (int k = 2; !scope.taken.insert(value.text).second; ++k)
+                value.text = fmt::format("{}_in{}", openfl_name(port.name), k);
+            parameters += fmt::format("{}{} {}", parameters.empty() ? "" : ", ",
+                                      openfl_type(port.type), value.text);
+        }
+        scope.inputs[port.name] = value;
+    }
+    const Result<std::vector<std::pair<size_t, std::string>>> nodes = order(scope, out->from);
+    if (!nodes) return nodes.error();
+    for (const auto& [node, output] : *nodes) {
+        if (Result<void> written = write(&scope, node, output); !written) return written.error();
+    }
+    const ThreemfNode none;
+    const Result<FieldValue> value = value_of(scope, none, *out);
+    if (!value) return value.error();
+    const bool spreads = value->type == ThreemfType::kScalar && out->type == ThreemfType::kVector;
+    if (value->type != out->type && !spreads)
+        return error(place(key.function),
+                     fmt::format("its output `{}` is {}, and is given {}", shown(out->name),
+                                 name_of(out->type), name_of(value->type)));
+    const std::string plain = openfl_name(function.name.empty() ? "function" : function.name);
+    const Made made{unique(fmt::format("{}_{}_{}", plain, key.function, openfl_name(out->name))),
+                    out->type};
+    std::string title = fmt::format("    // {}, `{}`.", place(key.function), shown(out->name));
+    title[7] = 'F';
+    texts_.push_back(fmt::format("{}\n    {} {}({})\n    {{\n{}        return {};\n    }}\n",
+                                 printable(title), openfl_type(out->type), made.name, parameters,
+                                 scope.lines, value->text));
+    length_ += texts_.back().size();
+    if (length_ > kLongest)
+        return error(
+            place(key.function),
+            fmt::format("the text of its functions is longer than {} MB", kLongest / 1'000'000));
+    return made;
+}
+
+Result<void> FunctionTexts::write(Scope* scope, size_t index, const std::string& output) {
+    const ThreemfNode& node = scope->function->nodes[index];
+    Result<FieldValue> value = node_value(scope, node, output);
+    if (!value) return value.error();
+    if (value->type != ThreemfType::kResource) {
+        std::string wanted = openfl_name(node.name) + "_";
+        wanted += output.empty() ? "v" : openfl_name(output);
+        std::string name = wanted;
+        for (int k = 2; !scope->taken.insert(name).second; ++k)
+            name = fmt::format("{}{}", wanted, k);
+        scope->lines +=
+            fmt::format("        {} {} = {};\n", openfl_type(value->type), name, value->text);
+        value->text = name;
+    }
+    scope->values[node.name + "." + output] = std::move(*value);
+    return {};
+}
+
+Result<FieldValue> FunctionTexts::value_of(const Scope& scope, const ThreemfNode& node,
+                                           const ThreemfPort& port) {
+    const auto [name, output] = parts_of(port.from);
+    if (name == "inputs") {
+        const auto it = scope.inputs.find(output);
+        if (it != scope.inputs.end()) return it->second;
+        std::vector<std::string> names;
+        for (const auto& [known, value] : scope.inputs)
+            names.push_back(known);
+        return error(place(scope, node.name.empty() ? nullptr : &node),
+                     fmt::format("it refers to `{}`, and the function has no input `{}`",
+                                 shown(port.from), shown(output)),
+                     suggest(shown(output), names));
+    }
+    const ThreemfNode& from = scope.function->nodes[scope.nodes.at(name)];
+    return scope.values.at(name + "." + (has_named_outputs(from) ? output : ""));
+}
+
+Result<FieldValue> FunctionTexts::input(const Scope& scope, const ThreemfNode& node,
+                                        std::string_view name) {
+    const ThreemfPort* port = find_port(node.inputs, name);
+    if (port == nullptr || port->from.empty())
+        return error(place(scope, &node),
+                     fmt::format("a node `{}` needs the input `{}`", shown(node.kind), name));
+    return value_of(scope, node, *port);
+}
+
+Result<FieldValue> FunctionTexts::node_value(Scope* scope, const ThreemfNode& node,
+                                             const std::string& output) {
+    FieldValue value;
+    if (node.kind == "constresourceid")
+        return FieldValue{fmt::format("{}", node.resource), ThreemfType::kResource};
+    if (!node.numbers.empty()) {
+        const Complaint wrong = constant_text(node, &value);
+        if (!wrong.empty()) return error(place(*scope, &node), wrong.what);
+        return value;
+    }
+    if (node.kind == kCall) return call(scope, node, output);
+    if (node.kind == "functiongradient") return gradient(scope, node, output);
+    if (node.kind == "mesh" || node.kind == "unsignedmesh") return distance(scope, node);
+    if (node.kind == "decomposevector") {
+        Result<FieldValue> vector = input(*scope, node, "A");
+        if (!vector) return vector;
+        if (vector->type != ThreemfType::kVector)
+            return error(place(*scope, &node),
+                         fmt::format("input `A` is {} instead of a vector", name_of(vector->type)));
+        if (output != "x" && output != "y" && output != "z")
+            return error(place(*scope, &node), fmt::format("a vector has no `{}`", shown(output)),
+                         "its outputs are `x`, `y` and `z`");
+        return FieldValue{vector->text + "." + output, ThreemfType::kScalar};
+    }
+    const NodeKind* kind = find_node_kind(node.kind);
+    if (kind == nullptr)
+        return error(place(*scope, &node),
+                     fmt::format("unknown kind of node `{}`", shown(node.kind)),
+                     suggest(shown(node.kind), node_kinds()));
+    std::vector<FieldValue> inputs;
+    for (const std::string_view name : mesh::threemf_words(kind->inputs)) {
+        Result<FieldValue> one = input(*scope, node, name);
+        if (!one) return one;
+        inputs.push_back(std::move(*one));
+    }
+    const Complaint wrong = node_text(*kind, inputs, &value);
+    if (!wrong.empty()) return error(place(*scope, &node), wrong.what, wrong.help);
+    return value;
+}
+
+Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,
+                                       const std::string& output) {
+    const Result<FieldValue> id = input(*scope, node, "functionID");
+    if (!id) return id;
+    if (id->type != ThreemfType::kResource)
+        return error(place(*scope, &node), "`functionID` is no resource");
+    Key key{std::stoll(id->text), output, {}};
+    const auto callee = model_.fields.functions.find(key.function);
+    if (callee == model_.fields.functions.end())
+        return error(place(*scope, &node),
+                     fmt::format("it calls function {}, which does not exist", key.function));
+    std::vector<ThreemfPort> wanted = callee->second.inputs;
+    if (callee->second.image >= 0) wanted = {{"pos", ThreemfType::kVector, ""}};
+    std::string arguments;
+    for (const ThreemfPort& port : wanted) {
+        const Result<FieldValue> given = input(*scope, node, port.name);
+        if (!given) return given;
+        const bool spreads =
+            given->type == ThreemfType::kScalar && port.type == ThreemfType::kVector;
+        if (given->type != port.type && !spreads)
+            return error(
+                place(*scope, &node),
+                fmt::format("input `{}` is {}, and {} wants {}", shown(port.name),
+                            name_of(given->type), place(key.function), name_of(port.type)));
+        if (port.type == ThreemfType::kResource) {
+            key.resources[port.name] = std::stoll(given->text);
+        } else {
+            arguments += (arguments.empty() ? "" : ", ") + given->text;
+        }
+    }
+    const Result<Made> made = make(key);
+    if (!made) return made.error();
+    return FieldValue{fmt::format("{}({})", made->name, arguments), made->type};
+}
+
+Result<FieldValue> FunctionTexts::gradient(Scope* scope, const ThreemfNode& node,
+                                           const std::string& output) {
+    const Result<FieldValue> id = input(*scope, node, "functionID");
+    if (!id) return id;
+    const Result<FieldValue> pos = input(*scope, node, "pos");
+    if (!pos) return pos;
+    const Result<FieldValue> step = input(*scope, node, "step");
+    if (!step) return step;
+    if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector ||
+        step->type != ThreemfType::kScalar)
+        return error(place(*scope, &node), "it wants a resource, a vector and a scalar");
+    const Result<Made> made = make({std::stoll(id->text), node.of_output, {}});
+    if (!made) return made.error();
+    if (made->type != ThreemfType::kScalar)
+        return error(place(*scope, &node), "the gradient of what is no scalar");
+    std::string list;
+    for (const char* axis : {"h, 0, 0", "0, h, 0", "0, 0, h"})
+        list += fmt::format("{}{}(p + float3({})) - {}(p - float3({}))", list.empty() ? "" : ", ",
+                            made->name, axis, made->name, axis);
+    const std::string name = unique(made->name + "_gradient");
+    texts_.push_back(fmt::format(
+        "    // How it changes, by differences over 2 h.\n    float3 {}(float3 p, float step)\n    "
+        "{{\n"
+        "        float h = max(abs(step), 1e-8);\n        return float3({}) / (2 * h);\n    }}\n",
+        name, list));
+    const std::string text = fmt::format("{}({}, {})", name, pos->text, step->text);
+    if (output == "magnitude") return FieldValue{"length(" + text + ")", ThreemfType::kScalar};
+    if (output == "gradient") return FieldValue{text, ThreemfType::kVector};
+    return FieldValue{"normalize(" + text + ")", ThreemfType::kVector};
+}
+
+Result<FieldValue> FunctionTexts::distance(Scope* scope, const ThreemfNode& node) {
+    const Result<FieldValue> pos = input(*scope, node, "pos");
+    if (!pos) return pos;
+    const Result<FieldValue> id = input(*scope, node, "mesh");
+    if (!id) return id;
+    if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector)
+        return error(place(*scope, &node), "it wants a vector and a resource");
+    const int64_t object = std::stoll(id->text);
+    const auto it = model_.objects.find(object);
+    if (it == model_.objects.end() || it->second.triangles.empty())
+        return error(place(*scope, &node),
+                     fmt::format("it refers to object {}, which is no mesh", object));
+    meshes_.insert(object);
+    const std::string text = fmt::format("mesh_{}_distance({})", object, pos->text);
+    return FieldValue{node.kind == "mesh" ? text : "abs(" + text + ")", ThreemfType::kScalar};
+}
+
+}  // namespace openfab::tools

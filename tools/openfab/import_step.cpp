@@ -1,0 +1,61 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/import_step.h"
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <string>
+
+#include "base/clean_exit.h"
+#include "base/text.h"
+#include "tools/openfab/programs.h"
+
+namespace openfab::tools {
+
+namespace fs = std::filesystem;
+
+bool is_step_file(const fs::path& file) {
+    const std::string kind = lower_ascii(file.extension().string());
+    return kind == ".step" || kind == ".stp";
+}
+
+Result<void> solids_of_step(const fs::path& file, const fs::path& output, double tolerance_mm) {
+    const Result<fs::path> folder = program_folder();
+    if (!folder) return folder.error();
+    const fs::path helper = *folder / "openfab-step";
+    if (::access(helper.c_str(), X_OK) != 0) {
+        Error error =
+            outside_error("this `openfab` was built without OpenCASCADE, which reads STEP");
+        error.help = "run `scripts/setup --step` and build again, or export the solids as 3MF";
+        return error;
+    }
+    const std::string to = "--output=" + output.string();
+    const std::string tolerance = fmt::format("--tolerance={:.9g}mm", tolerance_mm);
+    const char* const argv[] = {helper.c_str(), to.c_str(),   tolerance.c_str(),
+                                "--",           file.c_str(), nullptr};
+    pid_t process = 0;
+    const int failed =
+        posix_spawn(&process, argv[0], nullptr, nullptr, const_cast<char* const*>(argv), environ);
+    if (failed != 0)
+        return outside_error(
+            fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(failed)));
+    RunningProgram running(process);
+    int status = 0;
+    if (!running.wait(&status))
+        return outside_error(fmt::format("cannot wait for `{}`", helper.string()));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
+    // It has said what is wrong. One that a damaged file has killed has not.
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 1) return user_error("");
+    if (WIFSIGNALED(status))
+        return user_error(
+            fmt::format("{}: OpenCASCADE cannot read it: its program was ended by "
+                        "signal {}",
+                        file.string(), WTERMSIG(status)));
+    return outside_error("");
+}
+
+}  // namespace openfab::tools

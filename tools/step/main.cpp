@@ -1,0 +1,52 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab-step FILE -o FILE.3mf`: makes triangles of the solids of a STEP file; `openfab import` executes this
+// program. It is separate because it links OpenCASCADE, which not every machine has.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "base/clean_exit.h"
+#include "base/command_line.h"
+#include "base/run_main.h"
+#include "base/say.h"
+#include "base/units.h"
+#include "tools/step/solids_package.h"
+#include "tools/step/step_solids.h"
+
+namespace {
+
+int step_main(int argc, char** argv) {
+    using openfab::Result;
+    openfab::prepare_streams();
+    openfab::clean_up_on_signals();
+    std::string input, output, tolerance;
+    CLI::App app("Makes triangles of the solids of a STEP file; `openfab import` calls it.",
+                 "openfab-step");
+    app.add_option("FILE", input, "a .step or .stp file")->required();
+    app.add_option("-o,--output", output, "the .3mf file")->required();
+    app.add_option("--tolerance", tolerance, "how far triangles may be from surfaces (0.01mm)");
+    return openfab::run_command_line(&app, argc, argv, "openfab-step", [&]() -> Result<void> {
+        double mm = 0.01;
+        if (!tolerance.empty()) {
+            const Result<double> length = openfab::parse_length_mm(tolerance);
+            if (!length) return openfab::usage_error("`--tolerance`: " + length.error().text());
+            mm = *length;
+        }
+        if (!(mm > 0)) return openfab::usage_error("`--tolerance` must be above 0");
+        const Result<openfab::tools::StepFile> solids = openfab::tools::read_step(input, mm);
+        if (!solids) return solids.error();
+        for (const std::string& text : solids->notes)
+            openfab::note(text);
+        return openfab::tools::write_solids(*solids, output);
+    });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return openfab::run_main(step_main, argc, argv);
+}
