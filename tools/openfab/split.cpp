@@ -228,6 +228,7 @@ class Splitter {
             "cut it once more in its `pieces`, or take its `pieces` out, so that they are found "
             "anew; turn a part whose long side is slanted";
         if (const Result<void> made = write_cuts(); !made) return made;
+        if (const Result<void> made = write_exploded(); !made) return made;
         return write_tray_worlds(world_, root_, options);
     }
 
@@ -249,6 +250,44 @@ class Splitter {
                 if (m.key == object.name) set_member(&m.value, "pieces", json_of(file));
             }
         }
+        return {};
+    }
+
+    /// Lets placements of what was cut stand for all its pieces, moved apart.
+    void explode(JsonValue* placements) const {
+        constexpr double kGap = 0.12;  // of the tray's longest side
+        const Vec3d& tray = machine_.size_mm;
+        const double gap_mm = std::round(10 * kGap * std::max({tray.x, tray.y, tray.z})) / 10;
+        for (JsonValue& item : placements->items) {
+            const JsonMember* object = item.find("object");
+            const bool is_cut = object != nullptr && item.find("piece") == nullptr &&
+                                std::any_of(cut_.begin(), cut_.end(), [&](size_t index) {
+                                    return world_.objects[index].name == object->value.text;
+                                });
+            if (!is_cut) continue;
+            set_member(&item, "piece", json_of(std::string("all")));
+            set_member(&item, "explode_mm", json_of(gap_mm));
+        }
+    }
+
+    /// Writes a world to look at: the parts as they were placed, with their pieces apart.
+    Result<void> write_exploded() const {
+        if (cut_.empty()) return {};
+        JsonValue root = root_;
+        for (JsonMember& m : root.members) {
+            if (m.key == "build") explode(&m.value);
+            if (m.key != "groups") continue;
+            for (JsonMember& group : m.value.members)
+                explode(&group.value);
+        }
+        // It is larger than the machine.
+        remove_member(&root, "tray");
+        set_member(&root, "printer", json_of(std::string("generic")));
+        const fs::path path =
+            fs::path(arguments_.output).parent_path() /
+            fmt::format("exploded-{}", fs::path(arguments_.output).filename().string());
+        if (const Result<void> made = write_file(path, text_of(root)); !made) return made;
+        show(fmt::format("{}: its pieces apart, for `openfab view`\n", path.string()));
         return {};
     }
 

@@ -167,6 +167,11 @@ TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
         EXPECT_EQ(dry.exit_code, 0) << dry.err;
     }
     EXPECT_GE(things, 5u);  // three pieces, and two dowels at least
+    const rapidjson::Document apart = world("exploded-cut.fab.json");
+    EXPECT_STREQ(apart["build"][0]["piece"].GetString(), "all");
+    EXPECT_GT(apart["build"][0]["explode_mm"].GetDouble(), 1);
+    const Outcome shown = openfab({"print", path("exploded-cut.fab.json"), "--dry-run"});
+    EXPECT_EQ(shown.exit_code, 0) << shown.err;
     // All of them again, on a tray that holds all.
     words.insert(words.end(), {"-o", path("anew.fab.json"), "--fit", "60x40x20mm"});
     const Outcome again = openfab(words);
