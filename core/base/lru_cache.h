@@ -44,6 +44,18 @@ class LruCache {
             make_room(shard.get(), 0, &dropped);
     }
 
+    /// Begins a period, and evicts what was not used in the last `periods` before it. From any thread.
+    void begin_period(int64_t periods) {
+        Dropped dropped;
+        for (const auto& shard : shards_) {
+            const std::lock_guard lock(shard->mutex);
+            ++shard->period;
+            while (shard->used > 0 &&
+                   shard->entries[shard->entries[kEnds].last].period + periods < shard->period)
+                evict_oldest(shard.get(), &dropped);
+        }
+    }
+
     /// Returns the value, or null.
     std::shared_ptr<const Value> find(const Key& key) {
         Shard& shard = shard_of(key);
@@ -54,6 +66,7 @@ class LruCache {
             return nullptr;
         }
         ++shard.counts.hits;
+        shard.entries[entry].period = shard.period;
         if (shard.entries[kEnds].next != entry) {
             unlink(&shard, entry);
             link_first(&shard, entry);
@@ -78,6 +91,7 @@ class LruCache {
         const uint32_t entry = take_entry(&shard);
         shard.entries[entry].key = key;
         shard.entries[entry].bytes = bytes;
+        shard.entries[entry].period = shard.period;
         shard.entries[entry].value = value;
         link_first(&shard, entry);
         shard.table[slot_of(shard, key)] = entry;
@@ -114,6 +128,7 @@ class LruCache {
     struct Entry {
         Key key{};
         size_t bytes = 0;
+        int64_t period = 0;  ///< in which it was used last
         std::shared_ptr<const Value> value;
         uint32_t last = kEnds, next = kEnds;  ///< towards more and less recent ones
     };
@@ -125,6 +140,7 @@ class LruCache {
         std::vector<uint32_t> table = std::vector<uint32_t>(64, kNone);
         size_t used = 0;
         size_t bytes = 0;
+        int64_t period = 0;
         Counts counts;
     };
 
@@ -186,17 +202,20 @@ class LruCache {
 
     void make_room(Shard* shard, size_t bytes, Dropped* dropped) {
         while (shard->bytes + bytes > shard_budget_) {
-            const uint32_t oldest = shard->entries[kEnds].last;
-            OPENFAB_CHECK(oldest != kEnds);
-            Entry& entry = shard->entries[oldest];
-            shard->bytes -= entry.bytes;
-            empty_slot(shard, slot_of(*shard, entry.key));
-            unlink(shard, oldest);
-            dropped->push_back(std::move(entry.value));
-            shard->free.push_back(oldest);
-            --shard->used;
-            ++shard->counts.evictions;
+            OPENFAB_CHECK_GT(shard->used, 0u);
+            evict_oldest(shard, dropped);
         }
+    }
+    static void evict_oldest(Shard* shard, Dropped* dropped) {
+        const uint32_t oldest = shard->entries[kEnds].last;
+        Entry& entry = shard->entries[oldest];
+        shard->bytes -= entry.bytes;
+        empty_slot(shard, slot_of(*shard, entry.key));
+        unlink(shard, oldest);
+        dropped->push_back(std::move(entry.value));
+        shard->free.push_back(oldest);
+        --shard->used;
+        ++shard->counts.evictions;
     }
 
     size_t shard_budget_;

@@ -18,6 +18,8 @@ namespace {
 constexpr size_t kMinCacheBytes = 24u << 20;
 constexpr size_t kMaxCacheBytes = 800u << 20;
 constexpr size_t kMaxCrossingBytes = 16u << 20;
+// Micropolygons of one surface: those around some slabs. What lies behind the print is of no use.
+constexpr size_t kMaxMicropolygonBytes = 128u << 20;
 
 // The part of a budget that a slab may take which no thread works at.
 constexpr int64_t kWaitingShare = 16;
@@ -39,7 +41,7 @@ CacheBudgets split_budget(size_t per_surface, size_t crossings, const SurfaceCou
     const size_t surfaces = std::max<size_t>(displaced.surfaces, 1);
     CacheBudgets budgets;
     budgets.crossings = crossings * surfaces / std::max(displaced.parts, surfaces);
-    budgets.micropolygons = per_surface / 3;
+    budgets.micropolygons = std::min(per_surface / 3, kMaxMicropolygonBytes);
     // Trees get the rest: they take longest to build, and successive slices need the same ones.
     budgets.trees =
         (per_surface - std::min(crossings, per_surface / 6) - budgets.micropolygons) * surfaces;

@@ -12,6 +12,7 @@
 
 #include "abi/halide_hooks.h"
 #include "base/stage_timer.h"
+#include "runtime/nearest/cache_period.h"
 #include "runtime/pipeline/slice_totals.h"
 
 namespace openfab::pipeline {
@@ -59,7 +60,13 @@ void SlabLoop::print_all(const std::function<SlabSlices()>& next, const SlabTarg
             tbb::make_filter<Finished, void>(tbb::filter_mode::serial_in_order, commit));
 }
 
+// Trees that no slab in flight and none of the two before these used lie behind the print.
+void SlabLoop::begin_period() const {
+    nearest::begin_period(setup_.trees.get(), setup_.plan.slabs_in_flight + 1);
+}
+
 void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
+    begin_period();
     SlabRun* run = take_run();
     const abi::KernelStatus begun = run->begin(slab, &evaluators_, target.interrupt);
     SlabSlices slices = with_nozzles(setup_.slices_of(slab));
@@ -80,6 +87,7 @@ void SlabLoop::print_first(int32_t slab, const SlabTarget& target) {
 }
 
 FinishedSlices SlabLoop::print_slab(const SlabSlices& slab, const SlabTarget& target) {
+    begin_period();
     SlabRun* run = take_run();
     const abi::KernelStatus begun = run->begin(slab.slab, &evaluators_, target.interrupt);
     FinishedSlices finished = print_slices(slab, begun, run, target);

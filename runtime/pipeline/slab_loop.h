@@ -49,6 +49,7 @@ class SlabLoop {
 
   private:
     SlabSlices with_nozzles(SlabSlices slices) const;
+    void begin_period() const;
     void print_first(int32_t slab, const SlabTarget& target);
     FinishedSlices print_slab(const SlabSlices& slab, const SlabTarget& target);
     FinishedSlices print_slices(const SlabSlices& slices, abi::KernelStatus begun, SlabRun* run,

@@ -217,14 +217,14 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
         if (interrupt_ != nullptr && interrupt_->load()) return abi::KernelStatus::stopped();
         const abi::KernelStatus status =
             evaluator->evaluate(*active.part, slab_, pending.data(), volume::BlockEvaluator::kBatch,
-                                active.cull.should_cull_pieces(), &band, mixtures, log);
+                                active.cull.tries(), &band, mixtures, log);
         if (!status.ok()) return status;
         pending.clear();
     }
     if (pending.empty()) return {};
     return evaluator->evaluate(*active.part, slab_, pending.data(),
-                               static_cast<int32_t>(pending.size()),
-                               active.cull.should_cull_pieces(), &band, mixtures, log);
+                               static_cast<int32_t>(pending.size()), active.cull.tries(), &band,
+                               mixtures, log);
 }
 
 }  // namespace openfab::pipeline

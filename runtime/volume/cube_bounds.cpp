@@ -19,6 +19,13 @@ namespace {
 /// what it culls.
 constexpr float kCenterTolerance = 0.03f;
 
+/// Reaches that are tried: powers of 2^(1/8), up to eight times half a block's diagonal, beyond which
+/// a query would search no less.
+constexpr int32_t kReaches = 64;
+float reach_of(const PlacedPart& part, int32_t step) {
+    return 4 * part.voxel_diagonal_mm * std::exp2(static_cast<float>(step + 1 - kReaches) / 8 + 3);
+}
+
 }  // namespace
 
 int64_t CubeBounds::most_bytes(const PlacedPart& part, int64_t cubes) {
@@ -269,6 +276,45 @@ abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<con
     transpose_entries(part);
     // The kernel takes cubes only; one that holds a piece is enough.
     return run_kernel(part, std::max({pieces.size.x, pieces.size.y, pieces.size.z}), tools);
+}
+
+abi::KernelStatus CubeBounds::find_reaches(const PlacedPart& part, std::span<const Vec3i> blocks,
+                                           const Tools& tools, std::vector<float>* reaches) {
+    // Farther than any voxel of the part is from its surface.
+    const float farthest = 4 * part.largest_coordinate_mm;
+    weights_.resize(static_cast<size_t>(part.slots()));
+    steps_.assign(blocks.size(), {-1, kReaches});
+    reaches->assign(blocks.size(), kInfinity);
+    // The largest first: where a voxel looks however far the surface is, there is none.
+    for (int32_t left = kReaches; left > 0; left /= 2) {
+        begin(part);
+        for (size_t i = 0; i < blocks.size(); ++i) {
+            const auto [looking, blind] = steps_[i];
+            const int32_t step = left == kReaches ? kReaches - 1 : (looking + blind) / 2;
+            // With slack for the rounding of a voxel's own distance.
+            const float reach = reach_of(part, std::max(step, 0)) * (1 - 0x1p-10f);
+            add_entry(blocks[i], unknown_, std::min(reach, farthest), farthest);
+            first_entry_.push_back(distance_lo_.size());
+        }
+        first_blind_ = 0;
+        transpose_entries(part);
+        if (const abi::KernelStatus status = run_kernel(part, 8, tools); !status.ok())
+            return status;
+        bool any = false;
+        for (size_t i = 0; i < blocks.size(); ++i) {
+            auto& [looking, blind] = steps_[i];
+            const int32_t step = left == kReaches ? kReaches - 1 : (looking + blind) / 2;
+            (looks(i) && !is_uniform(i, &weights_) ? looking : blind) = step;
+            any |= blind < kReaches;
+        }
+        if (!any) return {};
+    }
+    for (size_t i = 0; i < blocks.size(); ++i) {
+        const int32_t blind = steps_[i][1];
+        if (blind < kReaches && reach_of(part, blind) < farthest)
+            (*reaches)[i] = reach_of(part, blind);
+    }
+    return {};
 }
 
 abi::KernelStatus CubeBounds::run_kernel(const PlacedPart& part, int32_t size, const Tools& tools) {

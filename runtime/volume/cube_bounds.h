@@ -5,6 +5,7 @@
 // Evaluates the interval form of the volume stage over cubes of voxels, to find cubes with uniform
 // weights, and cubes whose voxels need not know their nearest surface points.
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -52,6 +53,11 @@ class CubeBounds {
     /// are cubes i * kPieces to i * kPieces + kPieces - 1.
     abi::KernelStatus bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
                                    const Tools& tools);
+    /// Finds for each block a distance, nearly the least, beyond which no voxel of it has to know its
+    /// nearest surface point: with that distance, and any attributes, such a voxel is what it is, mm.
+    /// kInfinity where there is none that helps. The part's bounds say looks.
+    abi::KernelStatus find_reaches(const PlacedPart& part, std::span<const Vec3i> blocks,
+                                   const Tools& tools, std::vector<float>* reaches);
     static constexpr size_t kPieces = std::tuple_size_v<decltype(nearest::BlockPieces::lowest)>;
     /// Returns whether all cases of a cube give every slot the same exact weight; writes the
     /// weights, one for each slot.
@@ -125,6 +131,8 @@ class CubeBounds {
     std::vector<size_t> missing_;          ///< current cubes that were not cached
     static constexpr size_t kBlocks = 64;  ///< blocks per call
     std::vector<nearest::BlockBounds> blocks_;
+    std::vector<std::array<int32_t, 2>> steps_;  ///< of reaches: one that looks, one that does not
+    std::vector<float> weights_;
 };
 
 }  // namespace openfab::volume

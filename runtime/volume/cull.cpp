@@ -68,9 +68,11 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
     const StageTimer timer(Stage::kCulling, &evaluator->counts.seconds_bounds);
     mark_covered(mask);
     constants_.clear();
-    cull_pieces_ = false;
+    tries_ = {};
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
     if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return {};
+    tries_.reach = part.solid->dices() && part.bounds.distance && part.bounds_say_looks &&
+                   part.part->fablet->volume_segments.step_count == 0;
     std::vector<CullCube> open, cubes;
     for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
         for (int32_t x = align_down(first_x_, kSides[0]); x < end_x(); x += kSides[0])
@@ -156,7 +158,7 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
 }
 
 void PartCull::fill(const CullCube& cube, int32_t side, int32_t constant_index) {
-    cull_pieces_ = true;
+    tries_.pieces = true;
     for (int32_t y = std::max(cube.y, first_y_); y < std::min(cube.y + side, end_y()); ++y) {
         for (int32_t x = std::max(cube.x, first_x_); x < std::min(cube.x + side, end_x()); ++x) {
             int32_t& block =
@@ -166,17 +168,9 @@ void PartCull::fill(const CullCube& cube, int32_t side, int32_t constant_index) 
     }
 }
 
-// Where no cube was filled, pieces of some blocks are probed for whether culling pieces pays.
-abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
-                                         BlockEvaluator* evaluator) {
+// Lists some of the blocks that may have to look at the surface.
+void PartCull::list_some(const PlacedPart& part, int32_t slab) {
     constexpr size_t kTried = 8;
-    // Of a displaced part the search of a block's corners, which its query needs as well, tells of
-    // its pieces; but whether that tells enough is found out by trying.
-    const bool dices = part.solid->dices();
-    if (dices) cull_pieces_ = false;
-    if (cull_pieces_ ||
-        !(dices ? part.bounds.distance && part.bounds_say_looks : points_tell(part)))
-        return {};
     const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
     lowest_.clear();
     for (size_t from = 0; from < blocks_.size(); from += step) {
@@ -189,7 +183,43 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
         lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
                            8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * slab - part.base.z});
     }
+}
+
+// Octants cost some 10 us each, and dice nothing.
+abi::KernelStatus PartCull::probe_octants(const PlacedPart& part, BlockEvaluator* evaluator) {
+    std::vector<Vec3i> octants;
+    for (const Vec3i& block : lowest_) {
+        for (int32_t o = 0; o < 8; ++o)
+            octants.push_back(octant_of(block, o));
+    }
+    CubeBounds& bounds = evaluator->cube_bounds();
+    const abi::KernelStatus status =
+        bounds.bound(part, 4, octants, {}, BoundSource::kPerCase, evaluator->bound_tools(part));
+    std::vector<float> weights(static_cast<size_t>(part.slots()));
+    size_t culled = 0;
+    for (size_t i = 0; i < octants.size() && status.ok(); ++i)
+        culled += bounds.is_uniform(i, &weights) || !bounds.looks(i) ? 1 : 0;
+    tries_.octants = culled >= octants.size() / 4;
+    return status;
+}
+
+// Where no cube was filled, parts of some blocks are probed for whether culling them pays.
+abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
+                                         BlockEvaluator* evaluator) {
+    // Of a displaced part the search of a block's corners, which its query needs as well, tells of
+    // its pieces; but whether that tells enough is found out by trying.
+    const bool dices = part.solid->dices();
+    if (dices) tries_.pieces = false;
+    if (tries_.pieces ||
+        !(dices ? part.bounds.distance && part.bounds_say_looks : points_tell(part)))
+        return {};
+    list_some(part, slab);
     if (lowest_.empty()) return {};
+    // Cases that differ, as those of a front and a back, may say more than a distance from both.
+    if (tries_.reach && part.bounds.attributes && part.nearest.ints() > 0) {
+        const abi::KernelStatus status = probe_octants(part, evaluator);
+        if (!status.ok() || tries_.octants) return status;
+    }
     CubeBounds& bounds = evaluator->cube_bounds();
     const abi::KernelStatus status =
         bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
@@ -198,7 +228,7 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
     size_t culled = 0;
     for (size_t i = 0; i < pieces && status.ok() && culled < enough; ++i)
         culled += bounds.is_uniform(i, &weights) || !bounds.looks(i) ? 1 : 0;
-    cull_pieces_ = culled >= std::max<size_t>(enough, 1);
+    tries_.pieces = culled >= std::max<size_t>(enough, 1);
     return status;
 }
 

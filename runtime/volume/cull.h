@@ -65,9 +65,9 @@ class PartCull {
     float blind_distance(int32_t x, int32_t y) const {
         return blind_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
     }
-    /// Returns whether pieces of the remaining blocks may be uniform, or may not have to look at the
-    /// surface.
-    bool should_cull_pieces() const { return cull_pieces_; }
+    /// Returns what to try on the remaining blocks: parts of them may be uniform, or may not have to
+    /// look at the surface.
+    const CullTries& tries() const { return tries_; }
     /// Returns the number of blocks to evaluate.
     int64_t blocks_to_evaluate() const;
     const Constant& constant(int32_t index) const { return constants_[index]; }
@@ -84,6 +84,8 @@ class PartCull {
                                          BoundSource from, BlockEvaluator* evaluator,
                                          std::atomic<int64_t>* room, std::vector<CullCube>* cubes);
     void fill(const CullCube& cube, int32_t side, int32_t constant_index);
+    void list_some(const PlacedPart& part, int32_t slab);
+    abi::KernelStatus probe_octants(const PlacedPart& part, BlockEvaluator* evaluator);
     abi::KernelStatus probe_pieces(const PlacedPart& part, int32_t slab, BlockEvaluator* evaluator);
 
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
@@ -92,7 +94,7 @@ class PartCull {
     std::vector<Constant> constants_;
     std::vector<Vec3i> lowest_;  ///< of the current cubes
     std::vector<CubeBounds::Range> known_;
-    bool cull_pieces_ = false;
+    CullTries tries_;
 };
 
 }  // namespace openfab::volume

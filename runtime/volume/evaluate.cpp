@@ -267,25 +267,28 @@ void BlockEvaluator::count_unusable(int32_t n) {
         std::array<uint16_t, 8> unusable;
         std::memcpy(unusable.data(), &unusable_[8 * i], sizeof(unusable));
         if (unusable == std::array<uint16_t, 8>{}) continue;
+        // What is known was not evaluated for itself.
+        const auto at = static_cast<size_t>(columns_[i]);
+        const int known = culls_ ? culled_[at / 64].known[at % 64] : 0;
         for (size_t z = 0; z < 8; ++z)
-            counts.unusable += unusable[z] * (owned_[columns_[i]] >> z & 1);
+            counts.unusable += unusable[z] * ((owned_[at] & ~known) >> z & 1);
     }
 }
 
 abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
-                                           const OwnedBlock* blocks, int32_t n, bool try_pieces,
-                                           dither::RowBand* band, dither::RowBand* mixtures,
-                                           segments::PrintfLog* log) {
+                                           const OwnedBlock* blocks, int32_t n,
+                                           const CullTries& tries, dither::RowBand* band,
+                                           dither::RowBand* mixtures, segments::PrintfLog* log) {
     OPENFAB_CHECK_GT(n, 0);
     OPENFAB_CHECK_LE(n, kBatch);
     const StageTimer timer(Stage::kSlab, &counts.seconds_slab);
     take_blocks(part, slab, band->row, blocks, n);
     const bool any_blind = std::any_of(blind_.begin(), blind_.begin() + n,
                                        [](float distance) { return !std::isnan(distance); });
-    culls_ = part.volume.any() && (try_pieces || any_blind) && part.bounds.distance;
+    culls_ = part.volume.any() && (tries.any() || any_blind) && part.bounds.distance;
     abi::KernelStatus status;
     if (culls_)
-        status = piece_cull_.run(part, blocks_, blind_.data(), try_pieces, &cube_bounds_,
+        status = piece_cull_.run(part, blocks_, blind_.data(), tries, &cube_bounds_,
                                  bound_tools(part), culled_.data());
     if (!status.ok()) return status;
     list_columns(n);

@@ -53,10 +53,10 @@ class BlockEvaluator {
 
     /// Evaluates up to kBatch blocks of block row `row` in slab `slab` and merges them into the
     /// band, and into `mixtures`, if any, before a rule of the fablet's own; printf output goes to
-    /// `log`. `try_pieces`: pieces that are uniform, or need not look at the surface, make no
-    /// queries, which changes nothing else.
+    /// `log`. `tries`: what is uniform, or need not look at the surface, makes no queries, which
+    /// changes nothing else.
     abi::KernelStatus evaluate(const PlacedPart& part, int32_t slab, const OwnedBlock* blocks,
-                               int32_t n, bool try_pieces, dither::RowBand* band,
+                               int32_t n, const CullTries& tries, dither::RowBand* band,
                                dither::RowBand* mixtures, segments::PrintfLog* log);
 
     /// Returns the number of queries made by this evaluator, over all parts.

@@ -177,6 +177,7 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
     nearest::BlockQuery query;
     query.block = batch_.blocks[block];
     query.active = active;
+    query.radius_mm = batch_.culled.empty() ? kInfinity : batch_.culled[block].reach;
     part.engine().query(query, scratch->engine.get(), &tools->answer);
     if (part.volume.attributes || part.volume.gradients) {
         const nearest::AttributeTargets targets{
@@ -191,6 +192,13 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
         for (size_t v = 0; v < kBlockValues; ++v) {
             const float d2 = tools->answer.distance2[v];
             tools->distance[v] = 0.0f - std::sqrt(d2 < kInfinity ? d2 : 0.0f);
+        }
+        if (query.radius_mm < kInfinity) {
+            for (size_t v = 0; v < kBlockValues; ++v) {
+                const bool beyond = !(tools->answer.distance2[v] < kInfinity);
+                if (beyond && (active[v / 8] >> v % 8 & 1) != 0)
+                    tools->distance[v] = 0.0f - query.radius_mm;
+            }
         }
         fill_culled(block, tools);
     }

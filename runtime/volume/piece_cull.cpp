@@ -24,9 +24,10 @@ abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const
 }
 
 abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                 const float* blind, bool try_others, CubeBounds* bounds,
+                                 const float* blind, const CullTries& tries, CubeBounds* bounds,
                                  const CubeBounds::Tools& tools, CulledBlock* out) {
     bounded_.clear();
+    which_.clear();
     for (size_t b = 0; b < blocks.size(); ++b) {
         CulledBlock& block = out[b];
         const bool all = !std::isnan(blind[b]);
@@ -35,16 +36,99 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
         block.code.fill(uint8_t{OPENFAB_CODE_MIXED});
         block.culled.fill(all ? uint8_t{0xff} : uint8_t{0});
         block.known.fill(0);
-        if (!all && try_others) bounded_.push_back(blocks[b]);
+        block.reach = kInfinity;
+        if (all) continue;
+        bounded_.push_back(blocks[b]);
+        which_.push_back(b);
     }
     if (bounded_.empty()) return {};
-    abi::KernelStatus status = bounds->bound_pieces(part, bounded_, tools);
     weights_.resize(static_cast<size_t>(part.slots()));
-    for (size_t b = 0, cube = 0; b < blocks.size() && status.ok(); ++b) {
-        if (!std::isnan(blind[b])) continue;
-        status = find_pieces(part, cube, *bounds, tools.isa, &out[b]);
-        cube += CubeBounds::kPieces;
+    abi::KernelStatus status;
+    if (tries.octants) {
+        status = cull_octants(part, bounds, tools, out);
+    } else if (tries.pieces) {
+        status = bounds->bound_pieces(part, bounded_, tools);
+        for (size_t i = 0; i < which_.size() && status.ok(); ++i) {
+            status =
+                find_pieces(part, i * CubeBounds::kPieces, *bounds, tools.isa, &out[which_[i]]);
+        }
     }
+    if (status.ok() && tries.reach) status = limit_queries(part, blocks, bounds, tools, out);
+    return status;
+}
+
+// Culls the pieces that lie in an octant that is of one material or need not look, or in several of
+// one material.
+abi::KernelStatus PieceCull::cull_octants(const PlacedPart& part, CubeBounds* bounds,
+                                          const CubeBounds::Tools& tools, CulledBlock* out) {
+    octants_.clear();
+    for (const Vec3i& block : bounded_) {
+        for (int32_t o = 0; o < 8; ++o)
+            octants_.push_back(octant_of(block, o));
+    }
+    abi::KernelStatus status = bounds->bound(part, 4, octants_, {}, BoundSource::kPerCase, tools);
+    const nearest::BlockPieces& pieces = part.engine().pieces();
+    for (size_t i = 0; i < which_.size() && status.ok(); ++i) {
+        std::array<Octant, 8> octants;
+        for (size_t o = 0; o < 8 && status.ok(); ++o)
+            status = find_octant(part, 8 * i + o, *bounds, tools.isa, &octants[o]);
+        for (size_t p = 0; p < CubeBounds::kPieces && status.ok(); ++p) {
+            const Vec3i first = pieces.lowest[p], last = first + pieces.size - Vec3i{1, 1, 1};
+            const auto number = [](const Vec3i& v) {
+                return static_cast<size_t>(v.x / 4 + v.y / 4 * 2 + v.z / 4 * 4);
+            };
+            const Octant& of = octants[number(first)];
+            bool culled = of.culled;
+            for (size_t o = 0; o < 8; ++o) {
+                // Octants from the first to the last, bit by bit.
+                const bool in =
+                    (o | number(last)) == number(last) && (o & number(first)) == number(first);
+                if (!in || o == number(first)) continue;
+                culled = culled && octants[o].culled && of.code != OPENFAB_CODE_MIXED &&
+                         octants[o].code == of.code;
+            }
+            if (culled) cull(pieces, p, of.distance, of.code, &out[which_[i]]);
+        }
+    }
+    return status;
+}
+
+// An octant of one material by cases is known as it is: with other attributes than those of its
+// cases a voxel would be something else, and none is evaluated.
+abi::KernelStatus PieceCull::find_octant(const PlacedPart& part, size_t cube,
+                                         const CubeBounds& bounds, openfab_isa isa, Octant* out) {
+    *out = {false, uint8_t{OPENFAB_CODE_MIXED}, bounds.distance_of(cube)};
+    if (bounds.is_uniform(cube, &weights_)) {
+        const abi::KernelStatus status = find_code(part, isa, &out->code);
+        if (!status.ok()) return status;
+    }
+    out->culled = out->code != OPENFAB_CODE_MIXED || !bounds.looks(cube);
+    return {};
+}
+
+void PieceCull::cull(const nearest::BlockPieces& pieces, size_t piece, float distance, uint8_t code,
+                     CulledBlock* block) {
+    block->pieces |= 1u << piece;
+    block->distance[piece] = distance;
+    block->code[piece] = code;
+    const bool known = code != OPENFAB_CODE_MIXED;
+    for_each_column(pieces, piece, [&](size_t column, uint8_t bits) {
+        block->culled[column] |= bits;
+        if (known) block->known[column] |= bits;
+    });
+}
+
+abi::KernelStatus PieceCull::limit_queries(const PlacedPart& part, std::span<const Vec3i> blocks,
+                                           CubeBounds* bounds, const CubeBounds::Tools& tools,
+                                           CulledBlock* out) {
+    std::erase_if(which_, [&](size_t b) { return out[b].pieces == ~0u; });
+    if (which_.empty()) return {};
+    bounded_.clear();
+    for (const size_t b : which_)
+        bounded_.push_back(blocks[b]);
+    const abi::KernelStatus status = bounds->find_reaches(part, bounded_, tools, &reaches_);
+    for (size_t i = 0; i < which_.size() && status.ok(); ++i)
+        out[which_[i]].reach = reaches_[i];
     return status;
 }
 
@@ -56,17 +140,12 @@ abi::KernelStatus PieceCull::find_pieces(const PlacedPart& part, size_t first_cu
         const size_t cube = first_cube + p;
         const bool uniform = bounds.is_uniform(cube, &weights_);
         if (!uniform && bounds.looks(cube)) continue;
-        block->pieces |= 1u << p;
-        block->distance[p] = bounds.distance_of(cube);
+        uint8_t code{OPENFAB_CODE_MIXED};
         if (uniform) {
-            const abi::KernelStatus status = find_code(part, isa, &block->code[p]);
+            const abi::KernelStatus status = find_code(part, isa, &code);
             if (!status.ok()) return status;
         }
-        const bool known = block->code[p] != OPENFAB_CODE_MIXED;
-        for_each_column(pieces, p, [&](size_t column, uint8_t bits) {
-            block->culled[column] |= bits;
-            if (known) block->known[column] |= bits;
-        });
+        cull(pieces, p, bounds.distance_of(cube), code, block);
     }
     return {};
 }

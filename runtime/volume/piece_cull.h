@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "base/infinity.h"
 #include "runtime/volume/cube_bounds.h"
 #include "runtime/volume/placed_part.h"
 
@@ -28,6 +29,19 @@ struct ConstantColumn {
 abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const float* weights,
                                   ConstantColumn* out);
 
+/// What is tried on blocks before their voxels make queries.
+struct CullTries {
+    bool pieces = false;   ///< pieces, by approximate distances of their blocks' corners
+    bool octants = false;  ///< cubes of 4 voxels, by cases: of where the nearest point may lie
+    bool reach = false;    ///< queries are bounded where a voxel that is farther need not look
+    bool any() const { return pieces || octants || reach; }
+};
+
+/// The lowest voxel of an octant of a block.
+inline Vec3i octant_of(const Vec3i& block, int32_t octant) {
+    return block + Vec3i{octant & 1, octant >> 1 & 1, octant >> 2} * 4;
+}
+
 /// The culled pieces of one block.
 struct CulledBlock {
     uint32_t pieces = 0;  ///< a bit each
@@ -37,6 +51,7 @@ struct CulledBlock {
     alignas(
         8) std::array<uint8_t, 64> culled{};     ///< voxels of culled pieces, laid out like `owned`
     alignas(8) std::array<uint8_t, 64> known{};  ///< those whose code is known
+    float reach = kInfinity;  ///< a voxel farther from the surface takes this distance, mm
 };
 
 /// Calls visit(column in the block, bits) for each column of a piece.
@@ -53,12 +68,26 @@ class PieceCull {
   public:
     /// Finds the culled pieces of blocks, which are given by their lowest voxels. All are of a block
     /// with a `blind` distance (PartCull::blind_distance), which is NaN for others; of those
-    /// pieces are culled where `try_others`.
+    /// pieces are culled as `tries` says.
     abi::KernelStatus run(const PlacedPart& part, std::span<const Vec3i> blocks, const float* blind,
-                          bool try_others, CubeBounds* bounds, const CubeBounds::Tools& tools,
-                          CulledBlock* out);
+                          const CullTries& tries, CubeBounds* bounds,
+                          const CubeBounds::Tools& tools, CulledBlock* out);
 
   private:
+    struct Octant {
+        bool culled = false;
+        uint8_t code = 0;  ///< OPENFAB_CODE_MIXED if it has to be evaluated
+        float distance = 0;
+    };
+    abi::KernelStatus cull_octants(const PlacedPart& part, CubeBounds* bounds,
+                                   const CubeBounds::Tools& tools, CulledBlock* out);
+    abi::KernelStatus find_octant(const PlacedPart& part, size_t cube, const CubeBounds& bounds,
+                                  openfab_isa isa, Octant* out);
+    static void cull(const nearest::BlockPieces& pieces, size_t piece, float distance, uint8_t code,
+                     CulledBlock* block);
+    abi::KernelStatus limit_queries(const PlacedPart& part, std::span<const Vec3i> blocks,
+                                    CubeBounds* bounds, const CubeBounds::Tools& tools,
+                                    CulledBlock* out);
     abi::KernelStatus find_pieces(const PlacedPart& part, size_t first_cube,
                                   const CubeBounds& bounds, openfab_isa isa, CulledBlock* block);
     abi::KernelStatus find_code(const PlacedPart& part, openfab_isa isa, uint8_t* code);
@@ -71,6 +100,9 @@ class PieceCull {
     const PlacedPart* known_part_ = nullptr;
     std::vector<float> weights_;
     std::vector<Vec3i> bounded_;  ///< blocks that are not blind
+    std::vector<size_t> which_;   ///< their indices
+    std::vector<Vec3i> octants_;
+    std::vector<float> reaches_;
     ConstantColumn constant_;
 };
 

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "base/check.h"
+#include "runtime/nearest/cache_period.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/engine/patch_cache.h"
 #include "runtime/nearest/kernel/kernel.h"
@@ -412,6 +413,10 @@ std::shared_ptr<PatchCache> make_patch_cache(size_t budget_bytes) {
 
 void set_budget(PatchCache* cache, size_t bytes) {
     cache->set_budget(bytes);
+}
+
+void begin_period(PatchCache* cache, int64_t periods) {
+    cache->begin_period(periods);
 }
 
 int64_t built_bytes(const PatchCache& cache) {

@@ -27,6 +27,8 @@ class PatchCache {
     explicit PatchCache(size_t budget_bytes) : trees_(budget_bytes, kShardBytes) {}
     /// Changes a limit; call while no other thread uses the cache.
     void set_budget(size_t bytes) { trees_.set_budget(bytes); }
+    /// Drops trees that none of the last `periods` asked for, and begins a new one.
+    void begin_period(int64_t periods) { trees_.begin_period(periods); }
     void set_max_pinned(size_t bytes) { max_pinned_ = bytes; }
     /// Returns the bytes of all trees that were built so far.
     int64_t built_bytes() const { return trees_.counts().inserted_bytes; }

@@ -168,7 +168,7 @@ void query(const KernelInput& in, const BlockQuery& q, KernelScratch* scratch,
     const uint32_t quarters = active_quarters(in, q, subs, active_lanes);
     if (quarters == 0) return;
     subs = sub_blocks_of(quarters);
-    const VoxelBox box = box_around(in, q.block, subs);
+    const VoxelBox box = box_around_quarters(in, q.block, quarters);
     PruneBounds bounds;
     for (uint32_t c = corners.found; c != 0; c &= c - 1) {
         const int i = __builtin_ctz(c);

@@ -17,6 +17,8 @@ namespace {
 
 /// Tolerance of the surface points of corners, in half diagonals of a block.
 constexpr float kCornerTolerance = 0.35f;
+/// The same for what would have to be diced, where a query is bounded: mostly no voxel needs it.
+constexpr float kUndicedTolerance = 1.0f;
 
 OPENFAB_INLINE void corner_voxel(const Vec3i& block, int c, int32_t* voxel) {
     voxel[0] = block.x + ((c & 1) != 0 ? 8 : 0);
@@ -100,12 +102,16 @@ __attribute__((noinline)) void search_corners(const KernelInput& in, const Corne
                 Floats8(0),
                 0,
                 Floats8(off * off)};
+    if (radius < kInfinity) {
+        const float undiced = kUndicedTolerance * half_diagonal;
+        w.undiced2 = Floats8(undiced * undiced);
+    }
     WarmStart& warm = scratch->warm;
     for (int i = 0; i < warm.count; ++i)
         update_witness_point(warm.point[0][i], warm.point[1][i], warm.point[2][i], points, &w);
     update_witness_neighbours(in, list, points, scratch, &w);
     find_witnesses({&in.root, 0}, points, scratch, &w);
-    const Floats8 least2 = max(w.distance2 - w.tolerance2, Floats8(0.0f));
+    const Floats8 least2 = min(max(w.distance2 - w.tolerance2, Floats8(0.0f)), w.passed2);
     const Floats8 least =
         max(sqrt(least2) * Floats8(1.0f - 0x1p-18f) - Floats8(largest * 0x1p-18f), Floats8(0.0f));
     alignas(32) float point[3][8], lower[8];

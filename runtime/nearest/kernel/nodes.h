@@ -130,6 +130,21 @@ OPENFAB_INLINE uint32_t outside_cone_lanes(const NodeBoxes<V>& boxes, const Proj
     return bits((across < max(d[0], d[1])) | (V(far * far) < sum));
 }
 
+/// Returns the lanes whose boxes are farther than `reach2`, squared, from the whole box of voxel
+/// centers: their separation along the nodes' axes bounds it.
+template <typename V>
+OPENFAB_INLINE uint32_t beyond_reach_lanes(const NodeBoxes<V>& boxes, const ProjectedBox<V>& box,
+                                           float reach2) {
+    V sum = V(0.0f);
+    for (int k = 0; k < 3; ++k) {
+        const V extent = (absolute(box.half[k][0]) + absolute(box.half[k][1])) +
+                         (absolute(box.half[k][2]) + boxes.half[k]);
+        const V d = max(absolute(box.center[k]) - extent, V(0.0f));
+        sum = about_mul_add(d, d, sum);
+    }
+    return bits(V(reach2) < sum);
+}
+
 /// Returns the lanes whose distances to the corners exceed some bound.
 template <typename V>
 OPENFAB_INLINE uint32_t prunable_lanes(const V* distance2, const PruneBounds& d) {
@@ -193,6 +208,8 @@ __attribute__((noinline)) void collect_frontier(const VoxelBox& box, float stop2
             V distance2[8];
             corner_distances2(boxes, projected, distance2);
             kept &= ~prunable_lanes(distance2, *bounds);
+            if (bounds->reach2 < kInfinity)
+                kept &= ~beyond_reach_lanes(boxes, projected, bounds->reach2);
         }
         const V* half = boxes.half;
         const V size2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2];

@@ -82,20 +82,36 @@ OPENFAB_INLINE VoxelBox make_box(const KernelInput& in, const int32_t* lowest,
     return box;
 }
 
-/// Makes the box around the sub-blocks in `subs`.
-inline VoxelBox box_around(const KernelInput& in, const Vec3i& block, uint32_t subs) {
+/// Makes the box around those parts of a block whose bits are set; part i is `size` voxels from
+/// origin_of(i) on.
+template <typename OriginOf>
+OPENFAB_INLINE VoxelBox box_around_parts(const KernelInput& in, const Vec3i& block, uint32_t parts,
+                                         const int32_t* size, const OriginOf& origin_of) {
     int32_t low[3] = {8, 8, 8}, high[3] = {0, 0, 0};
-    for (uint32_t left = subs; left != 0; left &= left - 1) {
-        const int32_t* origin = in.shape->sub_origin[__builtin_ctz(left)];
+    for (uint32_t left = parts; left != 0; left &= left - 1) {
+        const int32_t* origin = origin_of(__builtin_ctz(left));
         for (int a = 0; a < 3; ++a) {
-            const int32_t end = origin[a] + in.shape->sub_size[a];
+            const int32_t end = origin[a] + size[a];
             low[a] = origin[a] < low[a] ? origin[a] : low[a];
             high[a] = high[a] < end ? end : high[a];
         }
     }
     const int32_t lowest[3] = {block.x + low[0], block.y + low[1], block.z + low[2]};
-    const int32_t size[3] = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
-    return make_box(in, lowest, size);
+    const int32_t sides[3] = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
+    return make_box(in, lowest, sides);
+}
+/// Makes the box around the sub-blocks in `subs`.
+inline VoxelBox box_around(const KernelInput& in, const Vec3i& block, uint32_t subs) {
+    return box_around_parts(in, block, subs, in.shape->sub_size,
+                            [&](int s) { return in.shape->sub_origin[s]; });
+}
+/// Makes the box around the quarters in `quarters`.
+inline VoxelBox box_around_quarters(const KernelInput& in, const Vec3i& block, uint32_t quarters) {
+    int32_t size[3];
+    for (int a = 0; a < 3; ++a)
+        size[a] = static_cast<int32_t>(2 * in.shape->quarter_reach[a]) + 1;
+    return box_around_parts(in, block, quarters, size,
+                            [&](int q) { return in.shape->packet_origin[2 * q]; });
 }
 
 /// The nearest surface point known for each corner of a box. It need not be the nearest there is:
@@ -105,6 +121,9 @@ struct Witnesses {
     Floats8 x, y, z;  ///< meaningful where distance2 was lowered by a point
     uint32_t found;
     Floats8 tolerance2;  ///< only points nearer by at least this are searched for, mm²
+    /// The same for what has to be diced for it, in lanes that have a point; not below tolerance2 in effect.
+    Floats8 undiced2 = Floats8(0.0f);
+    Floats8 passed2 = Floats8(kInfinity);  ///< squared distance to the nearest that was not diced
 };
 
 OPENFAB_INLINE Floats8 witness_tolerance(const VoxelBox& box) {
@@ -170,6 +189,16 @@ OPENFAB_INLINE const Node* cached_box(const PatchSource& patches, const Node& le
     return ready ? page->box + slot : nullptr;
 }
 
+/// Returns whether what is at these squared distances, and not diced, need not be: no lane would get
+/// a point that is nearer by `undiced2`. Notes that it was passed by.
+OPENFAB_INLINE bool pass_by(Floats8 distance2, Witnesses* w) {
+    const Floats8 tolerance2 =
+        select(Mask8::from_bits(w->found), max(w->tolerance2, w->undiced2), w->tolerance2);
+    if (bits(distance2 < w->distance2 - tolerance2) != 0) return false;
+    w->passed2 = min(w->passed2, distance2);
+    return true;
+}
+
 /// Searches below `start` for points nearer to the corners than the witnesses, near children first.
 __attribute__((noinline)) void find_witnesses(const NodeRef& start, const Points& p,
                                               KernelScratch* scratch, Witnesses* w) {
@@ -200,7 +229,10 @@ __attribute__((noinline)) void find_witnesses(const NodeRef& start, const Points
             const LeafFeatures& known = e.tree->leaves[node - e.tree->nodes];
             if (known.step > 0) {
                 update_witness_point(known.origin[0], known.origin[1], known.origin[2], p, w);
-                if (bits(node_distance2(*node, p) < w->distance2 - w->tolerance2) == 0) continue;
+                if (pass_by(node_distance2(*node, p), w)) continue;
+            } else if (box == nullptr && !is_treelet(scratch->patches, *node) &&
+                       pass_by(node_distance2(*node, p), w)) {
+                continue;
             }
             const TreeView* patch =
                 scratch->patches.fetch(scratch->patches.context, static_cast<int32_t>(first));
@@ -219,6 +251,8 @@ __attribute__((noinline)) void find_witnesses(const NodeRef& start, const Points
 struct PruneBounds {
     alignas(32) float bound[17][8];  ///< 8 points, 8 patch boxes, the radius
     int32_t count = 0;
+    /// X is pruned, too, if it is farther than this from the whole box, squared, mm².
+    float reach2 = kInfinity;
 };
 
 OPENFAB_INLINE float bound_slack(float distance2, float delta) {
@@ -240,6 +274,7 @@ OPENFAB_INLINE void add_point_bound(const VoxelBox& box, float x, float y, float
 
 OPENFAB_INLINE void add_radius_bound(const VoxelBox& box, float radius, PruneBounds* bounds) {
     if (!(radius < kInfinity)) return;
+    bounds->reach2 = radius * radius + bound_slack(radius * radius, 3 * box.delta);
     // Each point of the box has a corner within half the diagonal.
     const float reach = radius + box.half_diagonal;
     store(bounds->bound[bounds->count++], with_slack(Floats8(reach * reach), box.delta));

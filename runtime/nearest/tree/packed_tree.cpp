@@ -10,6 +10,9 @@ namespace openfab::nearest {
 namespace {
 
 constexpr size_t kLine = 64;
+// Blocks have few sizes, so that one that was freed fits the next; the allocator does not reuse
+// aligned ones as well, and aligns them by more than it needs.
+constexpr size_t kBlockUnit = 1024;
 
 template <typename T>
 size_t lines(const std::vector<T>& values) {
@@ -45,10 +48,13 @@ PackedTree::PackedTree(const Tree& tree) {
     const std::vector<NodeCone> own(unknown == nullptr ? tree.nodes.size() : 0);
     bytes_ = lines(tree.nodes) + lines(tree.frames) + lines(tree.details) + lines(tree.edges) +
              lines(tree.vertices) + lines(tree.leaves) + lines(tree.half_spaces.values) +
-             lines(own);
-    block_.reset(static_cast<std::byte*>(std::aligned_alloc(kLine, bytes_)));
+             lines(own) + kLine;
+    bytes_ = (bytes_ + kBlockUnit - 1) / kBlockUnit * kBlockUnit;
+    block_.reset(static_cast<std::byte*>(std::malloc(bytes_)));
     if (block_ == nullptr) throw std::bad_alloc();
-    std::byte* next = block_.get();
+    void* line = block_.get();
+    size_t room = bytes_;
+    auto* next = static_cast<std::byte*>(std::align(kLine, bytes_ - kLine, line, room));
     view_.nodes = put(tree.nodes, &next);
     view_.frames = put(tree.frames, &next);
     view_.details = put(tree.details, &next);

@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "base/infinity.h"
@@ -65,13 +67,16 @@ void check(const Case& of) {
         EXPECT_EQ(std::memcmp(got.bary1, want.bary1, sizeof got.bary1), 0);
         EXPECT_EQ(std::memcmp(got.bary2, want.bary2, sizeof got.bary2), 0);
     };
+    std::array<uint8_t, 64> lower_half;
+    lower_half.fill(0x0f);
     int32_t number = 0;
     for (int32_t z = 0; z < grid.size.z; z += 8) {
         for (int32_t y = 0; y < grid.size.y; y += 8) {
             for (int32_t x = 0; x < grid.size.x; x += 8) {
                 if (++number % 5 != 0) continue;
                 BlockQuery query{Vec3i{x, y, z} - base};
-                query.radius_mm = number % 2 == 0 ? kInfinity : 1.0f;
+                query.radius_mm = number % 2 == 0 ? kInfinity : number % 3 == 0 ? 0.25f : 1.0f;
+                if (number % 4 < 2) query.active = lower_half.data();
                 twin->query(query, twin_scratch.get(), &want);
                 roomy->query(query, scratch.get(), &got);
                 compare();
@@ -97,6 +102,42 @@ TEST(Lattices, OfManyMicropolygonsAreCut) {
 
 TEST(Lattices, InPiecesHaveTipsOfFewTriangles) {
     check({"card", testing::card(6, 4, 1), HandMode::kBack, 0.2f, 0.1, 0.15, 0});
+}
+
+// Blocks as high as the card is thick: their corners are near the back, and no voxel's reach is.
+TEST(Lattices, BeyondTheReachAreNotDiced) {
+    const part::Part part = testing::make_part(
+        testing::Scenario{"card", testing::card(9, 8, 1.3), HandMode::kBack, 0.2f, 0.5});
+    surface::SurfaceOptions options;
+    options.micro_edge_mm = 0.16;
+    const auto surface = std::move(*surface::Surface::create(part, options));
+    const part::Grid grid =
+        testing::grid_over(surface->exact_box(part.local_to_build), true, {0.17f, 0.34f, 0.14f});
+    const auto frame = part::make_frame(part, grid);
+    const auto cache = make_patch_cache(64 << 20);
+    const auto engine = make_block_engine(*surface, frame, {.cache = cache});
+    const auto twin = reference::make_brute_force_engine(*surface, frame);
+    const auto scratch = engine->make_scratch(), twin_scratch = twin->make_scratch();
+    const Vec3i base = part::part_base_voxel(part, grid);
+    // The voxels within 0.4 mm of the front, and those below them in the block that are not asked.
+    std::array<uint8_t, 64> top;
+    top.fill(0xe0);
+    BlockAnswer got, want;
+    int32_t found = 0;
+    for (int32_t y = 8; y + 16 < grid.size.y; y += 8) {
+        for (int32_t x = 8; x + 16 < grid.size.x; x += 8) {
+            BlockQuery query{Vec3i{x, y, grid.size.z - 8} - base, top.data(), 0.4f};
+            engine->query(query, scratch.get(), &got);
+            twin->query(query, twin_scratch.get(), &want);
+            EXPECT_EQ(std::memcmp(got.distance2, want.distance2, sizeof got.distance2), 0);
+            EXPECT_EQ(std::memcmp(got.patch, want.patch, sizeof got.patch), 0);
+            found += static_cast<int32_t>(
+                std::ranges::count_if(got.patch, [](int32_t p) { return p >= 0; }));
+        }
+    }
+    EXPECT_GT(found, 500);
+    // The first block has no surface point to start from.
+    EXPECT_LT(built_bytes(*cache), 400'000);
 }
 
 TEST(Lattices, OfBoxesMeetInStrips) {

@@ -37,6 +37,27 @@ TEST(LruCache, DropsWhatWasUsedLongestAgo) {
     EXPECT_EQ(cache.counts().hits, 4);
 }
 
+TEST(LruCache, DropsWhatRecentPeriodsDidNotUse) {
+    Cache cache(100'000, 100'000);
+    for (int32_t key = 0; key < 4; ++key)
+        cache.insert(key, text(1000));
+    cache.begin_period(1);
+    EXPECT_EQ(cache.counts().evictions, 0);
+    for (const int32_t key : {1, 3})
+        EXPECT_NE(cache.find(key), nullptr) << key;
+    cache.begin_period(1);
+    for (const int32_t key : {0, 2})
+        EXPECT_EQ(cache.find(key), nullptr) << key;
+    EXPECT_NE(cache.find(1), nullptr);
+    cache.begin_period(2);
+    EXPECT_NE(cache.find(3), nullptr);  // two periods ago
+    for (int period = 0; period < 3; ++period)
+        cache.begin_period(2);
+    EXPECT_EQ(cache.counts().evictions, 4);
+    cache.insert(5, text(1000));
+    EXPECT_NE(cache.find(5), nullptr);
+}
+
 TEST(LruCache, NeverHoldsMoreThanItsBudget) {
     Cache cache(10000, 10000);
     for (int32_t key = 0; key < 1000; ++key)
