@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "compiler/check/type.h"
@@ -15,6 +16,8 @@ namespace {
 
 /// A printf has a limit of values, and a picture of colours.
 constexpr size_t kMostMaterials = 16;
+/// A name that no text has.
+constexpr const char* kShown = "openfab_shown";
 
 /// A value that a printf can write, with what converts it.
 struct Printed {
@@ -39,8 +42,9 @@ Printed printed(const std::string& name) {
 
 class Looker {
   public:
-    Looker(const server::Analysis& analysis, const Graph& graph, const Tab& tab)
-        : analysis_(analysis), graph_(graph), tab_(tab) {}
+    Looker(const server::Analysis& analysis, const Graph& graph, const Tab& tab,
+           const LookedWhere& where)
+        : analysis_(analysis), graph_(graph), tab_(tab), where_(where) {}
 
     Looks look(const std::vector<int>& nodes) {
         for (const Uniform& one : graph_.uniforms) {
@@ -48,7 +52,8 @@ class Looker {
             if (mine && out_.materials.size() < kMostMaterials) out_.materials.push_back(one.name);
         }
         // Points of a surface are their own places, and come before all voxels.
-        if (tab_.name != "@Surface") tell_places();
+        out_.is_surface = tab_.name == "@Surface";
+        if (!out_.is_surface) tell_places();
         for (size_t i = 0; i < tab_.nodes.size(); ++i) {
             const auto id = static_cast<int>(i);
             if (nodes.empty() || std::find(nodes.begin(), nodes.end(), id) != nodes.end()) add(id);
@@ -85,11 +90,30 @@ class Looker {
             for (const Output& input : stage.inputs) {
                 if (!input.name.ends_with(kPlace)) continue;
                 const std::string attr = input.name.substr(0, input.name.size() - kPlace.size());
+                if (const std::string where = condition(attr); !where.empty()) {
+                    inserted_[stage.open.end] += fmt::format(" bool {} = {};", kShown, where);
+                    only_ = fmt::format(" if ({})", kShown);
+                }
                 inserted_[stage.open.end] += fmt::format(
-                    " printf(\"@%d %.9g\", {}.instance, {}.buildPosition);", attr, attr);
+                    "{} printf(\"@%d %.9g\", {}.instance, {}.buildPosition);", only_, attr, attr);
                 out_.has_places = true;
             }
         }
+    }
+
+    /// Whether a voxel is where one looks, as an expression; empty: each is.
+    std::string condition(const std::string& attr) const {
+        std::string out;
+        if (where_.shell_mm > 0)
+            out = fmt::format("-distance({}.voxelCenter) < {:.9g}", attr, where_.shell_mm);
+        for (size_t axis = 0; axis < where_.within_mm.size(); ++axis) {
+            if (!where_.within_mm[axis]) continue;
+            const auto& [low, high] = *where_.within_mm[axis];
+            const std::string at = fmt::format("{}.buildPosition.{}", attr, "xyz"[axis]);
+            out += fmt::format("{}{} >= {:.9g} && {} < {:.9g}", out.empty() ? "" : " && ", at, low,
+                               at, high);
+        }
+        return out;
     }
 
     void add(int id) {
@@ -127,7 +151,8 @@ class Looker {
             }
         }
         if (as.numbers == 0) return;
-        inserted_[at] += fmt::format(" printf(\"={} {}\", {});", id, as.conversion, values);
+        inserted_[at] +=
+            fmt::format("{} printf(\"={} {}\", {});", only_, id, as.conversion, values);
         out_.values.push_back({id, type, as.numbers});
     }
 
@@ -142,24 +167,49 @@ class Looker {
     const server::Analysis& analysis_;
     const Graph& graph_;
     const Tab& tab_;
+    const LookedWhere& where_;
+    std::string only_;  ///< before a printf: where it does
     std::map<uint32_t, std::string> inserted_;
     Looks out_;
 };
 
 }  // namespace
 
+LookedWhere looked_where(const JsonValue& action) {
+    const auto number = [](const JsonValue& json) {
+        return json.is(JsonValue::Kind::kNumber) && std::isfinite(json.number);
+    };
+    LookedWhere where;
+    if (const JsonValue* shell = member_of(action, "shell_mm"); shell != nullptr && number(*shell))
+        where.shell_mm = shell->number;
+    const JsonValue* within = member_of(action, "within_mm");
+    if (within == nullptr) return where;
+    for (size_t axis = 0; axis < std::min<size_t>(within->items.size(), 3); ++axis) {
+        const std::vector<JsonValue>& limits = within->items[axis].items;
+        if (limits.size() == 2 && number(limits[0]) && number(limits[1]))
+            where.within_mm[axis] = std::pair(limits[0].number, limits[1].number);
+    }
+    return where;
+}
+
 Result<Looks> looks_of(const server::Analysis& analysis, const Graph& graph, int tab,
-                       const std::vector<int>& nodes) {
+                       const std::vector<int>& nodes, const LookedWhere& where) {
     if (tab < 0 || static_cast<size_t>(tab) >= graph.tabs.size())
         return user_error("there is no such stage or function");
     const Tab& of = graph.tabs[static_cast<size_t>(tab)];
     if (of.is_stage && of.name != "@Volume" && of.name != "@Surface")
         return user_error(fmt::format("values of {} cannot be shown", of.name));
-    return Looker(analysis, graph, of).look(nodes);
+    const bool everywhere =
+        where.shell_mm <= 0 && std::none_of(where.within_mm.begin(), where.within_mm.end(),
+                                            [](const auto& one) { return one.has_value(); });
+    if (!everywhere && !of.is_stage)
+        return user_error("values of a function are shown over a slice across z");
+    return Looker(analysis, graph, of, of.name == "@Volume" ? where : LookedWhere()).look(nodes);
 }
 
 void write_looks(const Looks& looks, JsonText* out) {
     out->begin_object().member("text", looks.text).member("places", looks.has_places);
+    out->member("surface", looks.is_surface);
     out->key("values").begin_array();
     for (const LookedAt& one : looks.values) {
         out->begin_object().member("node", one.node).member("type", one.type);

@@ -92,7 +92,8 @@ Result<void> look(const server::Analysis& analysis, const JsonValue& params, Jso
     if (!of) return of.error();
     if (has_errors(analysis.diagnostics()))
         return user_error("the text has errors; values are shown when they are mended");
-    const Result<Looks> looks = looks_of(analysis, graph_of(analysis), of->tab, of->nodes);
+    const Result<Looks> looks =
+        looks_of(analysis, graph_of(analysis), of->tab, of->nodes, looked_where(*json));
     if (!looks) return looks.error();
     write_looks(*looks, out);
     return {};

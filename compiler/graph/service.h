@@ -9,7 +9,7 @@
 //   openfl/edit     {path, text, action}   {"text", "graph"} after an action (edit.h); an error says why it is refused
 //   openfl/palette  {path, text}           what can be added
 //   openfl/picture  {action: {signature, module}}   what one of these looks like (picture.h); {} if nothing is known
-//   openfl/look     {path, text, action: {tab, nodes}}   the text with prints of values (look.h)
+//   openfl/look     {path, text, action: {tab, nodes, …}}   the text with prints of values (look.h)
 //   openfl/assist   {path, text, action: {ask, line, character}}   completions, help, signatures, layout (assist.h)
 //
 // `path` is the file that the text is to be, for the modules beside it.

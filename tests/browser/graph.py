@@ -93,7 +93,7 @@ def work_with(browser, options, folder, url):
     page.fill("#source", text(page).replace("(mc;", "mc;").replace("1 - tt", "1 - t"))
     at.eventually("mended text is drawn again", lambda: not page.is_visible("#graph_stale") and page.locator("#graph_svg .node.wrong").count() == 0)
     answers = []
-    page.on("dialog", lambda d: (answers.append(d.message), d.dismiss() if len(answers) == 1 else d.accept()))
+    page.on("dialog", lambda d: (answers.append(d.message), d.dismiss() if len(answers) == 1 else d.accept(d.default_value)))
     page.fill("#source", text(page).replace("// mine\n", "") + "// mine\n")
     (folder / "ball.fl").write_text(FABLET + "// other\n")
     at.eventually("what another program writes is asked about", lambda: len(answers) == 1 and "another program" in answers[0])
@@ -124,6 +124,12 @@ def look_at_values(at):
     at.eventually("and in the voxel that is picked", lambda: "in the voxel: 1" in at.text("#inspector"))
     at.eventually("a wire says what it brings", lambda: page.locator("#graph_svg .wire title").count() >= 5)
     at.shot("graph_values")
+    for over, seen in (("surface", ".look image"), ("z", ".look .curve"), ("slice", ".look image")):
+        before = page.evaluate("() => document.querySelector('#graph_svg .look')?.innerHTML")
+        page.select_option("#graph_over", over)
+        at.eventually(f"values are shown {over}", lambda seen=seen, before=before: page.locator(f"#graph_svg {seen}").count() >= 10 and page.evaluate("() => document.querySelector('#graph_svg .look').innerHTML") != before)
+        at.shot(f"graph_values_{over}")
+    check("and nothing is refused", at.text("#graph_look_trouble") == "")
     page.click("#graph_look")
     check("without Values there is no picture", page.locator("#graph_svg .look").count() == 0)
     page.click("#graph_look")
@@ -159,15 +165,16 @@ def group_and_insert(at):
     """A function of some nodes, and a function that is dropped on a wire."""
     page = at.page
     before = text(page)
-    page.once("dialog", lambda dialog: dialog.accept("ripple"))
-    page.mouse.click(*node(page, "wave = +"))
+    # The page asks for its name; whoever answers dialogs here takes the one that is there.
+    page.mouse.click(*node(page, "t = smoothstep"))
     page.keyboard.down("Shift")
-    page.mouse.click(*node(page, "sin"))
+    page.mouse.click(*node(page, "/"))
     page.keyboard.up("Shift")
+    check("Shift and a click choose more", page.locator("#graph_svg .node.selected").count() == 2)
     page.keyboard.press("g")
-    at.eventually("nodes become a function", lambda: "float ripple(" in text(page) and "ripple(" in text(page).split("@Volume")[1])
+    at.eventually(f"nodes become a function {at.text('#graph_message')}", lambda: "float part(" in text(page) and "part(" in text(page).split("@Volume")[1])
     page.wait_for_function("() => !document.body.classList.contains('graph_busy')")
-    check("which is a tab", "ripple" in at.text("#graph_tabs"))
+    check("which is a tab", "part" in at.text("#graph_tabs"))
     page.keyboard.press("Control+z")
     at.eventually("undone", lambda: text(page) == before)
     page.click("#graph_fit")
@@ -235,6 +242,26 @@ def many_nodes(browser, options, folder):
         at.close()
 
 
+def textures(browser, options):
+    """A texture is shown at its uniform, and in the graph."""
+    folder = options.out / "texture_world"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "spots.ppm").write_text("P3 4 4 255 " + " ".join("250 40 10" if (i + i // 4) % 2 else "20 90 220" for i in range(16)) + "\n")
+    (folder / "ball.fl").write_text(FABLET.replace("Material core", "ImageTexture2D spots;\n        Material core").replace("float wave = 0.5", "float2 uv = attr.voxelCenter.xy / 12;\n        float wave = 0.2 * spots.Sample1(uv, 0) + 0.5"))
+    (folder / "ball.fab.json").write_text(WORLD.replace('"meshes"', '"textures": {"spots": {"file": "spots.ppm"}},\n    "meshes"').replace('"core": "white"', '"spots": "spots", "core": "white"'))
+    with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
+        at = Page(browser, options, size=(1600, 1000))
+        at.open(url)
+        at.eventually("a texture is shown at its uniform", lambda: at.page.evaluate("() => document.querySelector('#uniforms img.thumb')?.naturalWidth") == 4)
+        at.page.click("#graph_button")
+        at.page.wait_for_selector("#graph_svg .node")
+        at.eventually("and in the graph", lambda: at.page.locator("#graph_svg .node:has(.title:text-is('spots')) .look image").count() == 1)
+        at.settle(3000)
+        at.shot("graph_texture")
+        at.close()
+
+
 def main(browser, options):
     folder = options.out / "graph_world"
     shutil.rmtree(folder, ignore_errors=True)
@@ -245,6 +272,7 @@ def main(browser, options):
         work_with(browser, options, folder, url)
         look(browser, options, url)
     many_nodes(browser, options, folder)
+    textures(browser, options)
 
 
 if __name__ == "__main__":

@@ -64,9 +64,11 @@ class Live {
     /// `graph`, `edit` or `palette` (compiler/graph/service.h).
     Result<std::string> graph(const std::string& method, int32_t fablet, const std::string& text,
                               const JsonValue* action);
-    /// Returns what nodes of a text are at voxels of the print in view (node_look.h). `action`: {"tab", "nodes",
-    /// "surface"} and {"slice"} or {"point_mm"}.
+    /// Returns what nodes of a text are at voxels of the print in view (node_look.h). `action`: {"tab", "nodes", "over":
+    /// "slice", "line", "voxel" or "surface", "point_mm", "axis"}.
     Result<std::string> look(int32_t fablet, const std::string& text, const JsonValue& action);
+    /// Returns a small PNG of a texture of the world (texture_look.h).
+    Result<std::vector<uint8_t>> texture(const std::string& name, bool is_volume) const;
     /// Saves a source that still is the one of this stamp; returns `{"stamp", "notes"}`. Where it gives a uniform another
     /// name, so does the world.
     Result<std::string> save(int32_t fablet, const std::string& text, const std::string& stamp);

@@ -121,7 +121,7 @@ Answer post(Live* live, const std::string& path, Body body) {
 
 std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     const std::string& path = request.path;
-    const bool reads = path == "/api/live" || path == "/api/source";
+    const bool reads = path == "/api/live" || path == "/api/source" || path == "/api/texture";
     const bool writes = path == "/api/check" || path == "/api/source" || is_graph(path) ||
                         path == "/api/set" || path == "/api/draft" || path == "/api/revert" ||
                         path == "/api/write" || path == "/api/print" || path == "/api/stop" ||
@@ -131,6 +131,16 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     if (!request.post) {
         if (path == "/api/live") return fine(live->details());
         Parameters in(request);
+        if (path == "/api/texture") {
+            const int32_t is_volume = in.whole_or("volume", 0, 0, 1);
+            const auto name = request.query.find("name");
+            if (!in.failed().empty() || name == request.query.end())
+                return refusal(400,
+                               name == request.query.end() ? "`name` is missing" : in.failed());
+            const Result<std::vector<uint8_t>> png = live->texture(name->second, is_volume == 1);
+            if (!png) return answer_of<std::string>(png.error());
+            return {{200, "image/png", std::string(png->begin(), png->end())}};
+        }
         const int32_t fablet = in.whole("fablet", 0, INT32_MAX);
         if (!in.failed().empty()) return refusal(400, in.failed());
         return answer_of(live->source(fablet));

@@ -7,6 +7,7 @@
 //
 //   GET  api/live                             objects, uniforms, fablets, diagnostics
 //   GET  api/source?fablet=N                  {"text", "stamp"}
+//   GET  api/texture?name=…&volume=0          a small PNG of a texture (texture_look.h)
 //   POST api/check   {"fablet", "text"}       {"diagnostics"}, of a text that is not saved
 //   POST api/graph   {"fablet", "text"}       the graph of a text (compiler/graph/service.h)
 //   POST api/edit    {"fablet", "text", "action"}   {"text", "graph"}, after an action; nothing is saved

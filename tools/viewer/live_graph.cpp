@@ -1,11 +1,74 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <string_view>
+#include <utility>
 
 #include "tools/viewer/live.h"
+#include "tools/viewer/texture_look.h"
 
 namespace openfab::viewer {
+
+namespace {
+
+/// Reads "over" and, but for the surface, "point_mm" and "axis".
+Result<void> read_place(const JsonValue& action, Look* of) {
+    constexpr std::pair<std::string_view, LookOver> kOver[] = {{"slice", LookOver::kSlice},
+                                                               {"line", LookOver::kLine},
+                                                               {"voxel", LookOver::kVoxel},
+                                                               {"surface", LookOver::kSurface}};
+    const JsonValue* over = member_of(action, "over");
+    const auto* found = std::find_if(std::begin(kOver), std::end(kOver), [&](const auto& one) {
+        return over != nullptr && over->text == one.first;
+    });
+    if (found == std::end(kOver))
+        return user_error("`over` is one of slice, line, voxel and surface");
+    of->over = found->second;
+    if (of->over == LookOver::kSurface) return {};
+    const JsonValue* point = member_of(action, "point_mm");
+    const bool fits =
+        point != nullptr && point->items.size() == 3 &&
+        std::all_of(point->items.begin(), point->items.end(), [](const JsonValue& one) {
+            return one.is(JsonValue::Kind::kNumber) && std::isfinite(one.number);
+        });
+    if (!fits) return user_error("`point_mm` is three numbers");
+    of->point_mm = {point->items[0].number, point->items[1].number, point->items[2].number};
+    const JsonValue* axis = member_of(action, "axis");
+    if (axis == nullptr) return {};
+    if (!axis->is(JsonValue::Kind::kNumber) ||
+        (axis->number != 0 && axis->number != 1 && axis->number != 2))
+        return user_error("`axis` is 0, 1 or 2");
+    of->axis = static_cast<int>(axis->number);
+    return {};
+}
+
+JsonValue number_value(double number) {
+    JsonValue value;
+    value.kind = JsonValue::Kind::kNumber;
+    value.number = number;
+    return value;
+}
+
+/// An action that says, too, which voxels print (compiler/graph/look.h).
+JsonValue with_where(JsonValue action, const LookGrid& grid) {
+    action.members.push_back({"shell_mm", 0, 0, number_value(grid.shell_mm)});
+    JsonValue within;
+    within.kind = JsonValue::Kind::kArray;
+    for (const auto& limits : grid.within_mm) {
+        JsonValue pair;
+        pair.kind = limits ? JsonValue::Kind::kArray : JsonValue::Kind::kNull;
+        if (limits) pair.items = {number_value(limits->first), number_value(limits->second)};
+        within.items.push_back(pair);
+    }
+    action.members.push_back({"within_mm", 0, 0, within});
+    return action;
+}
+
+}  // namespace
 
 Result<std::string> Live::graph(const std::string& method, int32_t fablet, const std::string& text,
                                 const JsonValue* action) {
@@ -29,25 +92,27 @@ Result<std::string> Live::look(int32_t fablet, const std::string& text, const Js
         of.sources = read_.sources;
         of.settings = shown_settings_;
     }
-    const JsonValue* surface = member_of(action, "surface");
-    of.is_surface = surface != nullptr && surface->boolean;
-    const JsonValue* slice = member_of(action, "slice");
-    if (slice != nullptr && slice->is(JsonValue::Kind::kNumber))
-        of.slice = static_cast<int32_t>(std::clamp(slice->number, 0.0, of.print.size.z - 1.0));
-    if (const JsonValue* point = member_of(action, "point_mm"); point != nullptr) {
-        const bool fits =
-            point->items.size() == 3 &&
-            std::all_of(point->items.begin(), point->items.end(), [](const JsonValue& one) {
-                return one.is(JsonValue::Kind::kNumber) && std::isfinite(one.number);
-            });
-        if (!fits) return user_error("`point_mm` is three numbers");
-        of.point_mm = {point->items[0].number, point->items[1].number, point->items[2].number};
-    }
-    const Result<std::string> printed = graphs_.ask("openfl/look", of.source, text, &action);
+    if (Result<void> fine = read_place(action, &of); !fine) return fine.error();
+    const JsonValue asked = with_where(action, grid_of(of));
+    const Result<std::string> printed = graphs_.ask("openfl/look", of.source, text, &asked);
     if (!printed) return printed.error();
     const Result<JsonValue> json = parse_json(*printed, "openflc");
     if (!json) return json.error();
     return looker_.look(of, *json);
+}
+
+Result<std::vector<uint8_t>> Live::texture(const std::string& name, bool is_volume) const {
+    std::shared_ptr<const world::World> world;
+    {
+        const std::lock_guard lock(mutex_);
+        world = read_.world;
+    }
+    if (world != nullptr) {
+        for (const world::Texture& one : world->textures) {
+            if (one.name == name) return texture_look(one, is_volume, world->roots);
+        }
+    }
+    return user_error(fmt::format("there is no texture `{}`", name));
 }
 
 }  // namespace openfab::viewer

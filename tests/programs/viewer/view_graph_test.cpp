@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <filesystem>
+
 #include "tests/programs/viewer/view_fixtures.h"
 
 namespace openfab::testing {
@@ -48,10 +50,19 @@ TEST_F(ViewGraph, NodesAreWhatTheCompiledFabletSays) {
     const JsonValue state = viewer.wait_for(is_done);
     const JsonValue graph = ask(viewer, "/api/graph", kFablet).json();
     const int t = node_named(graph, 0, "t");
-    const HttpAnswer slice = ask(viewer, "/api/look", kFablet,
-                                 fmt::format(R"({{"tab": 0, "nodes": [{}], "slice": 3}})", t));
-    ASSERT_EQ(slice.status, 200) << slice.body;
-    const JsonValue picture = slice.json();
+    const JsonValue& print = member(state, "prints").items.at(0);
+    const double pitch = member(print, "pitch_mm").items.at(0).number;
+    const double x_mm = member(print, "origin_mm").items.at(0).number + 6.5 * pitch;
+    const auto look = [&](size_t tab, int node, const std::string& where) {
+        const HttpAnswer answer =
+            ask(viewer, "/api/look", kFablet,
+                fmt::format(R"({{"tab": {}, "nodes": [{}], {}, "point_mm": [{}, 0.1, 1.1]}})", tab,
+                            node, where, x_mm));
+        EXPECT_EQ(answer.status, 200) << answer.body;
+        return answer.json();
+    };
+
+    const JsonValue picture = look(0, t, R"("over": "slice")");
     const auto width = static_cast<size_t>(member(picture, "width").number);
     EXPECT_EQ(width, 44U);
     EXPECT_EQ(member(picture, "height").number, 44);
@@ -64,17 +75,45 @@ TEST_F(ViewGraph, NodesAreWhatTheCompiledFabletSays) {
     for (size_t x = 0; x < width; ++x)
         EXPECT_NEAR(values[7 * width + x].number, 255.0 * static_cast<double>(x) / 43, 1) << x;
 
+    // Across x all of it is the same: the value at the voxel's own x.
+    const JsonValue across = look(0, t, R"("over": "slice", "axis": 0)");
+    const JsonValue& flat = member(across, "nodes").items.at(0);
+    EXPECT_NEAR(member(flat, "low").number, (x_mm + 1) / 2, 1e-5);
+    EXPECT_EQ(member(flat, "low").number, member(flat, "high").number);
+
+    // Along x, all that is solid of a row: a line through 0 at -1 mm and 1 at 1 mm.
+    const JsonValue line = look(0, t, R"("over": "line", "axis": 0)");
+    const double from = member(line, "from_mm").number, step = member(line, "step_mm").number;
+    int64_t solid = 0;
+    const std::vector<JsonValue>& along = member(member(line, "nodes").items.at(0), "values").items;
+    for (size_t i = 0; i < along.size(); ++i) {
+        if (!along[i].is(JsonValue::Kind::kNumber)) continue;
+        ++solid;
+        EXPECT_NEAR(along[i].number, (from + static_cast<double>(i) * step + 1) / 2, 1e-5) << i;
+    }
+    EXPECT_NEAR(static_cast<double>(solid) * step, 2, 1.5 * step);
+
+    // Over the surface: what is there has values from one end of the cube to the other, and none of its inside is seen.
+    const JsonValue surface = look(0, t, R"("over": "surface")");
+    const JsonValue& skin = member(surface, "nodes").items.at(0);
+    EXPECT_LT(member(skin, "low").number, 0.05);
+    EXPECT_GT(member(skin, "high").number, 0.95);
+    EXPECT_GT(member(surface, "width").number, 20);
+    EXPECT_EQ(
+        ask(viewer, "/api/look", kFablet, R"({"tab": 1, "nodes": [0], "over": "surface"})").status,
+        422)
+        << "a function has no surface";
+    EXPECT_EQ(
+        ask(viewer, "/api/look", kFablet, R"({"tab": 0, "nodes": [0], "over": "all"})").status,
+        422);
+    EXPECT_EQ(ask(viewer, "/api/look", kFablet,
+                  R"({"tab": 0, "nodes": [0], "over": "line", "axis": 7, "point_mm": [0, 0, 0]})")
+                  .status,
+              422);
+
     // In one voxel, at the print's own pitch; in a function, what it gave there.
-    const JsonValue& print = member(state, "prints").items.at(0);
-    const double pitch = member(print, "pitch_mm").items.at(0).number;
-    const double x_mm = member(print, "origin_mm").items.at(0).number + 6.5 * pitch;
     const auto value_at = [&](size_t tab, int number) {
-        const HttpAnswer answer =
-            ask(viewer, "/api/look", kFablet,
-                fmt::format(R"({{"tab": {}, "nodes": [{}], "point_mm": [{}, 0.1, 1.1]}})", tab,
-                            number, x_mm));
-        EXPECT_EQ(answer.status, 200) << answer.body;
-        const JsonValue json = answer.json();
+        const JsonValue json = look(tab, number, R"("over": "voxel")");
         const std::vector<JsonValue>& nodes = member(json, "nodes").items;
         return nodes.empty() ? -1 : member(nodes[0], "values").items.at(0).number;
     };
@@ -86,6 +125,32 @@ TEST_F(ViewGraph, NodesAreWhatTheCompiledFabletSays) {
         EXPECT_NEAR(value_at(1, static_cast<int>(member(node_of, "id").number)), (x_mm + 1) / 2,
                     1e-5);
     }
+}
+
+/// Red above blue, as wide as high; the world names it.
+TEST_F(ViewGraph, ATextureIsShownAsItIsSampled) {
+    scratch_.write("flag.ppm", "P3 2 2 255 255 0 0 255 0 0 0 0 255 0 0 255\n");
+    std::string text = world_text();
+    text.insert(text.find("    \"build\""),
+                "    \"textures\": {\"flag\": {\"file\": \"flag.ppm\"}},\n");
+    scratch_.write("cube.fab.json", text);
+    const Viewer viewer({world(), "--draft", "8"}, cache());
+    viewer.wait_for(is_done);
+    const HttpAnswer answer = viewer.get("/api/texture?name=flag");
+    ASSERT_EQ(answer.status, 200) << answer.body;
+    scratch_.write("flag.png", answer.body);
+    const ReadPng png = read_png(scratch_ / "flag.png");
+    ASSERT_EQ(png.width, 2);
+    ASSERT_EQ(png.height, 2);
+    for (int32_t x = 0; x < 2; ++x) {
+        EXPECT_EQ(png.at(x, 0), (Rgba{255, 0, 0, 255}));
+        EXPECT_EQ(png.at(x, 1), (Rgba{0, 0, 255, 255}));
+    }
+    EXPECT_EQ(viewer.get("/api/texture?name=none").status, 422);
+    EXPECT_EQ(viewer.get("/api/texture").status, 400);
+    EXPECT_EQ(viewer.ask("GET", "/api/texture?name=flag", {viewer.host_header()}).status, 403);
+    std::filesystem::remove(scratch_ / "flag.ppm");
+    EXPECT_EQ(viewer.get("/api/texture?name=flag").status, 422) << "the file is gone";
 }
 
 TEST_F(ViewGraph, AFabletIsDrawnAndEdited) {

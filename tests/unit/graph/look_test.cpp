@@ -96,6 +96,28 @@ TEST(Look, PointsOfASurfaceAreTheirOwnPlaces) {
     EXPECT_NE(drawn.looks->text.find(" %.9g\", h);"), std::string::npos) << drawn.looks->text;
 }
 
+TEST(Look, OverTheSurfaceOnlyVoxelsNearItPrint) {
+    const Looked drawn(kLookedAt, {}, 0, {});
+    const Result<Looks> near = looks_of(drawn.analysis, drawn.graph, 0, {}, {0.25, {}});
+    ASSERT_TRUE(near);
+    EXPECT_NE(near->text.find("{ bool openfab_shown = -distance(attr.voxelCenter) < 0.25; if "
+                              "(openfab_shown) printf(\"@%d %.9g\", "),
+              std::string::npos)
+        << near->text;
+    EXPECT_EQ(near->text.find("; printf("), std::string::npos) << "one is not bound to it";
+    const Result<JsonValue> asked =
+        parse_json(R"({"within_mm": [null, [-0.5, 1], null]})", "action");
+    ASSERT_TRUE(asked);
+    const Result<Looks> row = looks_of(drawn.analysis, drawn.graph, 0, {}, looked_where(*asked));
+    ASSERT_TRUE(row);
+    EXPECT_NE(row->text.find("bool openfab_shown = attr.buildPosition.y >= -0.5 && "
+                             "attr.buildPosition.y < 1;"),
+              std::string::npos)
+        << row->text;
+    const server::Analysis after({}, near->text, {});
+    EXPECT_FALSE(has_errors(after.diagnostics()));
+}
+
 TEST(Look, EveryFabletWithPrintsIsOneWithoutErrors) {
     int values = 0;
     for (const char* folder : {"gallery", "tools/openfab"}) {

@@ -39,6 +39,11 @@ export async function getPicture(path) {
     return createImageBitmap(await (await request(path)).blob());
 }
 
+/** A picture as the URL of a blob, which the caller revokes. */
+export async function getUrl(path) {
+    return URL.createObjectURL(await (await request(path)).blob());
+}
+
 /** The bytes, or null where the server has nothing new. */
 export async function getBytes(path) {
     const response = await request(path);

@@ -8,13 +8,14 @@
 
 import { curve } from "./curve.js";
 import { element } from "./format.js";
+import { textureUrl } from "./textures.js";
 
 /** The first that fits makes the control. */
 const kControls = [
     { fits: (u) => u.kind === "curve", make: curve },
     { fits: (u) => u.array_length > 1, make: numbers },
     { fits: (u) => u.kind === "material", make: (of) => choice(of, of.names.materials) },
-    { fits: (u) => u.kind === "texture2d" || u.kind === "texture3d", make: (of) => choice(of, of.names.textures) },
+    { fits: (u) => u.kind === "texture2d" || u.kind === "texture3d", make: texture },
     { fits: (u) => u.choices, make: named },
     { fits: (u) => u.type === "bool", make: checkbox },
     { fits: isColor, make: color },
@@ -36,6 +37,19 @@ function named(of) {
 function choice({ label, set }, names) {
     const select = element("select", { "aria-label": label, onchange: () => set(select.value) }, ...names.map((name) => element("option", {}, name)));
     return { elements: [select], show: (value) => { select.value = value?.[0] ?? ""; } };
+}
+
+/** With what the texture looks like. */
+function texture(of) {
+    const list = choice(of, of.names.textures);
+    const picture = element("img", { class: "thumb", alt: "", hidden: true });
+    const showPicture = async (name) => {
+        const url = name ? await textureUrl(name, of.uniform.kind === "texture3d") : "";
+        picture.hidden = !url;
+        if (url) picture.src = url;
+    };
+    list.elements[0].addEventListener("change", (event) => showPicture(event.target.value));
+    return { elements: [...list.elements, picture], show: (value) => { list.show(value); showPicture(value?.[0]); } };
 }
 
 function checkbox({ label, set }) {

@@ -5,15 +5,15 @@ import { postJson } from "./api.js";
 import { element } from "./format.js";
 import { GraphDrawing } from "./graph_draw.js";
 import { GraphInspector } from "./graph_inspector.js";
-import { canBeLookedAt, GraphLooks, hasPicture, short } from "./graph_look.js";
+import { canBeLookedAt, GraphLooks, hasPicture, isTexture, short } from "./graph_look.js";
 import { GraphPalette } from "./graph_palette.js";
 
 const byId = (id) => document.getElementById(id);
 const kDrawMs = 200;
 
 export class GraphPane {
-    /** `editor` holds the text; `fail` shows an error of the server; `colorOf` is that of the material of a uniform. */
-    constructor(editor, fail, colorOf) {
+    /** `editor` holds the text; `fail` shows an error of the server; `world` has what uniforms are bound to. */
+    constructor(editor, fail, world) {
         this.editor = editor;
         this.fail = fail;
         this.graph = null;
@@ -24,7 +24,7 @@ export class GraphPane {
         this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }));
         this.inspector = new GraphInspector({ act: (action) => this.act(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
         this.looks = new GraphLooks({
-            ask: (text, action) => postJson("api/look", { fablet: this.editor.fablet, text, action }), show: () => this.showLooks(), colorOf,
+            ask: (text, action) => postJson("api/look", { fablet: this.editor.fablet, text, action }), show: () => this.showLooks(), ...world,
             tell: (text) => { byId("graph_look_trouble").textContent = text; },
         });
         this.listen();
@@ -116,7 +116,7 @@ export class GraphPane {
             for (const d of this.diagnostics) for (const node of tab.nodes) if (node.line === d.line && node.kind !== "input") marked.set(node.id, d.message);
         }
         const isShown = this.looks.isOn && ["@Volume", "@Surface"].includes(tab.name) || this.looks.isOn && !tab.stage;
-        for (const node of tab.nodes) node.look = isShown && hasPicture(node);
+        for (const node of tab.nodes) node.look = (isShown && hasPicture(node)) || (this.looks.isOn && isTexture(node));
         this.drawing.show(tab, this.selected, this.port, marked);
         this.wantLooks(isShown);
         this.inspector.show(this.graph, this.tab, this.selected, this.port);
@@ -127,12 +127,13 @@ export class GraphPane {
     wantLooks(isShown) {
         if (this.stale) return;
         const nodes = this.nodes.filter(canBeLookedAt).map((node) => ({ id: node.id, key: this.keyOf(node), picture: hasPicture(node), seen: this.drawing.isSeen(node.id) }));
-        this.looks.want(isShown ? { text: this.drawn, tab: this.tab, name: this.graph.tabs[this.tab].name, nodes: nodes.sort((a, b) => b.seen - a.seen) } : null);
+        this.looks.want(isShown ? { text: this.drawn, tab: this.tab, name: this.graph.tabs[this.tab].name, stage: this.graph.tabs[this.tab].stage, nodes: nodes.sort((a, b) => b.seen - a.seen) } : null);
         this.showLooks();
     }
 
     showLooks() {
-        this.drawing.showLooks((node) => ({ picture: this.looks.pictures.get(this.keyOf(node)), values: this.looks.values.get(this.keyOf(node)) }));
+        const pictureOf = (node) => (isTexture(node) ? this.looks.textureOf(node) : this.looks.pictures.get(this.keyOf(node)));
+        this.drawing.showLooks((node) => ({ picture: pictureOf(node), values: this.looks.values.get(this.keyOf(node)) }));
         this.inspector.showValues((node) => this.looks.values.get(this.keyOf(node)));
     }
 
@@ -378,6 +379,7 @@ export class GraphPane {
             graph_button: () => this.toggle(), graph_add: () => this.openPalette(), graph_group: () => this.group(), graph_undo: () => this.undo(), graph_redo: () => this.redo(),
             graph_fit: () => this.drawing.fit(), graph_delete: () => this.remove(), graph_look: () => this.toggleLooks(),
         })) byId(id).addEventListener("click", does);
+        byId("graph_over").addEventListener("change", (event) => this.looks.setOver(event.target.value));
         byId("source").addEventListener("input", () => {
             if (this.editor.text === this.drawn) return;
             clearTimeout(this.drawing_soon);

@@ -1,7 +1,7 @@
 // Draws a graph as SVG, moves and scales the drawing, and says what is at a point of it.
 
 import { heightOf, kSize, layout, rowsEnd } from "./graph_layout.js";
-import { membersOf, short } from "./graph_look.js";
+import { curvePaths, membersOf, short } from "./graph_look.js";
 
 const kSvg = "http://www.w3.org/2000/svg";
 const kSettleMs = 200, kLeast = 0.12, kFar = 0.4, kReadable = 0.62;
@@ -50,7 +50,10 @@ export class GraphDrawing {
         this.placed = layout(tab.nodes);
         this.world.setAttribute("width", Math.max(this.placed.width, 1));
         this.world.setAttribute("height", Math.max(this.placed.height, 1));
+        // A click gives the focus to a node, which is drawn anew: keys go on to the graph.
+        const focused = this.nodes.contains(document.activeElement);
         this.nodes.replaceChildren(...tab.nodes.map((node) => this.node(node, marked.get(node.id))));
+        if (focused) this.root.focus({ preventScroll: true });
         this.wires.replaceChildren(...tab.nodes.flatMap((node) => node.ports.map((one, i) => this.wire(node, one, i)).filter(Boolean)));
         this.select(selected, port);
     }
@@ -73,15 +76,33 @@ export class GraphDrawing {
 
     look(node, { picture, values }) {
         const y = rowsEnd(node) + 4, side = kSize.look - 8;
+        if (picture?.curve) return this.curve(node, picture, values);
         const made = svg("g", { class: "look" }, svg("rect", { class: "paper", x: 8, y, width: side, height: side, rx: 2 }));
         const lines = [];
         if (picture) {
             made.append(svg("image", { x: 8, y, width: side, height: side, href: picture.url, preserveAspectRatio: "xMidYMid" }));
-            if (picture.low === undefined) lines.push("no number");
+            if (picture.name) lines.push(picture.name);
+            else if (picture.low === undefined) lines.push("no number");
             else if (picture.type !== "MaterialComposition") lines.push(...(picture.low === picture.high ? [short(picture.low)] : [`${short(picture.low)} …`, short(picture.high)]));
         }
         if (values) lines.push(`▸ ${values.map(short).join(" ")}`);
         lines.forEach((line, i) => made.append(svg("text", { class: i === lines.length - 1 && values ? "value here" : "value", x: side + 14, y: y + 12 + 14 * i }, clip(line, 15))));
+        return made;
+    }
+
+    /** Values along a line, the least at the bottom. */
+    curve(node, { curve, low, high, type }, values) {
+        const y = rowsEnd(node) + 4, width = kSize.width - 16, height = kSize.look - 8;
+        const made = svg("g", { class: "look" }, svg("rect", { class: "paper", x: 8, y, width, height, rx: 2 }));
+        curvePaths(curve, width, height - 4).forEach((d, i) => {
+            const line = svg("path", { class: "curve", d, transform: `translate(8 ${y + 2})` });
+            line.style.stroke = curve.colors[i % curve.colors.length];  // an attribute would be refused, as all style in markup is
+            made.append(line);
+        });
+        const range = low === undefined ? "no number" : type === "MaterialComposition" ? "" : low === high ? short(low) : `${short(low)} … ${short(high)}`;
+        made.append(svg("text", { class: "value", x: 12, y: y + 11 }, clip(range, 22)));
+        if (values) made.append(svg("text", { class: "value here", x: 12, y: y + height - 4 }, clip(`▸ ${values.map(short).join(" ")}`, 22)));
+        made.append(svg("title", {}, `along ${"xyz"[curve.axis]} from ${short(curve.from_mm)} mm, every ${short(curve.step_mm)} mm`));
         return made;
     }
 

@@ -1,5 +1,7 @@
-// What nodes are: a picture of each over the slice that is shown (of @Surface over the surface), and its value in the
-// voxel that was picked. The compiled fablet is run for them, once for all nodes in view.
+// What nodes are: a picture of each over the slice that is shown, over the surface, or a curve along a line, and its value
+// in the voxel that was picked. The compiled fablet is run for them, once for all nodes in view.
+
+import { textureUrl } from "./textures.js";
 
 const kSoonMs = 250, kMost = 48;
 const kPlain = /^(float|int|uint|bool)[234]?$/;
@@ -12,6 +14,26 @@ export function canBeLookedAt(node) {
 
 export function hasPicture(node) {
     return canBeLookedAt(node) && node.role !== "uniform" && node.role !== "constant";
+}
+
+export function isTexture(node) {
+    return node.role === "uniform" && /^ImageTexture[23]D$/.test(node.outputs[0]?.type ?? "");
+}
+
+/** The lines of a curve in a box of `width` by `height`, one for each number: paths with gaps where there is none. */
+export function curvePaths({ values, numbers, low, high }, width, height) {
+    const count = values.length / numbers;
+    const range = high > low ? high - low : 1;
+    return Array.from({ length: numbers }, (_, c) => {
+        let path = "";
+        let pen = false;
+        for (let i = 0; i < count; ++i) {
+            const v = values[i * numbers + c];
+            if (v !== null) path += `${pen ? "L" : "M"}${(i / Math.max(count - 1, 1) * width).toFixed(1)} ${(height - (high > low ? (v - low) / range : 0.5) * height).toFixed(1)}`;
+            pen = v !== null;
+        }
+        return path;
+    });
 }
 
 /** Four digits of a number, as short as that goes; the server writes what is none as text. */
@@ -28,37 +50,56 @@ export function membersOf(values, suffix) {
 }
 
 export class GraphLooks {
-    /** `ask` sends a request, `show` draws what came, `tell` says why nothing does, `colorOf` is that of a material's uniform. */
-    constructor({ ask, show, tell, colorOf }) {
-        Object.assign(this, { ask, show, tell, colorOf });
+    /**
+     * `ask` sends a request, `show` draws what came, `tell` says why nothing does, `colorOf` is that of a material's
+     * uniform, `boundTo` the name of a texture's.
+     */
+    constructor({ ask, show, tell, colorOf, boundTo }) {
+        Object.assign(this, { ask, show, tell, colorOf, boundTo });
         this.isOn = true;
-        this.slice = 0;
+        this.over = "slice";   // slice, surface, or x, y, z: along that axis
+        this.plane = null;     // {axis, point_mm} of the view
         this.point = null;
+        this.textures = new Map();
         this.forget();
     }
 
     forget() {
-        this.pictures = new Map();  // by the key of a node: {url, low, high, type}
+        this.pictures = new Map();  // by the key of a node: {url or curve, low, high, type}
         this.values = new Map();    // likewise: numbers, of a mixture by uniform
     }
 
-    /** What is drawn: {text, tab, name, nodes: [{id, key, picture}]}. */
+    /** What is drawn: {text, tab, name, stage, nodes: [{id, key, picture}]}. */
     want(drawn) {
         this.drawn = drawn;
         this.soon();
     }
 
-    setSlice(slice) {
-        if (slice === this.slice) return;
-        this.slice = slice;
+    setOver(over) {
+        this.over = over;
+        this.soon();
+    }
+
+    /** The plane of voxels that the page shows, by the axis across it and a point in it. */
+    setPlane(plane) {
+        if (JSON.stringify(plane) === JSON.stringify(this.plane)) return;
+        this.plane = plane;
         this.soon();
     }
 
     setPoint(mm) {
         this.point = mm;
         this.values = new Map();
-        this.pointStale = true;
         this.soon();
+    }
+
+    /** Where pictures are taken, as the server wants it. Points of a surface are on it; a function is seen over slices alone. */
+    placeOf(drawn) {
+        if (!drawn.stage) return { over: "slice", axis: 2, point_mm: this.plane.point_mm };
+        if (drawn.name === "@Surface" || this.over === "surface") return { over: "surface" };
+        const axis = ["x", "y", "z"].indexOf(this.over);
+        if (axis >= 0) return { over: "line", axis, point_mm: this.point ?? this.plane.point_mm };
+        return { over: "slice", ...this.plane };
     }
 
     /** A print has the processor first. */
@@ -74,18 +115,19 @@ export class GraphLooks {
     }
 
     async work() {
-        if (!this.isOn || !this.drawn || this.busy || this.working) return;
+        if (!this.isOn || !this.drawn || this.busy || this.working || !this.plane) return;
         this.working = true;
         try {
             while (this.isOn && this.drawn && !this.busy) {
-                const { drawn, slice, point } = this;
-                if (this.done?.drawn !== drawn || this.done.slice !== slice) await this.takePictures(drawn, slice);
+                const { drawn, point } = this;
+                const place = JSON.stringify(this.placeOf(drawn));
+                if (this.done?.drawn !== drawn || this.done.place !== place) await this.takePictures(drawn, place);
                 if (point && (this.pointDone?.drawn !== drawn || this.pointDone.point !== point)) await this.takeValues(drawn, point);
-                if (this.drawn === drawn && this.slice === slice && this.point === point) break;
+                if (this.drawn === drawn && this.point === point && JSON.stringify(this.placeOf(drawn)) === place) break;
             }
             this.tell("");
         } catch (error) {
-            this.done = { drawn: this.drawn, slice: this.slice };
+            this.done = { drawn: this.drawn, place: JSON.stringify(this.placeOf(this.drawn)) };
             this.pointDone = { drawn: this.drawn, point: this.point };
             this.tell(error.message);
         }
@@ -93,29 +135,54 @@ export class GraphLooks {
     }
 
     actionOf(drawn, nodes) {
-        return { tab: drawn.tab, nodes: nodes.map((node) => node.id), surface: drawn.name === "@Surface" };
+        return { tab: drawn.tab, nodes: nodes.map((node) => node.id) };
     }
 
-    async takePictures(drawn, slice) {
+    async takePictures(drawn, place) {
         const wanted = drawn.nodes.filter((node) => node.picture).slice(0, kMost);
-        const got = wanted.length ? await this.ask(drawn.text, { ...this.actionOf(drawn, wanted), slice }) : { nodes: [] };
-        this.done = { drawn, slice };
+        const got = wanted.length ? await this.ask(drawn.text, { ...this.actionOf(drawn, wanted), ...JSON.parse(place) }) : { nodes: [] };
+        this.done = { drawn, place };
         if (drawn !== this.drawn) return;
-        const painted = await Promise.all(got.nodes.map(async (one) => [drawn.nodes.find((node) => node.id === one.node).key,
-            { url: await this.paint(got, one), low: one.low, high: one.high, type: one.type }]));
+        const painted = await Promise.all(got.nodes.map(async (one) => {
+            const { low, high, type } = one;
+            const made = got.axis === undefined ? { url: await this.paint(got, one) } : { curve: this.curveOf(got, one) };
+            return [drawn.nodes.find((node) => node.id === one.node).key, { ...made, low, high, type }];
+        }));
         const before = this.pictures;
         this.pictures = new Map(painted);
         this.show();
-        for (const { url } of before.values()) URL.revokeObjectURL(url);
+        for (const { url } of before.values()) if (url) URL.revokeObjectURL(url);
     }
 
     async takeValues(drawn, point) {
+        if (drawn.name === "@Surface") return void (this.pointDone = { drawn, point });
         const wanted = drawn.nodes.slice(0, kMost);
-        const got = wanted.length ? await this.ask(drawn.text, { ...this.actionOf(drawn, wanted), point_mm: point }) : { nodes: [] };
+        const got = wanted.length ? await this.ask(drawn.text, { ...this.actionOf(drawn, wanted), over: "voxel", point_mm: point }) : { nodes: [] };
         this.pointDone = { drawn, point };
         if (drawn !== this.drawn || point !== this.point) return;
         this.values = new Map(got.nodes.map((one) => [drawn.nodes.find((node) => node.id === one.node).key, one.values]));
         this.show();
+    }
+
+    /** What a texture's node shows, once it is there; the URL is that of the page's other pictures of it. */
+    textureOf(node) {
+        const name = this.boundTo(node.title);
+        if (!name) return undefined;
+        const asked = textureUrl(name, node.outputs[0].type.endsWith("3D"));
+        if (this.textures.get(name)?.asked !== asked) {
+            this.textures.set(name, { asked });
+            asked.then((url) => { if (url) { this.textures.set(name, { asked, url }); this.show(); } });
+        }
+        const { url } = this.textures.get(name);
+        return url ? { url, name } : undefined;
+    }
+
+    /** A curve: values with the colours of their lines, mixtures' in those of their materials. */
+    curveOf({ axis, from_mm, step_mm, materials }, { type, numbers, values, low, high }) {
+        const colors = type === "MaterialComposition" ? materials.map((name) => `rgb(${this.colorOf(name).join(" ")})`)
+            : numbers === 1 ? ["var(--accent)"] : ["var(--axis_x)", "var(--axis_y)", "var(--axis_z)", "var(--measure)"];
+        const limits = type === "MaterialComposition" ? { low: 0, high: 1 } : { low, high };
+        return { axis, from_mm, step_mm, numbers, values, colors, ...limits };
     }
 
     /** Numbers as greys or colours, mixtures in the colours of their materials. */

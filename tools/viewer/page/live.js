@@ -4,6 +4,7 @@ import { getJson } from "./api.js";
 import { Editor } from "./editor.js";
 import { Files } from "./files.js";
 import { GraphPane } from "./graph.js";
+import { forgetTextures } from "./textures.js";
 import { Uniforms } from "./uniforms.js";
 
 const byId = (id) => document.getElementById(id);
@@ -27,13 +28,14 @@ export class LivePanel {
         this.files = new Files(run("uniforms_trouble"));
         this.editor = new Editor(run("editor_trouble"));
         this.graph = new GraphPane(this.editor, tell((text) => this.graph.say(text)),
-            (uniform) => colorOfMaterial(this.materialOf(uniform)));
+            { colorOf: (uniform) => colorOfMaterial(this.boundTo(uniform)), boundTo: (uniform) => this.boundTo(uniform) });
     }
 
-    /** The material that the first object with a uniform of this name has there. */
-    materialOf(uniform) {
+    /** The material or texture that the first object with a uniform of this name has there. */
+    boundTo(uniform) {
         const value = this.details?.objects.flatMap((object) => object.uniforms).find((one) => one.name === uniform)?.value;
-        return typeof value === "string" ? value : undefined;
+        const first = Array.isArray(value) ? value[0] : value;
+        return typeof first === "string" ? first : undefined;
     }
 
     showMessage(text, isError) {
@@ -52,6 +54,7 @@ export class LivePanel {
         try {
             const details = await getJson("api/live");
             this.details = details;
+            forgetTextures();
             this.uniforms.show(details);
             this.files.show(details);
             this.showMessage(details.message.trimEnd(), live.phase === "failed");

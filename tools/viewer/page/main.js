@@ -106,7 +106,8 @@ let settling = 0;
 /** What is worth a request only once one stays at a slice. */
 function settle() {
     clearTimeout(settling);
-    live.graph.looks.setSlice(model.at.z);
+    const print = model.print();
+    if (print) live.graph.looks.setPlane({ axis: axisNames.indexOf(limits().axis), point_mm: axisNames.map((axis, a) => print.origin_mm[a] + (model.at[axis] + 0.5) * print.pitch_mm[a]) });
     settling = setTimeout(async () => {
         if (!model.print()?.whole || (model.which === "diff" && model.state.difference)) return;
         try {
