@@ -16,7 +16,7 @@ namespace {
 
 /// Beams of one tile of voxels; more are finer than the voxels by far.
 constexpr size_t kMostGathered = size_t{1} << 19;
-constexpr size_t kShards = 32;
+constexpr size_t kShards = 4;  // few: a clump may be large
 
 /// Returns the signed distance of a point to a box: nothing in the box has a lesser one.
 float box_distance(const Box3f& box, const Vec3f& p) {
@@ -80,6 +80,11 @@ Box3f Grown::bounds() const {
             static_cast<float>(static_cast<double>(root_.bound.hi[a]) - center_[a]), kInfinity);
     }
     return out;
+}
+
+const Clump* Grown::root() const {
+    std::call_once(begun_, [&] { first_ = get(root_, root_state_); });
+    return failed() ? nullptr : first_.get();
 }
 
 Grown::ClumpPtr Grown::get(const Bud& bud, std::span<const uint32_t> state) const {
@@ -167,7 +172,7 @@ void Grown::collect(const Box3f& box, GatheredBeams* out) const {
         asked.hi[a] = std::nextafter(
             static_cast<float>(static_cast<double>(box.hi[a]) + center_[a]), kInfinity);
     }
-    const ClumpPtr root = get(root_, root_state_);
+    const Clump* root = this->root();
     if (root == nullptr) return;
     const BeamValues values = source_->values();
     visit(
@@ -204,7 +209,7 @@ BeamRecord record_of(const GrownBeam& beam, const Vec3d& center) {
 void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
     const Vec3f asked = vec_cast<float>(vec_cast<double>(p) + center_);
     const float most = limit + slack(p);
-    const ClumpPtr root = get(root_, root_state_);
+    const Clump* root = this->root();
     if (root == nullptr) return;
     const BeamValues values = source_->values();
     visit(
@@ -285,10 +290,9 @@ float Grown::nearest(const Vec3f& p, GatheredBeams* out) const {
     best.local = p;
     best.part = vec_cast<float>(vec_cast<double>(p) + center_);
     best.slack = slack(p);
-    best.current = get(root_, root_state_);
-    if (best.current == nullptr) return kInfinity;
-    const ClumpPtr root = best.current;
-    search(*root, &best);
+    if (root() == nullptr) return kInfinity;
+    best.current = first_;
+    search(*first_, &best);
     if (best.clump != nullptr && out != nullptr)
         out->add(*best.clump, best.beam, source_->values());
     return best.distance;

@@ -48,7 +48,7 @@ class Grown {
     float slack(const Vec3f& p) const;
 
     /// Makes the first clump, whose errors `status` then has.
-    void begin() const { get(root_, root_state_); }
+    void begin() const { root(); }
     /// Notes an error, unless there is one.
     void note(Error error) const;
     Result<void> status() const;
@@ -63,6 +63,8 @@ class Grown {
     struct Cache;
     struct Search;
 
+    /// Returns the first clump, which is kept: all searches begin there. Null after an error.
+    const Clump* root() const;
     /// Returns the clump of a bud; null after an error.
     ClumpPtr get(const Bud& bud, std::span<const uint32_t> state) const;
     template <typename Reaches, typename Take>
@@ -74,6 +76,8 @@ class Grown {
     const Vec3d center_;
     std::vector<uint32_t> root_state_;
     Bud root_;
+    mutable std::once_flag begun_;
+    mutable ClumpPtr first_;
     mutable std::unique_ptr<Cache> cache_;
     mutable std::atomic<size_t> bytes_;
     mutable std::atomic<int64_t> made_{0};

@@ -135,7 +135,9 @@ class RuleSource final : public ClumpSource {
             size_t more = 0;
             for (const size_t node : now.nodes)
                 more += static_cast<size_t>(now.children[node]);
-            if (grown > 0 && grown + more > kClumpNodes) {
+            // What the first node has is in the first clump, which is kept: of a forest all trees.
+            const bool first = bud.level < 0 && grown == 1;
+            if (grown > 0 && !first && grown + more > kClumpNodes) {
                 keep_buds(now, out);
                 return {};
             }
