@@ -96,10 +96,11 @@ Result<void> write_bands(const std::filesystem::path& file, const PartProblem& p
         // The first and the last hold what is beyond the scale.
         const bool below = k == 0 && shown.least < 0, above = k + 1 == kBands && shown.most > 0;
         pipeline::SliceMaterial band;
-        band.name = below   ? fmt::format("{} below {}{}", shown.name, short_number(high), unit)
-                    : above ? fmt::format("{} above {}{}", shown.name, short_number(low), unit)
-                            : fmt::format("{} {} to {}{}", shown.name, short_number(low),
-                                          short_number(high), unit);
+        // Short, for lists of materials are narrow: what it is of is the print's title.
+        band.name = below ? fmt::format("below {}{}", short_number(high), unit)
+                    : above
+                        ? fmt::format("above {}{}", short_number(low), unit)
+                        : fmt::format("{} to {}{}", short_number(low), short_number(high), unit);
         band.key = band.preview = {c[0], c[1], c[2], 255};
         info.materials.push_back(std::move(band));
     }

@@ -235,7 +235,7 @@ TEST(MechanicsShown, BandsAreAPrintOfColours) {
     auto reader = ofr::OfrReader::open(file.string());
     ASSERT_TRUE(reader) << reader.error().text();
     EXPECT_EQ((*reader)->info().materials.size(), 20U);
-    EXPECT_EQ((*reader)->info().materials[0].name, "displacement 0 to 1.9e-04 mm");
+    EXPECT_EQ((*reader)->info().materials[0].name, "0 to 1.9e-04 mm");
     int slices = 0;
     for (;; ++slices) {
         const Result<bool> more = (*reader)->next();
