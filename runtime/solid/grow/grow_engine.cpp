@@ -33,15 +33,12 @@ class GrowEngine final : public nearest::Engine {
     void query(const nearest::BlockQuery& query, Scratch* scratch,
                nearest::BlockAnswer* answer) const override {
         auto* mine = static_cast<GrowScratch*>(scratch);
-        GrowScratch::Region& region = find(query.block, mine);
-        if (region.beams.empty()) {
-            std::fill_n(answer->distance2, nearest::kBlockVoxels, kInfinity);
-            std::fill_n(answer->patch, nearest::kBlockVoxels, -1);
-            return;
+        // Beams that hold a voxel touch its row of blocks; only where a voxel is in none are others looked for.
+        GrowScratch::Region* region = &find_touching(query.block, mine);
+        if (!ask(query, region, mine, answer) && !grown_.failed()) {
+            region = &find_near(query.block, mine);
+            ask(query, region, mine, answer);
         }
-        region.engine->query(query, region.scratch.get(), answer);
-        mine->counts.add(region.scratch->counts);
-        region.scratch->counts = {};
     }
 
     void query_points(std::span<const nearest::PointPacket> packets, float radius_mm,
@@ -90,28 +87,22 @@ class GrowEngine final : public nearest::Engine {
         }
     }
 
-    void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
+    void bound_blocks(std::span<const Vec3i> blocks, Scratch* /*scratch*/,
                       nearest::BlockBounds* bounds) const override {
-        auto* mine = static_cast<GrowScratch*>(scratch);
+        const nearest::BlockPieces& cut = pieces();
         for (size_t i = 0; i < blocks.size(); ++i) {
-            GrowScratch::Region& region = find(blocks[i], mine);
-            if (region.beams.empty()) {
-                std::fill_n(bounds[i].low, 32, kInfinity);
-                std::fill_n(bounds[i].high, 32, kInfinity);
-                continue;
+            for (size_t q = 0; q < cut.lowest.size(); ++q) {
+                const VoxelBall ball = voxel_ball(frame(), blocks[i] + cut.lowest[q], cut.size);
+                const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
+                const float reach = ball.radius + grown_.slack(ball.middle);
+                bounds[i].low[q] = std::max(0.0f, d - reach);
+                bounds[i].high[q] = d + reach;
             }
-            region.engine->bound_blocks({&blocks[i], 1}, region.scratch.get(), &bounds[i]);
         }
     }
 
-    void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
+    void bounds(const Vec3i& lowest, int32_t size, Scratch* /*scratch*/,
                 nearest::BoxBounds* out) const override {
-        auto* mine = static_cast<GrowScratch*>(scratch);
-        if (size == 8) {
-            GrowScratch::Region& region = find(lowest, mine);
-            if (!region.beams.empty())
-                return region.engine->bounds(lowest, size, region.scratch.get(), out);
-        }
         out->clear();
         const VoxelBall ball = voxel_ball(frame(), lowest, {size, size, size});
         const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
@@ -120,7 +111,7 @@ class GrowEngine final : public nearest::Engine {
         const float reach = ball.radius + grown_.slack(ball.middle);
         const float low = std::max(0.0f, d - reach);
         out->distance_hi = d + reach;
-        // Of larger cubes nothing is said of attributes.
+        // Nothing is said of attributes.
         const BeamValues values = grown_.values();
         const auto floats = static_cast<size_t>(fablet_ == nullptr ? 0 : values.floats);
         const auto ints = static_cast<size_t>(fablet_ == nullptr ? 0 : values.ints);
@@ -134,35 +125,72 @@ class GrowEngine final : public nearest::Engine {
     }
     VoxelFrame frame() const { return VoxelFrame(frame_); }
 
-    /// Returns the region that a block lies in, with all beams that may be nearest to one of its voxels.
-    GrowScratch::Region& find(const Vec3i& block, GrowScratch* mine) const {
+    /// Answers by the beams of a region. Returns whether all active voxels lie in one of them.
+    bool ask(const nearest::BlockQuery& query, GrowScratch::Region* region, GrowScratch* mine,
+             nearest::BlockAnswer* answer) const {
+        mine->asked = region;
+        if (region->beams.empty()) {
+            std::fill_n(answer->distance2, nearest::kBlockVoxels, kInfinity);
+            std::fill_n(answer->patch, nearest::kBlockVoxels, -1);
+            return false;
+        }
+        region->engine->query(query, region->scratch.get(), answer);
+        mine->counts.add(region->scratch->counts);
+        region->scratch->counts = {};
+        const VoxelFrame voxels = frame();
+        for (int32_t v = 0; v < nearest::kBlockVoxels; ++v) {
+            if (query.active != nullptr && (query.active[v >> 3] >> (v & 7) & 1) == 0) continue;
+            if (answer->patch[v] < 0) return false;
+            const Vec3i at = query.block + Vec3i{v >> 3 & 7, v >> 6, v & 7};
+            const BeamRecord& beam =
+                region->beams.tree().beams()[static_cast<size_t>(answer->patch[v])];
+            if (!(beam_distance(beam, voxels.box(at, at).lo) < 0)) return false;
+        }
+        return true;
+    }
+
+    /// Returns the region of a row of blocks, with the beams that touch it.
+    GrowScratch::Region& find_touching(const Vec3i& block, GrowScratch* mine) const {
         const Vec3i key{down_to(block.x, kRegionVoxels), block.y, block.z};
         GrowScratch::Region* oldest = mine->regions.data();
         for (GrowScratch::Region& region : mine->regions) {
             if (region.used != 0 && region.engine_of == this && region.key == key) {
                 region.used = ++mine->uses;
-                mine->asked = &region;
                 return region;
             }
             if (region.used < oldest->used) oldest = &region;
         }
-        const VoxelBall ball = voxel_ball(frame(), key, {kRegionVoxels + 8, 8, 8});
-        const float d = grown_.nearest(ball.middle, nullptr);
+        Box3f box = frame().box(key, key + Vec3i{kRegionVoxels + 7, 7, 7});
+        const float margin = grown_.slack(box.hi);
+        box.lo = box.lo - Vec3f{margin, margin, margin};
+        box.hi = box.hi + Vec3f{margin, margin, margin};
         mine->gathered.clear();
-        if (d < kInfinity) grown_.collect(ball.middle, d + 2 * ball.radius, &mine->gathered);
+        grown_.collect(box, &mine->gathered);
         oldest->engine_of = this;
         oldest->key = key;
         oldest->used = ++mine->uses;
-        oldest->scratch = nullptr;
-        oldest->engine = nullptr;
-        oldest->beams.set(mine->gathered, grown_.center(), fablet_);
-        if (!oldest->beams.empty()) {
-            oldest->engine =
-                make_beam_engine(oldest->beams.tree(), frame(), oldest->beams.attributes());
-            oldest->scratch = oldest->engine->make_scratch();
-        }
-        mine->asked = oldest;
+        take(mine->gathered, oldest);
         return *oldest;
+    }
+
+    /// Returns all beams that may be nearest to a voxel of a block.
+    GrowScratch::Region& find_near(const Vec3i& block, GrowScratch* mine) const {
+        const VoxelBall ball = voxel_ball(frame(), block, {8, 8, 8});
+        const float d = grown_.nearest(ball.middle, nullptr);
+        mine->gathered.clear();
+        if (d < kInfinity) grown_.collect(ball.middle, d + 2 * ball.radius, &mine->gathered);
+        take(mine->gathered, &mine->around);
+        return mine->around;
+    }
+
+    void take(const GatheredBeams& gathered, GrowScratch::Region* region) const {
+        region->scratch = nullptr;
+        region->engine = nullptr;
+        region->beams.set(gathered, grown_.center(), fablet_);
+        if (region->beams.empty()) return;
+        region->engine =
+            make_beam_engine(region->beams.tree(), frame(), region->beams.attributes());
+        region->scratch = region->engine->make_scratch();
     }
 
     const Grown& grown_;

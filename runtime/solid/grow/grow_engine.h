@@ -33,7 +33,8 @@ class GrowScratch final : public nearest::Engine::Scratch {
     };
     static constexpr size_t kRegions = 8;
     std::array<Region, kRegions> regions;
-    Region* asked = nullptr;  ///< that the last block lies in
+    Region around;            ///< of a block, with those that do not touch it
+    Region* asked = nullptr;  ///< that the last block was answered by
     uint64_t uses = 0;
     GatheredBeams gathered;
     LocalBeams of_points;  ///< nearest to the points asked for last
