@@ -50,8 +50,10 @@ bool ExpressionChecker::refuse_in_shape(const source::Span& span, std::string_vi
     return true;
 }
 
-/// Reports a query outside the volume stage.
+/// Reports a query outside the volume stage; a shape may ask for the distance to an object.
 bool ExpressionChecker::query_is_in_volume(const ast::Expr& callee, const char* help) {
+    const bool of_object = callee.text == "distance_to" || callee.text == "distanceTo";
+    if (context_ == StageContext::kShape && of_object) return true;
     if (refuse_in_dither(callee.span, callee.text) ||
         refuse_in_shape(callee.span, callee.text, shape_query_help(callee.text)))
         return false;

@@ -18,12 +18,9 @@ constexpr std::string_view kDistanceClaim = "distance";
 
 }  // namespace
 
-const char* shape_query_help(std::string_view query) {
-    return query == "distance_to"
-               ? "a shape is made of functions, uniforms and textures: sample another body as a "
-                 "volume of distances, an `ImageTexture3D` of a VDB, NRRD or NPY file"
-               : "what the stage returns makes the surface: put it into a function of a point, and "
-                 "call that";
+const char* shape_query_help(std::string_view /*query*/) {
+    return "what the stage returns makes the surface: put it into a function of a point, and call "
+           "that; of another body there is `distance_to`";
 }
 
 /// Reports a value that cannot be meant as a shape's; false for numbers.

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "abi/grow_table.h"
+#include "abi/shape_distance.h"
 #include "compiler/ir/grows.h"
 #include "compiler/ir/ir.h"
 #include "compiler/ir/text.h"
@@ -77,6 +78,9 @@ constexpr const char* kKindNames[] = {
     "grow_place",
 };
 static_assert(std::size(kKindNames) == OPENFAB_ARG_GROW_PLACE + 1);
+
+constexpr const char* kShapeDistanceNames[] = {"shape_distance", "shape_distance_lo",
+                                               "shape_distance_hi"};
 
 constexpr const char* kStageNames[] = {
     "surface",          "surface_bounds", "volume",        "volume_bounds", "surface_segment",
@@ -152,6 +156,8 @@ void print_uniform(const Uniform& uniform, std::string* out) {
 
 const char* kind_name(int32_t kind) {
     if (kind >= 0 && kind <= OPENFAB_ARG_GROW_PLACE) return kKindNames[kind];
+    if (kind >= abi::kShapeDistance && kind <= abi::kShapeDistanceHi)
+        return kShapeDistanceNames[kind - abi::kShapeDistance];
     if (kind >= kVoxelCoord && kind <= kVoxelIndex) return kVoxelCoordNames[kind - kVoxelCoord];
     return nullptr;
 }

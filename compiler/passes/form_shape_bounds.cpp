@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/passes/form_shape_bounds.h"
 
+#include "compiler/ir/shape_distance.h"
 #include "compiler/passes/interval.h"
 
 namespace openfab::passes {
@@ -9,8 +10,10 @@ namespace openfab::passes {
 namespace {
 
 std::optional<std::array<int32_t, 2>> ends_in_shape(int32_t kind) {
-    if (kind != OPENFAB_ARG_SHAPE_POINT) return std::nullopt;
-    return {{OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_ARG_SHAPE_POINT_HI}};
+    if (kind == OPENFAB_ARG_SHAPE_POINT)
+        return {{OPENFAB_ARG_SHAPE_POINT_LO, OPENFAB_ARG_SHAPE_POINT_HI}};
+    if (kind == abi::kShapeDistance) return {{abi::kShapeDistanceLo, abi::kShapeDistanceHi}};
+    return std::nullopt;
 }
 
 bool is_unknown_in_shape(int32_t /*kind*/) {

@@ -286,6 +286,13 @@ Value StageTranslator::voxel_center() {
     return out;
 }
 
+Value StageTranslator::shape_point() {
+    Value point;
+    for (int32_t axis = 0; axis < 3; ++axis)
+        point.push_back(emit_.input(ir::Type::kFloat, OPENFAB_ARG_SHAPE_POINT, axis, 0));
+    return formulas_.binary(Op::kAdd, point, frame_vector(OPENFAB_FRAME_CENTER));
+}
+
 Value StageTranslator::attribute(const check::Expr& expr) {
     const auto surface = [&](openfab_surface_attr which, int32_t components) {
         Value out;
@@ -296,13 +303,7 @@ Value StageTranslator::attribute(const check::Expr& expr) {
     };
     switch (expr.attribute) {
         case check::Attribute::kP:
-            if (kind_ == ir::StageKind::kShape) {
-                Value point;
-                for (int32_t axis = 0; axis < 3; ++axis)
-                    point.push_back(
-                        emit_.input(ir::Type::kFloat, OPENFAB_ARG_SHAPE_POINT, axis, 0));
-                return formulas_.binary(Op::kAdd, point, frame_vector(OPENFAB_FRAME_CENTER));
-            }
+            if (kind_ == ir::StageKind::kShape) return shape_point();
             return formulas_.binary(Op::kAdd, surface(OPENFAB_SURFACE_P, 3),
                                     frame_vector(OPENFAB_FRAME_CENTER));
         case check::Attribute::kN:

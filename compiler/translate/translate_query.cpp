@@ -5,6 +5,7 @@
 // which the runtime computes for whole blocks; any other is a Query under the condition that the
 // call is reached.
 
+#include "abi/shape_distance.h"
 #include "compiler/translate/translate_state.h"
 
 namespace openfab::translate {
@@ -51,10 +52,16 @@ bool StageTranslator::asks_in_volume(const check::Expr& expr, const char* name) 
     return false;
 }
 
+/// As asks_in_volume, of what a shape may ask, too.
+bool StageTranslator::asks_of_object(const check::Expr& expr) {
+    return kind_ == ir::StageKind::kShape || asks_in_volume(expr, "distance_to");
+}
+
 /// Returns a point in part space as a query takes it: relative to the part's centre. For the
 /// voxel's centre it is, to the bit, what the runtime's own query uses.
 Value StageTranslator::local_point(const Value& point) {
-    if (point == voxel_center()) {
+    const bool shape = kind_ == ir::StageKind::kShape;
+    if (point == (shape ? shape_point() : voxel_center())) {
         Value local;
         for (const ValueId coordinate : point)
             local.push_back(emit_.instr(coordinate).args[0]);
@@ -107,11 +114,12 @@ Value StageTranslator::nearest_point(const check::Expr& expr) {
     return out;
 }
 
-/// If the object varies, each candidate is queried under the condition that it is selected.
+/// If the object varies, each candidate is queried under the condition that it is selected. At a
+/// shape's own point it is an input, of which bounds over boxes are known.
 Value StageTranslator::distance_to(const check::Expr& expr) {
     const ValueId object = scalar(*expr.args[0]);
     const Value point = expression(*expr.args[1]);
-    if (!asks_in_volume(expr, "distance_to") || gave_up_) return zero(expr.type);
+    if (!asks_of_object(expr) || gave_up_) return zero(expr.type);
     emit_.set_span(expr.span);
     const std::vector<int32_t> objects = possible_indices(object, fablet_.ir.object_count);
     Value out = zero(expr.type);
@@ -123,8 +131,10 @@ Value StageTranslator::distance_to(const check::Expr& expr) {
                                emit_.constant(ir::Type::kInt, static_cast<uint32_t>(index)));
         const ValueId guard = emit_.logical_and(live_, here);
         if (emit_.is_false(guard)) continue;
-        const ValueId value = emit_.query_result(query(index, guard, point), ir::Type::kFloat,
-                                                 OPENFAB_QUERY_DISTANCE, 0, 0);
+        const ValueId value = kind_ == ir::StageKind::kShape && point == shape_point()
+                                  ? emit_.input(ir::Type::kFloat, abi::kShapeDistance, index, 0)
+                                  : emit_.query_result(query(index, guard, point), ir::Type::kFloat,
+                                                       OPENFAB_QUERY_DISTANCE, 0, 0);
         out[0] = emit_.select(here, value, out[0]);
     }
     return out;

@@ -141,6 +141,7 @@ class StageTranslator : private Paths {
     Value variable(const check::Expr& expr);
     Value attribute(const check::Expr& expr);
     Value voxel_center();
+    Value shape_point();
     Value frame_vector(int32_t first);
     Value convert(const Value& from, const check::Type& from_type, const check::Type& to);
     Value logical(const check::Expr& expr);
@@ -199,6 +200,7 @@ class StageTranslator : private Paths {
 
     // translate_query.cpp
     bool asks_in_volume(const check::Expr& expr, const char* name);
+    bool asks_of_object(const check::Expr& expr);
     bool refuse_in_dither(const check::Expr& expr, std::string_view what);
     bool refuse_in_shape(const check::Expr& expr, std::string_view what, const char* help);
     Value local_point(const Value& point);

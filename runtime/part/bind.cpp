@@ -16,7 +16,7 @@
 #include "mesh/model/mesh_memory.h"
 #include "runtime/part/bind_beams.h"
 #include "runtime/part/bind_piece.h"
-#include "runtime/part/node_member.h"
+#include "runtime/part/bind_shape.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/part/uniforms.h"
 #include "texture/cache.h"
@@ -85,16 +85,23 @@ Result<SetValue> parse_set(const std::string& text) {
     return out;
 }
 
-/// Returns how many components others read of an output: of a node's array of two floats one.
-int32_t attribute_components(const openfab_shape& shape, const openfab_varying& output) {
-    return openfab_grows(&shape) && has_two_ends(output) ? output.components / 2
-                                                         : output.components;
-}
-
 class WorldBinder {
   public:
     WorldBinder(const world::World& world, const openfab_fablet_list& fablets, int64_t memory_bytes)
-        : world_(world), fablets_(fablets), memory_bytes_(memory_bytes) {}
+        : world_(world),
+          fablets_(fablets),
+          memory_bytes_(memory_bytes),
+          shapes_(world,
+                  {.fablet_of = [this](const auto& object) { return fablet_of(object); },
+                   .uniforms = [this](const auto& object, const auto& fablet,
+                                      bool sets) { return uniforms_of(object, {}, fablet, sets); },
+                   .textures = [this](const auto& bound) { return open_textures(bound); },
+                   .mesh = [this](const auto& object, const auto& fablet,
+                                  const auto& s) { return part_mesh(object, fablet, s); },
+                   .beams =
+                       [this](const auto& object, const auto& fablet, const auto& mesh) {
+                           return part_beams(object, fablet, {1, 0, 0, 0, 1, 0, 0, 0, 1}, mesh);
+                       }}) {}
 
     Result<std::vector<Part>> run(const BindOptions& options) {
         if (Result<void> sets = read_sets(options); !sets) return sets.error();
@@ -167,32 +174,22 @@ class WorldBinder {
         const world::Object& object = world_.objects[placement.object];
         const Result<const openfab_fablet*> fablet = fablet_of(object);
         if (!fablet) return fablet.error();
-        world::UniformBindings bindings = object.uniforms;
-        for (const auto& [name, binding] : placement.overrides)
-            bindings.insert_or_assign(name, binding);
-        if (const auto sets = sets_.find(object.name); sets != sets_.end()) {
-            for (const auto& [name, binding] : sets->second)
-                bindings.insert_or_assign(name, binding);
-        }
-        Result<BoundUniforms> uniforms =
-            bind_uniforms(world_, **fablet, bindings, object.name, object.location);
+        Result<BoundUniforms> uniforms = uniforms_of(object, placement.overrides, **fablet, true);
         if (!uniforms) return uniforms.error();
 
         Part part;
         part.name = object.name;
         part.fablet = *fablet;
-        part.uniform_values = std::move(uniforms->values);
+        part.uniform_values = uniforms->values;
         part.slot_material = std::move(uniforms->slot_material);
         part.max_displacement_mm = static_cast<float>(object.max_displacement_mm);
         part.priority = object.priority;
         part.support = object.support;
         part.instance = instance;
-        for (size_t i = 0; i < uniforms->textures.size(); ++i) {
-            Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-                open_texture(uniforms->textures[i], uniforms->texture_is_volume[i]);
-            if (!pyramid) return pyramid.error();
-            part.textures.push_back(std::move(*pyramid));
-        }
+        Result<std::vector<std::shared_ptr<const texture::Pyramid>>> textures =
+            open_textures(*uniforms);
+        if (!textures) return textures.error();
+        part.textures = std::move(*textures);
         for (const int32_t target : uniforms->objects) {
             const std::vector<int32_t>& placed = placements_of(target);
             memory_left_ -= static_cast<int64_t>(placed.size() * sizeof(int32_t));
@@ -208,13 +205,9 @@ class WorldBinder {
         if (mesh && *mesh == nullptr) return part;
         if (!mesh) return mesh.error();
         part.mesh = std::move(*mesh);
-        if (Result<void> made = bind_shape(object, &part); !made) return made.error();
-        if (const auto beams = world_.beams.find(object.mesh); beams != world_.beams.end()) {
-            auto& known = beams_[part.mesh.get()];
-            if (known == nullptr)
-                known = make_part_beams(beams->second, **fablet, polar->s, *part.mesh);
-            part.beams = known;
-        }
+        if (Result<void> made = shapes_.bind(object, polar->s, *uniforms, &part); !made)
+            return made.error();
+        part.beams = part_beams(object, **fablet, polar->s, *part.mesh);
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
         if (placement.piece >= 0) {
@@ -227,68 +220,42 @@ class WorldBinder {
         return part;
     }
 
-    /// The stage of a shape gets the object's uniforms where the object has the shape's fablet, else
-    /// those of the fablet.
-    Result<void> bind_shape(const world::Object& object, Part* part) {
-        const auto shape = world_.shapes.find(object.mesh);
-        if (shape == world_.shapes.end()) return Ok{};
-        const world::ShapeRef& ref = shape->second;
-        auto stage = std::make_shared<Part>();
-        stage->name = object.name;
-        stage->location = ref.location;
-        stage->mesh = part->mesh;
-        stage->instance = 0;
-        if (ref.fablet == object.fablet) {
-            stage->fablet = part->fablet;
-            stage->uniform_values = part->uniform_values;
-            stage->textures = part->textures;
-        } else if (Result<void> done = bind_other_shape(ref, object.name, stage.get()); !done) {
-            return done;
+    /// Overrides of a placement go before what the object has, and `--set` before both.
+    Result<BoundUniforms> uniforms_of(const world::Object& object,
+                                      const world::UniformBindings& overrides,
+                                      const openfab_fablet& fablet, bool with_sets) {
+        world::UniformBindings bindings = object.uniforms;
+        for (const auto& [name, binding] : overrides)
+            bindings.insert_or_assign(name, binding);
+        if (const auto sets = sets_.find(object.name); with_sets && sets != sets_.end()) {
+            for (const auto& [name, binding] : sets->second)
+                bindings.insert_or_assign(name, binding);
         }
-        const openfab_shape* made = stage->fablet->shape;
-        if (made == nullptr) {
-            return error_at(
-                ref.location,
-                fmt::format("fablet `{}` has no @Shape or @Grow stage", stage->fablet->name),
-                "name one that has, or give the mesh a `file`");
-        }
-        part->shape = same_stage(std::move(stage));
-        return Ok{};
+        return bind_uniforms(world_, fablet, bindings, object.name, object.location);
     }
 
-    Result<void> bind_other_shape(const world::ShapeRef& ref, const std::string& name,
-                                  Part* stage) {
-        world::Object as;
-        as.name = name;
-        as.fablet = ref.fablet;
-        as.location = ref.location;
-        as.uniforms = world_.fablets.at(ref.fablet).uniforms;
-        const Result<const openfab_fablet*> fablet = fablet_of(as);
-        if (!fablet) return fablet.error();
-        Result<BoundUniforms> uniforms =
-            bind_uniforms(world_, **fablet, as.uniforms, name, ref.location);
-        if (!uniforms) return uniforms.error();
-        stage->fablet = *fablet;
-        stage->uniform_values = std::move(uniforms->values);
-        for (size_t i = 0; i < uniforms->textures.size(); ++i) {
+    /// Null of an object that is no beams.
+    std::shared_ptr<const PartBeams> part_beams(const world::Object& object,
+                                                const openfab_fablet& fablet,
+                                                const std::array<double, 9>& s,
+                                                const PartMesh& mesh) {
+        const auto beams = world_.beams.find(object.mesh);
+        if (beams == world_.beams.end()) return nullptr;
+        auto& known = beams_[&mesh];
+        if (known == nullptr) known = make_part_beams(beams->second, fablet, s, mesh);
+        return known;
+    }
+
+    Result<std::vector<std::shared_ptr<const texture::Pyramid>>> open_textures(
+        const BoundUniforms& uniforms) {
+        std::vector<std::shared_ptr<const texture::Pyramid>> out;
+        for (size_t i = 0; i < uniforms.textures.size(); ++i) {
             Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-                open_texture(uniforms->textures[i], uniforms->texture_is_volume[i]);
+                open_texture(uniforms.textures[i], uniforms.texture_is_volume[i]);
             if (!pyramid) return pyramid.error();
-            stage->textures.push_back(std::move(*pyramid));
+            out.push_back(std::move(*pyramid));
         }
-        return Ok{};
-    }
-
-    /// Returns an equal stage that another part has, if there is one: such parts have one geometry.
-    std::shared_ptr<const Part> same_stage(std::shared_ptr<const Part> stage) {
-        std::vector<std::shared_ptr<const Part>>& known = stages_[stage->mesh.get()];
-        for (const std::shared_ptr<const Part>& other : known) {
-            if (other->fablet == stage->fablet && other->uniform_values == stage->uniform_values &&
-                other->textures == stage->textures)
-                return other;
-        }
-        known.push_back(stage);
-        return stage;
+        return out;
     }
 
     const std::vector<int32_t>& placements_of(int32_t object) {
@@ -367,8 +334,6 @@ class WorldBinder {
         return known;
     }
 
-    /// The box of a shape has the outputs of its stage as attributes, so that names and types are
-    /// checked as those of meshes are; their values come from the stage.
     Result<std::shared_ptr<const PartMesh>> make_source_mesh(const world::Object& object,
                                                              const openfab_fablet& fablet,
                                                              const std::array<double, 9>& s) {
@@ -379,33 +344,11 @@ class WorldBinder {
         }
         const auto shape = world_.shapes.find(object.mesh);
         if (shape == world_.shapes.end()) return make_part_mesh(mesh, fablet, s);
-        static constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
-        if (s != kUnmoved) {
-            return user_error(
-                fmt::format("`{}` is a shape, and a placement scales it", object.name),
-                "give it a uniform for its size");
-        }
         const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
         const openfab_fablet* stage = find_fablet(fablets_, ref.fablet);
-        mesh::Mesh box = mesh;
-        box.attributes.clear();
-        for (int32_t i = 0;
-             stage != nullptr && stage->shape != nullptr && i < stage->shape->output_count; ++i) {
-            const openfab_varying& output = stage->shape->outputs[i];
-            mesh::MeshAttribute attribute;
-            attribute.name = output.name;
-            attribute.components = attribute_components(*stage->shape, output);
-            attribute.is_int = output.scalar != OPENFAB_FLOAT;
-            if (attribute.is_int) {
-                attribute.faces.assign(
-                    box.triangles.size() * static_cast<size_t>(attribute.components), 0);
-            } else {
-                attribute.values.assign(static_cast<size_t>(attribute.components), 0.0f);
-                attribute.corners.assign(box.triangles.size(), {0, 0, 0});
-            }
-            box.attributes.push_back(std::move(attribute));
-        }
-        return make_part_mesh(box, fablet, s);
+        if (const Result<void> fine = check_stretch(stage, s); !fine)
+            return with_context(fine.error(), fmt::format("`{}`: ", object.name));
+        return make_part_mesh(box_of_shape(mesh, stage), fablet, s);
     }
 
     const world::World& world_;
@@ -422,7 +365,7 @@ class WorldBinder {
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
              std::shared_ptr<const PartMesh>>
         meshes_;
-    std::map<const PartMesh*, std::vector<std::shared_ptr<const Part>>> stages_;
+    ShapeBinder shapes_;
     std::map<const PartMesh*, std::shared_ptr<const PartBeams>> beams_;
 };
 

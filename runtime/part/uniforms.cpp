@@ -16,6 +16,7 @@
 #include "abi/kernel_call.h"
 #include "base/check.h"
 #include "base/near_miss.h"
+#include "runtime/part/bind_shape.h"
 #include "runtime/part/curve.h"
 
 namespace openfab::part {
@@ -338,7 +339,9 @@ class Binder {
             const bool placed =
                 std::any_of(world_.build.begin(), world_.build.end(),
                             [&](const world::Placement& p) { return p.object == found; });
-            if (!placed) {
+            const auto slot = static_cast<int32_t>(index);
+            const bool in_its_place = shape_asks(fablet_, slot) && !volume_asks(fablet_, slot);
+            if (!placed && !in_its_place) {
                 return error_at(
                     b.location,
                     fmt::format("object `{}` is given to `{}` of fablet `{}`, but is not placed",

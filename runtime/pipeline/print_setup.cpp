@@ -41,7 +41,7 @@ Result<void> set_up_solids(PrintSetup* p, const MemoryPlanner& planner,
         return split;
     int64_t bytes = 0;
     for (size_t i = 0; i < p->owners.size(); ++i)
-        bytes += p->owns_solid(i) ? solid::kind_of(p->input.parts[i]).bytes(p->input.parts[i]) : 0;
+        bytes += p->owns_solid(i) ? solid::source_bytes(p->input.parts[i]) : 0;
     if (const Result<void> fits = planner.check(bytes, resident_bytes()); !fits) return fits;
     auto solids = volume::make_solids(p->input.parts, p->owners, options);
     if (!solids) return solids.error();

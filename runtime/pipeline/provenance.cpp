@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "base/hash.h"
 #include "runtime/dither/dither_rule.h"
+#include "runtime/part/shape_stage.h"
 
 namespace openfab::pipeline {
 
@@ -158,6 +160,19 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
     Shared<part::PartMesh> mesh_hashes;
     Shared<mesh::Beams> beam_hashes;
     Shared<texture::Pyramid> texture_hashes;
+    const std::function<void(const part::Part*)> add_body = [&](const part::Part* body) {
+        if (body == nullptr) return;
+        meshes.add(mesh_hashes.of(body->mesh.get()));
+        if (body->beams != nullptr) meshes.add(beam_hashes.of(body->beams->beams.get()));
+        if (body->shape == nullptr) return;
+        fablets.add(body->shape->fablet->hash);
+        uniforms.add_all(std::span(body->shape->uniform_values)
+                             .first(static_cast<size_t>(body->shape->fablet->uniform_value_count)));
+        for (const auto& pyramid : body->shape->textures)
+            textures.add(texture_hashes.of(pyramid.get()));
+        for (const auto& other : part::shape_stage(*body->shape).bodies)
+            add_body(other.get());
+    };
     for (const part::Part& part : input.parts) {
         fablets.add(std::string(part.fablet->name));
         fablets.add(part.fablet->hash);
@@ -174,6 +189,8 @@ std::vector<std::pair<std::string, std::string>> provenance(const PrintInput& in
                                  .first(static_cast<size_t>(shape->fablet->uniform_value_count)));
             for (const auto& pyramid : shape->textures)
                 textures.add(texture_hashes.of(pyramid.get()));
+            for (const auto& body : part::shape_stage(*shape).bodies)
+                add_body(body.get());
         }
         // Without derived values, which depend on passes.
         uniforms.add_all(std::span(part.uniform_values)

@@ -108,6 +108,8 @@ class Solid {
     virtual Box3f bounds() const = 0;
     /// Returns whether a query may have to dice patches first, so that it is worth it to ask less.
     virtual bool dices() const = 0;
+    /// Returns whether bounds of the distances of points and blocks may have to, too.
+    virtual bool bounds_dice() const { return dices(); }
     /// Returns how many patches would be diced if all were needed.
     virtual int64_t patches_to_dice() const = 0;
     /// Returns how many micropolygons may lie around a point (surface/crowding.h).

@@ -31,7 +31,7 @@ int32_t align_down(int32_t value, int32_t side) {
 /// queries; on a displaced surface they would dice patches that no voxel needs, which costs more
 /// than they cull beyond the cases of undiced patches.
 bool points_tell(const PlacedPart& part) {
-    return part.bounds.distance && !part.solid->dices();
+    return part.bounds.distance && !part.solid->bounds_dice();
 }
 
 }  // namespace
@@ -71,7 +71,7 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
     tries_ = {};
     evaluator->counts.total += std::count(blocks_.begin(), blocks_.end(), kEvaluate);
     if (!cull || part.part->fablet->volume_bounds.arg_count == 0 || blocks_.empty()) return {};
-    tries_.reach = part.solid->dices() && part.bounds.distance && part.bounds_say_looks &&
+    tries_.reach = part.solid->bounds_dice() && part.bounds.distance && part.bounds_say_looks &&
                    part.part->fablet->volume_segments.step_count == 0;
     std::vector<CullCube> open, cubes;
     for (int32_t y = align_down(first_y_, kSides[0]); y < end_y(); y += kSides[0]) {
@@ -81,7 +81,7 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
     const bool points = points_tell(part);
     const bool cases = !points || part.bounds.attributes;
     // Distances of points dice patches and make their trees; cases need their boxes alone.
-    const bool cases_first = part.solid->dices();
+    const bool cases_first = part.solid->bounds_dice();
     abi::KernelStatus status;
     for (int32_t side : kSides) {
         cubes.clear();
@@ -208,7 +208,7 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
                                          BlockEvaluator* evaluator) {
     // Of a displaced part the search of a block's corners, which its query needs as well, tells of
     // its pieces; but whether that tells enough is found out by trying.
-    const bool dices = part.solid->dices();
+    const bool dices = part.solid->bounds_dice();
     if (dices) tries_.pieces = false;
     if (tries_.pieces ||
         !(dices ? part.bounds.distance && part.bounds_say_looks : points_tell(part)))

@@ -226,10 +226,9 @@ Result<void> refine_sources(const std::vector<int32_t>& owners,
                             std::vector<part::Part>* parts) {
     for (size_t i = 0; i < parts->size(); ++i) {
         part::Part& part = (*parts)[i];
-        const solid::Kind& kind = solid::kind_of(part);
         if (owners[i] != static_cast<int32_t>(i)) {
-            kind.share((*parts)[owners[i]], &part);
-        } else if (Result<void> done = kind.refine(options, &part); !done) {
+            solid::kind_of(part).share((*parts)[owners[i]], &part);
+        } else if (Result<void> done = solid::refine_source(options, &part); !done) {
             return done.error();
         }
     }
@@ -243,8 +242,7 @@ Result<std::vector<std::shared_ptr<solid::Solid>>> make_solids(
     std::vector<std::optional<Error>> errors(parts.size());
     tbb::parallel_for(size_t{0}, parts.size(), [&](size_t i) {
         if (owners[i] != static_cast<int32_t>(i)) return;
-        Result<std::shared_ptr<solid::Solid>> made =
-            solid::kind_of(parts[i]).make(parts[i], options);
+        Result<std::shared_ptr<solid::Solid>> made = solid::make_solid(parts[i], options);
         if (made) {
             solids[i] = std::move(*made);
         } else {

@@ -157,16 +157,15 @@ class BeamSolid final : public Solid {
 const Kind kBeamKind{
     .source = [](const part::Part& part) -> const void* { return part.beams.get(); },
     .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
-    .refine = [](const surface::SurfaceOptions& /*options*/, part::Part* /*part*/) -> Result<void> {
-        return {};
-    },
+    .refine = [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
+                 part::Part* /*part*/) -> Result<void> { return {}; },
     .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes =
         [](const part::Part& part) {
             return BeamTree::bytes(static_cast<int64_t>(part.beams->beams->beams.size()));
         },
-    .make = [](const part::Part& part,
-               const surface::SurfaceOptions& /*options*/) -> Result<std::shared_ptr<Solid>> {
+    .make = [](const part::Part& part, const surface::SurfaceOptions& /*options*/,
+               const Bodies& /*bodies*/) -> Result<std::shared_ptr<Solid>> {
         return std::shared_ptr<Solid>(std::make_shared<BeamSolid>(part));
     },
 };

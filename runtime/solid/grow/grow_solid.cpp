@@ -154,7 +154,8 @@ const Kind kGrowKind{
     },
     // Values are of the fablet's @nearest inputs.
     .alike = [](const part::Part& a, const part::Part& b) { return a.fablet == b.fablet; },
-    .refine = [](const surface::SurfaceOptions& /*options*/, part::Part* part) -> Result<void> {
+    .refine = [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
+                 part::Part* part) -> Result<void> {
         if (part->fablet->has_surface == 0) return {};
         return error_at(part->shape->location,
                         "the fablet has a @Surface stage, and what grows are beams, which have no "
@@ -163,8 +164,8 @@ const Kind kGrowKind{
     },
     .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
-    .make = [](const part::Part& part,
-               const surface::SurfaceOptions& options) -> Result<std::shared_ptr<Solid>> {
+    .make = [](const part::Part& part, const surface::SurfaceOptions& options,
+               const Bodies& /*bodies*/) -> Result<std::shared_ptr<Solid>> {
         auto made = std::make_shared<GrowSolid>(part, options);
         if (Result<void> fine = made->check(); !fine) return fine.error();
         return std::shared_ptr<Solid>(std::move(made));

@@ -3,6 +3,7 @@
 #include "runtime/solid/kinds/kinds.h"
 
 #include "base/check.h"
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/beams/beam_solid.h"
 #include "runtime/solid/grow/grow_solid.h"
 #include "runtime/solid/mesh/mesh_solid.h"
@@ -22,6 +23,45 @@ const Kind& kind_of(const part::Part& part) {
         if (kind->source(part) != nullptr) return *kind;
     }
     OPENFAB_CHECK(false);
+}
+
+namespace {
+
+Result<Bodies> bodies_of(const part::Part& part, const surface::SurfaceOptions& options) {
+    Bodies out;
+    if (part.shape == nullptr) return out;
+    for (const std::shared_ptr<const part::Part>& body : part::shape_stage(*part.shape).bodies) {
+        out.push_back(nullptr);
+        if (body == nullptr) continue;
+        Result<std::shared_ptr<Solid>> made = make_solid(*body, options);
+        if (!made) return made.error();
+        out.back() = std::move(*made);
+    }
+    return out;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
+                                          const surface::SurfaceOptions& options) {
+    const Result<Bodies> bodies = bodies_of(part, options);
+    if (!bodies) return bodies.error();
+    return kind_of(part).make(part, options, *bodies);
+}
+
+Result<void> refine_source(const surface::SurfaceOptions& options, part::Part* part) {
+    if (part->fablet->has_surface == 0) return kind_of(*part).refine(options, {}, part);
+    const Result<Bodies> bodies = bodies_of(*part, options);
+    if (!bodies) return bodies.error();
+    return kind_of(*part).refine(options, *bodies, part);
+}
+
+int64_t source_bytes(const part::Part& part) {
+    int64_t bytes = kind_of(part).bytes(part);
+    if (part.shape == nullptr) return bytes;
+    for (const std::shared_ptr<const part::Part>& body : part::shape_stage(*part.shape).bodies)
+        bytes += body != nullptr ? source_bytes(*body) : 0;
+    return bytes;
 }
 
 }  // namespace openfab::solid

@@ -11,4 +11,10 @@ namespace openfab::solid {
 /// Returns the kind of a part's geometry. Every part has one.
 const Kind& kind_of(const part::Part& part);
 
+/// As Kind::make, refine and bytes, of a part and the bodies that its shape asks.
+Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
+                                          const surface::SurfaceOptions& options);
+Result<void> refine_source(const surface::SurfaceOptions& options, part::Part* part);
+int64_t source_bytes(const part::Part& part);
+
 }  // namespace openfab::solid

@@ -186,7 +186,8 @@ const Kind kMeshKind{
                    same_arguments(a.fablet->surface, a, b) &&
                    same_arguments(a.fablet->surface_bounds, a, b);
         },
-    .refine = [](const surface::SurfaceOptions& options, part::Part* part) -> Result<void> {
+    .refine = [](const surface::SurfaceOptions& options, const Bodies& /*bodies*/,
+                 part::Part* part) -> Result<void> {
         Result<std::shared_ptr<const part::PartMesh>> mesh = surface::mesh_to_dice(*part, options);
         if (!mesh) return mesh.error();
         part->mesh = std::move(*mesh);
@@ -199,8 +200,8 @@ const Kind kMeshKind{
                        ? int64_t{0}
                        : static_cast<int64_t>(part.mesh->triangles.size()) * kTriangleBytes;
         },
-    .make = [](const part::Part& part,
-               const surface::SurfaceOptions& options) -> Result<std::shared_ptr<Solid>> {
+    .make = [](const part::Part& part, const surface::SurfaceOptions& options,
+               const Bodies& /*bodies*/) -> Result<std::shared_ptr<Solid>> {
         Result<std::unique_ptr<surface::Surface>> made = surface::Surface::create(part, options);
         if (!made) return made.error();
         return make_solid_of(part, std::move(*made));

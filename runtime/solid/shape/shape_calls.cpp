@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "abi/shape_distance.h"
+#include "runtime/part/shape_stage.h"
+
 namespace openfab::solid {
 
 namespace {
@@ -22,8 +25,26 @@ size_t whole_groups(size_t n) {
 
 }  // namespace
 
-ShapeCalls::ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed, openfab_isa isa)
-    : shape_(*stage.fablet->shape), fixed_(fixed), isa_(isa) {
+float scale_of_values(const part::Part& stage) {
+    constexpr double kSlack = 1e-6;
+    const std::array<double, 3>& stretch = part::shape_stage(stage).stretch;
+    const auto [least, most] = std::minmax_element(stretch.begin(), stretch.end());
+    return *most - *least <= kSlack * *least ? static_cast<float>(*least) : 0.0f;
+}
+
+ShapeCalls::ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed,
+                       const ShapeBodies& bodies, openfab_isa isa)
+    : shape_(*stage.fablet->shape),
+      fixed_(fixed),
+      bodies_(bodies),
+      isa_(isa),
+      distances_(part::shape_stage(stage).bodies.size()) {
+    for (size_t a = 0; a < 3; ++a) {
+        const double stretch = part::shape_stage(stage).stretch[a];
+        stretched_ = stretched_ || stretch != 1;
+        shrink_[a] = static_cast<float>(1 / stretch);
+    }
+    if (const float scale = scale_of_values(stage); scale != 0) scale_ = scale;
     for (int32_t i = 0; i < shape_.output_count; ++i) {
         first_component_.push_back(components_);
         components_ += static_cast<size_t>(shape_.outputs[i].components);
@@ -32,11 +53,13 @@ ShapeCalls::ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed
 
 abi::KernelStatus ShapeCalls::values(const ShapePoints& points, std::vector<float>* out) {
     out->resize(whole_groups(points.size()));
-    for (size_t a = 0; a < 3; ++a)
-        points_[a] = points.at[a].data();
+    set_points(points, &moved_, &points_);
     value_ = out->data();
     const openfab_segments& segments = shape_.value_segments;
-    return run(shape_.values, segments.step_count > 0 ? &segments : nullptr, points.size());
+    const abi::KernelStatus status =
+        run(shape_.values, segments.step_count > 0 ? &segments : nullptr, points.size());
+    scale(out);
+    return status;
 }
 
 abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& hi,
@@ -48,11 +71,14 @@ abi::KernelStatus ShapeCalls::bounds(const ShapePoints& lo, const ShapePoints& h
         *out_hi = *out_lo;
         return {};
     }
-    for (size_t a = 0; a < 3; ++a)
-        lo_[a] = lo.at[a].data(), hi_[a] = hi.at[a].data();
+    set_points(lo, &moved_lo_, &lo_);
+    set_points(hi, &moved_hi_, &hi_);
     value_lo_ = out_lo->data();
     value_hi_ = out_hi->data();
-    return run(shape_.bounds, nullptr, lo.size());
+    const abi::KernelStatus status = run(shape_.bounds, nullptr, lo.size());
+    scale(out_lo);
+    scale(out_hi);
+    return status;
 }
 
 abi::KernelStatus ShapeCalls::attributes(const ShapePoints& points,
@@ -60,15 +86,59 @@ abi::KernelStatus ShapeCalls::attributes(const ShapePoints& points,
     out->resize(components_);
     for (auto& component : *out)
         component.assign(whole_groups(points.size()), 0);
-    for (size_t a = 0; a < 3; ++a)
-        points_[a] = points.at[a].data();
+    set_points(points, &moved_, &points_);
     outputs_ = out;
     const openfab_segments& segments = shape_.attribute_segments;
     return run(shape_.attributes, segments.step_count > 0 ? &segments : nullptr, points.size());
 }
 
+/// Points of the part, in the stage's space: each coordinate is one product, so that points of a box
+/// stay in the box that is moved.
+void ShapeCalls::set_points(const ShapePoints& from, std::array<std::vector<float>, 3>* moved,
+                            Axes* to) {
+    for (size_t a = 0; a < 3; ++a) {
+        (*to)[a] = from.at[a].data();
+        if (!stretched_) continue;
+        std::vector<float>& axis = (*moved)[a];
+        axis.resize(whole_groups(from.size()));
+        for (size_t i = 0; i < from.size(); ++i)
+            axis[i] = from.at[a][i] * shrink_[a];
+        (*to)[a] = axis.data();
+    }
+}
+
+void ShapeCalls::scale(std::vector<float>* values) const {
+    if (scale_ == 1) return;
+    for (float& value : *values)
+        value *= scale_;
+}
+
+/// Returns the distances to an object at the piece's points, or their bounds over its boxes.
+float* ShapeCalls::distances(const openfab_arg& arg) {
+    const auto object = static_cast<size_t>(arg.a);
+    Distances& mine = distances_[object];
+    const auto at = [&](const Axes& axes) {
+        return Axes{axes[0] + first_, axes[1] + first_, axes[2] + first_};
+    };
+    const bool boxes = arg.kind != abi::kShapeDistance;
+    if (!mine.known) {
+        for (std::vector<float>* list : {&mine.at, &mine.lo, &mine.hi})
+            list->resize(whole_groups(in_piece_));
+        if (boxes) {
+            bodies_.bounds(object, at(lo_), at(hi_), in_piece_, &tools_, mine.lo.data(),
+                           mine.hi.data());
+        } else {
+            bodies_.distances(object, at(points_), in_piece_, &tools_, mine.at.data());
+        }
+        mine.known = true;
+    }
+    if (!boxes) return mine.at.data();
+    return arg.kind == abi::kShapeDistanceLo ? mine.lo.data() : mine.hi.data();
+}
+
 /// Returns the values of a list from its current piece on.
 float* ShapeCalls::data(const openfab_arg& arg, size_t first) {
+    if (arg.kind >= abi::kShapeDistance && arg.kind <= abi::kShapeDistanceHi) return distances(arg);
     const auto from = [&](const float* list) { return const_cast<float*>(list) + first; };
     switch (arg.kind) {
         case OPENFAB_ARG_SHAPE_POINT:
@@ -103,11 +173,35 @@ segments::OutputView ShapeCalls::output(const openfab_arg& arg) {
     return {reinterpret_cast<uint32_t*>(data(arg, first_))};
 }
 
-/// The language has queries in the volume stage only.
-abi::KernelStatus ShapeCalls::query(const openfab_query& /*query*/,
-                                    std::span<const int32_t> /*groups*/,
-                                    const segments::States& /*states*/) {
-    return abi::KernelStatus::of_code(halide_error_code_generic_error);
+/// The distance to an object at points that are computed.
+abi::KernelStatus ShapeCalls::query(const openfab_query& query, std::span<const int32_t> groups,
+                                    const segments::States& states) {
+    if (query.object < 0 || static_cast<size_t>(query.object) >= distances_.size())
+        return abi::KernelStatus::of_code(halide_error_code_generic_error);
+    const size_t n = segments::kLanes * groups.size();
+    for (std::vector<float>& axis : asked_)
+        axis.resize(n);
+    answered_.resize(n);
+    for (size_t g = 0; g < groups.size(); ++g) {
+        for (size_t a = 0; a < 3; ++a) {
+            const float* from = reinterpret_cast<const float*>(states[query.point[a]]);
+            std::copy_n(from + segments::kLanes * groups[g], segments::kLanes,
+                        asked_[a].data() + segments::kLanes * g);
+        }
+    }
+    bodies_.distances(static_cast<size_t>(query.object),
+                      {asked_[0].data(), asked_[1].data(), asked_[2].data()}, n, &tools_,
+                      answered_.data());
+    for (size_t g = 0; g < groups.size(); ++g) {
+        const ptrdiff_t first = segments::kLanes * groups[g];
+        const uint32_t* guard = states[query.guard] + first;
+        for (int32_t i = 0; i < query.output_count; ++i) {
+            float* to = reinterpret_cast<float*>(states[query.outputs[i].state]) + first;
+            for (size_t l = 0; l < segments::kLanes; ++l)
+                to[l] = guard[l] != 0 ? answered_[segments::kLanes * g + l] : 0.0f;
+        }
+    }
+    return {};
 }
 
 /// Points are evaluated as often as coverage and caches need them, which logs nothing.
@@ -118,6 +212,9 @@ abi::KernelStatus ShapeCalls::run(const openfab_kernel& kernel, const openfab_se
                                   size_t n) {
     for (first_ = 0; first_ < n; first_ += kMost) {
         const size_t count = std::min(kMost, n - first_);
+        in_piece_ = count;
+        for (Distances& of_object : distances_)
+            of_object.known = false;
         buffers_used_ = 0;
         if (segments != nullptr) {
             const size_t groups = whole_groups(count) / segments::kLanes;

@@ -13,6 +13,7 @@
 #include "abi/kernel_call.h"
 #include "runtime/part/part.h"
 #include "runtime/segments/driver.h"
+#include "runtime/solid/shape/shape_bodies.h"
 #include "runtime/surface/kernel_args.h"
 
 namespace openfab::solid {
@@ -35,10 +36,17 @@ struct ShapePoints {
     void clear() { resize(0); }
 };
 
+/// Returns what values of a stage are multiplied by to be those of the part, if that is scaled alike
+/// along all axes; else 0.
+float scale_of_values(const part::Part& stage);
+
 class ShapeCalls final : segments::Arguments, segments::Handler {
   public:
-    /// `stage`: the part of Part::shape, which must outlive it, as `fixed`, its arguments, must.
-    ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed, openfab_isa isa);
+    /// `stage`: the part of Part::shape, which must outlive it, as `fixed`, its arguments, and what it
+    /// asks must. Points, boxes and values are those of the part, of which the stage's may be a scaled
+    /// copy.
+    ShapeCalls(const part::Part& stage, const surface::StaticArgs& fixed, const ShapeBodies& bodies,
+               openfab_isa isa);
 
     /// Computes the values at the points; negative is inside.
     abi::KernelStatus values(const ShapePoints& points, std::vector<float>* out);
@@ -63,8 +71,19 @@ class ShapeCalls final : segments::Arguments, segments::Handler {
     void printf(const openfab_printf& call, std::span<const int32_t> groups,
                 const segments::States& states) override;
 
+    using Axes = std::array<const float*, 3>;
+    void set_points(const ShapePoints& from, std::array<std::vector<float>, 3>* moved, Axes* to);
+    void scale(std::vector<float>* values) const;
+    float* distances(const openfab_arg& arg);
+
     const openfab_shape& shape_;
     const surface::StaticArgs& fixed_;
+    const ShapeBodies& bodies_;
+    ShapeBodies::Tools tools_;
+    bool stretched_ = false;
+    std::array<float, 3> shrink_{};  ///< from the part's space to the stage's
+    float scale_ = 1;                ///< of values
+    std::array<std::vector<float>, 3> moved_, moved_lo_, moved_hi_;
     openfab_isa isa_;
     std::vector<size_t> first_component_;
     size_t components_ = 0;
@@ -74,11 +93,20 @@ class ShapeCalls final : segments::Arguments, segments::Handler {
     size_t buffers_used_ = 0;
     std::vector<uint32_t> packed_;
     // Of the current call.
-    std::array<const float*, 3> points_{}, lo_{}, hi_{};
+    Axes points_{}, lo_{}, hi_{};
+    /// By object, of the piece: the distances at its points, or their bounds.
+    struct Distances {
+        bool known = false;
+        std::vector<float> at, lo, hi;
+    };
+    std::vector<Distances> distances_;
+    std::array<std::vector<float>, 3> asked_;  ///< by a query
+    std::vector<float> answered_;
     float *value_ = nullptr, *value_lo_ = nullptr, *value_hi_ = nullptr;
     std::vector<std::vector<uint32_t>>* outputs_ = nullptr;
     size_t first_ = 0;  ///< of the piece of the list
-    int32_t count_ = 0;
+    size_t in_piece_ = 0;
+    int32_t count_ = 0;  ///< the same, to whole groups where there are segments
 };
 
 }  // namespace openfab::solid

@@ -7,12 +7,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/shape/shape_field.h"
 
 namespace openfab::solid {
 
 std::string ShapeField::place(const Vec3f& p) const {
-    const Vec3d at = vec_cast<double>(p) + stage_.mesh->center_part_mm;
+    Vec3d at = vec_cast<double>(p);
+    for (int a = 0; a < 3; ++a)
+        at[a] = at[a] / part::shape_stage(stage_).stretch[static_cast<size_t>(a)] +
+                stage_.mesh->center_part_mm[a];
     return fmt::format("({:.4g}, {:.4g}, {:.4g})", at.x, at.y, at.z);
 }
 
@@ -124,6 +128,7 @@ Result<void> ShapeField::status_of() const {
         return internal_error(fmt::format("a shape kernel of fablet `{}` failed with code {}",
                                           stage_.fablet->name, failed_->code()));
     }
+    if (Result<void> fine = bodies_.status(); !fine) return fine;
     if (!nan_) return {};
     return error(fmt::format("is no number (NaN) at {} mm", place(*nan_)),
                  "find what divides by 0, takes a root of less than 0, or subtracts infinities "

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <tuple>
 
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/shape/cell_triangles.h"
 
 namespace openfab::solid {
@@ -31,12 +32,17 @@ int32_t round_to_power(int32_t n) {
 
 }  // namespace
 
-ShapeField::ShapeField(const part::Part& stage, const openfab_fablet& fablet, double cell_mm,
-                       openfab_isa isa)
-    : stage_(stage), fixed_(stage), cell_mm_(cell_mm), isa_(isa) {
+ShapeField::ShapeField(const part::Part& stage, const Bodies& bodies, const openfab_fablet& fablet,
+                       double cell_mm, openfab_isa isa)
+    : stage_(stage),
+      fixed_(stage),
+      bodies_(stage, bodies, cell_mm, isa),
+      cell_mm_(cell_mm),
+      isa_(isa) {
     Box3d box;
+    const std::array<double, 3>& stretch = part::shape_stage(stage).stretch;
     for (const Vec3d& p : stage.mesh->positions)
-        box.add(p);
+        box.add(Vec3d{p.x * stretch[0], p.y * stretch[1], p.z * stretch[2]});
     for (int a = 0; a < 3; ++a) {
         first_[a] = static_cast<int32_t>(std::floor(box.lo[a] / cell_mm)) - 1;
         cells_[a] = static_cast<int32_t>(std::ceil(box.hi[a] / cell_mm)) + 1 - first_[a];
@@ -57,6 +63,10 @@ ShapeField::ShapeField(const part::Part& stage, const openfab_fablet& fablet, do
                     .push_back(places[static_cast<size_t>(k)] + static_cast<size_t>(c));
         }
     }
+}
+
+bool ShapeField::is_distance() const {
+    return stage_.fablet->shape->is_distance != 0 && scale_of_values(stage_) != 0;
 }
 
 Vec3f ShapeField::position(const Vec3i& vertex) const {

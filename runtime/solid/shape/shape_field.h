@@ -21,6 +21,7 @@
 #include "base/pool.h"
 #include "base/result.h"
 #include "base/vec.h"
+#include "runtime/solid/shape/shape_bodies.h"
 #include "runtime/solid/shape/shape_calls.h"
 #include "runtime/surface/surface.h"
 
@@ -31,9 +32,10 @@ constexpr int32_t kPatchCells = 16;
 
 class ShapeField {
   public:
-    /// `stage`: the part of Part::shape; `fablet` has the @nearest inputs. Both must outlive it.
-    ShapeField(const part::Part& stage, const openfab_fablet& fablet, double cell_mm,
-               openfab_isa isa);
+    /// `stage`: the part of Part::shape; `bodies`: those of it; `fablet` has the @nearest inputs. Stage
+    /// and fablet must outlive it.
+    ShapeField(const part::Part& stage, const Bodies& bodies, const openfab_fablet& fablet,
+               double cell_mm, openfab_isa isa);
 
     /// Returns an error where the shape is negative at the border of its lattice, nowhere negative
     /// in it, or no number.
@@ -46,12 +48,20 @@ class ShapeField {
     std::vector<Vec3i> find_blocks(const std::atomic<bool>* stop) const;
     /// Returns the box of a block's cells.
     Box3f block_box(const Vec3i& lowest) const;
+    double cell_mm() const { return cell_mm_; }
+    /// Returns how many cells the lattice has along each axis.
+    const Vec3i& cells() const { return cells_; }
+    /// Returns the place of a vertex of the lattice.
+    Vec3f position(const Vec3i& vertex) const;
     /// Makes the micropolygons of a block.
     void dice(const Vec3i& lowest, surface::MicroMesh* out) const;
 
     const part::Part& stage() const { return stage_; }
+    /// Returns whether values are distances: they are declared so, and scaled alike along all axes.
+    bool is_distance() const;
     ShapeCalls* take() const {
-        return calls_.take([&] { return std::make_unique<ShapeCalls>(stage_, fixed_, isa_); });
+        return calls_.take(
+            [&] { return std::make_unique<ShapeCalls>(stage_, fixed_, bodies_, isa_); });
     }
     void give(ShapeCalls* calls) const { calls_.give(calls); }
     /// Notes that a kernel failed, or that the value at a point is NaN.
@@ -68,7 +78,6 @@ class ShapeField {
         int32_t size = 0;
     };
     struct Diced;
-    Vec3f position(const Vec3i& vertex) const;
     Vec3i end_of(const Node& node) const;
     Box3f box_of(const Node& node) const;
     Node root() const;
@@ -92,6 +101,7 @@ class ShapeField {
 
     const part::Part& stage_;
     surface::StaticArgs fixed_;
+    const ShapeBodies bodies_;
     double cell_mm_;
     openfab_isa isa_;
     Vec3i first_;  ///< multiple of the pitch that is the lattice's lowest vertex

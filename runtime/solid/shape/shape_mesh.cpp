@@ -155,12 +155,13 @@ Vec3f face_normal(const std::array<Vec3f, 3>& corners) {
 
 }  // namespace
 
-Result<std::shared_ptr<const part::PartMesh>> mesh_of_shape(
-    const part::Part& part, const surface::SurfaceOptions& options) {
+Result<std::shared_ptr<const part::PartMesh>> mesh_of_shape(const part::Part& part,
+                                                            const surface::SurfaceOptions& options,
+                                                            const Bodies& bodies) {
     const openfab_fablet& fablet = *part.fablet;
     const part::PartMesh& box = *part.mesh;
     const double cell = cell_of(box, options.micro_edge_mm);
-    const ShapeField field(*part.shape, fablet, cell, options.isa);
+    const ShapeField field(*part.shape, bodies, fablet, cell, options.isa);
     if (Result<void> fine = field.check(); !fine) return fine.error();
     const Welded welded = weld(field, options.stop);
     ShapeCalls* calls = field.take();

@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "runtime/part/part.h"
+#include "runtime/solid/kind.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::solid {
@@ -16,6 +17,7 @@ namespace openfab::solid {
 /// the part's fablet has. Its cells have 1 to 8 times the print's pitch, by the size of the box: the
 /// dicing of the displaced surface divides them.
 Result<std::shared_ptr<const part::PartMesh>> mesh_of_shape(const part::Part& part,
-                                                            const surface::SurfaceOptions& options);
+                                                            const surface::SurfaceOptions& options,
+                                                            const Bodies& bodies);
 
 }  // namespace openfab::solid

@@ -8,6 +8,7 @@
 #include "runtime/nearest/engine/attributes.h"
 #include "runtime/solid/mesh/mesh_solid.h"
 #include "runtime/solid/shape/shape_coverage.h"
+#include "runtime/solid/shape/shape_engine.h"
 #include "runtime/solid/shape/shape_field.h"
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
@@ -27,11 +28,14 @@ struct ShapeScratch final : Scratch {
 
 /// What placements of a shape share.
 struct SharedShape {
-    SharedShape(const part::Part& part, const surface::SurfaceOptions& options)
-        : field(*part.shape, *part.fablet, options.micro_edge_mm, options.isa) {}
+    SharedShape(const part::Part& part, const surface::SurfaceOptions& options,
+                const Bodies& bodies)
+        : field(*part.shape, bodies, *part.fablet, options.micro_edge_mm, options.isa) {}
 
     ShapeField field;
     bool asked = false;
+    std::vector<Vec3i> blocks;              ///< of the surface
+    std::unique_ptr<const ShapeNear> near;  ///< null where values are distances, or none is asked
     std::unique_ptr<const surface::Surface> surface;   ///< null where nothing reads nearest points
     std::shared_ptr<const nearest::BlockIndex> trees;  ///< likewise
     std::unique_ptr<nearest::AttributeReader> attributes;  ///< likewise; in no frame
@@ -77,8 +81,11 @@ class PlacedShape final : public Placed {
         if (shared_.trees != nullptr) engine_ = nearest::make_block_engine(shared_.trees, frame_);
         if (shared_.attributes != nullptr)
             attributes_ = std::make_unique<nearest::AttributeReader>(*shared_.attributes, frame_);
-        if (shared_.field.stage().fablet->shape->is_distance != 0)
+        if (shared_.field.is_distance()) {
             engine_ = make_value_engine(shared_.field, voxels_, std::move(engine_));
+        } else if (engine_ != nullptr) {
+            engine_ = make_shape_engine(*shared_.near, voxels_, std::move(engine_));
+        }
     }
     std::unique_ptr<Scratch> make_scratch() const override {
         auto scratch = std::make_unique<ShapeScratch>();
@@ -137,8 +144,8 @@ uint32_t PlacedShape::inside(const nearest::PointPacket& packet,
 
 class ShapeSolid final : public Solid {
   public:
-    ShapeSolid(const part::Part& part, const surface::SurfaceOptions& options)
-        : options_(options), stop_(options.stop), shared_(part, options) {}
+    ShapeSolid(const part::Part& part, const surface::SurfaceOptions& options, const Bodies& bodies)
+        : options_(options), stop_(options.stop), shared_(part, options, bodies) {}
 
     Result<void> check() const { return shared_.field.check(); }
 
@@ -147,6 +154,7 @@ class ShapeSolid final : public Solid {
     }
     Box3f bounds() const override { return shared_.field.bounds(); }
     bool dices() const override { return shared_.surface != nullptr; }
+    bool bounds_dice() const override { return dices() && shared_.near == nullptr; }
     int64_t patches_to_dice() const override {
         return dices() ? static_cast<int64_t>(shared_.surface->patches().size()) : 0;
     }
@@ -183,10 +191,13 @@ class ShapeSolid final : public Solid {
 void ShapeSolid::prepare(const Asked& asked, const QuerySetUp& queries) {
     if (!asked.nearest) return;
     shared_.asked = true;
-    const bool is_distance = shared_.field.stage().fablet->shape->is_distance != 0;
-    const bool points = !is_distance || asked.attributes || asked.geometry;
+    const bool points = !shared_.field.is_distance() || asked.attributes || asked.geometry;
     if (points && shared_.surface == nullptr) {
-        shared_.surface = make_shape_surface(shared_.field, options_.cache_bytes, stop_);
+        shared_.blocks = shared_.field.find_blocks(stop_);
+        shared_.surface =
+            make_shape_surface(shared_.field, shared_.blocks, options_.cache_bytes, stop_);
+        if (!shared_.field.is_distance())
+            shared_.near = std::make_unique<const ShapeNear>(shared_.field, shared_.blocks);
         const simd::Isa widest =
             queries.isa >= OPENFAB_ISA_AVX2 ? simd::Isa::kAvx512 : simd::Isa::kSse41;
         shared_.trees =
@@ -207,13 +218,14 @@ const Kind kShapeKind{
             return a.fablet->has_surface == 0 || kMeshKind.alike(a, b);
         },
     // What displaces a shape starts from a mesh of it.
-    .refine = [](const surface::SurfaceOptions& options, part::Part* part) -> Result<void> {
+    .refine = [](const surface::SurfaceOptions& options, const Bodies& bodies,
+                 part::Part* part) -> Result<void> {
         if (part->fablet->has_surface == 0) return {};
-        Result<std::shared_ptr<const part::PartMesh>> mesh = mesh_of_shape(*part, options);
+        Result<std::shared_ptr<const part::PartMesh>> mesh = mesh_of_shape(*part, options, bodies);
         if (!mesh) return mesh.error();
         part->mesh = std::move(*mesh);
         part->shape = nullptr;
-        return kMeshKind.refine(options, part);
+        return kMeshKind.refine(options, {}, part);
     },
     .share =
         [](const part::Part& first, part::Part* other) {
@@ -221,9 +233,9 @@ const Kind kShapeKind{
             other->shape = first.shape;
         },
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
-    .make = [](const part::Part& part,
-               const surface::SurfaceOptions& options) -> Result<std::shared_ptr<Solid>> {
-        auto made = std::make_shared<ShapeSolid>(part, options);
+    .make = [](const part::Part& part, const surface::SurfaceOptions& options,
+               const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {
+        auto made = std::make_shared<ShapeSolid>(part, options, bodies);
         if (Result<void> fine = made->check(); !fine) return fine.error();
         return std::shared_ptr<Solid>(std::move(made));
     },

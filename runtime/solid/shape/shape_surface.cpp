@@ -16,9 +16,9 @@ constexpr size_t kShardBytes = 4u << 20;
 
 class ShapeSurface final : public surface::Surface {
   public:
-    ShapeSurface(const ShapeField& field, size_t cache_bytes, const std::atomic<bool>* stop)
-        : field_(field), stop_(stop), cache_(cache_bytes, kShardBytes) {
-        blocks_ = field.find_blocks(stop);
+    ShapeSurface(const ShapeField& field, const std::vector<Vec3i>& blocks, size_t cache_bytes,
+                 const std::atomic<bool>* stop)
+        : field_(field), stop_(stop), blocks_(blocks), cache_(cache_bytes, kShardBytes) {
         ranges_.float_components = field.float_components();
         ranges_.int_components = field.int_components();
         const auto floats = blocks_.size() * static_cast<size_t>(ranges_.float_components);
@@ -72,7 +72,7 @@ class ShapeSurface final : public surface::Surface {
   private:
     const ShapeField& field_;
     mutable const std::atomic<bool>* stop_;
-    std::vector<Vec3i> blocks_;  ///< lowest cells, by patch
+    const std::vector<Vec3i>& blocks_;  ///< lowest cells, by patch
     std::vector<surface::Patch> patches_;
     surface::PatchRanges ranges_;
     mutable LruCache<int32_t, surface::MicroMesh> cache_;  ///< by patch
@@ -81,9 +81,11 @@ class ShapeSurface final : public surface::Surface {
 
 }  // namespace
 
-std::unique_ptr<surface::Surface> make_shape_surface(const ShapeField& field, size_t cache_bytes,
+std::unique_ptr<surface::Surface> make_shape_surface(const ShapeField& field,
+                                                     const std::vector<Vec3i>& blocks,
+                                                     size_t cache_bytes,
                                                      const std::atomic<bool>* stop) {
-    return std::make_unique<ShapeSurface>(field, cache_bytes, stop);
+    return std::make_unique<ShapeSurface>(field, blocks, cache_bytes, stop);
 }
 
 }  // namespace openfab::solid

@@ -6,14 +6,17 @@
 // cells, diced on demand.
 
 #include <memory>
+#include <vector>
 
 #include "runtime/solid/shape/shape_field.h"
 #include "runtime/surface/surface.h"
 
 namespace openfab::solid {
 
-/// Finds the blocks and makes the surface; the field must outlive it.
-std::unique_ptr<surface::Surface> make_shape_surface(const ShapeField& field, size_t cache_bytes,
+/// Makes the surface of the field's blocks (ShapeField::find_blocks); both must outlive it.
+std::unique_ptr<surface::Surface> make_shape_surface(const ShapeField& field,
+                                                     const std::vector<Vec3i>& blocks,
+                                                     size_t cache_bytes,
                                                      const std::atomic<bool>* stop);
 
 }  // namespace openfab::solid

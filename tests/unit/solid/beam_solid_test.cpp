@@ -119,7 +119,7 @@ struct Made {
                                  0.708653140405184,   0.2980114870440326,  -0.6395309845376336,
                                  0.5747511336456527,  0.28190937451709513, 0.76823709812298};
         EXPECT_EQ(&kind_of(part), &kBeamKind);
-        solid = *kBeamKind.make(part, {});
+        solid = *kBeamKind.make(part, {}, {});
         const Box3d box = solid->exact_box(part.local_to_build);
         grid.pitch_mm = {pitch, pitch * 1.3, pitch * 0.8};
         for (int a = 0; a < 3; ++a) {

@@ -195,7 +195,7 @@ struct Made {
         EXPECT_EQ(&kind_of(part), beams != nullptr ? &kBeamKind : &kGrowKind);
         surface::SurfaceOptions options;
         options.cache_bytes = cache;
-        Result<std::shared_ptr<Solid>> made = kind_of(part).make(part, options);
+        Result<std::shared_ptr<Solid>> made = kind_of(part).make(part, options, {});
         if (!made) {
             status = made.error();
             return;

@@ -12,8 +12,10 @@
 #include <cmath>
 #include <map>
 
+#include "abi/shape_distance.h"
 #include "mesh/model/primitives.h"
 #include "runtime/part/part_mesh.h"
+#include "runtime/part/shape_stage.h"
 #include "runtime/solid/cut/cut.h"
 #include "runtime/solid/kinds/kinds.h"
 #include "runtime/solid/shape/shape_mesh.h"
@@ -134,7 +136,7 @@ struct Made {
         mesh::Mesh box = mesh::make_box(size);
         for (Vec3d& p : box.positions)
             p.z -= size.z / 2;
-        auto stage = std::make_shared<part::Part>();
+        auto stage = std::make_shared<part::ShapeStage>();
         openfab_fablet plain{};
         plain.name = "plain";
         stage->name = "thing";
@@ -163,9 +165,8 @@ surface::SurfaceOptions options_of(double pitch) {
 }
 
 std::shared_ptr<Solid> solid_of(const Made& made, double pitch) {
-    const Kind& kind = kind_of(made.part);
-    EXPECT_EQ(&kind, &kShapeKind);
-    Result<std::shared_ptr<Solid>> solid = kind.make(made.part, options_of(pitch));
+    EXPECT_EQ(&kind_of(made.part), &kShapeKind);
+    Result<std::shared_ptr<Solid>> solid = make_solid(made.part, options_of(pitch));
     EXPECT_TRUE(solid) << solid.error().text();
     return solid ? *solid : nullptr;
 }
@@ -263,15 +264,31 @@ void expect_distances(const Made& made, double pitch, double tolerance) {
         placed->engine()->query({.block = lowest}, scratch->engine.get(), answer.get());
         nearest::BlockBounds bounds;
         placed->engine()->bound_blocks({&lowest, 1}, scratch->engine.get(), &bounds);
-        const float low = *std::ranges::min_element(bounds.low);
-        const float high = *std::ranges::max_element(bounds.high);
-        for (int32_t i = 0; i < nearest::kBlockVoxels; ++i) {
-            const Vec3i at = lowest + Vec3i{i / 8 % 8, i / 64, i % 8};
-            const float d = std::sqrt(answer->distance2[i]);
-            const float want = std::fabs(made.function(centres.box(at, at).lo));
-            worst = std::max(worst, static_cast<double>(std::fabs(d - want)));
-            EXPECT_LE(low, d + 1e-5f);
-            EXPECT_GE(high, d - 1e-5f);
+        const nearest::BlockPieces& pieces = placed->engine()->pieces();
+        for (size_t p = 0; p < pieces.lowest.size(); ++p) {
+            // Cubes of four cells at most, and the piece.
+            EXPECT_LE(bounds.high[p] - bounds.low[p], 4 * 2 * std::sqrt(3.0f) * pitch + 0.8f);
+            for (int32_t k = 0; k < pieces.size.x * pieces.size.y * pieces.size.z; ++k) {
+                const Vec3i in{k % pieces.size.x, k / pieces.size.x % pieces.size.y,
+                               k / pieces.size.x / pieces.size.y};
+                const Vec3i from = pieces.lowest[p] + in, at = lowest + from;
+                const float d = std::sqrt(
+                    answer->distance2[static_cast<size_t>((from.y * 8 + from.x) * 8 + from.z)]);
+                const Vec3f centre = centres.box(at, at).lo;
+                const float want = std::fabs(made.function(centre));
+                worst = std::max(worst, static_cast<double>(std::fabs(d - want)));
+                EXPECT_LE(bounds.low[p], d);
+                EXPECT_GE(bounds.high[p], d);
+                if (k != 0) continue;
+                nearest::PointPacket packet;
+                for (int32_t a = 0; a < 3; ++a)
+                    std::fill_n(packet.p[a], 8, centre[a]);
+                nearest::PointBounds around;
+                placed->engine()->bound_points({&packet, 1}, {}, 0.01f, scratch->engine.get(),
+                                               &around);
+                EXPECT_LE(around.low[0], d);
+                EXPECT_GE(around.high[0], d);
+            }
         }
     }
     EXPECT_LE(worst, tolerance);
@@ -293,8 +310,9 @@ TEST(ShapeSolid, DicedDistancesAreWithinAFiftiethOfAVoxel) {
 TEST(ShapeSolid, TheDicedSurfaceIsClosedAndHasAttributes) {
     for (const auto& made :
          {make<ball>({8, 8, 8}), make<ring>({11, 11, 3}), make<brick>({6, 8, 4})}) {
-        const ShapeField field(*made->part.shape, made->fablet, 0.17, OPENFAB_ISA_AVX2);
-        const auto surface = make_shape_surface(field, 64 << 20, nullptr);
+        const ShapeField field(*made->part.shape, {}, made->fablet, 0.17, OPENFAB_ISA_AVX2);
+        const std::vector<Vec3i> blocks = field.find_blocks(nullptr);
+        const auto surface = make_shape_surface(field, blocks, 64 << 20, nullptr);
         EXPECT_GT(surface->patches().size(), 8u);
         std::map<std::array<float, 6>, int> edges;
         double volume = 0;
@@ -324,13 +342,99 @@ TEST(ShapeSolid, TheDicedSurfaceIsClosedAndHasAttributes) {
     }
 }
 
+/// A shape of a part that is scaled.
+std::unique_ptr<Made> scaled(std::unique_ptr<Made> made, const Vec3d& by) {
+    auto stage = std::make_shared<part::ShapeStage>(part::shape_stage(*made->part.shape));
+    stage->stretch = {by.x, by.y, by.z};
+    auto box = std::make_shared<part::PartMesh>(*made->part.mesh);
+    for (Vec3d& p : box->positions)
+        p = {p.x * by.x, p.y * by.y, p.z * by.z};
+    made->part.mesh = box;
+    made->part.shape = std::move(stage);
+    return made;
+}
+
+float ball_of_six(const Vec3f& p) {
+    return length(p) - 6;
+}
+float flat_ball(const Vec3f& p) {
+    return length(Vec3f{p.x * (1 / 1.5f), p.y, p.z * 2.0f}) - 4;
+}
+
+// Values of one that is scaled alike in all directions are distances still.
+TEST(ShapeSolid, IsScaled) {
+    for (const bool is_distance : {false, true}) {
+        const auto made = scaled(make<ball>({8, 8, 8}, is_distance), {1.5, 1.5, 1.5});
+        made->function = ball_of_six;
+        expect_distances(*made, 0.1, is_distance ? 2e-6 : 0.002);
+        const auto flat = scaled(make<ball>({8, 8, 8}, is_distance), {1.5, 1, 0.5});
+        flat->function = flat_ball;
+        expect_coverage(*flat, 0.03, 4.0 / 3 * M_PI * 64 * 0.75);
+        const auto solid = solid_of(*flat, 0.1);
+        solid->prepare({.nearest = true}, {OPENFAB_ISA_AVX2, nearest::make_patch_cache(64 << 20)});
+        EXPECT_TRUE(solid->dices());
+        const Box3d size = solid->exact_box({});
+        EXPECT_NEAR(size.hi.x, 6, 1e-3);
+        EXPECT_NEAR(size.lo.z, -2, 1e-3);
+    }
+}
+
+/// The distance to an object, less 1.
+int grown(void** args) {
+    for (int32_t i = 0; i < count(args[1]); ++i)
+        out(args[1])[i] = in(args[0])[i] - 1;
+    return 0;
+}
+int grown_bounds(void** args) {
+    for (int32_t i = 0; i < count(args[2]); ++i) {
+        out(args[2])[i] = in(args[0])[i] - 1;
+        out(args[3])[i] = in(args[1])[i] - 1;
+    }
+    return 0;
+}
+const openfab_arg kGrownArgs[] = {{abi::kShapeDistance, OPENFAB_FLOAT, 0, 0},
+                                  {OPENFAB_ARG_SHAPE_VALUE, OPENFAB_FLOAT, 0, 0}};
+const openfab_arg kGrownBoundArgs[] = {{abi::kShapeDistanceLo, OPENFAB_FLOAT, 0, 0},
+                                       {abi::kShapeDistanceHi, OPENFAB_FLOAT, 0, 0},
+                                       {OPENFAB_ARG_SHAPE_VALUE_LO, OPENFAB_FLOAT, 0, 0},
+                                       {OPENFAB_ARG_SHAPE_VALUE_HI, OPENFAB_FLOAT, 0, 0}};
+float round_brick(const Vec3f& p) {
+    return brick(p) - 1;
+}
+
+// A box with edges that are round: what is within 1 of a box, a mesh whose middle is elsewhere.
+TEST(ShapeSolid, AsksForTheDistanceToAMesh) {
+    const auto made = make<round_brick>({8.5, 10.5, 6.5}, true);
+    made->shape.values = {{grown, grown, grown}, 2, kGrownArgs, 0};
+    made->shape.bounds = {{grown_bounds, grown_bounds, grown_bounds}, 4, kGrownBoundArgs, 0};
+    auto body = std::make_shared<part::Part>();
+    openfab_fablet plain{};
+    plain.name = "plain";
+    body->fablet = &plain;
+    body->mesh =
+        *part::make_part_mesh(mesh::make_box({6, 8, 4}), plain, {1, 0, 0, 0, 1, 0, 0, 0, 1});
+    auto stage = std::make_shared<part::ShapeStage>(part::shape_stage(*made->part.shape));
+    stage->bodies.push_back(body);
+    // The mesh stands on z = 0; that of the shape is about its middle.
+    auto box = std::make_shared<part::PartMesh>(*stage->mesh);
+    box->center_part_mm = body->mesh->center_part_mm;
+    stage->mesh = box;
+    made->part.shape = std::move(stage);
+    const Result<std::shared_ptr<Solid>> solid = make_solid(made->part, options_of(0.1));
+    ASSERT_TRUE(solid) << solid.error().text();
+    const double volume =
+        6 * 8 * 4 + 2 * (6 * 8 + 8 * 4 + 4 * 6) + M_PI * (6 + 8 + 4) + 4.0 / 3 * M_PI;
+    expect_coverage(*made, 0.04, volume);
+    expect_distances(*made, 0.1, 4e-6);
+}
+
 // What @Surface moves.
 TEST(ShapeSolid, AMeshOfItIsClosedAndHasNormalsAndAttributes) {
     const auto made = make<ball>({8.5, 8.5, 8.5});
     auto box = std::make_shared<part::PartMesh>(*made->part.mesh);
     box->nearest_attributes.push_back({OPENFAB_FLOAT, 1, {0}, {}});
     made->part.mesh = box;
-    const auto mesh = mesh_of_shape(made->part, options_of(0.1));
+    const auto mesh = mesh_of_shape(made->part, options_of(0.1), {});
     ASSERT_TRUE(mesh);
     const part::PartMesh& m = **mesh;
     std::map<std::array<int32_t, 2>, int> edges;
@@ -390,7 +494,7 @@ TEST(ShapeSolid, APieceOfItEndsWhereTheShapeDoes) {
 }
 
 void expect_refused(const Made& made, const std::string& what) {
-    const Result<std::shared_ptr<Solid>> solid = kShapeKind.make(made.part, options_of(0.1));
+    const Result<std::shared_ptr<Solid>> solid = kShapeKind.make(made.part, options_of(0.1), {});
     ASSERT_FALSE(solid);
     EXPECT_NE(solid.error().text().find(what), std::string::npos) << solid.error().text();
 }

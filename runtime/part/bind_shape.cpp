@@ -1,0 +1,229 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/part/bind_shape.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "abi/grow_table.h"
+#include "abi/shape_distance.h"
+#include "runtime/part/node_member.h"
+
+namespace openfab::part {
+
+namespace {
+
+constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+/// Stands for the fablet of what is asked for its geometry alone.
+const openfab_fablet kGeometry = [] {
+    openfab_fablet fablet{};
+    fablet.abi_version = OPENFAB_ABI_VERSION;
+    fablet.name = "geometry";
+    return fablet;
+}();
+
+bool queries(const openfab_segments& segments, int32_t object) {
+    return std::any_of(segments.queries, segments.queries + segments.query_count,
+                       [&](const openfab_query& query) { return query.object == object; });
+}
+
+bool reads(const openfab_kernel& kernel, int32_t object) {
+    return std::any_of(kernel.args, kernel.args + kernel.arg_count, [&](const openfab_arg& arg) {
+        return arg.kind == abi::kShapeDistance && arg.a == object;
+    });
+}
+
+/// Returns how many components others read of an output: of a node's array of two floats one.
+int32_t attribute_components(const openfab_shape& shape, const openfab_varying& output) {
+    return openfab_grows(&shape) && has_two_ends(output) ? output.components / 2
+                                                         : output.components;
+}
+
+}  // namespace
+
+bool volume_asks(const openfab_fablet& fablet, int32_t object) {
+    return queries(fablet.volume_segments, object);
+}
+
+bool shape_asks(const openfab_fablet& fablet, int32_t object) {
+    const openfab_shape* shape = fablet.shape;
+    return shape != nullptr &&
+           (queries(shape->value_segments, object) || queries(shape->attribute_segments, object) ||
+            reads(shape->values, object) || reads(shape->attributes, object));
+}
+
+std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch) {
+    constexpr double kSlack = 1e-6;
+    const std::array<double, 3> scales{stretch[0], stretch[4], stretch[8]};
+    const double least = std::min({scales[0], scales[1], scales[2]});
+    for (const size_t other : {1, 2, 3, 5, 6, 7}) {
+        if (std::fabs(stretch[other]) > kSlack * least) return {0, 0, 0};
+    }
+    return scales;
+}
+
+Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch) {
+    if (stretch == kUnmoved) return Ok{};
+    if (stage != nullptr && stage->shape != nullptr && openfab_grows(stage->shape)) {
+        return user_error("it is grown by a rule, and a placement scales it",
+                          "give it a uniform for its size");
+    }
+    if (scales_along_axes(stretch)[0] == 0) {
+        return user_error("it is a shape, and a placement scales it along other axes than its own",
+                          "scale it before it is turned, or give it a uniform for its size");
+    }
+    return Ok{};
+}
+
+mesh::Mesh box_of_shape(const mesh::Mesh& box, const openfab_fablet* stage) {
+    mesh::Mesh out = box;
+    out.attributes.clear();
+    const openfab_shape* shape = stage != nullptr ? stage->shape : nullptr;
+    for (int32_t i = 0; shape != nullptr && i < shape->output_count; ++i) {
+        const openfab_varying& output = shape->outputs[i];
+        mesh::MeshAttribute attribute;
+        attribute.name = output.name;
+        attribute.components = attribute_components(*shape, output);
+        attribute.is_int = output.scalar != OPENFAB_FLOAT;
+        if (attribute.is_int) {
+            attribute.faces.assign(out.triangles.size() * static_cast<size_t>(attribute.components),
+                                   0);
+        } else {
+            attribute.values.assign(static_cast<size_t>(attribute.components), 0.0f);
+            attribute.corners.assign(out.triangles.size(), {0, 0, 0});
+        }
+        out.attributes.push_back(std::move(attribute));
+    }
+    return out;
+}
+
+Result<void> ShapeBinder::bind(const world::Object& object, const std::array<double, 9>& stretch,
+                               const BoundUniforms& uniforms, Part* part) {
+    const auto shape = world_.shapes.find(object.mesh);
+    if (shape == world_.shapes.end()) return Ok{};
+    const world::ShapeRef& ref = shape->second;
+    auto stage = std::make_shared<ShapeStage>();
+    stage->name = object.name;
+    stage->location = ref.location;
+    stage->mesh = part->mesh;
+    stage->instance = 0;
+    if (stretch != kUnmoved) {
+        stage->stretch = scales_along_axes(stretch);
+        Result<std::shared_ptr<const PartMesh>> box =
+            sources_.mesh(object, *part->fablet, kUnmoved);
+        if (!box) return box.error();
+        if (*box == nullptr) return Ok{};
+        stage->mesh = std::move(*box);
+    }
+    std::vector<int32_t> objects = uniforms.objects;
+    if (ref.fablet == object.fablet) {
+        stage->fablet = part->fablet;
+        stage->uniform_values = part->uniform_values;
+        stage->textures = part->textures;
+    } else {
+        world::Object as;
+        as.name = object.name;
+        as.fablet = ref.fablet;
+        as.location = ref.location;
+        as.uniforms = world_.fablets.at(ref.fablet).uniforms;
+        const Result<const openfab_fablet*> fablet = sources_.fablet_of(as);
+        if (!fablet) return fablet.error();
+        Result<BoundUniforms> bound = sources_.uniforms(as, **fablet, false);
+        if (!bound) return bound.error();
+        Result<std::vector<std::shared_ptr<const texture::Pyramid>>> textures =
+            sources_.textures(*bound);
+        if (!textures) return textures.error();
+        stage->fablet = *fablet;
+        stage->uniform_values = std::move(bound->values);
+        stage->textures = std::move(*textures);
+        objects = std::move(bound->objects);
+    }
+    if (stage->fablet->shape == nullptr) {
+        return error_at(
+            ref.location,
+            fmt::format("fablet `{}` has no @Shape or @Grow stage", stage->fablet->name),
+            "name one that has, or give the mesh a `file`");
+    }
+    if (Result<void> done = bind_bodies(objects, stage.get()); !done) return done;
+    part->shape = same_stage(std::move(stage));
+    return Ok{};
+}
+
+Result<void> ShapeBinder::bind_bodies(const std::vector<int32_t>& objects, ShapeStage* stage) {
+    for (size_t i = 0; i < objects.size(); ++i) {
+        if (!shape_asks(*stage->fablet, static_cast<int32_t>(i))) continue;
+        Result<std::shared_ptr<const Part>> body = body_of(objects[i], stage->location);
+        if (!body) return body.error();
+        stage->bodies.resize(objects.size());
+        stage->bodies[i] = std::move(*body);
+    }
+    return Ok{};
+}
+
+/// Returns the geometry of an object, in its own place: a part without volume and without placement.
+/// Null where memory is used up, which the caller reports.
+Result<std::shared_ptr<const Part>> ShapeBinder::body_of(int32_t object,
+                                                         const SourceLocation& asked) {
+    if (const auto known = bodies_.find(object); known != bodies_.end()) return known->second;
+    const world::Object& of = world_.objects[static_cast<size_t>(object)];
+    if (std::ranges::find(asking_, object) != asking_.end()) {
+        return error_at(asked,
+                        fmt::format("the shape of `{}` asks for the distance to itself", of.name),
+                        "bind another object to its `Object` uniform");
+    }
+    const Result<const openfab_fablet*> fablet = sources_.fablet_of(of);
+    if (!fablet) return fablet.error();
+    if ((*fablet)->has_surface != 0) {
+        return error_at(
+            asked,
+            fmt::format("a shape asks for the distance to `{}`, which its @Surface stage displaces",
+                        of.name),
+            "shapes see meshes as their files have them: give the shape an object of the same mesh "
+            "with a fablet that does not displace it; `build` need not place it");
+    }
+    asking_.push_back(object);
+    auto body = std::make_shared<Part>();
+    body->name = of.name;
+    body->fablet = &kGeometry;
+    body->location = of.location;
+    Result<std::shared_ptr<const PartMesh>> mesh = sources_.mesh(of, kGeometry, kUnmoved);
+    if (!mesh) return mesh.error();
+    if (*mesh == nullptr) return std::shared_ptr<const Part>();
+    body->mesh = std::move(*mesh);
+    body->local_to_build.t = body->mesh->center_part_mm;
+    if (world_.shapes.contains(of.mesh)) {
+        Result<BoundUniforms> uniforms = sources_.uniforms(of, **fablet, true);
+        if (!uniforms) return uniforms.error();
+        Result<std::vector<std::shared_ptr<const texture::Pyramid>>> textures =
+            sources_.textures(*uniforms);
+        if (!textures) return textures.error();
+        Part as = *body;
+        as.fablet = *fablet;
+        as.uniform_values = uniforms->values;
+        as.textures = std::move(*textures);
+        if (Result<void> done = bind(of, kUnmoved, *uniforms, &as); !done) return done.error();
+        body->shape = as.shape;
+    }
+    body->beams = sources_.beams(of, kGeometry, *body->mesh);
+    asking_.pop_back();
+    bodies_[object] = body;
+    return std::shared_ptr<const Part>(std::move(body));
+}
+
+/// Returns an equal stage that another part has, if there is one: such parts have one geometry.
+std::shared_ptr<const ShapeStage> ShapeBinder::same_stage(std::shared_ptr<const ShapeStage> stage) {
+    std::vector<std::shared_ptr<const ShapeStage>>& known = stages_[stage->mesh.get()];
+    for (const std::shared_ptr<const ShapeStage>& other : known) {
+        if (other->fablet == stage->fablet && other->uniform_values == stage->uniform_values &&
+            other->textures == stage->textures && other->stretch == stage->stretch &&
+            other->bodies == stage->bodies)
+            return other;
+    }
+    known.push_back(stage);
+    return stage;
+}
+
+}  // namespace openfab::part

@@ -1,0 +1,60 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The objects that a shape's stage asks for distances (part::ShapeStage::bodies), as solids in their own
+// places. Threads share it.
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "abi/fablet_table.h"
+#include "runtime/nearest/engine.h"
+#include "runtime/part/part.h"
+#include "runtime/solid/kind.h"
+#include "runtime/solid/solid.h"
+
+namespace openfab::solid {
+
+class ShapeBodies {
+  public:
+    /// Scratch memory of one thread.
+    class Tools {
+      public:
+        friend class ShapeBodies;
+
+      private:
+        std::vector<std::unique_ptr<Scratch>> scratch_;
+        std::vector<nearest::PointPacket> points_;
+        std::vector<nearest::PointAnswer> answers_;
+    };
+
+    /// `stage` is the part with these bodies, which must outlive it.
+    ShapeBodies(const part::Part& stage, const Bodies& solids, double cell_mm, openfab_isa isa);
+
+    /// Computes the signed distances, mm, to a body at n points of the stage, part-local, by axis;
+    /// infinite where a coordinate is NaN, or beyond nearest::kMaxCoordinate.
+    void distances(size_t body, const std::array<const float*, 3>& points, size_t n, Tools* tools,
+                   float* out) const;
+    /// Computes bounds of them over n boxes.
+    void bounds(size_t body, const std::array<const float*, 3>& lo,
+                const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
+                float* out_hi) const;
+    /// Returns an error if a body is impossible.
+    Result<void> status() const;
+
+  private:
+    struct Body {
+        std::shared_ptr<Solid> solid;
+        std::array<float, OPENFAB_FRAME_COUNT> frame{};
+        std::unique_ptr<Placed> placed;
+        Vec3d move;  ///< from points of the stage to those of the body
+    };
+    void ask(size_t body, size_t n, Tools* tools) const;
+
+    part::Grid grid_;
+    std::vector<Body> bodies_;
+};
+
+}  // namespace openfab::solid

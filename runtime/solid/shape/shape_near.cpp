@@ -1,0 +1,246 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/shape/shape_near.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "base/infinity.h"
+
+namespace openfab::solid {
+
+namespace {
+
+constexpr int32_t kCube = 4;  // cells along a cube
+constexpr int32_t kCubes = kPatchCells / kCube;
+static_assert(kCubes == 4);
+// Shells of blocks around a box that are looked through; what is farther is far.
+constexpr int32_t kMostShells = 16;
+// Of the distances that voxels are told, and of what is computed here.
+constexpr float kRelative = 0x1p-13f, kOfCoordinates = 0x1p-17f;
+
+float gap(float lo_a, float hi_a, float lo_b, float hi_b) {
+    return std::max(std::max(lo_a - hi_b, lo_b - hi_a), 0.0f);
+}
+
+/// Returns the square of the least distance between two boxes, and of the greatest.
+template <typename A, typename B>
+float least2(const A& a_lo, const A& a_hi, const B& b_lo, const B& b_hi) {
+    float sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const float d = gap(a_lo[k], a_hi[k], b_lo[k], b_hi[k]);
+        sum += d * d;
+    }
+    return sum;
+}
+template <typename A, typename B>
+float greatest2(const A& a_lo, const A& a_hi, const B& b_lo, const B& b_hi) {
+    float sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const float d = std::max(a_hi[k] - b_lo[k], b_hi[k] - a_lo[k]);
+        sum += d * d;
+    }
+    return sum;
+}
+
+}  // namespace
+
+ShapeNear::ShapeNear(const ShapeField& field, std::span<const Vec3i> blocks)
+    : field_(field),
+      blocks_(blocks),
+      masks_(std::make_unique<Masks[]>(blocks.size())),
+      block_mm_(static_cast<float>(field.cell_mm() * kPatchCells)) {
+    const Vec3i cells = field.cells();
+    for (int a = 0; a < 3; ++a) {
+        size_[a] = (cells[a] + kPatchCells - 1) / kPatchCells;
+        for (int32_t cube = 0; cube <= kCubes * size_[a]; ++cube) {
+            Vec3i vertex{0, 0, 0};
+            vertex[a] = std::min(kCube * cube, cells[a]);
+            edges_[static_cast<size_t>(a)].push_back(field.position(vertex)[a]);
+        }
+        largest_ = std::max({largest_, std::fabs(edges_[static_cast<size_t>(a)].front()),
+                             std::fabs(edges_[static_cast<size_t>(a)].back())});
+    }
+    const auto rows = static_cast<size_t>(size_.y) * static_cast<size_t>(size_.z);
+    rows_.assign(rows + 1, 0);
+    for (const Vec3i& lowest : blocks) {
+        const auto row = static_cast<size_t>(lowest.z / kPatchCells * size_.y) +
+                         static_cast<size_t>(lowest.y / kPatchCells);
+        ++rows_[row + 1];
+    }
+    for (size_t row = 0; row < rows; ++row)
+        rows_[row + 1] += rows_[row];
+}
+
+/// An edge of four cells between an inside and an outside vertex has a micro-vertex; micropolygons
+/// around it have an area unless the inside vertex is alone, so that one beside it is looked at.
+void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) const {
+    const Vec3i lowest = blocks_[block], cells = field_.cells();
+    ShapePoints points, lo, hi;
+    Vec3i end;
+    for (int a = 0; a < 3; ++a)
+        end[a] = std::min(lowest[a] + kPatchCells, cells[a]);
+    const auto vertex = [&](int32_t x, int32_t y, int32_t z) {
+        const Vec3i at = lowest + Vec3i{x, y, z} * kCube;
+        return Vec3i{std::min(at.x, end.x), std::min(at.y, end.y), std::min(at.z, end.z)};
+    };
+    for (int32_t z = 0; z <= kCubes; ++z) {
+        for (int32_t y = 0; y <= kCubes; ++y) {
+            for (int32_t x = 0; x <= kCubes; ++x) {
+                points.push_back(field_.position(vertex(x, y, z)));
+                if (x == kCubes || y == kCubes || z == kCubes) continue;
+                lo.push_back(field_.position(vertex(x, y, z)));
+                hi.push_back(field_.position(vertex(x + 1, y + 1, z + 1)));
+            }
+        }
+    }
+    ShapeCalls* calls = field_.take();
+    std::vector<float> values, value_lo, value_hi, beside;
+    abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
+    if (status.ok()) status = calls->values(points, &values);
+    *possible = *certain = 0;
+    for (size_t i = 0; i < 64 && status.ok(); ++i) {
+        if (!(value_lo[i] >= 0) && !(value_hi[i] < 0)) *possible |= uint64_t{1} << i;
+    }
+    struct Edge {
+        int32_t axis;
+        Vec3i at;
+    };
+    std::vector<Edge> edges;
+    const auto value = [&](const Vec3i& at) {
+        return values[static_cast<size_t>((at.z * (kCubes + 1) + at.y) * (kCubes + 1) + at.x)];
+    };
+    points.clear();
+    for (int32_t i = 0; i < 125 && status.ok(); ++i) {
+        const Vec3i at{i % 5, i / 5 % 5, i / 25};
+        for (int axis = 0; axis < 3; ++axis) {
+            if (at[axis] == kCubes) continue;
+            Vec3i next = at;
+            ++next[axis];
+            if ((value(at) < 0) == (value(next) < 0)) continue;
+            edges.push_back({axis, at});
+            const Vec3i& in = value(at) < 0 ? at : next;
+            for (const int32_t step : {-1, 1}) {
+                Vec3i to = vertex(in.x, in.y, in.z);
+                to[axis] = std::clamp(to[axis] + step, 0, cells[axis]);
+                // The vertex itself where the lattice ends, which is outside there.
+                points.push_back(field_.position(to));
+            }
+        }
+    }
+    if (status.ok() && !edges.empty()) status = calls->values(points, &beside);
+    field_.give(calls);
+    if (!status.ok()) {
+        field_.note(status);
+        *possible = ~uint64_t{0};
+        return;
+    }
+    for (size_t e = 0; e < edges.size(); ++e) {
+        if (!(beside[2 * e] < 0) && !(beside[2 * e + 1] < 0)) continue;
+        const auto& [axis, at] = edges[e];
+        const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+        for (int32_t k = 0; k < 4; ++k) {
+            Vec3i cube = at;
+            cube[b] -= k & 1, cube[c] -= k >> 1;
+            if (cube[b] < 0 || cube[c] < 0 || cube[b] == kCubes || cube[c] == kCubes) continue;
+            *certain |= uint64_t{1} << ((cube.z * kCubes + cube.y) * kCubes + cube.x);
+        }
+    }
+    *possible |= *certain;
+    // Each block has a micropolygon.
+    if (*possible == 0) *possible = ~uint64_t{0};
+}
+
+void ShapeNear::add_block(size_t block, const Box3f& whole, Tools* tools, float* nearest2) const {
+    Masks& masks = masks_[block];
+    uint64_t possible = masks.possible.load(std::memory_order_acquire), certain;
+    if (possible != 0) {
+        certain = masks.certain.load(std::memory_order_relaxed);
+    } else {
+        find_masks(block, &possible, &certain);
+        masks.certain.store(certain, std::memory_order_relaxed);
+        masks.possible.store(possible, std::memory_order_release);
+    }
+    const Vec3i& lowest = blocks_[block];
+    const Vec3i first{lowest.x / kCube, lowest.y / kCube, lowest.z / kCube};
+    for (uint64_t left = possible; left != 0; left &= left - 1) {
+        const auto bit = std::countr_zero(left);
+        const Vec3i at = first + Vec3i{bit % 4, bit / 4 % 4, bit / 16};
+        Tools::Cube cube;
+        for (int a = 0; a < 3; ++a) {
+            const auto i = static_cast<size_t>(at[a]);
+            cube.lo[a] = edges_[static_cast<size_t>(a)][i];
+            cube.hi[a] = edges_[static_cast<size_t>(a)][i + 1];
+        }
+        cube.certain = (certain >> bit & 1) != 0;
+        cube.low2 = least2(whole.lo, whole.hi, cube.lo, cube.hi);
+        if (cube.low2 > *nearest2) continue;
+        if (cube.certain)
+            *nearest2 = std::min(*nearest2, greatest2(whole.lo, whole.hi, cube.lo, cube.hi));
+        tools->cubes_.push_back(cube);
+    }
+}
+
+/// Adds the blocks x0 … x1, both included, of a row.
+void ShapeNear::add_row(int32_t y, int32_t z, int32_t x0, int32_t x1, const Box3f& whole,
+                        Tools* tools, float* nearest2) const {
+    if (y < 0 || z < 0 || y >= size_.y || z >= size_.z) return;
+    const auto row = static_cast<size_t>(z) * static_cast<size_t>(size_.y) + static_cast<size_t>(y);
+    const auto begin = blocks_.begin() + static_cast<ptrdiff_t>(rows_[row]);
+    const auto end = blocks_.begin() + static_cast<ptrdiff_t>(rows_[row + 1]);
+    auto at = std::lower_bound(begin, end, x0 * kPatchCells,
+                               [](const Vec3i& block, int32_t x) { return block.x < x; });
+    for (; at != end && at->x <= x1 * kPatchCells; ++at)
+        add_block(static_cast<size_t>(at - blocks_.begin()), whole, tools, nearest2);
+}
+
+void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* tools,
+                      NearRange* out) const {
+    tools->cubes_.clear();
+    Vec3i lo, hi;  // the blocks that the box is in, which may lie beyond the lattice
+    for (int a = 0; a < 3; ++a) {
+        const float origin = edges_[static_cast<size_t>(a)].front();
+        const auto block = [&](float x) {
+            return static_cast<int32_t>(
+                std::clamp(std::floor((x - origin) / block_mm_), -1e6f, 1e6f));
+        };
+        lo[a] = block(whole.lo[a]);
+        hi[a] = block(whole.hi[a]);
+    }
+    // Of a surface that is there for certain, from any point of the box.
+    float nearest2 = kInfinity;
+    float seen = 0;  // how far all of it was looked at
+    for (int32_t r = 0; r <= kMostShells; ++r) {
+        seen = static_cast<float>(std::max(r - 1, 0)) * block_mm_ * (1 - kRelative);
+        if (seen * seen > nearest2) break;
+        for (int32_t z = lo.z - r; z <= hi.z + r; ++z) {
+            for (int32_t y = lo.y - r; y <= hi.y + r; ++y) {
+                const bool shell = z == lo.z - r || z == hi.z + r || y == lo.y - r || y == hi.y + r;
+                if (shell || r == 0) {
+                    add_row(y, z, lo.x - r, hi.x + r, whole, tools, &nearest2);
+                } else {
+                    add_row(y, z, lo.x - r, lo.x - r, whole, tools, &nearest2);
+                    add_row(y, z, hi.x + r, hi.x + r, whole, tools, &nearest2);
+                }
+            }
+        }
+        seen = static_cast<float>(r) * block_mm_ * (1 - kRelative);
+    }
+    std::erase_if(tools->cubes_, [&](const Tools::Cube& cube) { return cube.low2 > nearest2; });
+    for (size_t i = 0; i < boxes.size(); ++i) {
+        // Beyond what was looked at there may be more.
+        float low2 = seen * seen, high2 = kInfinity;
+        for (const Tools::Cube& cube : tools->cubes_) {
+            low2 = std::min(low2, least2(boxes[i].lo, boxes[i].hi, cube.lo, cube.hi));
+            if (cube.certain)
+                high2 = std::min(high2, greatest2(boxes[i].lo, boxes[i].hi, cube.lo, cube.hi));
+        }
+        const float low = std::sqrt(low2), high = std::sqrt(high2);
+        const float slack = low * kRelative + largest_ * kOfCoordinates;
+        out[i] = {std::max(low - slack, 0.0f),
+                  high + (high < kInfinity ? high * kRelative + largest_ * kOfCoordinates : 0.0f)};
+    }
+}
+
+}  // namespace openfab::solid
