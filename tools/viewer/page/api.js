@@ -1,7 +1,8 @@
 // Requests to the server that this page comes from. The token that it wants begins the page's fragment, which browsers
 // do not send.
 
-const token = location.hash.slice(1).split("&")[0];
+// Tests of modules that need no page have none.
+const token = globalThis.location?.hash.slice(1).split("&")[0] ?? "";
 
 /** `status` is that of the answer, 0 where there was none. */
 export class ApiError extends Error {
