@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "compiler/check/signatures.h"
+
 namespace openfab::check {
 
 namespace {
@@ -223,6 +225,12 @@ constexpr ForeignName kFunctionHelp[] = {
     {"expm1", "write `exp(x) - 1`"},
     {"hypot", "write `length(float2(x, y))`"},
     {"perlin", "Perlin's noise is `noise(p)`"},
+    {"spline", "a curve is a uniform of type `Spline` or `ColorRamp`"},
+    {"getattribute", "attributes of the mesh are inputs of a stage: `@nearest float2 uv`"},
+    {"getuserdata", "attributes of the mesh are inputs of a stage: `@nearest float2 uv`"},
+    {"diffuse", "nothing is lit: a stage returns what a voxel is made of"},
+    {"emission", "nothing is lit: a stage returns what a voxel is made of"},
+    {"transform", "a vector is transformed by a matrix with `mul(m, v)`"},
     {"clip", "a voxel is void where the stage returns an empty `MaterialComposition`"},
 };
 
@@ -261,6 +269,14 @@ constexpr OtherName kLibraryNames[] = {
 };
 
 constexpr ForeignName kNameHelp[] = {
+    {"P", "a stage reads its position from its attributes: `attr.voxelCenter`, `attr.p`"},
+    {"N", "the normal of a surface point is `attr.n`, of the nearest one `nearest(p).normal`"},
+    {"Ci", "a stage returns what a voxel is made of, a `MaterialComposition`"},
+    {"RAND_MAX", "`hash(x)` is from 0 to 1"},
+    {"FLT_MAX", "write `3.4028235e38`"},
+    {"FLT_EPSILON", "write `1.1920929e-7`"},
+    {"INT_MAX", "write `0x7fffffff`"},
+    {"vector", "vectors are `float2` to `float4`, `int2` to `int4` and so on"},
     {"discard", "a voxel is void where the stage returns an empty `MaterialComposition`"},
     {"PI", "declare it: `const float PI = 3.14159265;`"},
     {"M_PI", "declare it: `const float PI = 3.14159265;`"},
@@ -399,7 +415,14 @@ std::string foreign_function_help(std::string_view name) {
         return std::string(help);
     }
     const std::string_view ours = find_help(kFunctions, name);
-    return ours.empty() ? foreign_type_help(name) : fmt::format("OpenFL calls it `{}`", ours);
+    if (!ours.empty()) return fmt::format("OpenFL calls it `{}`", ours);
+    if (const std::string help = foreign_type_help(name); !help.empty()) return help;
+    // `fabsf`, `fminf`, `asinf`
+    if (name.size() < 3 || !name.ends_with('f')) return "";
+    const std::string_view stem = name.substr(0, name.size() - 1);
+    const std::string_view known = find_help(kFunctions, stem);
+    if (!known.empty()) return fmt::format("OpenFL calls it `{}`", known);
+    return signatures_of(stem).empty() ? "" : fmt::format("OpenFL calls it `{}`", stem);
 }
 
 bool infers_type(std::string_view name) {

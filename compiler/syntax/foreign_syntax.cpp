@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/syntax/foreign_syntax.h"
 
+#include <algorithm>
+
 namespace openfab::syntax {
 
 const char* varyings_form(ast::StageKind stage) {
@@ -34,6 +36,7 @@ constexpr const char* kNoTypes = "there are no classes; declare a `struct`";
 constexpr const char* kVector = "a vector is written `float3(1, 2, 3)`";
 constexpr const char* kLoop = "a loop is written `for (int i = 0; i < 4; ++i) { … }`";
 constexpr const char* kUniform = "uniforms are declared in the fablet: `@uniform { float x = 1; }`";
+constexpr const char* kPrecision = "leave it out: all numbers have 32 bits";
 constexpr const char* kModule = "write `import name;` at the top of the file";
 
 /// Help, by the unexpected word and the word before it.
@@ -58,6 +61,13 @@ constexpr ForeignWord kPrevious[] = {
 /// Help, by the first word of a statement or declaration.
 constexpr ForeignWord kFirst[] = {
     {"unsigned", "write `uint`"},
+    {"highp", kPrecision, ""},
+    {"mediump", kPrecision, ""},
+    {"lowp", kPrecision, ""},
+    {"closure", "nothing is lit: a stage returns what a voxel is made of, a `MaterialComposition`"},
+    {"cbuffer", kUniform},
+    {"tbuffer", kUniform},
+    {"pass", "an empty block is written `{ }`"},
     {"elif", "write `else if`", "else if"},
     {"elseif", "write `else if`", "else if"},
     {"elsif", "write `else if`", "else if"},
@@ -83,7 +93,7 @@ constexpr ForeignWord kFirst[] = {
     {"union", "there are no unions; `asuint` and `asfloat` take the bits of a number"},
     {"uniform", kUniform},
     {"varying", "varyings are declared by a stage: `@Volume(@varying { … })`"},
-    {"precision", "remove it: all numbers have 32 bits"},
+    {"precision", kPrecision},
     {"layout", "remove it: inputs are matched by name"},
     {"from", kModule},
     {"include", kModule},
@@ -100,6 +110,12 @@ const ForeignWord* find(const ForeignWord (&table)[N], std::string_view word) {
 }
 
 using Fix = ForeignSyntax::Fix;
+
+/// `TEXCOORD0`, `SV_Target`
+bool is_semantic(std::string_view word) {
+    const auto upper = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); };
+    return word.starts_with("SV_") || (word.size() > 3 && std::ranges::all_of(word, upper));
+}
 
 /// Returns what to write for character sequences that are operators in other languages.
 ForeignSyntax foreign_operator(const Surroundings& at) {
@@ -129,6 +145,12 @@ ForeignSyntax foreign_operator(const Surroundings& at) {
         return {"write a list in braces: `{1, 2, 3}`", Fix::kBrackets, ""};
     }
     if (are("=", "<")) return {kVector};
+    if (are("=", "&") || are("return", "&"))
+        return {"there are no pointers or references: write the value itself"};
+    if (at.first == "struct" && (at.next == ";" || at.next == "="))
+        return {"the name of a struct is its type: `Point p;`"};
+    if (at.found == ":" && is_semantic(at.next))
+        return {"there are no semantics: inputs and outputs are matched by name"};
     const bool in_expression =
         at.previous == "=" || at.previous == "(" || at.previous == "," || at.previous == "return";
     if (in_expression && at.found == "@" &&

@@ -600,6 +600,9 @@ bool Parser::parse_declarators(const ast::TypeRef& type, bool is_const,
         // `float a, int b;`
         d->help("a `;` stands between declarations of different types")
             .replace({last.span.file, tokens_[at_ - 2].span.begin, tokens_[at_ - 2].span.end}, ";");
+    } else if (another && is_builtin_type_name(last.name)) {
+        // `constexpr float x`
+        d->help("a declaration begins with its type: leave out `" + std::string(type.text) + "`");
     } else if (another) {
         d->help("a comma stands between names").insert_after(tokens_[at_ - 1].span, ",");
     } else {
