@@ -93,7 +93,7 @@ class Build {
         std::error_code error;
         const fs::path output = fs::absolute(options_.output, error);
         const auto not_linked = [&](const std::string& why) {
-            const std::string remedy = lower::remedy_of(why);
+            const std::string remedy = lower::remedy_of(why, output.parent_path());
             return fail(fmt::format("{}: cannot be linked: {}", options_.output,
                                     remedy.empty() ? why : remedy),
                         kExitOutside);

@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "base/hash.h"
 #include "base/say.h"
@@ -79,7 +81,28 @@ void Compilation::run_front_end(Outcome* out) {
         if (!module) out->code = kExitUserInput;
         if (module) units_.push_back({std::move(*module), {}});
     }
+    if (out->code == kExitDone) refuse_equal_names(out);
     if (out->code == kExitDone) report_time("front end", seconds_since(begin));
+}
+
+/// A world tells fablets of one name apart by the file names of their sources.
+void Compilation::refuse_equal_names(Outcome* out) {
+    std::map<std::pair<std::string, std::string>, std::pair<size_t, const ir::Fablet*>> known;
+    for (size_t k = 0; k < units_.size(); ++k) {
+        const std::string file = fs::path(options_.files[k]).filename().string();
+        for (const ir::Fablet& fablet : units_[k].module.fablets) {
+            const auto [first, is_new] =
+                known.emplace(std::pair(file, fablet.name), std::pair(k, &fablet));
+            const auto& [of_file, other] = first->second;
+            std::error_code unknown;
+            if (is_new || fs::equivalent(options_.files[of_file], options_.files[k], unknown))
+                continue;
+            out->sink.report(fablet.span, diag::kRedeclared, fablet.name)
+                .note(other->span, "here, in a file of the same name")
+                .help("rename one of the two, or its file");
+            out->code = kExitUserInput;
+        }
+    }
 }
 
 namespace {

@@ -59,6 +59,7 @@ class Compilation {
     };
 
     void run_front_end(Outcome* out);
+    void refuse_equal_names(Outcome* out);
     void run_all_passes(Outcome* out);
     std::vector<openfab_isa> isas() const;
 

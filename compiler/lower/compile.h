@@ -4,6 +4,7 @@
 
 // Compiles stages to machine code. Different stages may be compiled in different threads at once.
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <variant>
@@ -41,8 +42,8 @@ struct KernelRequest {
 };
 
 /// Returns what to do where a library or tool says that the system gave no memory, no descriptors or
-/// no space; else an empty text.
-std::string remedy_of(const std::string& trouble);
+/// no space; else an empty text. `folder`: where it wrote, if that is none for temporary files.
+std::string remedy_of(const std::string& trouble, const std::filesystem::path& folder = {});
 
 /// Makes a fault of what a library or tool says: the machine's where the system gave no memory, no
 /// descriptors or no space, with what to do; else one of ours.

@@ -57,8 +57,11 @@ Fault outside_fault(std::string trouble) {
 }
 
 Fault unwritable(const fs::path& file) {
-    return outside_fault(fmt::format("`{}` cannot be written: {}; TMPDIR names another folder",
-                                     file.string(), std::strerror(errno)));
+    const std::string why = std::strerror(errno);
+    const std::string remedy = remedy_of(why);
+    return outside_fault(
+        fmt::format("`{}` cannot be written: {}", file.string(),
+                    remedy.empty() ? why + "; TMPDIR names another folder" : remedy));
 }
 
 std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
@@ -78,6 +81,8 @@ std::optional<Fault> compile_table(const std::vector<FabletUnit>& fablets,
         run_tool({compiler, "-O1", "-fPIC", "-w", "-c", source.string(), "-o", object.string()},
                  source.parent_path());
     if (trouble.empty()) return std::nullopt;
+    if (const std::string remedy = remedy_of(trouble); !remedy.empty())
+        return outside_fault(fmt::format("the table of fablets cannot be compiled: {}", remedy));
     return outside_fault(fmt::format("`{}` cannot compile the table of fablets: {}{}", compiler,
                                      trouble, kToolHelp));
 }

@@ -26,11 +26,17 @@
 namespace openfab::part {
 namespace {
 
-const openfab_fablet* find_fablet(const openfab_fablet_list& list, const std::string& name) {
+/// Of fablets of one name that of the source counts; a program may have been built from another file.
+const openfab_fablet* find_fablet(const openfab_fablet_list& list, const std::string& name,
+                                  const std::string& source = {}) {
+    const openfab_fablet* out = nullptr;
     for (int32_t i = 0; i < list.count; ++i) {
-        if (name == list.fablets[i]->name) return list.fablets[i];
+        const openfab_fablet* fablet = list.fablets[i];
+        if (name != fablet->name) continue;
+        if (source == fablet->source_name) return fablet;
+        if (out == nullptr) out = fablet;
     }
-    return nullptr;
+    return out;
 }
 
 std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
@@ -146,7 +152,7 @@ class WorldBinder {
 
     Result<const openfab_fablet*> fablet_of(const world::Object& object) const {
         const world::FabletRef& ref = world_.fablets.at(object.fablet);
-        const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet);
+        const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet, ref.source.filename());
         if (fablet == nullptr) {
             return error_at(ref.location,
                             fmt::format("fablet `{}` of `{}` is not in this print", ref.fablet,
@@ -345,7 +351,7 @@ class WorldBinder {
         const auto shape = world_.shapes.find(object.mesh);
         if (shape == world_.shapes.end()) return make_part_mesh(mesh, fablet, s);
         const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
-        const openfab_fablet* stage = find_fablet(fablets_, ref.fablet);
+        const openfab_fablet* stage = find_fablet(fablets_, ref.fablet, ref.source.filename());
         if (const Result<void> fine = check_stretch(stage, s); !fine)
             return with_context(fine.error(), fmt::format("`{}`: ", object.name));
         return make_part_mesh(box_of_shape(mesh, stage), fablet, s);

@@ -79,17 +79,19 @@ TEST(BuildCommand, WhatTheMachineRefusesIsNoBugAndHasARemedy) {
         const char* before;
         const char* remedy;
     };
-    for (const Case& one : {Case{"PATH=; export PATH; ", "apt install gcc"},
+    for (const Case& one :
+         {Case{"PATH=; export PATH; ", "apt install gcc"},
 #ifndef OPENFAB_SANITIZED
-                            Case{"ulimit -v 1000000; ", "memory"},
+          Case{"ulimit -v 1000000; ", "memory"},
 #endif
-                            Case{"ulimit -n 6; ", "open"},
-                            // Before the first byte of an object, within one, and in linking all.
-                            Case{"ulimit -f 0; ", "ulimit -f"}, Case{"ulimit -f 8; ", "ulimit -f"},
-                            Case{"ulimit -f 400; ", "ulimit -f"}}) {
+          Case{"ulimit -n 6; ", "open"},
+          // Before the first byte of an object, within one, and in linking all.
+          Case{"ulimit -f 0; ", "ulimit -f"}, Case{"ulimit -f 8; ", "ulimit -f"},
+          Case{"ulimit -f 20; ", "ulimit -f"}, Case{"ulimit -f 400; ", "ulimit -f"}}) {
         const Outcome out = build(one.before);
         EXPECT_EQ(out.exit_code, 3) << out.err;
         EXPECT_NE(out.err.find(one.remedy), std::string::npos) << out.err;
+        EXPECT_EQ(out.err.find("TMPDIR"), std::string::npos) << "does not help: " << out.err;
         EXPECT_EQ(out.err.find("internal error"), std::string::npos) << out.err;
     }
 }

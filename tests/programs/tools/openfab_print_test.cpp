@@ -222,6 +222,47 @@ TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
     }
 }
 
+// Whichever comes first in the print program: the source tells them apart.
+TEST_F(OpenfabPrint, FabletsOfOneNameAreThoseOfTheirSources) {
+    scratch_.write("other.fl", R"(fablet Plain {
+    @uniform { Material body, half; }
+    @Volume(@varying { VolumeAttributes attr }) {
+        MaterialComposition mc;
+        mc.Set(attr.voxelCenter.x > 0 ? half : body, 1);
+        return mc;
+    }
+}
+)");
+    const auto world = [](const std::string& first, const std::string& second) {
+        return R"({"openfab": 1, "printer": "generic", "fablets": {)" + first + ", " + second +
+               R"(}, "materials": {"resin": {"key": "#ffffff"}, "ink": {"key": "#000000"}},
+                "meshes": {"block": {"box": [4, 3, 2]}},
+                "objects": {"p": {"mesh": "block", "fablet": "a", "uniforms": {"body": "resin"}},
+                            "q": {"mesh": "block", "fablet": "b",
+                                  "uniforms": {"body": "ink", "half": "resin"}}},
+                "build": [{"object": "p"}, {"object": "q", "translate_mm": [6, 0, 0]}]})";
+    };
+    const std::string plain = R"("a": {"source": "plain.fl", "fablet": "Plain"})",
+                      other = R"("b": {"source": "other.fl", "fablet": "Plain"})";
+    for (const std::string& text : {world(plain, other), world(other, plain)}) {
+        scratch_.write("two.fab.json", text);
+        const Outcome outcome =
+            print({path("two.fab.json"), "-o", path("a.ofr"), "--voxel", "0.5mm"});
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+        // Half of the second block is ink: 12 of 48 mm³.
+        EXPECT_THAT(outcome.err, HasSubstr("resin 0.04 ml, ink 0.01 ml"));
+    }
+    // The same file name in another folder tells nothing.
+    fs::create_directory(path("more"));
+    scratch_.write("more/plain.fl", read_file(path("other.fl")));
+    scratch_.write("two.fab.json",
+                   world(plain, R"("b": {"source": "more/plain.fl", "fablet": "Plain"})"));
+    const Outcome refused = print({path("two.fab.json"), "-o", path("a.ofr")});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("`Plain` is declared twice"));
+    EXPECT_THAT(refused.err, HasSubstr("rename one of the two, or its file"));
+}
+
 TEST_F(OpenfabPrint, LimitsOfAUniformHold) {
     std::string limited = kFablet;
     limited.insert(limited.find("Material body"),

@@ -5,6 +5,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
+#include "tests/support/process/process.h"
+
 namespace openfab::lower {
 
 namespace {
@@ -16,6 +20,22 @@ ir::Stage distance_stage() {
     const ir::ValueId d = b.input(ir::Type::kFloat, OPENFAB_ARG_DISTANCE, 0, 0);
     stage.outputs.push_back({"slot", OPENFAB_ARG_WEIGHT, 0, 0, d});
     return stage;
+}
+
+// The words of a linker or of the system, and what the user can do.
+TEST(Remedies, NameWhatLetsOneGoOn) {
+    const testing::ScratchFolder cache;
+    ::setenv("OPENFAB_CACHE", cache.path().c_str(), 1);
+    const std::string full = "/usr/bin/ld: final link failed: No space left on device";
+    const std::string kept = remedy_of(full, cache / "prints");
+    EXPECT_NE(kept.find(cache.path().string()), std::string::npos) << kept;
+    EXPECT_NE(kept.find("OPENFAB_CACHE"), std::string::npos) << kept;
+    const std::string output = remedy_of(full, "/somewhere");
+    EXPECT_NE(output.find("`/somewhere`"), std::string::npos) << output;
+    EXPECT_EQ(output.find("OPENFAB_CACHE"), std::string::npos) << output;
+    EXPECT_NE(remedy_of(full).find("TMPDIR"), std::string::npos);
+    EXPECT_NE(remedy_of("File too large").find("ulimit -f"), std::string::npos);
+    EXPECT_EQ(remedy_of("undefined reference to `f`"), "");
 }
 
 TEST(EmitText, EveryPipelineHasABuiltInSchedule) {
