@@ -103,6 +103,13 @@ void BuildReader::read(const JsonValue* groups, const JsonValue& build,
     if (arrange_as != nullptr && json_.ok()) arrange(*arrange_as, &all);
     for (std::vector<Placement>& item : all)
         std::move(item.begin(), item.end(), std::back_inserter(world_.build));
+    if (written_.changed() > 0) {
+        world_.warnings.push_back(
+            fmt::format("{} transforms are rotations, or have the scale of others, to the four or "
+                        "five decimals they are written with: they are taken as exact, so that "
+                        "placements share a shape",
+                        written_.changed()));
+    }
 }
 
 std::vector<Placement> BuildReader::items(const JsonValue& list, const std::string& what) {
@@ -355,6 +362,7 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
     if (matrix != nullptr) {
         culprit = &matrix->value;
         out.transform = this->matrix(matrix->value, "`matrix` of " + what);
+        out.transform.m = written_.exact(out.transform.m);
     } else {
         out.transform = placement_transform(scale, rotate, translate);
     }
@@ -453,7 +461,8 @@ void BuildReader::copies(const JsonValue& value, const std::string& what,
         !memory_for(value, *placements, transforms->size()))
         return;
     std::vector<Placement> out;
-    for (const Affine3d& transform : *transforms) {
+    for (Affine3d transform : *transforms) {
+        transform.m = written_.exact(transform.m);
         for (Placement copy : *placements) {
             copy.transform = product(transform, copy.transform);
             out.push_back(std::move(copy));

@@ -12,6 +12,7 @@
 
 #include "base/json.h"
 #include "world/json_reader.h"
+#include "world/nearly_equal_stretch.h"
 #include "world/world.h"
 #include "world/world_files.h"
 
@@ -75,6 +76,7 @@ class BuildReader {
     /// By mesh, region of a piece, and scale and rotation.
     std::map<std::tuple<int32_t, const pieces::Region*, std::array<double, 9>>, Box3d> boxes_;
     double looked_at_ = 0;  ///< vertices, for boxes_
+    WrittenMatrices written_;
 };
 
 }  // namespace openfab::world

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <random>
 #include <set>
+#include <sstream>
 
 #include "base/polar.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -21,6 +22,7 @@
 namespace openfab::world {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -84,32 +86,67 @@ TEST_F(BuildTest, AShearIsAMatrixInAGroup) {
     EXPECT_EQ(all[0].transform.apply({1, 2, 3}), (Vec3d{2, 2, -9}));
 }
 
-// As other programs write transforms: rotations, alone and times a scale, to six decimals.
-TEST_F(BuildTest, SixDecimalsOfARotationAreOne) {
+// As other programs write transforms: rotations, alone and times a scale, to four decimals or more.
+TEST_F(BuildTest, FourDecimalsOfARotationAreOne) {
     const double angles[] = {0.1, 0.62, 1.9, 2.7};
-    std::string lines;
-    for (const double scale : {1.0, 0.72}) {
-        for (const double a : angles) {
-            const double c = scale * std::cos(a), s = scale * std::sin(a);
-            lines += fmt::format("{:.6f} {:.6f} 0 1  {:.6f} {:.6f} 0 2  0 0 {:.6f} 3\n", c, -s, s,
-                                 c, scale);
+    for (const int decimals : {4, 5, 6}) {
+        std::string lines, matrices;
+        for (const double scale : {1.0, 0.72}) {
+            for (const double a : angles) {
+                const double c = scale * std::cos(a), s = scale * std::sin(a);
+                const std::string line = fmt::format(
+                    "{:.{}f}, {:.{}f}, 0, 1,  {:.{}f}, {:.{}f}, 0, 2,  0, 0, {:.{}f}, 3", c,
+                    decimals, -s, decimals, s, decimals, c, decimals, scale, decimals);
+                lines += line + '\n';
+                matrices += fmt::format(R"({}{{"object": "box", "matrix": [{}]}})",
+                                        matrices.empty() ? "" : ", ", line);
+            }
+        }
+        folder_.write("t.txt", lines);
+        for (const std::string& build :
+             {std::string(R"({"object": "box", "transforms": "t.txt"})"), matrices}) {
+            const std::string text = world_text("", "[" + build + "]");
+            const Result<World> world = load_world(folder_.write("w.fab.json", text));
+            ASSERT_TRUE(world) << world.error().text();
+            ASSERT_EQ(world->build.size(), 8u);
+            std::set<std::array<double, 9>> shapes;
+            for (size_t i = 0; i < 8; ++i) {
+                const Affine3d& transform = world->build[i].transform;
+                shapes.insert(polar_factors(transform.m)->s);
+                const double scale = i < 4 ? 1 : 0.72;
+                EXPECT_NEAR(transform.m[0], scale * std::cos(angles[i % 4]),
+                            2 * std::pow(10.0, -decimals))
+                    << i;
+                EXPECT_EQ(transform.t, (Vec3d{1, 2, 3}));
+            }
+            EXPECT_EQ(shapes.size(), 2u) << decimals;
+            EXPECT_THAT(world->warnings,
+                        Contains(HasSubstr(decimals == 6 ? "to six decimals only"
+                                                         : "four or five decimals")));
         }
     }
-    folder_.write("t.txt", lines);
-    const std::string text = world_text("", R"([{"object": "box", "transforms": "t.txt"}])");
-    const Result<World> world = load_world(folder_.write("w.fab.json", text));
-    ASSERT_TRUE(world) << world.error().text();
-    ASSERT_EQ(world->build.size(), 8u);
-    std::set<std::array<double, 9>> shapes;
-    for (size_t i = 0; i < 8; ++i) {
-        const Affine3d& transform = world->build[i].transform;
-        shapes.insert(polar_factors(transform.m)->s);
-        const double scale = i < 4 ? 1 : 0.72;
-        EXPECT_NEAR(transform.m[0], scale * std::cos(angles[i % 4]), 2e-6) << i;
-        EXPECT_EQ(transform.t, (Vec3d{1, 2, 3}));
+}
+
+// What is written exactly with few decimals, and what four of them tell from a rotation.
+TEST_F(BuildTest, MatricesThatAreMeantStay) {
+    const char* const rows[] = {
+        "1.0001, 0, 0, 0, 1, 0, 0, 0, 1", "0, 1.2001, 0, 1.2, 0, 0, 0, 0, 1.2",
+        "1, 0.002, 0, 0, 1, 0, 0, 0, 1", "0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, 1.001",
+        "1, 0.000002, 0, 0, 1.000001, 0, 0, 0, 1.000004"};
+    for (const char* row : rows) {
+        std::array<double, 9> m{};
+        std::istringstream in(row);
+        std::string moved;
+        for (size_t k = 0; k < 9; ++k) {
+            in >> m[k];
+            in.ignore(1);
+            moved += fmt::format("{}{}{}", k == 0 ? "" : ", ", m[k], k % 3 == 2 ? ", 0" : "");
+        }
+        const std::vector<Placement> all =
+            placements("", fmt::format(R"([{{"object": "box", "matrix": [{}]}}])", moved));
+        ASSERT_EQ(all.size(), 1u);
+        EXPECT_EQ(all[0].transform.m, m) << row;
     }
-    EXPECT_EQ(shapes.size(), 2u);
-    EXPECT_THAT(world->warnings, ElementsAre(HasSubstr("to six decimals only")));
 }
 
 TEST_F(BuildTest, ScalesThatAreMeantStay) {
