@@ -191,7 +191,7 @@ def test_a_receiver_gets_the_bytes_of_one_process(
         words, _, address = receiver.stderr.readline().strip().rpartition(" ")
         assert words == "listening at"
         over.print_world(ball, client, address, voxel=0.2)
-        receiver.communicate(timeout=30)
+        receiver.communicate(timeout=300)
     assert receiver.returncode == 0
     assert (tmp_path / "received.ofr").read_bytes() == (tmp_path / "alone.ofr").read_bytes()
 

@@ -154,7 +154,7 @@ print(errors)
 
 def test_the_first_use_may_be_of_several_threads() -> None:
     program = [sys.executable, "-c", AT_ONCE, BALL]
-    assert subprocess.run(program, capture_output=True, text=True, timeout=60).stdout == "[]\n"
+    assert subprocess.run(program, capture_output=True, text=True, timeout=300).stdout == "[]\n"
 
 
 FORKED = """
@@ -169,7 +169,7 @@ def report(queue):
 context = multiprocessing.get_context("fork")
 worker = context.Process(target=report, args=(queue := context.Queue(),))
 worker.start()
-(count, folder), _ = queue.get(timeout=30), worker.join()
+(count, folder), _ = queue.get(timeout=300), worker.join()
 print(os.path.exists(folder))
 print((openfab.print_world(world, voxel=0.1).array() > 0).sum() == count)
 running = openfab.print_world(world, voxel=0.01)
@@ -188,7 +188,7 @@ print(sum(1 for _ in slices) + 1 == running.info.slices[1], openfab._files.folde
 
 def test_a_forked_child_leaves_the_files_of_its_parent() -> None:
     program = [sys.executable, "-c", FORKED, BALL]
-    said = subprocess.run(program, capture_output=True, text=True, timeout=60).stdout.split()
+    said = subprocess.run(program, capture_output=True, text=True, timeout=300).stdout.split()
     assert said[:5] == ["False", "True", "7", "True", "True"]
     assert not Path(said[5]).exists()
 
@@ -285,10 +285,10 @@ def test_pipes_and_devices_are_written_to(ball: openfab.World, tmp_path: Path) -
     reader = threading.Thread(target=lambda: received.append(pipe.read_bytes()))
     reader.start()
     openfab.print_world(ball, pipe, voxel=0.5)
-    reader.join(timeout=30)
+    reader.join(timeout=300)
     assert received == [(tmp_path / "file.ofr").read_bytes()] and pipe.is_fifo()
     code = "import sys, pickle, openfab; openfab.print_world(pickle.load(sys.stdin.buffer), '-', voxel=0.5)"
-    done = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(ball), capture_output=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], input=pickle.dumps(ball), capture_output=True, timeout=300)
     assert done.stdout == received[0]
 
 

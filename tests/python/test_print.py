@@ -85,7 +85,7 @@ def test_statistics_count_what_the_slices_hold(ball: openfab.World) -> None:
     names = [material.name for material in print_.info.materials]
     assert dict(zip(names, counts[1:])) == print_.statistics["voxels_by_material"]
     assert print_.statistics["title"] == "ball"
-    assert 0 < print_.statistics["seconds_first_slice"] <= print_.statistics["seconds_total"] < 60
+    assert 0 < print_.statistics["seconds_first_slice"] <= print_.statistics["seconds_total"]
 
 
 def test_prints_at_once_do_not_disturb_each_other(ball: openfab.World, gallery: Path) -> None:
@@ -278,11 +278,11 @@ def test_ctrl_c_ends_cleanly(gallery: Path, tmp_path: Path, to_file: bool) -> No
         if not to_file:
             assert program.stdout.readline() == "slice\n"
         else:
-            deadline = time.monotonic() + 60
+            deadline = time.monotonic() + 300  # which only a hang reaches
             while not list(folder.glob(".*/*")) and time.monotonic() < deadline:
                 time.sleep(0.01)
         program.send_signal(signal.SIGINT)
-        said, _ = program.communicate(timeout=60)
+        said, _ = program.communicate(timeout=300)
     assert program.returncode == 0
     assert said.splitlines()[-1] == "interrupted"
     assert list(folder.iterdir()) == []

@@ -188,7 +188,8 @@ TEST_F(RunCommand, WatchPrintsAgainAfterEachChange) {
     EXPECT_FALSE(pictures[0] == pictures[1]);
     EXPECT_TRUE(pictures[1] == pictures[2]) << "the mistake must leave the picture alone";
     EXPECT_TRUE(pictures[0] == pictures[3]);
-    // Each print counts from its own change.
+    // Each print counts from its own change: the times lie apart within the whole, however slow the
+    // machine, and each is rounded to a tenth.
     const std::regex summary(R"(slices in ([0-9.]+) s)");
     double seconds = 0;
     size_t prints = 0;

@@ -256,7 +256,7 @@ def session(openflc, print_times):
     check("shutdown", client.ask("shutdown", None), None)
     check("a request after shutdown", client.ask("textDocument/hover", at("SKIN"), fails=True)["code"], -32600)
     client.notify("exit", None)
-    check("the exit code", client.process.wait(timeout=10), 0)
+    check("the exit code", client.process.wait(timeout=300), 0)
     if print_times:
         times(openflc)
 

@@ -19,6 +19,7 @@
 
 #include "backends/stream/message.h"
 #include "base/clock.h"
+#include "tests/support/memory/meter.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 
@@ -46,7 +47,7 @@ class Running {
     }
     bool ended() const { return ended_; }
     /// Waits until it has said `text`; returns whether it has.
-    bool says(const std::string& text, double seconds = 60) {
+    bool says(const std::string& text, double seconds = kHangSeconds) {
         for (const double start = seconds_now(); seconds_now() - start < seconds;) {
             if (err().find(text) != std::string::npos) return true;
             if (ended_) return outcome_.err.find(text) != std::string::npos;
@@ -142,7 +143,7 @@ class Stream : public ::testing::Test {
     /// Waits until the receiver has kept some slices.
     void wait_for_slices(const std::string& output) const {
         std::error_code none;
-        for (const double start = seconds_now(); seconds_now() - start < 60;) {
+        for (const double start = seconds_now(); seconds_now() - start < kHangSeconds;) {
             if (std::filesystem::exists(path(output + "/slice_0003.png"), none)) return;
             if (std::filesystem::is_regular_file(path(output), none) &&
                 std::filesystem::file_size(path(output)) > 4000)
