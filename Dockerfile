@@ -16,7 +16,7 @@ RUN apt-get update -qq \
         'perl' 'perl-modules-5*' 'libperl5*' 'proj-data' 'shared-mime-info' 2> /dev/null \
         | xargs dpkg --purge --force-depends > /tmp/said 2>&1 || { cat /tmp/said; exit 1; } \
     && rm -f /usr/lib/gcc/*/*/cc1plus /usr/lib/gcc/*/*/lto1 /usr/lib/gcc/*/*/lib*san* \
-        /usr/lib/x86_64-linux-gnu/lib*san.so.* /usr/lib/x86_64-linux-gnu/lib*san_* \
+        /usr/lib/*-linux-gnu/lib*san.so.* /usr/lib/*-linux-gnu/lib*san_* \
     && rm -rf /tmp/package /tmp/said /var/lib/apt/lists/* /var/cache/apt/* /var/cache/debconf/*-old /var/log/*.log /var/log/apt \
         /usr/share/locale/* /usr/share/man/* /usr/share/info/* \
     && find /usr/share/doc -type f ! -name copyright ! -path '*/openfab/*' -delete

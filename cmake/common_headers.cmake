@@ -9,7 +9,7 @@ set(openfab_pch_warnings -Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-
 # What is compiled at -O1 takes the precompiled headers of -O2. GCC 13 and later refuse that (-Winvalid-pch, and parse it all again)
 # for two settings of x86 that -O2 turns on, unless they are the same.
 set(openfab_quick -O1)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13 AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13 AND openfab_x86)
     list(APPEND openfab_quick -munroll-only-small-loops -mvzeroupper)
 endif()
 # fmt's own definitions, for all: a precompiled header is good for those alone that have the same.

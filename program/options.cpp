@@ -357,11 +357,14 @@ Result<void> validate_options(const Raw& raw, Options* o) {
     o->crop_tray = raw.crop == "tray";
     o->png_indexed = raw.png == "indexed";
     o->culling = !raw.no_cull;
-    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+    for (const openfab_isa isa : abi::isas()) {
         if (raw.isa == abi::isa_name(isa)) o->isa = isa;
     }
     if (!raw.isa.empty() && !o->isa)
-        return bad_value("--isa", raw.isa, "none of sse41, avx2 and avx512", "avx2");
+        return bad_value("--isa", raw.isa,
+                         abi::isas().size() > 1 ? "none of sse41, avx2 and avx512"
+                                                : "not sse41, the one set of this machine",
+                         "sse41");
     if (!raw.slabs_in_flight.empty() &&
         !(parse_number(std::string_view(raw.slabs_in_flight), &o->slabs_in_flight) &&
           o->slabs_in_flight >= 1 && o->slabs_in_flight <= 1024)) {

@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "abi/kernel_call.h"
 #include "base/hash.h"
 #include "base/say.h"
 #include "compiler/frontend/frontend.h"
@@ -148,12 +149,12 @@ void Compilation::run_all_passes(Outcome* out) {
 }
 
 std::vector<openfab_isa> Compilation::isas() const {
-    const std::vector<openfab_isa> all = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512};
-    if (options_.target == "all") return all;
-    for (const openfab_isa isa : all) {
+    std::vector<openfab_isa> out(abi::isas().begin(), abi::isas().end());
+    if (options_.target == "both") std::erase(out, OPENFAB_ISA_AVX512);
+    for (const openfab_isa isa : abi::isas()) {
         if (options_.target == lower::isa_name(isa)) return {isa};
     }
-    return {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2};
+    return out;
 }
 
 lower::ProgramOptions Compilation::program_options(lower::KernelCache* cache) const {

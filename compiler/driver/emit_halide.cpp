@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "abi/kernel_call.h"
 #include "base/say.h"
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
@@ -57,7 +58,7 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
     request.stage = &chosen;
     if (slab) request.inside = lower::stages_inside_slab(result.stages);
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
-    for (const openfab_isa isa : {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512}) {
+    for (const openfab_isa isa : abi::isas()) {
         if (options.target == lower::isa_name(isa)) request.isa = isa;
     }
     Schedules schedules(sources, common);

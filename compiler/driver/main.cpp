@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "abi/kernel_call.h"
 #include "base/clean_exit.h"
 #include "base/command_line.h"
 #include "base/run_main.h"
@@ -71,6 +72,14 @@ void add_describe(CLI::App& app, const CommonOptions& common, Action* action) {
     });
 }
 
+/// The instruction sets of machines of this one's kind.
+std::vector<std::string> target_names() {
+    std::vector<std::string> out;
+    for (const openfab_isa isa : abi::isas())
+        out.emplace_back(abi::isa_name(isa));
+    return out;
+}
+
 void add_schedule_options(CLI::App* command, ScheduleOptions* options) {
     command
         ->add_option("--schedule", options->paths,
@@ -88,6 +97,7 @@ void add_schedule_options(CLI::App* command, ScheduleOptions* options) {
 void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command = app.add_subcommand("emit", "Print a stage in one of the compiler's forms");
     auto options = std::make_shared<EmitOptions>();
+    options->target = target_names()[target_names().size() > 1 ? 1 : 0];
     command->add_option("FILE.fl", options->file, "an OpenFL file")->required();
     command->add_option("--stage", options->stage, "the stage to print")
         ->check(
@@ -100,7 +110,7 @@ void add_emit(CLI::App& app, const CommonOptions& common, Action* action) {
     command->add_option("--fablet", options->fablet,
                         "the fablet to print, if the file has several");
     command->add_option("--target", options->target, "the instruction set to print it for")
-        ->check(CLI::IsMember({"sse41", "avx2", "avx512"}))
+        ->check(CLI::IsMember(target_names()))
         ->capture_default_str();
     add_schedule_options(command, &options->schedules);
     command->add_flag("--prints", options->enable_printf, "compile `printf` and `assert` in");
@@ -145,13 +155,15 @@ void add_build(CLI::App& app, const CommonOptions& common, Action* action) {
     CLI::App* command =
         app.add_subcommand("build", "Compile fablets to a self-contained print program");
     auto options = std::make_shared<BuildOptions>();
+    std::vector<std::string> targets = target_names();
+    targets.insert(targets.end(), {"both", "all"});
     command->add_option("FILE.fl", options->compilation.files, "OpenFL files")->required();
     command->add_option("-o,--output", options->output, "the program to write")->required();
     command
         ->add_option("--target", options->compilation.target,
                      "instruction sets; all give the same bits. `both` are sse41 and avx2, `all` "
                      "these and avx512")
-        ->check(CLI::IsMember({"sse41", "avx2", "avx512", "both", "all"}))
+        ->check(CLI::IsMember(targets))
         ->capture_default_str();
     command->add_option("--cc", options->compiler, "C compiler")->capture_default_str();
     command->add_option("--linker", options->linker, "C++ compiler driver that links")

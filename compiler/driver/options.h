@@ -65,7 +65,7 @@ struct EmitOptions {
     std::string stage;
     std::string form = "ir";
     std::string fablet;
-    std::string target = "avx2";
+    std::string target;
     ScheduleOptions schedules;
     bool enable_printf = false;
 };

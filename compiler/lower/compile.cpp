@@ -19,6 +19,7 @@
 
 #include "base/own_folder.h"
 #include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/base_target.h"
 #include "compiler/lower/hoist_storage.h"
 #include "compiler/lower/kernel.h"
 #include "compiler/lower/kernel_memory.h"
@@ -38,8 +39,7 @@ Target target_of(const KernelRequest& request) {
     const bool checked = request.schedule != nullptr;
     // strict_float is what makes all targets, widths and schedules give the same bits. FMA stays
     // off.
-    Target target(Target::Linux, Target::X86, 64,
-                  {Target::SSE41, Target::StrictFloat, Target::NoRuntime, Target::NoBoundsQuery});
+    Target target = base_target({Target::StrictFloat, Target::NoRuntime, Target::NoBoundsQuery});
     target.set_feature(Target::NoAsserts, !checked);
     target.set_feature(Target::Profile, request.profiled);
     if (request.isa >= OPENFAB_ISA_AVX2) target.set_features({Target::AVX, Target::AVX2});

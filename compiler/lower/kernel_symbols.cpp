@@ -25,6 +25,11 @@ struct KernelSymbol {
 };
 
 #define OPENFAB_KERNEL_SYMBOL(name) {#name, reinterpret_cast<const void*>(&(name))},
+#if defined(__x86_64__)
+#define OPENFAB_WIDER_SYMBOL(name) OPENFAB_KERNEL_SYMBOL(name)
+#else
+#define OPENFAB_WIDER_SYMBOL(name)
+#endif
 const KernelSymbol kSymbols[] = {
 // Halide's errors, from its header.
 #include "compiler/lower/halide_errors.inc"
@@ -33,7 +38,7 @@ const KernelSymbol kSymbols[] = {
             OPENFAB_KERNEL_SYMBOL(halide_semaphore_release) OPENFAB_KERNEL_SYMBOL(
                 halide_semaphore_try_acquire) OPENFAB_KERNEL_SYMBOL(halide_malloc)
                 OPENFAB_KERNEL_SYMBOL(halide_free) OPENFAB_KERNEL_SYMBOL(openfab_sample_sse41)
-                    OPENFAB_KERNEL_SYMBOL(openfab_sample_avx2)
+                    OPENFAB_WIDER_SYMBOL(openfab_sample_avx2)
                         OPENFAB_KERNEL_SYMBOL(openfab_nearest){
                             "memcpy",
                             reinterpret_cast<const void*>(
@@ -43,6 +48,7 @@ const KernelSymbol kSymbols[] = {
     {"memset",
      reinterpret_cast<const void*>(static_cast<void* (*)(void*, int, size_t)>(std::memset))},
 };
+#undef OPENFAB_WIDER_SYMBOL
 #undef OPENFAB_KERNEL_SYMBOL
 
 /// Brings the hooks of Halide's runtime (abi/halide_hooks.h) with it.

@@ -16,16 +16,13 @@
 #include <system_error>
 #include <vector>
 
+#include "compiler/lower/machine_code.h"
+
 namespace openfab::lower {
 
 namespace {
 
-/// Code that jumps to an address anywhere: a call reaches 2 GB, and this program is further away.
-///   ff 25 00 00 00 00   jmp *0(%rip)
-///   8 bytes             the address, which also serves loads of it (GOTPCREL)
-constexpr size_t kJumpBytes = 6;
-constexpr unsigned char kJump[kJumpBytes] = {0xff, 0x25, 0, 0, 0, 0};
-constexpr size_t kStubBytes = 16;
+using machine::kStubBytes;
 constexpr size_t kMostBytes = size_t{1} << 30;
 
 /// The memory of one object: readable and, once `seal` was called, what it is for.
@@ -71,6 +68,7 @@ class Loader {
             if (section.sh_type != SHT_RELA || !is_loaded(section.sh_info)) continue;
             if (std::string fault = relocate(section); !fault.empty()) return fault;
         }
+        machine::publish(mapping_->begin(), mapping_->begin() + code_end_);
         const bool done = mapping_->protect(0, code_end_, PROT_READ | PROT_EXEC) &&
                           mapping_->protect(code_end_, constant_end_, PROT_READ);
         return done ? "" : std::generic_category().message(errno);
@@ -94,8 +92,8 @@ class Loader {
         if (object_.size() < sizeof header) return "it is too short";
         std::memcpy(&header, object_.data(), sizeof header);
         if (std::memcmp(header.e_ident, ELFMAG, SELFMAG) != 0 || header.e_type != ET_REL ||
-            header.e_machine != EM_X86_64 || header.e_shentsize != sizeof(Elf64_Shdr))
-            return "it is no object file for x86-64";
+            header.e_machine != machine::kElfMachine || header.e_shentsize != sizeof(Elf64_Shdr))
+            return fmt::format("it is no object file for {}", machine::kName);
         const uint64_t bytes = uint64_t{header.e_shnum} * sizeof(Elf64_Shdr);
         if (!holds<Elf64_Shdr>(header.e_shoff, bytes)) return "it is cut off";
         sections_ = array<Elf64_Shdr>(header.e_shoff, bytes);
@@ -120,7 +118,7 @@ class Loader {
     /// Frames tell debuggers how to unwind; nothing unwinds kernels.
     bool is_wanted(const Elf64_Shdr& section) const {
         return (section.sh_flags & SHF_ALLOC) != 0 && section.sh_type != SHT_NOTE &&
-               section.sh_type != SHT_X86_64_UNWIND && section.sh_size > 0 &&
+               section.sh_type != machine::kUnwindSection && section.sh_size > 0 &&
                text_at(section_names_, section.sh_name) != ".eh_frame";
     }
     static std::string_view text_at(std::string_view texts, size_t at) {
@@ -216,8 +214,7 @@ class Loader {
     uint64_t stub_of(uint32_t symbol, uint64_t target) {
         if (const auto known = stubs_.find(symbol); known != stubs_.end()) return known->second;
         char* stub = mapping_->begin() + next_stub_;
-        std::memcpy(stub, kJump, kJumpBytes);
-        std::memcpy(stub + kJumpBytes, &target, sizeof target);
+        machine::write_stub(stub, target);
         const uint64_t address = address_of(next_stub_);
         stubs_.emplace(symbol, address);
         next_stub_ += kStubBytes;
@@ -230,35 +227,30 @@ class Loader {
         for (const Elf64_Rela& entry : array<Elf64_Rela>(list.sh_offset, list.sh_size)) {
             const auto symbol = static_cast<uint32_t>(ELF64_R_SYM(entry.r_info));
             const auto type = static_cast<uint32_t>(ELF64_R_TYPE(entry.r_info));
-            const size_t width = type == R_X86_64_64 ? 8 : 4;
+            const size_t width = machine::width(type);
             if (symbol >= symbols_.size() || section.sh_type == SHT_NOBITS ||
                 section.sh_size < width || entry.r_offset > section.sh_size - width)
                 return "its relocations are damaged";
             const std::variant<uint64_t, std::string> value = value_of(symbol, type);
             if (const auto* fault = std::get_if<std::string>(&value)) return *fault;
             const size_t at = *place_[list.sh_info] + entry.r_offset;
-            uint64_t result = std::get<uint64_t>(value) + static_cast<uint64_t>(entry.r_addend);
-            if (width == 4) {
-                result -= address_of(at);
-                const auto distance = static_cast<int64_t>(result);
-                if (distance != static_cast<int32_t>(distance)) return "it is too large";
-            }
-            std::memcpy(mapping_->begin() + at, &result, width);
+            const uint64_t result =
+                std::get<uint64_t>(value) + static_cast<uint64_t>(entry.r_addend);
+            if (!machine::relocate(type, mapping_->begin() + at, address_of(at), result))
+                return "it is too large";
         }
         return "";
     }
 
     /// What a relocation refers to.
     std::variant<uint64_t, std::string> value_of(uint32_t symbol, uint32_t type) {
-        const bool is_address =
-            type == R_X86_64_PC32 || type == R_X86_64_PLT32 || type == R_X86_64_64;
-        const bool is_load = type == R_X86_64_GOTPCREL || type == R_X86_64_GOTPCRELX ||
-                             type == R_X86_64_REX_GOTPCRELX;
-        if (!is_address && !is_load) return fmt::format("it has a relocation of type {}", type);
+        const machine::Wants wants = machine::wants(type);
+        if (wants == machine::Wants::kUnknown)
+            return fmt::format("it has a relocation of type {}", type);
         std::variant<uint64_t, std::string> target = target_of(symbol);
         const auto* address = std::get_if<uint64_t>(&target);
         if (address == nullptr) return target;
-        if (is_load) return stub_of(symbol, *address) + kJumpBytes;
+        if (wants == machine::Wants::kSlot) return stub_of(symbol, *address) + machine::kSlotInStub;
         return symbols_[symbol].st_shndx == SHN_UNDEF ? stub_of(symbol, *address) : *address;
     }
 
@@ -283,21 +275,13 @@ std::variant<LoadedKernel, std::string> load_code(std::string_view object,
 
 std::variant<LoadedKernel, std::string> bind_code(int (*function)(void** args, void* context),
                                                   void* context) {
-    // Arguments arrive in rdi, where they stay:
-    //   48 be …   mov $context, %rsi
-    //   48 b8 …   mov $function, %rax
-    //   ff e0     jmp *%rax
-    constexpr size_t kAddress = sizeof(uint64_t);
-    constexpr size_t kBytes = 2 + kAddress + 2 + kAddress + 2;
-    const auto mapping = std::make_shared<Mapping>(kBytes);
+    const auto mapping = std::make_shared<Mapping>(machine::kMostCallBytes);
     if (mapping->begin() == nullptr) return "there is no memory for it";
     char* at = mapping->begin();
-    std::memcpy(at, "\x48\xbe", 2);
-    std::memcpy(at + 2, &context, kAddress);
-    std::memcpy(at + 2 + kAddress, "\x48\xb8", 2);
-    std::memcpy(at + 4 + kAddress, &function, kAddress);
-    std::memcpy(at + 4 + 2 * kAddress, "\xff\xe0", 2);
-    if (!mapping->protect(0, kBytes, PROT_READ | PROT_EXEC))
+    const size_t bytes = machine::write_call(at, reinterpret_cast<uint64_t>(function),
+                                             reinterpret_cast<uint64_t>(context));
+    machine::publish(at, at + bytes);
+    if (!mapping->protect(0, bytes, PROT_READ | PROT_EXEC))
         return std::generic_category().message(errno);
     return LoadedKernel{mapping, reinterpret_cast<openfab_kernel_fn>(at)};
 }

@@ -25,7 +25,7 @@ struct LoadedKernel {
 /// where there is none of the name. (kernel_symbols.cpp)
 const void* kernel_symbol(std::string_view name);
 
-/// Loads an object file for x86-64 and returns its function `function`; else what is wrong with it,
+/// Loads an object file for this machine and returns its function `function`; else what is wrong with it,
 /// as text: it must come from a compiler, not from a user.
 std::variant<LoadedKernel, std::string> load_code(std::string_view object,
                                                   std::string_view function);

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/base_target.h"
 #include "compiler/schedule/schedule.h"
 #include "compiler/stages/stages.h"
 
@@ -23,7 +24,7 @@ using openfab::stages::Stage;
 // that it holds for every expression. The runtime is a module of its own.
 Halide::Target kernel_target(const std::string& isa) {
     using Halide::Target;
-    Target target(Target::Linux, Target::X86, 64, {Target::SSE41, Target::StrictFloat});
+    Target target = openfab::lower::base_target({Target::StrictFloat});
     if (isa == "avx2") {
         target.set_feature(Target::AVX);
         target.set_feature(Target::AVX2);

@@ -8,9 +8,17 @@
 
 // The symbols that stage_gen compiled.
 extern "C" {
+#if defined(__x86_64__)
 #define DECLARE(name)                        \
     int openfab_##name##_sse41_argv(void**); \
     int openfab_##name##_avx2_argv(void**);
+#define KERNELS(name) \
+    { openfab_##name##_sse41_argv, openfab_##name##_avx2_argv }
+#else
+#define DECLARE(name) int openfab_##name##_sse41_argv(void**);
+#define KERNELS(name) \
+    { openfab_##name##_sse41_argv, nullptr }
+#endif
 DECLARE(normalise)
 DECLARE(pack4)
 DECLARE(pack8)
@@ -29,8 +37,6 @@ namespace {
 
 }  // namespace
 
-#define KERNELS(name) \
-    { openfab_##name##_sse41_argv, openfab_##name##_avx2_argv }
 extern "C" const openfab_stages openfab_stage_table = {KERNELS(normalise), KERNELS(pack4),
                                                        KERNELS(pack8)};
 #undef KERNELS

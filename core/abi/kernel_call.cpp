@@ -3,6 +3,7 @@
 #include "abi/kernel_call.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "simd/isa.h"
 
@@ -16,12 +17,20 @@ openfab_isa best_isa(openfab_isa limit) {
     return std::min(best, limit);
 }
 
+std::span<const openfab_isa> isas() {
+    static constexpr openfab_isa kAll[] = {OPENFAB_ISA_SSE41, OPENFAB_ISA_AVX2, OPENFAB_ISA_AVX512};
+    return std::span(kAll).first(simd::kWiderSets ? std::size(kAll) : 1);
+}
+
 const char* isa_name(openfab_isa isa) {
     return isa == OPENFAB_ISA_AVX512 ? "avx512" : isa == OPENFAB_ISA_AVX2 ? "avx2" : "sse41";
 }
 
 const char* isa_title(openfab_isa isa) {
-    return isa == OPENFAB_ISA_AVX512 ? "AVX-512" : isa == OPENFAB_ISA_AVX2 ? "AVX2" : "SSE4.1";
+    return isa == OPENFAB_ISA_AVX512 ? "AVX-512"
+           : isa == OPENFAB_ISA_AVX2 ? "AVX2"
+           : simd::kWiderSets        ? "SSE4.1"
+                                     : "NEON";
 }
 
 }  // namespace openfab::abi

@@ -8,6 +8,7 @@
 #include <HalideRuntime.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -19,6 +20,10 @@ namespace openfab::abi {
 /// Returns the best instruction set that this machine has and `limit` allows (OPENFAB_ISA_AVX512
 /// allows everything).
 openfab_isa best_isa(openfab_isa limit = OPENFAB_ISA_AVX512);
+
+/// Returns the instruction sets that kernels can be compiled for on machines of this one's kind, in
+/// order.
+std::span<const openfab_isa> isas();
 
 /// Returns the instruction set's name in options and file names, "avx2", and in sentences, "AVX2".
 const char* isa_name(openfab_isa isa);

@@ -11,9 +11,11 @@
 namespace openfab {
 
 uint64_t xxh3(std::span<const uint8_t> bytes, uint64_t seed) {
-    return simd::best_isa() >= simd::Isa::kAvx2
-               ? xxh3_avx2(bytes.data(), bytes.size(), seed)
-               : XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
+    if constexpr (simd::kWiderSets) {
+        if (simd::best_isa() >= simd::Isa::kAvx2)
+            return xxh3_avx2(bytes.data(), bytes.size(), seed);
+    }
+    return XXH3_64bits_withSeed(bytes.data(), bytes.size(), seed);
 }
 
 struct Hasher::State {

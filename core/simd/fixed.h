@@ -4,10 +4,9 @@
 
 // Vectors of sixteen 16-bit fixed-point numbers, for pruning tests that allow for their rounding.
 
-#include <immintrin.h>
-
 #include <cstdint>
 
+#include "simd/intrinsics.h"
 #include "simd/target.h"
 
 namespace openfab::simd {

@@ -9,6 +9,7 @@ namespace openfab::simd {
 namespace {
 
 Isa detect() {
+#if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") == 0) return Isa::kSse41;
     if (__builtin_cpu_supports("fma") == 0) return Isa::kAvx2;
     const bool wide =
@@ -16,6 +17,9 @@ Isa detect() {
         __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
         __builtin_cpu_supports("avx512cd") != 0;
     return wide ? Isa::kAvx512 : Isa::kAvx2Fma;
+#else
+    return Isa::kSse41;
+#endif
 }
 
 }  // namespace

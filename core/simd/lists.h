@@ -4,10 +4,9 @@
 
 // Lists of the lanes of a mask, given as bits.
 
-#include <immintrin.h>
-
 #include <cstdint>
 
+#include "simd/intrinsics.h"
 #include "simd/target.h"
 
 namespace openfab::simd {

@@ -4,11 +4,10 @@
 
 // Transposes, and gathers.
 
-#include <immintrin.h>
-
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/intrinsics.h"
 #include "simd/vectors.h"
 
 namespace openfab::simd {

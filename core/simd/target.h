@@ -12,7 +12,7 @@
 #define OPENFAB_SIMD_ISA avx2_fma
 #elif defined(__AVX2__)
 #define OPENFAB_SIMD_ISA avx2
-#elif defined(__SSE4_1__)
+#elif defined(__SSE4_1__) || defined(__aarch64__)
 #define OPENFAB_SIMD_ISA sse41
 #else
 #error "this file is compiled for SSE4.1 or more only: give its translation unit the flags of a set"

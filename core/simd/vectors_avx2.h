@@ -4,10 +4,9 @@
 
 // The registers of AVX2: eight lanes. Part of vectors.h. With AVX-512, masks are in mask registers.
 
-#include <immintrin.h>
-
 #include <cstdint>
 
+#include "simd/intrinsics.h"
 #include "simd/target.h"
 
 #if defined(__AVX2__)

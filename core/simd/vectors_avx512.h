@@ -4,10 +4,9 @@
 
 // The registers of AVX-512: sixteen lanes. Part of vectors.h.
 
-#include <immintrin.h>
-
 #include <cstdint>
 
+#include "simd/intrinsics.h"
 #include "simd/target.h"
 #include "simd/vectors_avx2.h"
 

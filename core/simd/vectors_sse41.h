@@ -4,11 +4,10 @@
 
 // The registers of SSE4.1: four lanes, and pairs of them for eight. Part of vectors.h.
 
-#include <immintrin.h>
-
 #include <cstdint>
 #include <cstring>
 
+#include "simd/intrinsics.h"
 #include "simd/target.h"
 
 #if !defined(__AVX2__)

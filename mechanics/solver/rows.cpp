@@ -16,10 +16,12 @@ namespace avx512 {
 extern const RowKernels kRowKernels;
 }
 
-const RowKernels& row_kernels(int limit) {
-    const simd::Isa best = simd::best_isa();
-    if (limit >= 2 && best == simd::Isa::kAvx512) return avx512::kRowKernels;
-    if (limit >= 1 && best >= simd::Isa::kAvx2) return avx2::kRowKernels;
+const RowKernels& row_kernels([[maybe_unused]] int limit) {
+    if constexpr (simd::kWiderSets) {
+        const simd::Isa best = simd::best_isa();
+        if (limit >= 2 && best == simd::Isa::kAvx512) return avx512::kRowKernels;
+        if (limit >= 1 && best >= simd::Isa::kAvx2) return avx2::kRowKernels;
+    }
     return sse41::kRowKernels;
 }
 

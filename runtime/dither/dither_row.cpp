@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/dither/dither_row.h"
 
+#include "simd/isa.h"
+
 namespace openfab::dither {
 
 int32_t fraction_channels(int32_t materials) {
@@ -21,8 +23,13 @@ size_t error_count(const DitherSetup& setup) {
 
 void dither_rows(const DitherSetup& setup, const DitherRow* rows, int32_t count, float* errors) {
     if (count <= 0) return;
-    (setup.isa >= OPENFAB_ISA_AVX2 ? avx2::dither_rows : sse41::dither_rows)(setup, rows, count,
-                                                                             errors);
+    if constexpr (simd::kWiderSets) {
+        if (setup.isa >= OPENFAB_ISA_AVX2) {
+            avx2::dither_rows(setup, rows, count, errors);
+            return;
+        }
+    }
+    sse41::dither_rows(setup, rows, count, errors);
 }
 
 }  // namespace openfab::dither

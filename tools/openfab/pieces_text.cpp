@@ -78,7 +78,7 @@ JsonValue object() {
     return out;
 }
 
-JsonValue json_of(const pieces::Connector& c) {
+JsonValue json_of_connector(const pieces::Connector& c) {
     static constexpr const char* kKinds[] = {"peg", "dowel", "dovetail", "magnet"};
     JsonValue out = object();
     set_member(&out, kKinds[static_cast<size_t>(c.kind)], tools::json_of(c.at_mm));
@@ -99,7 +99,7 @@ JsonValue node(const pieces::Tree& tree, int32_t at) {
     JsonValue connectors, numbers;
     connectors.kind = numbers.kind = JsonKind::kArray;
     for (const pieces::Connector& c : cut.connectors)
-        connectors.items.push_back(json_of(c));
+        connectors.items.push_back(json_of_connector(c));
     for (const pieces::Number& n : cut.numbers) {
         JsonValue one = object();
         set_member(&one, "at_mm", tools::json_of(n.at_mm));

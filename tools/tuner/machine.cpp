@@ -74,9 +74,11 @@ template <typename Vector>
     return 2 * kSteps * kChains * static_cast<int64_t>(sizeof(Vector) / sizeof(float));
 }
 
+#if defined(__x86_64__)
 [[gnu::target("avx2")]] int64_t operate_avx2(std::atomic<float>* used) {
     return multiply_and_add<Vector8>(used);
 }
+#endif
 int64_t operate_sse41(std::atomic<float>* used) {
     return multiply_and_add<Vector4>(used);
 }
@@ -94,7 +96,7 @@ std::string processor_name() {
     return "an unknown processor";
 }
 
-Machine measure_machine(int32_t threads, openfab_isa isa) {
+Machine measure_machine(int32_t threads, [[maybe_unused]] openfab_isa isa) {
     Machine machine;
     machine.threads = threads;
     std::vector<float> a(kFloats), b(kFloats, 1.0f), c(kFloats, 2.0f);
@@ -110,7 +112,10 @@ Machine measure_machine(int32_t threads, openfab_isa isa) {
     machine.bandwidth_one = copy(1);
     machine.bandwidth_all = threads > 1 ? copy(threads) : machine.bandwidth_one;
     std::atomic<float> used{0};
-    const auto operate = isa == OPENFAB_ISA_AVX2 ? operate_avx2 : operate_sse41;
+    auto* operate = operate_sse41;
+#if defined(__x86_64__)
+    if (isa == OPENFAB_ISA_AVX2) operate = operate_avx2;
+#endif
     const auto compute = [&](int32_t workers) {
         return best_rate(workers, [&](int32_t) { return static_cast<double>(operate(&used)); });
     };

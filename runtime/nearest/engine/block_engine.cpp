@@ -142,14 +142,16 @@ uint64_t next_serial() {
 }
 
 const KernelTable& best_kernels(simd::Isa widest) {
-    switch (simd::best_isa(widest)) {
-        case simd::Isa::kAvx512:
-            return avx512::kKernels;
-        case simd::Isa::kAvx2Fma:
-            return avx2_fma::kKernels;
-        case simd::Isa::kAvx2:
-        case simd::Isa::kSse41:
-            break;
+    if constexpr (simd::kWiderSets) {
+        switch (simd::best_isa(widest)) {
+            case simd::Isa::kAvx512:
+                return avx512::kKernels;
+            case simd::Isa::kAvx2Fma:
+                return avx2_fma::kKernels;
+            case simd::Isa::kAvx2:
+            case simd::Isa::kSse41:
+                break;
+        }
     }
     return sse41::kKernels;
 }

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/nearest/engine/winding.h"
 
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -11,6 +9,7 @@
 
 #include "base/infinity.h"
 #include "runtime/nearest/engine/exact.h"
+#include "simd/intrinsics.h"
 
 namespace openfab::nearest {
 namespace {

@@ -2,13 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/solid/shape/shape_coverage.h"
 
-#include <xmmintrin.h>
-
 #include <algorithm>
 #include <bit>
 #include <span>
 
 #include "runtime/solid/coverage_strips.h"
+#include "simd/intrinsics.h"
 
 namespace openfab::solid {
 
