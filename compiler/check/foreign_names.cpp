@@ -421,6 +421,7 @@ std::string foreign_function_help(std::string_view name) {
     if (name.size() < 3 || !name.ends_with('f')) return "";
     const std::string_view stem = name.substr(0, name.size() - 1);
     const std::string_view known = find_help(kFunctions, stem);
+    if (known == name) return "";  // `printf` is no `print` of floats
     if (!known.empty()) return fmt::format("OpenFL calls it `{}`", known);
     return signatures_of(stem).empty() ? "" : fmt::format("OpenFL calls it `{}`", stem);
 }

@@ -178,7 +178,11 @@ TEST_P(Pages, WorkAsWritten) {
         if (entry.is_regular_file()) made[entry.path().filename().string()] = entry.file_size();
     }
     for (const std::string& picture : pictures_of(page)) {
-        EXPECT_GT(made[picture], 0U) << picture;
+        // What the gallery shows is printed there.
+        const bool elsewhere = picture.starts_with("../../gallery/");
+        if (!elsewhere) {
+            EXPECT_GT(made[picture], 0U) << picture;
+        }
         EXPECT_TRUE(fs::exists((source_dir() / path).parent_path() / picture)) << picture;
     }
 }
