@@ -150,6 +150,7 @@ Result<void> Print::print() {
         program::parse_options(static_cast<int>(argv.size()), argv.data(), "print_world", false);
     if (!options) return options.error();
     options_ = std::move(*options);
+    options_.estimate = target_ == Target::kEstimate;
     program::PrintHooks hooks{.interrupt = interrupt_};
     hooks.window_mm = window_mm_;
     hooks.began_seconds = process_age_seconds();
