@@ -75,6 +75,7 @@ Voxels lowest_layers(const Voxels& v, int32_t layers) {
     cut(v.mu, &out.mu);
     cut(v.strength, &out.strength);
     cut(v.density, &out.density);
+    cut(v.conductivity, &out.conductivity);
     cut(v.solid, &out.solid);
     cut(v.code, &out.code);
     return out;
