@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "abi/kernel_call.h"
+#include "base/clean_exit.h"
 #include "base/clock.h"
 #include "base/say.h"
 #include "compiler/driver/commands.h"
@@ -88,6 +89,8 @@ class Run {
         if (const int code = compile(); code != kExitDone) return code;
         spare_sources();
         const int code = program::finish(program::run_print(print_, program_->fablets(), stop_));
+        // Who ends a print does not wait for a kernel that it can do without.
+        if (code == exit_code(ErrorCode::kInterrupted)) end_cleanly(code);
         const int compiled = finish(program_.get());
         return code != kExitDone ? code : compiled;
     }

@@ -71,6 +71,11 @@ void FullPrint::stop() {
     child_.reset();
 }
 
+bool FullPrint::runs() {
+    const std::lock_guard lock(mutex_);
+    return child_ != nullptr && !child_->exit_code();
+}
+
 void FullPrint::describe(JsonText* out) {
     const std::lock_guard lock(mutex_);
     if (!begun_) {

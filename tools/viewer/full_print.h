@@ -29,6 +29,7 @@ class FullPrint {
                        const std::vector<std::string>& settings);
     /// Ends one that runs, early: the slices that are whole stay.
     void stop();
+    bool runs();
     /// Writes null, or {"phase": "printing", "done", "failed" or "stopped", "file", "slices_done", "slices_total",
     /// "seconds_left", "message"}.
     void describe(JsonText* out);

@@ -11,7 +11,6 @@
 #include "base/input_file.h"
 #include "base/replace_file.h"
 #include "tools/viewer/uniform_value.h"
-#include "tools/viewer/words.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -21,7 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr auto kPoll = std::chrono::milliseconds(80);
-constexpr int64_t kTailBytes = 16 << 10;
+/// While a print runs, whose slices are waited for.
+constexpr auto kBusyPoll = std::chrono::milliseconds(10);
 
 fs::file_time_type time_of(const fs::path& file) {
     std::error_code gone;
@@ -42,28 +42,12 @@ std::vector<fs::path> with_modules(const std::vector<fs::path>& sources) {
     return files;
 }
 
-/// Of the statistics of a print, the million voxels that a second of work on voxels makes: set-up and files, which a
-/// fablet does not change, are most of a small draft. 0: not known.
-double speed_of(const std::string& statistics) {
-    const Result<JsonValue> json = parse_json(statistics, "statistics");
-    const JsonValue* voxels = json ? member_of(*json, "voxels_solid") : nullptr;
-    const JsonValue* phases = json ? member_of(*json, "seconds_by_phase") : nullptr;
-    if (voxels == nullptr || phases == nullptr) return 0;
-    double seconds = 0;
-    for (const JsonMember& phase : phases->members) {
-        const bool is_work = phase.key != "set_up" && phase.key != "encode" &&
-                             phase.key != "commit" && phase.key != "finish";
-        if (is_work) seconds += phase.value.number;
-    }
-    return seconds > 0 ? voxels->number * 1e-6 / seconds : 0;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Live>> Live::start(const ViewOptions& options, Session* session) {
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
-    for (const char* name : {"loop", "page", "dropped"}) {
+    for (const char* name : {"loop", "page", "dropped", "tried"}) {
         std::error_code status;
         fs::create_directory((*folder)->path() / name, status);
         if (status) return outside_error("cannot make a folder: " + status.message());
@@ -109,10 +93,14 @@ void Live::run() {
         }
         follow_print();
         std::unique_lock lock(mutex_);
-        changed_.wait_for(lock, kPoll, [&] { return asked_ || stop_; });
+        const auto pause = child_ != nullptr && !is_over_ ? kBusyPoll : kPoll;
+        changed_.wait_for(lock, pause, [&] { return asked_ || stop_; });
         again = std::exchange(asked_, false);
         lock.unlock();
-        if (options_.watch && !again) again = files_changed();
+        if (options_.watch && !again && files_changed()) {
+            end_try();
+            again = true;
+        }
     }
     child_.reset();
 }
@@ -192,117 +180,6 @@ bool Live::files_changed() const {
                        [](const auto& file) { return time_of(file.first) != file.second; });
 }
 
-void Live::begin_print() {
-    std::vector<std::string> argv{(options_.programs / "openfab").string(), "print",
-                                  as_argument(options_.file)};
-    {
-        const std::lock_guard lock(mutex_);
-        slices_done_ = slices_total_ = 0;
-        if (!read_.message.empty() || has_errors(read_.diagnostics)) {
-            phase_ = Phase::kFailed;
-            message_ = remaining_message_ = read_.message;
-            ++version_;
-            return;
-        }
-        preview_ = folder_->path() / fmt::format("preview-{}.ofr", ++number_);
-        for (const std::string& word :
-             {std::string("-o"), preview_.string(), std::string("--progress"), std::string("json"),
-              std::string("--draft"), std::to_string(draft_), std::string("--stats"),
-              (folder_->path() / "print.stats").string()})
-            argv.push_back(word);
-        for (const std::string& folder : options_.allow) {
-            argv.emplace_back("--allow");
-            argv.push_back(folder);
-        }
-        settings_ = options_.settings;
-        for (const Override& one : overrides_)
-            settings_.push_back(one.setting());
-        for (const std::string& setting : settings_) {
-            argv.emplace_back("--set");
-            argv.push_back(setting);
-        }
-    }
-    set_phase(Phase::kPrinting, "");
-    Result<std::unique_ptr<Child>> child =
-        Child::start(argv, folder_->path() / "print.out", folder_->path() / "print.err");
-    if (child) {
-        child_ = std::move(*child);
-    } else {
-        set_phase(Phase::kFailed, child.error().text());
-    }
-}
-
-void Live::follow_print() {
-    if (child_ == nullptr) return;
-    const std::optional<int> code = child_->exit_code();
-    const std::string err = end_of_file(folder_->path() / "print.err", kTailBytes);
-    if (const std::optional<JsonValue> progress = last_progress(err)) {
-        const JsonValue* done = member_of(*progress, "slices_done");
-        const JsonValue* total = member_of(*progress, "slices_total");
-        const std::lock_guard lock(mutex_);
-        slices_done_ = done != nullptr ? static_cast<int32_t>(done->number) : 0;
-        slices_total_ = total != nullptr ? static_cast<int32_t>(total->number) : 0;
-    }
-    const bool fine = code && *code == 0;
-    // The very first is shown while it grows; another when it is whole.
-    const bool first = session_->prints().list.empty() && slices_done_ > 0;
-    if ((fine || first) && shown_ != preview_) {
-        const std::string name = fs::path(options_.file).filename().string();
-        if (const Result<void> opened = session_->show(preview_.string(), name); opened) {
-            std::error_code ignored;
-            // The session has it open as long as it needs it.
-            if (!shown_.empty()) fs::remove(shown_, ignored);
-            shown_ = preview_;
-            const std::lock_guard lock(mutex_);
-            shown_settings_ = settings_;
-        }
-    }
-    if (!code) return;
-    child_.reset();
-    if (fine) {
-        const double speed = speed_of(end_of_file(folder_->path() / "print.stats", kTailBytes));
-        const std::lock_guard lock(mutex_);
-        mvoxels_per_second_ = speed;
-        print_done_ = number_;
-    }
-    if (!fine && shown_ != preview_) {
-        std::error_code ignored;
-        fs::remove(preview_, ignored);
-    }
-    set_phase(fine ? Phase::kDone : Phase::kFailed, words_of(err, fine));
-}
-
-void Live::set_phase(Phase phase, const std::string& message) {
-    const std::lock_guard lock(mutex_);
-    if (phase != Phase::kChecking) ++version_;
-    phase_ = phase;
-    message_ = message;
-    remaining_message_ = take_troubles(message);
-}
-
-/// Finds what is wrong with the values that were set, and returns the rest. The caller holds the
-/// lock.
-std::string Live::take_troubles(const std::string& message) {
-    std::string rest;
-    for (Override& one : overrides_)
-        one.trouble.clear();
-    for (size_t from = 0; from < message.size();) {
-        const size_t to = std::min(message.find('\n', from), message.size());
-        const std::string_view line = std::string_view(message).substr(from, to - from);
-        from = to + 1;
-        const auto of =
-            std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
-                return line.starts_with(fmt::format("error: --set {}: ", one.setting()));
-            });
-        if (of == overrides_.end()) {
-            rest += std::string(line) + '\n';
-        } else {
-            of->trouble = line.substr(fmt::format("error: --set {}: ", of->setting()).size());
-        }
-    }
-    return rest;
-}
-
 std::optional<std::string> Live::part_at(const Vec3d& point_mm) const {
     std::shared_ptr<const PartFinder> finder;
     {
@@ -326,6 +203,7 @@ void Live::touch() {
     asked_ = true;
     ++version_;
     changed_.notify_all();
+    tell_of_change();
 }
 
 Result<Live::Source> Live::source_of(int32_t fablet) const {
@@ -376,6 +254,7 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
     }
     if (Result<void> written = replace_file(path, text); !written) return written.error();
     const Result<std::string> renamed = rename_bindings(*of, *there, text);
+    end_try();
     const std::lock_guard lock(mutex_);
     touch();
     JsonText out;
@@ -384,8 +263,8 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
     return out.take();
 }
 
-Result<void> Live::set(const std::string& object, const std::string& uniform,
-                       const JsonValue& value) {
+Result<std::string> Live::set(const std::string& object, const std::string& uniform,
+                              const JsonValue& value) {
     if (!is_uniform_value(value))
         return user_error("a value is a number, true, false, a name, a list of such, or a curve");
     const std::lock_guard lock(mutex_);
@@ -413,7 +292,9 @@ Result<void> Live::set(const std::string& object, const std::string& uniform,
     });
     overrides_.push_back({object, uniform, json.take(), {}});
     touch();
-    return {};
+    JsonText out;
+    out.begin_object().member("change", change_).end_object();
+    return out.take();
 }
 
 void Live::set_draft(int32_t draft) {

@@ -46,6 +46,9 @@ class Live {
     bool watches() const { return options_.watch; }
     /// Writes the state of the loop as an object.
     void describe(JsonText* out) const;
+    /// Waits until the state has changed since `known`, the "change" of describe(), though not long; returns at once where
+    /// several wait already.
+    void wait_for_change(int64_t known) const;
     /// Writes the world's objects with their uniforms, the fablets and what is wrong with them.
     std::string details() const;
     /// Returns the part at a point of the preview, where parts are known.
@@ -72,14 +75,21 @@ class Live {
     /// Saves a source that still is the one of this stamp; returns `{"stamp", "notes"}`. Where it gives a uniform another
     /// name, so does the world.
     Result<std::string> save(int32_t fablet, const std::string& text, const std::string& stamp);
-    Result<void> set(const std::string& object, const std::string& uniform, const JsonValue& value);
+    /// Returns {"change"}: from which state on (describe()) the print in view has the value, once it is done.
+    Result<std::string> set(const std::string& object, const std::string& uniform,
+                            const JsonValue& value);
+    /// Shows the world as it would be with another text of a fablet, whose `uniform` has a value in all objects: what a hand
+    /// that drags a number sees, without a new kernel for each. Until the next try, save, or end_try(). Returns as set().
+    Result<std::string> try_value(int32_t fablet, const std::string& text, const std::string& name,
+                                  const std::string& uniform, const JsonValue& value);
+    void end_try();
     /// Takes a part of a file that is dropped on the page (dropped.h).
     Result<void> upload(const std::string& name, int64_t at, const std::string& bytes);
     /// Makes it part of the world, as the mesh of an object or a texture; returns {"name", "mesh", "notes"}.
     Result<std::string> use_file(const std::string& name, const std::string& object);
     /// Prints the world with the values that were set, at its printer's own pitch.
     Result<void> begin_full_print();
-    void stop_full_print() { full_print_.stop(); }
+    void stop_full_print();
     /// Puts a template in place of the world and its fablet; where `openfab view --new` made them.
     Result<void> use_template(const std::string& name);
     void set_draft(int32_t draft);
@@ -94,6 +104,13 @@ class Live {
         std::string object, uniform, value;  ///< value is JSON
         std::string trouble;                 ///< why the last print refused it
         std::string setting() const { return object + '.' + uniform + '=' + value; }
+    };
+    /// A text that is tried (try_value).
+    struct Trial {
+        std::filesystem::path source;  ///< in place of this
+        std::string text;
+        std::filesystem::path file;
+        std::unique_ptr<TemporaryFolder> folder;  ///< of the file
     };
     /// What was read last.
     struct Read {
@@ -115,6 +132,10 @@ class Live {
     bool files_changed() const;
     void begin_print();
     void follow_print();
+    void show_preview();
+    std::filesystem::path statistics_file() const;
+    /// Whether the print has made its slices; its process may still compile what the next one culls by.
+    bool print_is_whole() const;
     void set_phase(Phase phase, const std::string& message);
     void describe_object(const world::Object& object, JsonText* out) const;
     struct Source {
@@ -127,6 +148,8 @@ class Live {
     Result<std::string> rename_bindings(const Source& source, const std::string& before,
                                         const std::string& after);
     void touch();
+    /// Wakes who waits for a change. The caller holds the lock.
+    void tell_of_change();
     /// Whether the print with the values that were set has begun to make slices, or is done.
     bool values_are_taken() const;
 
@@ -143,8 +166,11 @@ class Live {
     mutable FullPrint full_print_;
     std::atomic<bool> stop_{false};
 
-    mutable std::mutex mutex_;  ///< of all below
-    std::condition_variable changed_;
+    mutable std::mutex mutex_;              ///< of all below
+    std::condition_variable changed_;       ///< of what the loop waits for
+    mutable std::condition_variable told_;  ///< of what pages wait for
+    int64_t change_ = 0;                    ///< counts what describe() tells of
+    mutable int32_t waiting_ = 0;
     bool asked_ = false;  ///< for another print
     Phase phase_ = Phase::kChecking;
     std::string message_;
@@ -157,12 +183,16 @@ class Live {
     std::vector<Override> overrides_;
     Read read_;
     std::shared_ptr<const PartFinder> finder_;
+    std::shared_ptr<const Trial> trial_;
+    std::vector<std::string> trial_settings_;
     std::vector<std::string> settings_;        ///< of the print that runs, or ran last
     std::vector<std::string> shown_settings_;  ///< of the print in view
 
     // Of the loop's thread alone.
     std::unique_ptr<Child> child_;
+    bool is_over_ = false;  ///< the print, while its process compiles on
     int64_t number_ = 0;
+    std::shared_ptr<const Trial> printed_trial_;
     std::filesystem::path preview_, shown_;
     std::thread thread_;
 };

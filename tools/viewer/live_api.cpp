@@ -103,8 +103,21 @@ Answer post(Live* live, const std::string& path, Body body) {
         if (!body.failed().empty()) return refusal(400, body.failed());
         return answer_of(live->set(object, uniform, value));
     }
+    if (path == "/api/untry") {
+        live->end_try();
+        return fine();
+    }
     const int32_t fablet = body.whole("fablet", 0, INT32_MAX);
     const std::string text = body.text("text");
+    if (path == "/api/try") {
+        const std::string name = body.text("name");
+        const std::string uniform = body.text("uniform");
+        const JsonValue& value = body.value("value");
+        if (!body.failed().empty()) return refusal(400, body.failed());
+        if (static_cast<int64_t>(text.size()) > kLargestSource)
+            return refusal(413, "that is too large for a fablet");
+        return answer_of(live->try_value(fablet, text, name, uniform, value));
+    }
     const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
     const bool acts = is_graph(path) && path != "/api/graph" && path != "/api/palette";
     const JsonValue* action = acts ? &body.value("action") : nullptr;
@@ -125,7 +138,8 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
     const bool writes = path == "/api/check" || path == "/api/source" || is_graph(path) ||
                         path == "/api/set" || path == "/api/draft" || path == "/api/revert" ||
                         path == "/api/write" || path == "/api/print" || path == "/api/stop" ||
-                        path == "/api/template" || path == "/api/use" || path == "/api/upload";
+                        path == "/api/try" || path == "/api/untry" || path == "/api/template" ||
+                        path == "/api/use" || path == "/api/upload";
     if (!(request.post ? writes : reads)) return {};
     if (live == nullptr) return refusal(404, "this is a print, not a world");
     if (!request.post) {

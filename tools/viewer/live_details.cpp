@@ -12,11 +12,15 @@ void Live::describe(JsonText* out) const {
     constexpr const char* kNames[] = {"checking", "printing", "done", "failed"};
     const std::lock_guard lock(mutex_);
     out->begin_object().member("watch", options_.watch);
-    out->member("phase", kNames[static_cast<size_t>(phase_)]).member("message", message_);
+    const Phase phase = asked_ ? Phase::kChecking : phase_;
+    out->member("phase", kNames[static_cast<size_t>(phase)]).member("message", message_);
     out->member("slices_done", slices_done_).member("slices_total", slices_total_);
     out->member("print", print_done_).member("mvoxels_per_second", mvoxels_per_second_);
     out->member("writable", !overrides_.empty() && values_are_taken());
-    out->member("draft", draft_).member("version", version_).key("full_print");
+    out->member("change", change_)
+        .member("draft", draft_)
+        .member("version", version_)
+        .key("full_print");
     full_print_.describe(out);
     out->end_object();
 }

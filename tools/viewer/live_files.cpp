@@ -123,7 +123,16 @@ Result<void> Live::begin_full_print() {
         for (const Override& one : overrides_)
             settings.push_back(one.setting());
     }
-    return full_print_.begin(fs::absolute(options_.file), options_.allow, settings);
+    Result<void> begun = full_print_.begin(fs::absolute(options_.file), options_.allow, settings);
+    const std::lock_guard lock(mutex_);
+    tell_of_change();
+    return begun;
+}
+
+void Live::stop_full_print() {
+    full_print_.stop();
+    const std::lock_guard lock(mutex_);
+    tell_of_change();
 }
 
 Result<void> Live::use_template(const std::string& name) {

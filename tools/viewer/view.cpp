@@ -12,6 +12,7 @@
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/live_api.h"
+#include "tools/viewer/parameters.h"
 #include "tools/viewer/part_finder.h"
 #include "tools/viewer/print_api.h"
 #include "tools/viewer/prober.h"
@@ -32,7 +33,12 @@ void keep_memory_small() {
     ::mallopt(M_ARENA_MAX, kMostHeaps);
 }
 
-Answer state(Session* session, const Live* live) {
+/// Of a world with `known`, the last state's "live"."change", once there is another.
+Answer state(const Request& request, Session* session, const Live* live) {
+    Parameters in(request);
+    const int32_t known = in.whole_or("known", -1, 0, INT32_MAX);
+    if (!in.failed().empty()) return refusal(400, in.failed());
+    if (live != nullptr) live->wait_for_change(known);
     session->look_again();
     JsonText out;
     out.begin_object();
@@ -126,7 +132,7 @@ Result<void> view(const ViewOptions& options) {
         if (Result<void> known = know_world(options, &scratch, &world); !known) return known;
     }
     const Handler handler = [&](const Request& request) -> Answer {
-        if (request.path == "/api/state") return state(&session, live.get());
+        if (request.path == "/api/state") return state(request, &session, live.get());
         if (std::optional<Answer> answer = answer_on_world(live.get(), request)) return *answer;
         if (std::optional<Answer> answer = answer_on_prints(session, world, request))
             return *answer;

@@ -6,15 +6,29 @@
 #include <string_view>
 #include <utility>
 
+#include "base/json_text.h"
+
 namespace openfab::viewer {
+
+namespace {
+
+/// How a print with `--progress json` begins a line that warns.
+constexpr std::string_view kWarning = "{\"event\": \"warning\"";
+
+}  // namespace
 
 std::string words_of(const std::string& err, bool went_well) {
     std::string words;
     for (size_t from = 0; from < err.size();) {
         const size_t to = std::min(err.find('\n', from), err.size());
         const std::string_view line = std::string_view(err).substr(from, to - from);
-        if (went_well ? line.starts_with("warning: ") : !line.starts_with('{'))
+        if (line.starts_with(kWarning)) {
+            const Result<JsonValue> event = parse_json(line, "event");
+            const JsonValue* text = event ? member_of(*event, "text") : nullptr;
+            if (text != nullptr) words += "warning: " + text->text + '\n';
+        } else if (went_well ? line.starts_with("warning: ") : !line.starts_with('{')) {
             words += std::string(line) + '\n';
+        }
         from = to + 1;
     }
     return words;

@@ -45,6 +45,52 @@ int node_named(const JsonValue& graph, size_t tab, const std::string& name) {
     return -1;
 }
 
+TEST_F(ViewGraph, ATextIsTriedWithAValueAndTheFileStays) {
+    const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
+    const auto share = [](const JsonValue& state) {
+        const JsonValue& print = member(state, "prints").items.at(0);
+        return member(member(print, "materials").items.at(0), "voxels").number /
+               member(print, "solid").number;
+    };
+    const auto done_from = [&](double change) {
+        return viewer.wait_for([&](const JsonValue& s) {
+            return is_done(s) && member(member(s, "live"), "change").number >= change;
+        });
+    };
+    const JsonValue first = viewer.wait_for(is_done);
+    EXPECT_NEAR(share(first), 0.5, 0.02);
+    // As the page makes it: a uniform in place of the 2.
+    std::string tried = kFablet;
+    tried.replace(tried.find("Material a"), 0, "float amount = 2; ");
+    tried.replace(tried.find("x / 2"), 5, "amount * x");
+    const auto attempt = [&](const std::string& uniform, const std::string& value) {
+        JsonText body;
+        body.begin_object().member("fablet", 0).member("text", tried).member("name", "Ramp");
+        body.member("uniform", uniform).end_object();
+        std::string json = body.take();
+        json.pop_back();
+        return viewer.post("/api/try", json + ", \"value\": " + value + "}");
+    };
+    tried.replace(tried.find("half_of(float x)"), 16, "half_of(float x, float amount)");
+    tried.replace(tried.find("Center.x + 1)"), 13, "Center.x + 1, amount)");
+    for (const double value : {0.25, 0.125}) {
+        const HttpAnswer answer = attempt("amount", fmt::format("{}", value));
+        ASSERT_EQ(answer.status, 200) << answer.body;
+        EXPECT_NEAR(share(done_from(member(answer.json(), "change").number)), value, 0.02);
+    }
+    EXPECT_EQ(read_file(source()), kFablet);
+    // What the last draft cost is told of texts that stay.
+    const auto number = [&](const JsonValue& state) {
+        return member(member(state, "live"), "print").number;
+    };
+    const JsonValue last = viewer.get("/api/state").json();
+    EXPECT_EQ(number(last), number(first));
+    EXPECT_EQ(attempt("a=white --set x", "1").status, 422);
+    EXPECT_EQ(attempt("amount", "{}").status, 422);
+    ASSERT_EQ(viewer.post("/api/untry", "{}").status, 200);
+    EXPECT_NEAR(share(done_from(member(member(last, "live"), "change").number + 1)), 0.5, 0.02);
+}
+
 TEST_F(ViewGraph, NodesAreWhatTheCompiledFabletSays) {
     const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
     const JsonValue state = viewer.wait_for(is_done);

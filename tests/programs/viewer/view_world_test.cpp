@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <future>
 #include <thread>
 
 #include "tests/programs/viewer/view_fixtures.h"
@@ -113,6 +114,40 @@ TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
     EXPECT_NEAR(amounts("45").items.at(0).number, 0.5, 1e-5);
     EXPECT_NEAR(amounts("45").items.at(1).number, 0.5, 1e-5);
     EXPECT_EQ(amounts("25").items.at(0).number, 0);
+}
+
+TEST_F(ViewWorld, AStateThatIsKnownIsAnsweredOnceThereIsAnother) {
+    const Viewer viewer({world(), "--watch", "--draft", "1"}, cache());
+    const auto change_of = [](const JsonValue& state) {
+        return static_cast<int64_t>(member(member(state, "live"), "change").number);
+    };
+    const int64_t known =
+        change_of(viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); }));
+    const std::string path = fmt::format("/api/state?known={}", known);
+    std::future<JsonValue> next =
+        std::async(std::launch::async, [&] { return viewer.get(path).json(); });
+    EXPECT_EQ(next.wait_for(std::chrono::milliseconds(300)), std::future_status::timeout);
+    const HttpAnswer set =
+        viewer.post("/api/set", R"({"object": "cube", "uniform": "share", "value": 0.25})");
+    ASSERT_EQ(next.wait_for(std::chrono::seconds(5)), std::future_status::ready);
+    EXPECT_GT(change_of(next.get()), known);
+    EXPECT_GT(change_of(viewer.get(path).json()), known) << "there is another already";
+    // The print has the value from the state on that the answer names.
+    const double from = member(set.json(), "change").number;
+    const JsonValue state = viewer.wait_for([&](const JsonValue& s) {
+        return is_done(s) && member(member(s, "live"), "change").number >= from;
+    });
+    EXPECT_NEAR(share(state), 0.25, 0.02);
+    EXPECT_EQ(viewer.get("/api/state?known=-7").status, 400);
+    // Many that wait take no thread from the others.
+    std::vector<std::future<HttpAnswer>> many;
+    const std::string now = fmt::format("/api/state?known={}", change_of(state));
+    for (int i = 0; i < 20; ++i)
+        many.push_back(std::async(std::launch::async, [&] { return viewer.get(now); }));
+    EXPECT_EQ(viewer.get("/api/live").status, 200);
+    viewer.post("/api/revert", "{}");
+    for (std::future<HttpAnswer>& one : many)
+        EXPECT_EQ(one.get().status, 200);
 }
 
 TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {

@@ -1,10 +1,10 @@
-// Follows the server's state, quickly while something happens; tells in the head of the page what happens, and when the
-// server is gone.
+// Follows the server's state: of a world the server answers once there is another, of prints it is asked now and then.
+// Tells in the head of the page what happens, and when the server is gone.
 
-import { getJson } from "./api.js";
+import { getJson, query } from "./api.js";
 
 const byId = (id) => document.getElementById(id);
-const kBusyMs = 200, kGrowingMs = 500, kQuietMs = 2000;
+const kSoonMs = 30, kGrowingMs = 500, kQuietMs = 2000;
 
 export class Follower {
     /** `show` gets each state; `refused` the error of a server that does not let this page in. */
@@ -12,21 +12,29 @@ export class Follower {
         this.show = show;
         this.refused = refused;
         this.timer = 0;
+        this.known = -1;       // what the server calls the state that was shown last
+        this.waiting = false;  // until there is another
     }
 
     async refresh() {
+        if (this.waiting) return;
         clearTimeout(this.timer);
         let again = kQuietMs;
         try {
-            const state = await getJson("api/state");
+            const { known } = this;
+            this.waiting = known >= 0;
+            const state = await getJson("api/state?" + query(known >= 0 ? { known } : {}));
+            this.waiting = false;
+            this.known = state.live?.watch ? state.live.change : -1;
             byId("connection").hidden = true;
             this.showProgress(state);
             this.show(state);
-            const busy = state.live && ["checking", "printing"].includes(state.live.phase);
-            const growing = state.prints.some((p) => !p.complete);
-            if (busy) again = kBusyMs;
-            else if (growing || state.live?.watch) again = kGrowingMs;
+            // Where nothing is new, the server has many that wait, or a print of its own.
+            if (this.known !== known) again = kSoonMs;
+            else if (this.known >= 0 || state.prints.some((p) => !p.complete)) again = kGrowingMs;
         } catch (error) {
+            this.waiting = false;
+            this.known = -1;
             if (error.status === 0) this.lost();
             else this.refused(error);
         }

@@ -3,6 +3,7 @@
 
 import { postJson } from "./api.js";
 import { element } from "./format.js";
+import { GraphDrag } from "./graph_drag.js";
 import { GraphDrawing } from "./graph_draw.js";
 import { GraphInspector } from "./graph_inspector.js";
 import { canBeLookedAt, GraphLooks, hasPicture, isTexture, short } from "./graph_look.js";
@@ -22,7 +23,8 @@ export class GraphPane {
         this.port = null;
         this.drawing = new GraphDrawing(byId("graph_svg"));
         this.palette = new GraphPalette((entry) => this.add(entry), (action) => postJson("api/picture", { fablet: this.editor.fablet, text: "", action }));
-        this.inspector = new GraphInspector({ act: (action) => this.act(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
+        this.drag = new GraphDrag((path, more) => this.ask(path, more));
+        this.inspector = new GraphInspector({ act: (action) => this.act(action), drag: (action) => this.beginDrag(action), goTo: (node) => this.goTo(node), choose: (port) => this.choosePort(port) });
         this.looks = new GraphLooks({
             ask: (text, action) => postJson("api/look", { fablet: this.editor.fablet, text, action }), show: () => this.showLooks(), ...world,
             tell: (text) => { byId("graph_look_trouble").textContent = text; },
@@ -43,6 +45,7 @@ export class GraphPane {
 
     /** What the loop says: whether a print runs, and how quick the last was. */
     showState(live) {
+        this.drag.showState(live);
         this.looks.setBusy(live.phase === "checking" || live.phase === "printing");
         if (live.phase !== "done" || live.print === this.measured?.print) return;
         const before = this.measured?.speed;
@@ -171,6 +174,15 @@ export class GraphPane {
     showSelection() {
         this.drawing.select(this.selected, this.port);
         this.inspector.show(this.graph, this.tab, this.selected, this.port);
+    }
+
+    /** A hand begins to drag a number, of which `action` would make a uniform; what it gets shows values, and ends. */
+    beginDrag(action) {
+        const { fablet } = this.graph.tabs[this.tab];
+        if (!fablet || !byId("graph_save").checked || this.stale || this.editor.text !== this.drawn) return null;
+        const known = this.graph.uniforms.filter((one) => one.fablet === fablet).map((one) => one.name);
+        this.drag.begin({ action: { tab: this.tab, ...action }, fablet, known });
+        return this.drag;
     }
 
     /** Does one action on the text that is drawn. */

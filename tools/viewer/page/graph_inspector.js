@@ -21,9 +21,9 @@ const hexOf = (color) => `#${color.map((v) => Math.round(255 * toSrgb(Math.min(M
 const colorOf = (hex) => [1, 3, 5].map((at) => Number(toLinear(parseInt(hex.slice(at, at + 2), 16) / 255).toFixed(4)));
 
 export class GraphInspector {
-    /** `act` does an action, `goTo` shows a place of the text, `choose` chooses an input. */
-    constructor({ act, goTo, choose }) {
-        Object.assign(this, { act, goTo, choose });
+    /** `act` does an action, `drag` begins to drag a number, `goTo` shows a place of the text, `choose` chooses an input. */
+    constructor({ act, drag, goTo, choose }) {
+        Object.assign(this, { act, drag, goTo, choose });
     }
 
     show(graph, tabIndex, selected, port) {
@@ -110,7 +110,7 @@ export class GraphInspector {
             return row;
         }
         const set = (text) => this.act({ do: "set", node: node.id, port: i, text });
-        row.append(...this.value(port.text, set, `port${i}`, {}));
+        row.append(...this.value(port.text, set, `port${i}`, port.plain ? { expose: { do: "expose", node: node.id, port: i } } : {}));
         const type = port.wants || port.type;
         const select = element("select", { "aria-label": `Wire to ${port.label}`, "data-control": `wire${i}`, onchange: () => this.rewire(tab, node, i, select.value) }, element("option", { value: "" }, from ? `⟵ ${titleOf(from)}${port.suffix}` : "no wire"));
         if (from) select.append(element("option", { value: "none" }, "disconnect"));
@@ -136,16 +136,22 @@ export class GraphInspector {
     }
 
     /** Controls for a value as it is written: a slider beside a number, a colour beside three. */
-    value(text, set, control, { min, max }) {
+    value(text, set, control, { min, max, expose }) {
         const field = element("input", { type: "text", class: "value", value: text, "aria-label": "Value", "data-control": control, spellcheck: "false", onchange: () => { if (field.value !== text) set(field.value); } });
         const made = [field];
         if (number.test(text)) {
             const now = parseFloat(text);
             const [low, high] = [Number(min ?? Math.min(0, 2 * now)), Number(max ?? (now === 0 ? 1 : Math.max(2 * now, 0)))];
+            let held = null;
+            const rounded = () => Number(Number(slider.value).toPrecision(4));
+            // The text has the value, or the preview goes back to what the text says.
+            const letGo = (done) => { held?.end(done); held = null; };
             const whole = /^-?\d+u?$/.test(text) && high - low > 4;
             const slider = element("input", { type: "range", min: low, max: high, step: whole ? 1 : (high - low) / 200, value: now, "aria-label": "Slider", "data-control": `slide_${control}`,
-                oninput: () => { field.value = Number(Number(slider.value).toPrecision(4)); },
-                onchange: () => set(`${Number(Number(slider.value).toPrecision(4))}${text.endsWith("u") ? "u" : ""}`) });
+                onpointerdown: () => { held = expose ? this.drag(expose) : null; },
+                oninput: () => { field.value = rounded(); held?.put(rounded()); },
+                onchange: () => letGo(set(`${rounded()}${text.endsWith("u") ? "u" : ""}`)),
+                onpointerup: () => setTimeout(() => letGo(false)), onpointercancel: () => letGo(false) });
             if (high > low) made.push(slider);
         }
         const color = componentsOf(text);

@@ -3,9 +3,9 @@
 import { postJson } from "./api.js";
 import { controlOf } from "./controls.js";
 import { element } from "./format.js";
+import { Paced } from "./paced.js";
 
 const byId = (id) => document.getElementById(id);
-const kSetMs = 120;
 
 export class Uniforms {
     /** `run` does something that asks the server, and shows what comes of it. */
@@ -13,12 +13,18 @@ export class Uniforms {
         this.run = run;
         this.rows = [];  // {object, name, row, control, trouble}
         this.shape = "";
+        this.paced = new Paced(async (values) => {
+            let change;
+            await run(async () => { for (const one of values.values()) change = await this.send(one) ?? change; });
+            return change;
+        });
         byId("draft").addEventListener("change", (event) => run(() => postJson("api/draft", { draft: Number(event.target.value) })));
         byId("write").addEventListener("click", () => run(() => postJson("api/write", {})));
         byId("revert").addEventListener("click", () => run(() => postJson("api/revert", {})));
     }
 
     showState(live) {
+        this.paced.showState(live);
         byId("write").disabled = !live.writable;
         byId("write").title = live.phase === "failed" ? "The print with these values failed" : "Write the changed uniforms to the world's file";
     }
@@ -35,7 +41,7 @@ export class Uniforms {
             row.classList.toggle("wrong", Boolean(uniform.trouble));
             trouble.textContent = uniform.trouble ?? "";
             // Not under a hand that holds a slider, nor what is on its way to the server.
-            if (!row.contains(document.activeElement) && !this.wanted?.has(`${object}\0${name}`)) control.show(uniform.value ?? uniform.default);
+            if (!row.contains(document.activeElement) && !this.paced.has(`${object}\0${name}`)) control.show(uniform.value ?? uniform.default);
         }
     }
 
@@ -55,7 +61,7 @@ export class Uniforms {
     row(object, uniform, { materials, textures }) {
         const label = uniform.annotations.label ?? uniform.name;
         const first = uniform.value ?? uniform.default;
-        const control = controlOf({ uniform, label, first, names: { materials, textures }, set: (value) => this.set(object, uniform.name, value) });
+        const control = controlOf({ uniform, label, first, names: { materials, textures }, set: (value) => this.paced.put(`${object}\0${uniform.name}`, { object, uniform: uniform.name, value }) });
         const trouble = element("p", { class: "trouble", role: "alert" });
         control.show(first);
         const row = element("div", { class: "uniform" },
@@ -65,21 +71,9 @@ export class Uniforms {
         return row;
     }
 
-    /** The last value of a moment is sent, not each on the way. */
-    set(object, uniform, value) {
-        this.wanted ??= new Map();
-        this.wanted.set(`${object}\0${uniform}`, { object, uniform, value });
-        clearTimeout(this.setting);
-        this.setting = setTimeout(() => {
-            const wanted = [...this.wanted.values()];
-            this.wanted = null;
-            this.run(async () => { for (const one of wanted) await this.send(one); });
-        }, kSetMs);
-    }
-
     async send(one) {
         try {
-            await postJson("api/set", one);
+            return (await postJson("api/set", one)).change;
         } catch (error) {
             if (error.status !== 422) throw error;
             const { row, trouble } = this.rows.find((r) => r.object === one.object && r.name === one.uniform);

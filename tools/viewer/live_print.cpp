@@ -1,0 +1,211 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The prints of the live loop, and how pages hear of them.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+#include "base/input_file.h"
+#include "base/json.h"
+#include "tools/viewer/live.h"
+#include "tools/viewer/print_file.h"
+#include "tools/viewer/words.h"
+
+namespace openfab::viewer {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kTailBytes = 16 << 10;
+/// Each that waits holds a thread of the server, and a connection of its browser.
+constexpr int32_t kMostWaiting = 4;
+constexpr auto kLongestWait = std::chrono::milliseconds(10'000);
+constexpr auto kShortWait = std::chrono::milliseconds(400);
+
+/// Of the statistics of a print, the million voxels that a second of work on voxels makes: set-up and files, which a
+/// fablet does not change, are most of a small draft. 0: not known.
+double speed_of(const std::string& statistics) {
+    const Result<JsonValue> json = parse_json(statistics, "statistics");
+    const JsonValue* voxels = json ? member_of(*json, "voxels_solid") : nullptr;
+    const JsonValue* phases = json ? member_of(*json, "seconds_by_phase") : nullptr;
+    if (voxels == nullptr || phases == nullptr) return 0;
+    double seconds = 0;
+    for (const JsonMember& phase : phases->members) {
+        const bool is_work = phase.key != "set_up" && phase.key != "encode" &&
+                             phase.key != "commit" && phase.key != "finish";
+        if (is_work) seconds += phase.value.number;
+    }
+    return seconds > 0 ? voxels->number * 1e-6 / seconds : 0;
+}
+
+}  // namespace
+
+void Live::begin_print() {
+    // Compiles into its own process, without a linker, and prints before what it culls by is compiled.
+    std::vector<std::string> argv{(options_.programs / "openflc").string(), "run"};
+    {
+        const std::lock_guard lock(mutex_);
+        is_over_ = false;
+        slices_done_ = slices_total_ = 0;
+        if (!read_.message.empty() || has_errors(read_.diagnostics)) {
+            phase_ = Phase::kFailed;
+            message_ = remaining_message_ = read_.message;
+            ++version_;
+            tell_of_change();
+            return;
+        }
+        // The world's own errors are told by who finds nothing to compile.
+        if (read_.sources.empty()) argv = {(options_.programs / "openfab").string(), "print"};
+        printed_trial_ = trial_;
+        for (const fs::path& source : read_.sources) {
+            const bool tried = trial_ != nullptr && trial_->source == source;
+            argv.push_back(as_argument(tried ? trial_->file : source));
+        }
+        argv.push_back(as_argument(fs::absolute(options_.file)));
+        preview_ = folder_->path() / fmt::format("preview-{}.ofr", ++number_);
+        for (const std::string& word :
+             {"--output=" + preview_.string(), std::string("--progress=json"),
+              fmt::format("--draft={}", draft_), "--stats=" + statistics_file().string()})
+            argv.push_back(word);
+        for (const std::string& folder : options_.allow)
+            argv.push_back("--allow=" + folder);
+        settings_ = options_.settings;
+        for (const Override& one : overrides_)
+            settings_.push_back(one.setting());
+        for (const std::string& setting : settings_)
+            argv.push_back("--set=" + setting);
+        for (const std::string& setting : trial_settings_)
+            argv.push_back("--set=" + setting);
+    }
+    std::error_code ignored;
+    fs::remove(statistics_file(), ignored);
+    set_phase(Phase::kPrinting, "");
+    Result<std::unique_ptr<Child>> child =
+        Child::start(argv, folder_->path() / "print.out", folder_->path() / "print.err");
+    if (child) {
+        child_ = std::move(*child);
+    } else {
+        set_phase(Phase::kFailed, child.error().text());
+    }
+}
+
+fs::path Live::statistics_file() const {
+    return folder_->path() / "print.stats";
+}
+
+bool Live::print_is_whole() const {
+    // They are written last, of a print that failed, too.
+    std::error_code ignored;
+    if (!fs::exists(statistics_file(), ignored)) return false;
+    const Result<std::unique_ptr<PrintFile>> file =
+        PrintFile::open(preview_.string(), options_.memory_bytes);
+    return file && (*file)->totals().has_value();
+}
+
+void Live::show_preview() {
+    const std::string name = fs::path(options_.file).filename().string();
+    if (!session_->show(preview_.string(), name)) return;
+    std::error_code ignored;
+    // The session has it open as long as it needs it.
+    if (!shown_.empty()) fs::remove(shown_, ignored);
+    shown_ = preview_;
+    const std::lock_guard lock(mutex_);
+    shown_settings_ = settings_;
+    tell_of_change();
+}
+
+void Live::follow_print() {
+    if (child_ == nullptr) return;
+    const std::optional<int> code = child_->exit_code();
+    const std::string err = end_of_file(folder_->path() / "print.err", kTailBytes);
+    if (const std::optional<JsonValue> progress = last_progress(err)) {
+        const JsonValue* done = member_of(*progress, "slices_done");
+        const JsonValue* total = member_of(*progress, "slices_total");
+        const int32_t slices = done != nullptr ? static_cast<int32_t>(done->number) : 0;
+        const std::lock_guard lock(mutex_);
+        if (slices != slices_done_) tell_of_change();
+        slices_done_ = slices;
+        slices_total_ = total != nullptr ? static_cast<int32_t>(total->number) : 0;
+    }
+    const bool fine = code ? *code == 0 : is_over_ || print_is_whole();
+    // The very first is shown while it grows; another when it is whole.
+    const bool first = session_->prints().list.empty() && slices_done_ > 0;
+    if ((fine || first) && shown_ != preview_) show_preview();
+    if (fine && !is_over_) {
+        const double speed = speed_of(end_of_file(statistics_file(), kTailBytes));
+        {
+            const std::lock_guard lock(mutex_);
+            // What a change costs is told of texts that stay.
+            if (printed_trial_ == nullptr) {
+                mvoxels_per_second_ = speed;
+                print_done_ = number_;
+            }
+        }
+        is_over_ = true;
+        set_phase(Phase::kDone, words_of(err, true));
+    }
+    if (!code) return;
+    child_.reset();
+    if (!fine && shown_ != preview_) {
+        std::error_code ignored;
+        fs::remove(preview_, ignored);
+    }
+    // What came last, as well.
+    const std::string words = words_of(err, fine);
+    if (!fine || words != message_) set_phase(fine ? Phase::kDone : Phase::kFailed, words);
+}
+
+void Live::wait_for_change(int64_t known) const {
+    std::unique_lock lock(mutex_);
+    if (change_ != known || waiting_ >= kMostWaiting) return;
+    ++waiting_;
+    // The whole print has its own process, of which nobody tells.
+    told_.wait_for(lock, full_print_.runs() ? kShortWait : kLongestWait,
+                   [&] { return change_ != known || stop_; });
+    --waiting_;
+}
+
+void Live::tell_of_change() {
+    ++change_;
+    told_.notify_all();
+}
+
+void Live::set_phase(Phase phase, const std::string& message) {
+    const std::lock_guard lock(mutex_);
+    if (phase != Phase::kChecking) ++version_;
+    phase_ = phase;
+    message_ = message;
+    remaining_message_ = take_troubles(message);
+    tell_of_change();
+}
+
+/// Finds what is wrong with the values that were set, and returns the rest. The caller holds the
+/// lock.
+std::string Live::take_troubles(const std::string& message) {
+    std::string rest;
+    for (Override& one : overrides_)
+        one.trouble.clear();
+    for (size_t from = 0; from < message.size();) {
+        const size_t to = std::min(message.find('\n', from), message.size());
+        const std::string_view line = std::string_view(message).substr(from, to - from);
+        from = to + 1;
+        const auto of =
+            std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
+                return line.starts_with(fmt::format("error: --set {}: ", one.setting()));
+            });
+        if (of == overrides_.end()) {
+            rest += std::string(line) + '\n';
+        } else {
+            of->trouble = line.substr(fmt::format("error: --set {}: ", of->setting()).size());
+        }
+    }
+    return rest;
+}
+
+}  // namespace openfab::viewer
