@@ -81,6 +81,7 @@ class CellRun {
 
   private:
     Result<void> check(const VoxelFile& file, bool half) const;
+    Result<void> check_fits(std::array<int32_t, 3> size, bool half) const;
     Result<Homogenised<3>> conduct(const Grid& grid, std::vector<float> conductivity) const;
     Result<Homogenised<3>> current(const VoxelFile& file, const Mixture& mixture, const Grid& grid,
                                    bool half) const;
@@ -100,10 +101,13 @@ Result<void> CellRun::check(const VoxelFile& file, bool half) const {
                 fmt::format("choose `--voxel {:.6g}mm`",
                             cell_[a] / std::max(1.0, std::round(cell_[a] / file.pitch_mm[a]))));
     }
-    std::array<int32_t, 3> size = file.size;
+    return check_fits(file.size, half);
+}
+
+Result<void> CellRun::check_fits(std::array<int32_t, 3> size, bool half) const {
     for (int32_t& n : size)
         n *= half ? 2 : 1;
-    const Grid grid = Grid::make(size, file.pitch_mm, true);
+    const Grid grid = Grid::make(size, {1, 1, 1}, true);
     return check_memory(solver_bytes<kElastic>(grid) +
                             grid.element_count() * Voxels::bytes_per_voxel() + (40 << 20),
                         o_.common.memory_bytes, size);
@@ -115,6 +119,13 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder, 
     // What is dithered is another print at another pitch: there elements are halved, else voxels are.
     const bool split = half && o_.common.codes;
     if (half && !split) voxel_mm /= 2;
+    // Before a print that may be as large.
+    std::array<int32_t, 3> size;
+    for (size_t a = 0; a < 3; ++a) {
+        constexpr double kMost = 5e4;
+        size[a] = static_cast<int32_t>(std::clamp(std::round(cell_[a] / voxel_mm), 1.0, kMost));
+    }
+    if (Result<void> fits = check_fits(size, split); !fits) return fits.error();
     const fs::path file = folder / "cell.fab.json";
     if (Result<void> done = backends::write_whole_file(file, world.text); !done)
         return done.error();

@@ -31,6 +31,14 @@ struct PartCommandOptions {
 };
 Result<void> run_part(const PartCommandOptions& options);
 
+struct ConductOptions {
+    CommonOptions common;
+    std::string load_case;             ///< empty: the only one
+    std::vector<std::string> outputs;  ///< .vti, .npy, .json, .ofr
+    bool converge = false;
+};
+Result<void> run_conduct(const ConductOptions& options);
+
 struct StandOptions {
     CommonOptions common;
     std::vector<std::string> outputs;  ///< .json, .vti, .ofr

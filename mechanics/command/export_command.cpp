@@ -35,6 +35,7 @@ Result<void> run_export(const ExportOptions& o) {
     if (!o.load_case.empty()) {
         Result<LoadCase> read = read_load_case(o.common.input, o.load_case);
         if (!read) return read.error();
+        if (Result<void> done = check_kind(*read, false); !done) return done;
         load_case = std::move(*read);
     }
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();

@@ -30,6 +30,7 @@ constexpr const char* kFooter = R"(Examples:
   openfab mechanics cell gyroid.fl --cell 8mm --polar gyroid.png
   openfab mechanics cell gyroid.fl --cell 8mm --sweep thin=0.4:1.6:5 -o table.json
   openfab mechanics part hook.fab.json --case carry --voxel 0.5mm --preview hook.png -o hook.vti
+  openfab mechanics conduct sensor.fab.json --case sense --voxel 0.5mm -o sensor.vti
   openfab mechanics stand hook.fab.json --voxel 0.5mm
   openfab mechanics strengthen hook.fab.json --field need --safety 2 -o strong.fab.json
   openfab mechanics export hook.fab.json --case carry --voxel 1mm -o hook.inp -o hook.vtu
@@ -175,6 +176,29 @@ void add_part(CLI::App& app, Action* action) {
     command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_part); }; });
 }
 
+void add_conduct(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "conduct", "current or heat through what is built: resistance, temperatures, densities");
+    auto o = std::make_shared<ConductOptions>();
+    auto texts = std::make_shared<Texts>();
+    command
+        ->add_option("WORLD", o->common.input,
+                     "a world (.fab.json) with `cases` of `volt` or `celsius`")
+        ->required();
+    command->add_option("--case", o->load_case, "of the world's cases (default: the only one)")
+        ->type_name("NAME");
+    command
+        ->add_option("-o,--output", o->outputs,
+                     "results: .vti (volumes), .npy (numpy), .json (all numbers), .ofr (densities, "
+                     "for `openfab view`); repeatable")
+        ->allow_extra_args(false)
+        ->type_name("FILE");
+    command->add_flag("--converge", o->converge,
+                      "again at half the pitch: what the elements' size costs");
+    add_common(command, &o->common, texts.get());
+    command->callback([=] { *action = [=] { return run_with(o.get(), *texts, run_conduct); }; });
+}
+
 void add_stand(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "stand", "without loads: whether it stands, its own weight, thinnest walls, softest modes");
@@ -277,6 +301,7 @@ int mechanics_main(int argc, char** argv) {
     Action action;
     add_cell(app, &action);
     add_part(app, &action);
+    add_conduct(app, &action);
     add_stand(app, &action);
     add_strengthen(app, &action);
     add_export(app, &action);

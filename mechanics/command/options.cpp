@@ -21,9 +21,12 @@ bool SolveProgress::update(int which, int iteration, double residual) {
     constexpr double kSaySeconds = 2;
     if (quiet_ || now - said_ < kSaySeconds) return true;
     said_ = now;
-    // Residuals fall by about the same factor each time.
-    const double part =
-        std::clamp(std::log(std::min(residual, 1.0)) / std::log(tolerance_), 0.02, 1.0);
+    // Residuals fall by about the same factor each time, but of hard problems not at first: then thirty more
+    // iterations are a fair guess.
+    constexpr double kMore = 30;
+    const double fallen =
+        std::clamp(std::log(std::min(residual, 1.0)) / std::log(tolerance_), 0.0, 1.0);
+    const double part = std::max(fallen, iteration / (iteration + kMore));
     const double done = (which + part) / cases_;
     say(fmt::format("case {} of {}  iteration {}  residual {:.1e}  {} left\n", which + 1, cases_,
                     iteration, residual, format_seconds((now - start_) * (1 - done) / done)));
@@ -45,11 +48,16 @@ Error not_converged_error(double residual, double tolerance, int iterations) {
 
 Result<void> check_memory(int64_t needed, int64_t allowed, const std::array<int32_t, 3>& elements) {
     if (needed <= allowed) return {};
-    const double coarser = std::cbrt(static_cast<double>(needed) / static_cast<double>(allowed));
+    // A little more than it needs, so that what it says is enough: coarser grids have relatively more
+    // nodes, and the program itself is as large.
+    constexpr double kProgram = 64 << 20;
+    const double own = static_cast<double>(allowed) > 2 * kProgram ? kProgram : 0;
+    const double coarser = 0.01 * std::ceil(102 * std::cbrt((static_cast<double>(needed) - own) /
+                                                            (static_cast<double>(allowed) - own)));
     return user_error(
         fmt::format("{} x {} x {} elements take {}, and `--memory` allows {}", elements[0],
                     elements[1], elements[2], format_bytes(needed), format_bytes(allowed)),
-        fmt::format("allow more, or choose a pitch that is {:.2g} times as coarse", coarser));
+        fmt::format("allow more, or choose a pitch that is {:.4g} times as coarse", coarser));
 }
 
 }  // namespace openfab::mechanics

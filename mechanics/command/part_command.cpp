@@ -89,7 +89,8 @@ Result<void> write_outputs(const PartCommandOptions& o, const PartRun& run,
         } else if (type == ".npy") {
             done = write_npy(file, run.problem, run.fields, run.solution.moved_mm);
         } else if (type == ".ofr") {
-            done = write_bands(file, run.problem,
+            done = write_bands(file, run.problem.grid, run.problem.voxels.origin_mm,
+                               run.problem.elements.kind,
                                shown_of(run.problem, run.fields, run.solution.moved_mm, o.show));
         } else {
             JsonText json;
@@ -113,6 +114,7 @@ Result<void> run_part(const PartCommandOptions& o) {
     if (!picture) return picture.error();
     const Result<LoadCase> load_case = read_load_case(o.common.input, o.load_case);
     if (!load_case) return load_case.error();
+    if (Result<void> done = check_kind(*load_case, false); !done) return done;
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     Result<PartSource> source = PartSource::open(o.common, (*folder)->path());

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "backends/common/output_file.h"
 #include "base/input_file.h"
@@ -13,7 +14,10 @@ namespace openfab::mechanics {
 
 namespace {
 namespace fs = std::filesystem;
-}
+
+/// What is in memory besides grids.
+constexpr int64_t kProgram = 40 << 20;
+}  // namespace
 
 Result<PartSource> PartSource::open(const CommonOptions& o, const fs::path& folder) {
     const fs::path file = o.materials.empty() ? properties_beside(o.input) : fs::path(o.materials);
@@ -30,9 +34,33 @@ PrintRequest PartSource::request(double pitch_mm) const {
             o_.dither, o_.settings, o_.allow, o_.threads,     o_.memory_bytes};
 }
 
+Result<std::array<double, 3>> PartSource::size_mm() const {
+    if (!size_mm_) {
+        const Result<std::array<double, 3>> size = build_size(request(0), folder_);
+        if (!size) return size.error();
+        size_mm_ = *size;
+    }
+    return *size_mm_;
+}
+
+Result<void> PartSource::check_size(double pitch_mm,
+                                    const std::function<int64_t(const Grid&)>& bytes) const {
+    const Result<std::array<double, 3>> size = size_mm();
+    if (!size) return size.error();
+    std::array<int32_t, 3> elements;
+    for (size_t a = 0; a < 3; ++a) {
+        // A print may begin and end a voxel further in.
+        constexpr double kMost = 1e5;
+        elements[a] =
+            static_cast<int32_t>(std::clamp(std::floor((*size)[a] / pitch_mm), 1.0, kMost));
+    }
+    const Grid grid = Grid::make(elements, {pitch_mm, pitch_mm, pitch_mm}, false);
+    return check_memory(bytes(grid) + kProgram, o_.memory_bytes, elements);
+}
+
 Result<double> PartSource::pitch_mm() const {
     if (o_.voxel_mm > 0) return o_.voxel_mm;
-    const Result<std::array<double, 3>> size = build_size(request(0), folder_);
+    const Result<std::array<double, 3>> size = size_mm();
     if (!size) return size.error();
     constexpr double kElements = 96;
     return *std::ranges::max_element(*size) / kElements;
@@ -69,6 +97,27 @@ Result<ObjectVoxels> PartSource::object(const std::string& name, double pitch_mm
     return out;
 }
 
+Result<std::vector<Material>> PartSource::materials_of(
+    const std::vector<std::string>& names) const {
+    if (conducts_ == CaseKind::kForces) return properties_.of(names);
+    Result<std::vector<Material>> out = properties_.of(names, false);
+    if (!out) return out.error();
+    for (Material& m : *out) {
+        const bool current = conducts_ == CaseKind::kCurrent;
+        if (current) m.conductivity = m.conductivity_S_m;
+        if (!m.conductivity)
+            return user_error(fmt::format("{}: `{}` has no `{}`", properties_.file, m.name,
+                                          current ? "conductivity_S_m" : "conductivity_W_mK"),
+                              current ? "give its conductivity in S/m; that of an insulator is "
+                                        "1e-12 or so"
+                                      : "give its conductivity in W/(m K)");
+        // What is there, is solid.
+        m.young_MPa = 1;
+        m.poisson = 0;
+    }
+    return out;
+}
+
 Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::string>& objects,
                                    const std::function<int64_t(const Grid&)>& bytes) const {
     PartInput out;
@@ -77,16 +126,16 @@ Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::strin
         if (!one) return one.error();
         out.objects.push_back(std::move(*one));
     }
+    if (Result<void> fits = check_size(pitch_mm, bytes); !fits) return fits.error();
     const Result<fs::path> printed = print_voxels(request(pitch_mm), folder_, "part");
     if (!printed) return printed.error();
     const Result<VoxelFile> file = open_voxels(*printed);
     if (!file) return file.error();
     const Grid grid = Grid::make(file->size, file->pitch_mm, false);
-    constexpr int64_t kProgram = 40 << 20;
     if (Result<void> fits = check_memory(bytes(grid) + kProgram, o_.memory_bytes, file->size);
         !fits)
         return fits.error();
-    Result<std::vector<Material>> materials = properties_.of(file->materials);
+    Result<std::vector<Material>> materials = materials_of(file->materials);
     if (!materials) return materials.error();
     const Mixture mixture(*materials, properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);

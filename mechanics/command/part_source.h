@@ -5,6 +5,7 @@
 // Where a part's elements come from: a world, printed as mixtures or codes, and what its materials are like.
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,8 @@ class PartSource {
                                   const std::function<int64_t(const Grid&)>& bytes) const;
     /// Of a case with gravity: whether all densities are known.
     Result<void> check_gravity(const PartInput& input, const LoadCase& load_case) const;
+    /// Voxels come with what conducts such flows as their conductivity.
+    void conduct(CaseKind kind) { conducts_ = kind; }
     /// Voxels come with the share of each material.
     void keep_shares() { keeps_shares_ = true; }
     const Properties& properties() const { return properties_; }
@@ -50,12 +53,19 @@ class PartSource {
     PartSource(const CommonOptions& options, std::filesystem::path folder, Properties properties)
         : o_(options), folder_(std::move(folder)), properties_(std::move(properties)) {}
     PrintRequest request(double pitch_mm) const;
+    /// Whether what is built fits in memory at a pitch, before it is printed.
+    Result<void> check_size(double pitch_mm,
+                            const std::function<int64_t(const Grid&)>& bytes) const;
+    Result<std::array<double, 3>> size_mm() const;
+    Result<std::vector<Material>> materials_of(const std::vector<std::string>& names) const;
     Result<ObjectVoxels> object(const std::string& name, double pitch_mm) const;
 
     const CommonOptions& o_;
     std::filesystem::path folder_;
     Properties properties_;
     bool keeps_shares_ = false;
+    CaseKind conducts_ = CaseKind::kForces;
+    mutable std::optional<std::array<double, 3>> size_mm_;  ///< where it was asked for
 };
 
 }  // namespace openfab::mechanics

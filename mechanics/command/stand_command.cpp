@@ -422,7 +422,8 @@ Result<void> run_stand(const StandOptions& o) {
             Shown shown = shown_of(r.problem, weak, r.solution.moved_mm, "von-mises");
             shown.name = "weakness";
             shown.unit = "";
-            done = write_bands(file, r.problem, shown);
+            done = write_bands(file, r.problem.grid, r.problem.voxels.origin_mm,
+                               r.problem.elements.kind, shown);
         }
         if (!done) return done;
     }

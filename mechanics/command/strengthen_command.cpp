@@ -87,6 +87,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
     if (!world) return world.error();
     const Result<LoadCase> load_case = read_load_case(o.common.input, o.load_case);
     if (!load_case) return load_case.error();
+    if (Result<void> done = check_kind(*load_case, false); !done) return done;
     Result<std::unique_ptr<TemporaryFolder>> temporary = TemporaryFolder::create();
     if (!temporary) return temporary.error();
     const fs::path scratch = (*temporary)->path();

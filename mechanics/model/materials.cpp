@@ -13,6 +13,8 @@ namespace openfab::mechanics {
 namespace {
 
 constexpr size_t kMostMaterialBytes = 4 << 20;
+constexpr const char* kModulus =
+    "give its Young's modulus in MPa, measured at the rate of use, and the source";
 
 struct MaterialReader {
     std::string file;
@@ -67,10 +69,9 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
         if (one.key == "conductivity_W_mK") m.conductivity = v;
         if (one.key == "conductivity_S_m") m.conductivity_S_m = v;
     }
-    if (!young)
-        return in.at(
-            member, fmt::format("`{}` has no `E_MPa`", member.key),
-            "give its Young's modulus in MPa, measured at the rate of use, and the source");
+    // What only conducts needs none.
+    if (!young && !poisson && (m.conductivity || m.conductivity_S_m)) return m;
+    if (!young) return in.at(member, fmt::format("`{}` has no `E_MPa`", member.key), kModulus);
     if (!poisson)
         return in.at(member, fmt::format("`{}` has no `nu`", member.key),
                      "give its Poisson's ratio: 0.35 of most rigid resins, 0.48 of rubbery ones");
@@ -92,7 +93,8 @@ const Material* Properties::find(const std::string& name) const {
     return found == materials.end() ? nullptr : &*found;
 }
 
-Result<std::vector<Material>> Properties::of(const std::vector<std::string>& names) const {
+Result<std::vector<Material>> Properties::of(const std::vector<std::string>& names,
+                                             bool stiff) const {
     std::vector<Material> out;
     for (const std::string& name : names) {
         const Material* m = find(name);
@@ -104,6 +106,8 @@ Result<std::vector<Material>> Properties::of(const std::vector<std::string>& nam
                                           file, name, fmt::join(known, ", ")),
                               fmt::format("add \"{}\": {{\"E_MPa\": ..., \"nu\": ...}}", name));
         }
+        if (stiff && !(m->young_MPa > 0))
+            return user_error(fmt::format("{}: `{}` has no `E_MPa`", file, name), kModulus);
         out.push_back(*m);
     }
     return out;

@@ -67,8 +67,10 @@ struct Properties {
     std::optional<PropertyTable> table;
 
     const Material* find(const std::string& name) const;
-    /// Those of a print, in its order; an error names the first that is missing, and what the file has.
-    Result<std::vector<Material>> of(const std::vector<std::string>& names) const;
+    /// Those of a print, in its order; an error names the first that is missing, and what the file has, or
+    /// that has no modulus where one is `stiff`.
+    Result<std::vector<Material>> of(const std::vector<std::string>& names,
+                                     bool stiff = true) const;
 };
 
 Result<Properties> read_properties(const std::filesystem::path& file);

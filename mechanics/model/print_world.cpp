@@ -138,7 +138,7 @@ Result<std::array<double, 3>> build_size(const PrintRequest& request, const fs::
         argv.insert(argv.end(), {"--set", one});
     if (Result<void> done = run(argv, folder); !done) return done.error();
     constexpr int64_t kMostSaid = 64 << 10;
-    const std::string said = viewer::end_of_file(folder / "print.out", kMostSaid);
+    const std::string said = viewer::end_of_file(folder / "print.err", kMostSaid);
     // "87 x 87 x 20 voxels, 0.2 million; 43.500 x 43.500 x 10.000 mm"
     const size_t at = said.find("; ");
     std::array<double, 3> out{};

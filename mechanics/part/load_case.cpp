@@ -35,12 +35,34 @@ class CaseReader {
     Result<bool> face_key(const JsonMember& m, FaceChoice* out) const;
     /// What is left to check when all keys are read.
     Result<void> complete(const JsonValue& value, FaceChoice* out) const;
-    Result<Holding> holding(const JsonValue& value) const;
-    Result<Load> load(const JsonValue& value) const;
+    Result<Holding> holding(const JsonValue& value);
+    Result<Load> load(const JsonValue& value);
     Error unknown(const JsonMember& m, std::vector<std::string> keys) const;
+    /// Keys of a kind of case: all have to be of the same.
+    Result<void> is_of(const JsonMember& m, CaseKind kind);
+    Result<double> number(const JsonMember& m) const;
+    Result<void> check_flow(const JsonMember& member, const LoadCase& c) const;
 
     std::string file_;
+    std::optional<CaseKind> kind_;
+    std::string by_;  ///< the key that said so
 };
+
+Result<void> CaseReader::is_of(const JsonMember& m, CaseKind kind) {
+    if (kind_ && *kind_ != kind)
+        return at(m, fmt::format("`{}` and `{}` in one case", by_, m.key),
+                  "a case is of forces, or of current (`volt`, `ampere`), or of heat (`celsius`, "
+                  "`watt`)");
+    kind_ = kind;
+    by_ = m.key;
+    return {};
+}
+
+Result<double> CaseReader::number(const JsonMember& m) const {
+    if (!m.value.is(JsonValue::Kind::kNumber) || !std::isfinite(m.value.number))
+        return at(m.value, fmt::format("`{}` is a number", m.key));
+    return m.value.number;
+}
 
 Result<Vec3> CaseReader::three(const JsonMember& m) const {
     Vec3 out{};
@@ -123,7 +145,7 @@ Result<void> CaseReader::complete(const JsonValue& value, FaceChoice* out) const
     return {};
 }
 
-Result<Holding> CaseReader::holding(const JsonValue& value) const {
+Result<Holding> CaseReader::holding(const JsonValue& value) {
     if (!value.is(JsonValue::Kind::kObject))
         return at(value, fmt::format("what is held is an object, not {}", value.kind_name()));
     Holding out;
@@ -131,7 +153,18 @@ Result<Holding> CaseReader::holding(const JsonValue& value) const {
         const Result<bool> face = face_key(m, &out.faces);
         if (!face) return face.error();
         if (*face) continue;
-        if (m.key == "along") {
+        const bool volt = m.key == "volt";
+        if (volt || m.key == "celsius" || m.key == "along" || m.key == "move_mm") {
+            const CaseKind kind = volt                 ? CaseKind::kCurrent
+                                  : m.key == "celsius" ? CaseKind::kHeat
+                                                       : CaseKind::kForces;
+            if (Result<void> done = is_of(m, kind); !done) return done.error();
+        }
+        if (volt || m.key == "celsius") {
+            const Result<double> level = number(m);
+            if (!level) return level.error();
+            out.level = *level;
+        } else if (m.key == "along") {
             const std::string& axes = m.value.text;
             if (!m.value.is(JsonValue::Kind::kString) || axes.empty() ||
                 axes.find_first_not_of("xyz") != std::string::npos)
@@ -143,14 +176,14 @@ Result<Holding> CaseReader::holding(const JsonValue& value) const {
             if (!move) return move.error();
             out.move_mm = *move;
         } else {
-            return unknown(m, {"along", "move_mm"});
+            return unknown(m, {"along", "move_mm", "volt", "celsius"});
         }
     }
     if (Result<void> done = complete(value, &out.faces); !done) return done.error();
     return out;
 }
 
-Result<Load> CaseReader::load(const JsonValue& value) const {
+Result<Load> CaseReader::load(const JsonValue& value) {
     if (!value.is(JsonValue::Kind::kObject))
         return at(value, fmt::format("a load is an object, not {}", value.kind_name()));
     Load out;
@@ -158,23 +191,53 @@ Result<Load> CaseReader::load(const JsonValue& value) const {
         const Result<bool> face = face_key(m, &out.faces);
         if (!face) return face.error();
         if (*face) continue;
-        if (m.key == "force_N" || m.key == "torque_Nmm") {
+        const bool ampere = m.key == "ampere", watt = m.key == "watt";
+        if (ampere || watt || m.key.ends_with("_N") || m.key.ends_with("_Nmm") ||
+            m.key.ends_with("_MPa")) {
+            const CaseKind kind = ampere ? CaseKind::kCurrent
+                                  : watt ? CaseKind::kHeat
+                                         : CaseKind::kForces;
+            if (Result<void> done = is_of(m, kind); !done) return done.error();
+        }
+        if (ampere || watt) {
+            const Result<double> flow = number(m);
+            if (!flow) return flow.error();
+            out.inflow = *flow;
+        } else if (m.key == "force_N" || m.key == "torque_Nmm") {
             const Result<Vec3> v = three(m);
             if (!v) return v.error();
             (m.key == "force_N" ? out.force_N : out.torque_Nmm) = *v;
         } else if (m.key == "pressure_MPa") {
-            if (!m.value.is(JsonValue::Kind::kNumber) || !std::isfinite(m.value.number))
-                return at(m.value, "`pressure_MPa` is a number");
-            out.pressure_MPa = m.value.number;
+            const Result<double> pressure = number(m);
+            if (!pressure) return pressure.error();
+            out.pressure_MPa = *pressure;
         } else {
-            return unknown(m, {"force_N", "torque_Nmm", "pressure_MPa"});
+            return unknown(m, {"force_N", "torque_Nmm", "pressure_MPa", "ampere", "watt"});
         }
     }
-    if (!out.force_N && !out.torque_Nmm && !out.pressure_MPa)
+    if (!out.force_N && !out.torque_Nmm && !out.pressure_MPa && !out.inflow)
         return at(value, "a load without a force",
-                  "give `force_N`, `torque_Nmm` or `pressure_MPa`; `move_mm` stands in `held`");
+                  "give `force_N`, `torque_Nmm` or `pressure_MPa`, or of current `ampere`, of heat "
+                  "`watt`; `move_mm` stands in `held`");
     if (Result<void> done = complete(value, &out.faces); !done) return done.error();
     return out;
+}
+
+Result<void> CaseReader::check_flow(const JsonMember& member, const LoadCase& c) const {
+    const char* level = c.kind == CaseKind::kCurrent ? "volt" : "celsius";
+    const char* flow = c.kind == CaseKind::kCurrent ? "ampere" : "watt";
+    bool flows = !c.loads.empty();
+    for (const Holding& h : c.held) {
+        if (!h.level)
+            return error_at(h.faces.location,
+                            fmt::format("what is held in a case of `{}` has no `{}`", by_, level));
+        flows = flows || *h.level != *c.held.front().level;
+    }
+    if (!flows)
+        return at(
+            member, fmt::format("nothing flows in the case `{}`", member.key),
+            fmt::format("hold faces at another `{}`, too, or give `loads` of `{}`", level, flow));
+    return {};
 }
 
 Result<LoadCase> CaseReader::read(const JsonMember& member) {
@@ -203,6 +266,7 @@ Result<LoadCase> CaseReader::read(const JsonMember& member) {
         } else if (m.key == "gravity_m_s2") {
             const Result<Vec3> g = three(m);
             if (!g) return g.error();
+            if (Result<void> done = is_of(m, CaseKind::kForces); !done) return done.error();
             out.gravity_m_s2 = *g;
         } else {
             return at(m, fmt::format("a case has no `{}`", m.key),
@@ -212,6 +276,11 @@ Result<LoadCase> CaseReader::read(const JsonMember& member) {
     if (out.held.empty())
         return at(member, fmt::format("nothing is held in the case `{}`", member.key),
                   "without a hold a part flies away: name faces in `held`");
+    out.kind = kind_.value_or(CaseKind::kForces);
+    if (out.kind != CaseKind::kForces) {
+        if (Result<void> done = check_flow(member, out); !done) return done.error();
+        return out;
+    }
     const bool moves =
         std::ranges::any_of(out.held, [](const Holding& h) { return h.move_mm != Vec3{}; });
     if (out.loads.empty() && !out.gravity_m_s2 && !moves)
@@ -253,6 +322,19 @@ Result<LoadCase> parse_load_case(const std::string& text, const std::string& fil
         return usage_error(
             fmt::format("there is no case `{}`; there are {}", name, fmt::join(names, ", ")));
     return CaseReader(file).read(*found);
+}
+
+Result<void> check_kind(const LoadCase& c, bool flows) {
+    if ((c.kind != CaseKind::kForces) == flows) return {};
+    Error error = user_error(
+        fmt::format("the case `{}` is of {}", c.name,
+                    c.kind == CaseKind::kForces    ? "forces"
+                    : c.kind == CaseKind::kCurrent ? "current"
+                                                   : "heat"),
+        flows ? "`openfab mechanics part` takes it; one of flows has `volt` or `celsius` in `held`"
+              : "`openfab mechanics conduct` takes it");
+    error.location = c.location;
+    return error;
 }
 
 Result<LoadCase> read_load_case(const std::filesystem::path& world, const std::string& name) {

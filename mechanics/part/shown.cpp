@@ -75,14 +75,12 @@ Shown shown_of(const PartProblem& problem, const PartFields& fields,
     return out;
 }
 
-Result<void> write_bands(const std::filesystem::path& file, const PartProblem& problem,
-                         const Shown& shown) {
+Result<void> write_bands(const std::filesystem::path& file, const Grid& g, const Vec3& origin,
+                         const std::vector<uint8_t>& kind, const Shown& shown) {
     constexpr int kBands = 20;
-    const Grid& g = problem.grid;
     pipeline::PrintInfo info;
     info.size = {g.elements[0], g.elements[1], g.elements[2]};
     info.pitch_mm = {g.pitch_mm[0], g.pitch_mm[1], g.pitch_mm[2]};
-    const Vec3& origin = problem.voxels.origin_mm;
     info.origin_mm = {origin[0], origin[1], origin[2]};
     info.slice_end = g.elements[2];
     info.bits = 8;
@@ -116,7 +114,7 @@ Result<void> write_bands(const std::filesystem::path& file, const PartProblem& p
         for (size_t i = 0; i < plane; ++i) {
             const size_t e = static_cast<size_t>(z) * plane + i;
             uint8_t code = 0;
-            if (problem.elements.kind[e] == kSolid) {
+            if (kind[e] == kSolid) {
                 const double band = (static_cast<double>(shown.values[e]) - shown.least) / step;
                 code = static_cast<uint8_t>(1 + std::clamp(std::floor(band), 0.0, kBands - 1.0));
                 const auto x = static_cast<int32_t>(i % static_cast<size_t>(g.elements[0]));

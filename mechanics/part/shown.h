@@ -32,8 +32,8 @@ Shown shown_of(const PartProblem& problem, const PartFields& fields,
                const Field<double, kElastic>& moved_mm, const std::string& what);
 
 /// FILE.ofr, as `openfab view` opens: a voxel an element, a material of its colour for each band of values.
-Result<void> write_bands(const std::filesystem::path& file, const PartProblem& problem,
-                         const Shown& shown);
+Result<void> write_bands(const std::filesystem::path& file, const Grid& grid, const Vec3& origin_mm,
+                         const std::vector<uint8_t>& kind, const Shown& shown);
 
 /// A number as short as it may be on a scale.
 std::string short_number(double value);

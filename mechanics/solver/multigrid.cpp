@@ -8,45 +8,6 @@
 
 namespace openfab::mechanics {
 
-DenseSolver::DenseSolver(std::vector<double> a, size_t n) : n_(n), l_(std::move(a)) {
-    // Entries are sums of floats; what is left of a pivot below this is their rounding.
-    constexpr double kVanishes = 4e-6;
-    std::vector<double> diagonal(n);
-    for (size_t i = 0; i < n; ++i)
-        diagonal[i] = l_[i * n + i];
-    for (size_t j = 0; j < n; ++j) {
-        double pivot = l_[j * n + j];
-        for (size_t k = 0; k < j; ++k)
-            pivot -= l_[j * n + k] * l_[j * n + k];
-        const bool gone = !(pivot > kVanishes * diagonal[j]);
-        const double root = gone ? 0 : std::sqrt(pivot);
-        l_[j * n + j] = root;
-        for (size_t i = j + 1; i < n; ++i) {
-            double sum = l_[i * n + j];
-            for (size_t k = 0; k < j; ++k)
-                sum -= l_[i * n + k] * l_[j * n + k];
-            l_[i * n + j] = gone ? 0 : sum / root;
-        }
-    }
-}
-
-void DenseSolver::solve(double* x) const {
-    for (size_t i = 0; i < n_; ++i) {
-        double sum = x[i];
-        for (size_t k = 0; k < i; ++k)
-            sum -= l_[i * n_ + k] * x[k];
-        const double root = l_[i * n_ + i];
-        x[i] = root > 0 ? sum / root : 0;
-    }
-    for (size_t i = n_; i-- > 0;) {
-        double sum = x[i];
-        for (size_t k = i + 1; k < n_; ++k)
-            sum -= l_[k * n_ + i] * x[k];
-        const double root = l_[i * n_ + i];
-        x[i] = root > 0 ? sum / root : 0;
-    }
-}
-
 template <int C>
 struct Multigrid<C>::Level {
     Grid grid;
@@ -109,7 +70,12 @@ Multigrid<C>::Multigrid(const ElementOperator<C>& fine, const MultigridOptions& 
                                    number(to[0], to[1], to[2]) * C + static_cast<size_t>(d)] +=
                                 static_cast<double>(last.at(x, y, z, o, c, d));
                 }
-    coarsest_ = DenseSolver(std::move(matrix), n);
+    // Entries are sums of floats; what is left of a pivot below this is their rounding.
+    constexpr double kVanishes = 4e-6;
+    coarsest_ = DenseSolver(std::move(matrix), n, kVanishes);
+    if (!options.bodies) return;
+    bodies_ = std::make_unique<StiffBodies<C>>(fine);
+    if (bodies_->empty()) bodies_.reset();
 }
 
 template <int C>
@@ -254,7 +220,22 @@ const Field<float, C>& Multigrid<C>::apply(const Field<double, C>& r) {
         for (int32_t i = 0; i < n; ++i)
             b[i] = static_cast<float>(scale * from[i]);
     });
+    // Bodies first, then the grids with what is left, then bodies again: a symmetric operator (balancing,
+    // Mandel 1993).
+    std::vector<double> motions;
+    if (bodies_) {
+        motions = bodies_->motions_of(r);
+        for (double& m : motions)
+            m *= scale;
+        bodies_->take_forces(motions, &l.b);
+    }
     cycle(0);
+    if (bodies_) {
+        const std::vector<double> again = bodies_->motions_in(l.x);
+        for (size_t i = 0; i < motions.size(); ++i)
+            motions[i] -= again[i];
+        bodies_->add(motions, &l.x);
+    }
     const auto back = static_cast<float>(size);
     for_rows<C>(l.grid, [&](int c, int32_t y, int32_t z, int32_t n) {
         float* x = l.x.row(c, y, z);
@@ -292,9 +273,9 @@ int64_t Multigrid<C>::needed_bytes(const Grid& grid) {
     Grid g = grid;
     do {
         g = coarser(g);
-        sum += 5 * per_field(g) + 27 * C * C * g.node_count() * int64_t{sizeof(float)};
+        sum += 5 * per_field(g) + Stencil<C>::kKept * C * per_field(g);
     } while (!is_coarsest(g, C));
-    return sum + 8 * kCoarsest * kCoarsest;
+    return sum + 8 * kCoarsest * kCoarsest + StiffBodies<C>::needed_bytes(grid);
 }
 
 template class Multigrid<kElastic>;

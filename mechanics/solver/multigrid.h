@@ -3,32 +3,23 @@
 #pragma once
 
 // Geometric multigrid as a preconditioner: one symmetric V-cycle in floats, smoothed by Chebyshev
-// polynomials, solved directly on the coarsest grid.
+// polynomials, solved directly on the coarsest grid; with a second coarse space where stiff bodies are
+// joined by soft material.
 
 #include <memory>
 #include <vector>
 
+#include "mechanics/solver/dense_solver.h"
 #include "mechanics/solver/stencil.h"
+#include "mechanics/solver/stiff_bodies.h"
 
 namespace openfab::mechanics {
-
-/// A Cholesky factor of a symmetric matrix that may be singular: unknowns whose pivot vanishes stay 0.
-class DenseSolver {
-  public:
-    DenseSolver() = default;
-    DenseSolver(std::vector<double> matrix, size_t n);
-    void solve(double* x) const;
-    size_t size() const { return n_; }
-
-  private:
-    size_t n_ = 0;
-    std::vector<double> l_;
-};
 
 struct MultigridOptions {
     int smooth_fine = 4;    ///< degree of the polynomial before and after the coarser grid
     int smooth_coarse = 3;  ///< the same below the finest grid
     double range = 30;      ///< of eigenvalues that are smoothed: the largest to a share of it
+    bool bodies = true;     ///< solve for motions of stiff bodies among soft material
 };
 
 template <int C>
@@ -64,6 +55,7 @@ class Multigrid {
     MultigridOptions options_;
     std::vector<std::unique_ptr<Level>> levels_;
     DenseSolver coarsest_;
+    std::unique_ptr<StiffBodies<C>> bodies_;  ///< if there are any
 };
 
 }  // namespace openfab::mechanics

@@ -38,11 +38,12 @@ struct RowKernels {
     ElementRow<double, 3> elastic_double;
     ElementRow<float, 1> scalar_float;
     ElementRow<double, 1> scalar_double;
-    /// out[c][x] = sum over o, c' of coefficients[o][c][c'][x] in[o][c'][x], o of 27, of a row of a stencil.
-    /// in: [27][C], null where there is no row.
-    void (*stencil3)(int32_t n, const float* coefficients, size_t stride, const float* const* in,
+    /// out[c][x] = sum over o, c' of blocks[o][c][c'][x] in[o][c'][x], o of 27, of a row of a stencil; of the
+    /// first 13 blocks[o][c'][c][x], as their neighbours keep them. blocks: [27], rows of numbers `stride`
+    /// apart, null where there is no neighbour; in: [27][C].
+    void (*stencil3)(int32_t n, size_t stride, const float* const* blocks, const float* const* in,
                      float* const* out);
-    void (*stencil1)(int32_t n, const float* coefficients, size_t stride, const float* const* in,
+    void (*stencil1)(int32_t n, size_t stride, const float* const* blocks, const float* const* in,
                      float* const* out);
     /// Sum of a[i] b[i] in eight lanes.
     double (*dot_double)(size_t n, const double* a, const double* b);

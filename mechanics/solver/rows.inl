@@ -188,31 +188,40 @@ void scalar_row(const ElementShape<T>& shape, int32_t n, const float* first,
     from_modes<T, 1>(n, l, r, out);
 }
 
+/// p += the block's rows times (u, v, w).
+OPENFAB_INLINE void add_block(int32_t n, size_t row, size_t column, const float* a,
+                              const float* const* in, float* const* out) {
+    const float* __restrict u = in[0];
+    const float* __restrict v = in[1];
+    const float* __restrict w = in[2];
+    float* __restrict p = out[0];
+    float* __restrict q = out[1];
+    float* __restrict s = out[2];
+    const float* __restrict b = a + row;
+    const float* __restrict c = b + row;
+    for (int32_t i = 0; i < n; ++i) {
+        const auto x = static_cast<size_t>(i);
+        const float e = u[x], f = v[x], g = w[x];
+        p[x] += a[x] * e + a[column + x] * f + a[2 * column + x] * g;
+        q[x] += b[x] * e + b[column + x] * f + b[2 * column + x] * g;
+        s[x] += c[x] * e + c[column + x] * f + c[2 * column + x] * g;
+    }
+}
+
 template <int C>
-void stencil_row(int32_t n, const float* coefficients, size_t stride, const float* const* in,
+void stencil_row(int32_t n, size_t stride, const float* const* blocks, const float* const* in,
                  float* const* out) {
     for (int c = 0; c < C; ++c)
         for (int32_t x = 0; x < n; ++x)
             out[c][x] = 0;
-    for (int o = 0; o < 27; ++o, coefficients += static_cast<size_t>(C * C) * stride) {
-        if (!in[o * C]) continue;
+    for (int o = 0; o < 27; ++o) {
+        const float* a = blocks[o];
+        if (!a) continue;
         if constexpr (C == 3) {
-            const float* __restrict a = coefficients;
-            const float* __restrict u = in[o * 3];
-            const float* __restrict v = in[o * 3 + 1];
-            const float* __restrict w = in[o * 3 + 2];
-            float* __restrict p = out[0];
-            float* __restrict q = out[1];
-            float* __restrict s = out[2];
-            for (int32_t i = 0; i < n; ++i) {
-                const auto x = static_cast<size_t>(i);
-                const float e = u[x], f = v[x], g = w[x];
-                p[x] += a[x] * e + a[stride + x] * f + a[2 * stride + x] * g;
-                q[x] += a[3 * stride + x] * e + a[4 * stride + x] * f + a[5 * stride + x] * g;
-                s[x] += a[6 * stride + x] * e + a[7 * stride + x] * f + a[8 * stride + x] * g;
-            }
+            constexpr int kSelf = 13;
+            add_block(n, o < kSelf ? stride : 3 * stride, o < kSelf ? 3 * stride : stride, a,
+                      in + o * C, out);
         } else {
-            const float* __restrict a = coefficients;
             const float* __restrict u = in[o];
             float* __restrict p = out[0];
             for (int32_t x = 0; x < n; ++x)

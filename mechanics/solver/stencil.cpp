@@ -20,12 +20,37 @@ Grid coarser(const Grid& fine) {
 }
 
 template <int C>
+float Stencil<C>::at(int32_t x, int32_t y, int32_t z, int o, int c, int d) const {
+    if (o >= kSelf) return block(x, y, z, o)[static_cast<size_t>(c * C + d) * stride()];
+    int32_t to[3] = {x + o % 3 - 1, y + o / 3 % 3 - 1, z + o / 9 - 1};
+    for (size_t a = 0; a < 3; ++a) {
+        if (grid.periodic) to[a] = (to[a] + grid.nodes[a]) % grid.nodes[a];
+        if (to[a] < 0 || to[a] >= grid.nodes[a]) return 0;
+    }
+    return block(to[0], to[1], to[2], 26 - o)[static_cast<size_t>(d * C + c) * stride()];
+}
+
+template <int C>
+void Stencil<C>::fill_ghosts() {
+    if (!grid.periodic) return;
+    const size_t last = stride() - 2;
+    for_each_index(grid.nodes[2], [&](int32_t z) {
+        float* row = blocks.data() + row_at(0, z);
+        const size_t rows = size_t{kKept} * C * C * static_cast<size_t>(grid.nodes[1]);
+        for (size_t r = 0; r < rows; ++r, row += stride()) {
+            row[0] = row[last];
+            row[last + 1] = row[1];
+        }
+    });
+}
+
+template <int C>
 void Stencil<C>::apply(Field<float, C>* x, Field<float, C>* y) const {
-    const auto nx = static_cast<size_t>(grid.nodes[0]);
     for_each_index(grid.nodes[2], [&](int32_t z) { x->fill_ghosts(z); });
     for_each_index(grid.nodes[2], [&](int32_t z) {
         for (int32_t row = 0; row < grid.nodes[1]; ++row) {
             const float* in[27 * C];
+            const float* from[27];
             float* out[C];
             for (int o = 0; o < 27; ++o) {
                 int32_t ny = row + o / 3 % 3 - 1, nz = z + o / 9 - 1;
@@ -33,22 +58,23 @@ void Stencil<C>::apply(Field<float, C>* x, Field<float, C>* y) const {
                     ny = (ny + grid.nodes[1]) % grid.nodes[1];
                     nz = (nz + grid.nodes[2]) % grid.nodes[2];
                 }
-                const bool there = ny >= 0 && ny < grid.nodes[1] && nz >= 0 && nz < grid.nodes[2];
+                from[o] = nullptr;
+                if (ny < 0 || ny >= grid.nodes[1] || nz < 0 || nz >= grid.nodes[2]) continue;
+                const int32_t dx = o % 3 - 1;
+                from[o] = o < kSelf ? block(dx, ny, nz, 26 - o) : block(0, row, z, o);
                 for (int c = 0; c < C; ++c)
-                    in[o * C + c] = there ? x->row(c, ny, nz) + (o % 3 - 1) : nullptr;
+                    in[o * C + c] = x->row(c, ny, nz) + dx;
             }
             for (int c = 0; c < C; ++c)
                 out[c] = y->row(c, row, z);
             const RowKernels& k = row_kernels();
-            (C == 3 ? k.stencil3 : k.stencil1)(grid.nodes[0], blocks.data() + row_at(row, z), nx,
-                                               in, out);
+            (C == 3 ? k.stencil3 : k.stencil1)(grid.nodes[0], stride(), from, in, out);
         }
     });
 }
 
 template <int C>
 void Stencil<C>::inverse_diagonal(Field<float, C>* out) const {
-    constexpr int kSelf = 13;
     for_each_index(grid.nodes[2], [&](int32_t z) {
         for (int32_t y = 0; y < grid.nodes[1]; ++y)
             for (int c = 0; c < C; ++c)
@@ -177,14 +203,14 @@ void scatter(const float* k, int32_t x, int32_t y, int32_t z, Stencil<C>* out) {
     for (int a = 0; a < 8; ++a) {
         const int32_t px = (x + (a & 1)) % g.nodes[0], py = (y + (a >> 1 & 1)) % g.nodes[1],
                       pz = (z + (a >> 2)) % g.nodes[2];
-        float* row = out->blocks.data() + out->row_at(py, pz) + px;
+        float* row = out->blocks.data() + out->row_at(py, pz) + px + 1;
         for (int b = 0; b < 8; ++b) {
             const int o = 13 + ((b & 1) - (a & 1)) + 3 * ((b >> 1 & 1) - (a >> 1 & 1)) +
-                          9 * ((b >> 2) - (a >> 2));
+                          9 * ((b >> 2) - (a >> 2)) - Stencil<C>::kSelf;
+            if (o < 0) continue;
             for (int c = 0; c < C; ++c)
                 for (int d = 0; d < C; ++d)
-                    row[static_cast<size_t>((o * C + c) * C + d) *
-                        static_cast<size_t>(g.nodes[0])] +=
+                    row[static_cast<size_t>((o * C + c) * C + d) * out->stride()] +=
                         k[static_cast<size_t>(a * C + c) * n + static_cast<size_t>(b * C + d)];
         }
     }
@@ -254,6 +280,7 @@ Stencil<C> coarsen(const ElementOperator<C>& fine) {
                     scatter<C>(k.data(), x, y, z, &out);
                 }
     });
+    out.fill_ghosts();
     return out;
 }
 
@@ -267,30 +294,43 @@ Stencil<C> coarsen(const Stencil<C>& fine) {
     std::array<std::vector<std::vector<Way>>, 3> along;
     for (size_t a = 0; a < 3; ++a)
         along[a] = ways(g.nodes[a], out.grid.nodes[a], g.periodic);
-    const auto fine_x = static_cast<size_t>(g.nodes[0]);
-    const auto coarse_x = static_cast<size_t>(out.grid.nodes[0]);
+    const size_t fine_x = fine.stride(), coarse_x = out.stride();
+    const auto stepped = [&](int32_t i, int step, size_t axis) {
+        return (i + step + g.nodes[axis]) % g.nodes[axis];
+    };
     for_each_index(out.grid.nodes[2], [&](int32_t z) {
         for (int32_t y = 0; y < out.grid.nodes[1]; ++y) {
             float* row = out.blocks.data() + out.row_at(y, z);
             for (const Way& wz : along[2][static_cast<size_t>(z)])
                 for (const Way& wy : along[1][static_cast<size_t>(y)]) {
-                    const float* from = fine.blocks.data() + fine.row_at(wy.fine, wz.fine);
                     const float w = wz.weight * wy.weight;
+                    // Only the neighbours that are kept.
+                    const int most = 1 + 3 * wy.coarse + 9 * wz.coarse;
+                    if (most < 0) continue;
                     for (int32_t x = 0; x < out.grid.nodes[0]; ++x)
                         for (const Way& wx : along[0][static_cast<size_t>(x)]) {
-                            const int o = 13 + wx.step + 3 * wy.step + 9 * wz.step;
-                            const int q = 13 + wx.coarse + 3 * wy.coarse + 9 * wz.coarse;
+                            const int q = wx.coarse + 3 * wy.coarse + 9 * wz.coarse;
+                            if (q < 0) continue;
+                            const int o = Stencil<C>::kSelf + wx.step + 3 * wy.step + 9 * wz.step;
                             const float f = w * wx.weight;
-                            const float* a = from + static_cast<size_t>(o * C * C) * fine_x +
-                                             static_cast<size_t>(wx.fine);
+                            const bool kept = o >= Stencil<C>::kSelf;
+                            const float* a = kept
+                                                 ? fine.block(wx.fine, wy.fine, wz.fine, o)
+                                                 : fine.block(stepped(wx.fine, wx.step, 0),
+                                                              stepped(wy.fine, wy.step, 1),
+                                                              stepped(wz.fine, wz.step, 2), 26 - o);
+                            const size_t down = kept ? C * fine_x : fine_x,
+                                         across = kept ? fine_x : C * fine_x;
                             float* b = row + static_cast<size_t>(q * C * C) * coarse_x +
-                                       static_cast<size_t>(x);
-                            for (size_t i = 0; i < C * C; ++i)
-                                b[i * coarse_x] += f * a[i * fine_x];
+                                       static_cast<size_t>(x + 1);
+                            for (size_t c = 0; c < C; ++c)
+                                for (size_t d = 0; d < C; ++d)
+                                    b[(c * C + d) * coarse_x] += f * a[c * down + d * across];
                         }
                 }
         }
     });
+    out.fill_ghosts();
     return out;
 }
 

@@ -3,7 +3,8 @@
 #pragma once
 
 // Operators of coarser grids: 27 blocks of C x C a node, made from those of the finer grid by Galerkin's
-// products with trilinear interpolation, so that mixtures and voids inside of a coarse cell count.
+// products with trilinear interpolation, so that mixtures and voids inside of a coarse cell count. They are
+// symmetric, so that the blocks of half of the neighbours are kept: a node finds the others at these.
 
 #include <cstdint>
 #include <vector>
@@ -18,21 +19,27 @@ Grid coarser(const Grid& fine);
 template <int C>
 struct Stencil {
     Grid grid;
-    /// [z][y][27 neighbours, x fastest][C][C][x]
+    static constexpr int kSelf = 13, kKept = 14;
+    /// [z][y][neighbours 13 ... 26 of 27, x fastest][C][C][x], with a ghost at either end of a row, which
+    /// is the node at the other end of a periodic grid, else 0.
     std::vector<float> blocks;
 
-    size_t row_size() const { return size_t{27} * C * C * static_cast<size_t>(grid.nodes[0]); }
+    size_t stride() const { return static_cast<size_t>(grid.nodes[0]) + 2; }
+    size_t row_size() const { return size_t{kKept} * C * C * stride(); }
     size_t row_at(int32_t y, int32_t z) const {
         return (static_cast<size_t>(z) * static_cast<size_t>(grid.nodes[1]) +
                 static_cast<size_t>(y)) *
                row_size();
     }
-    float at(int32_t x, int32_t y, int32_t z, int o, int c, int d) const {
-        return blocks[row_at(y, z) +
-                      (static_cast<size_t>((o * C + c) * C + d)) *
-                          static_cast<size_t>(grid.nodes[0]) +
-                      static_cast<size_t>(x)];
+    /// The block of a node and its neighbour `o` of 13 ... 26, its numbers `stride` apart.
+    const float* block(int32_t x, int32_t y, int32_t z, int o) const {
+        return blocks.data() + row_at(y, z) + static_cast<size_t>((o - kSelf) * C * C) * stride() +
+               static_cast<size_t>(x + 1);
     }
+    /// Of any of the 27; 0 where there is no neighbour.
+    float at(int32_t x, int32_t y, int32_t z, int o, int c, int d) const;
+    /// Sets the ghosts of rows to what they stand for.
+    void fill_ghosts();
     /// y = A x; fills the ghosts of x.
     void apply(Field<float, C>* x, Field<float, C>* y) const;
     void inverse_diagonal(Field<float, C>* out) const;

@@ -23,7 +23,18 @@ from numpy.typing import NDArray
 
 from .errors import InputError, InternalError, OutsideError
 
-__all__ = ["CellResult", "PartResult", "StandResult", "StrengthenResult", "cell", "part", "stand", "strengthen"]
+__all__ = [
+    "CellResult",
+    "ConductResult",
+    "PartResult",
+    "StandResult",
+    "StrengthenResult",
+    "cell",
+    "conduct",
+    "part",
+    "stand",
+    "strengthen",
+]
 
 
 @dataclass(frozen=True)
@@ -98,6 +109,34 @@ class StandResult:
 
 
 @dataclass(frozen=True)
+class ConductResult:
+    """Current or heat through a part. `conduct` makes it.
+
+    Attributes
+    ----------
+    numbers : dict
+        All that `-o FILE.json` has: held, resistance_ohm or resistance_K_W, least, most, densest, residual, ...
+    level : array of float32, shape (z, y, x)
+        Of each element, the mean of its corners: volts, or degrees Celsius.
+    density : array of float32, shape (z, y, x)
+        Of current in A/mm2, or of heat in W/mm2; 0 in void and in insulators.
+    solid : array of float32, shape (z, y, x)
+        The share of material in each element.
+    pitch_mm : tuple of 3 floats
+        Sides of an element, in mm.
+    origin_mm : tuple of 3 floats
+        The lowest corner, in the build, in mm.
+    """
+
+    numbers: dict[str, Any]
+    level: NDArray[numpy.float32]
+    density: NDArray[numpy.float32]
+    solid: NDArray[numpy.float32]
+    pitch_mm: tuple[float, float, float]
+    origin_mm: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
 class StrengthenResult:
     """A world whose field was grown. `strengthen` makes it.
 
@@ -162,6 +201,54 @@ def part(
             tuple(beside["pitch_mm"]),
             tuple(beside["origin_mm"]),
             beside["materials"],
+        )
+
+
+def conduct(
+    world: str | os.PathLike[str],
+    case: str | None = None,
+    *,
+    voxel_mm: float | None = None,
+    arguments: Sequence[str] = (),
+) -> ConductResult:
+    """Current or heat through a part, by a case of `volt` or `celsius`.
+
+    Parameters
+    ----------
+    world : path
+        A `.fab.json` with `cases`.
+    case : str, optional
+        Its name; where the world has one only it is that.
+    voxel_mm : float, optional
+        Side of an element in mm; a 96th of the longest side where it is not given.
+    arguments : sequence of str, optional
+        More of `openfab mechanics conduct`, as `["--codes"]`.
+
+    Returns
+    -------
+    ConductResult
+        Numbers, and fields of elements.
+
+    Raises
+    ------
+    InputError
+        Where the world, the case or the materials do not do, or the solution did not converge.
+    OutsideError
+        Where the program `openfab` is not found, or a file cannot be written.
+    """
+    given = [] if case is None else ["--case", case]
+    with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
+        array, numbers = Path(folder) / "part.npy", Path(folder) / "part.json"
+        _run("conduct", world, voxel_mm, [*given, "-o", str(array), "-o", str(numbers), *arguments])
+        values = numpy.load(array)
+        beside = json.loads(Path(f"{array}.json").read_text())
+        return ConductResult(
+            json.loads(numbers.read_text()),
+            values[..., 0],
+            values[..., 1],
+            values[..., 2],
+            tuple(beside["pitch_mm"]),
+            tuple(beside["origin_mm"]),
         )
 
 

@@ -12,6 +12,7 @@ import sys
 import numpy
 
 import openfab
+from openfab import mechanics
 
 def ball(uniform, depth):
     """Prints a ball of 6 mm whose core is below `depth`, an expression of `uniform`."""
@@ -50,6 +51,14 @@ def parts():
         print("print_wheel: without OpenImageIO a picture is refused:", error)
     else:
         raise SystemExit("print_wheel: a picture was read without OpenImageIO")
+    # The wheel does not carry the program of mechanics, and says what does.
+    try:
+        mechanics.part("part.fab.json")
+    except openfab.Error as error:
+        assert ".deb" in str(error), error
+        print("print_wheel: without the program mechanics are refused:", error)
+    else:
+        raise SystemExit("print_wheel: mechanics without its program")
 
 
 def postcard(world, expected):

@@ -117,6 +117,23 @@ def test_scikit_fem_moves_it_as_we_do(bar: Path) -> None:
     assert numpy.abs(theirs - ours.displacement_mm).max() < 1e-4 * numpy.abs(theirs).max()
 
 
+def test_a_bar_conducts(bar: Path) -> None:
+    world = json.loads(bar.read_text())
+    world["cases"] = {"sense": {"held": [{"side": "-x", "volt": 0}, {"side": "+x", "volt": 5}]}}
+    bar.write_text(json.dumps(world))
+    with pytest.raises(InputError, match="has no `conductivity_S_m`"):
+        mechanics.conduct(bar, voxel_mm=1)
+    with pytest.raises(InputError, match="is of current"):
+        mechanics.part(bar, voxel_mm=1)
+    # What only conducts needs no modulus.
+    bar.with_name("mechanics.json").write_text('{"materials": {"stuff": {"conductivity_S_m": 25}}}')
+    result = mechanics.conduct(bar, voxel_mm=1)
+    ohm = 20 / (25e-3 * 16)
+    assert result.numbers["resistance_ohm"] == pytest.approx(ohm, rel=1e-5)
+    numpy.testing.assert_allclose(result.level[2, 2], (numpy.arange(20) + 0.5) / 4, atol=1e-5)
+    numpy.testing.assert_allclose(result.density, 5 / ohm / 16, rtol=1e-4)
+
+
 def test_it_stands(bar: Path) -> None:
     result = mechanics.stand(bar, voxel_mm=1, arguments=["--modes", "0"])
     assert result.stands

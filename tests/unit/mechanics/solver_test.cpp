@@ -186,6 +186,85 @@ TEST(MechanicsSolver, SaysWhereItDidNotConverge) {
     EXPECT_GT(report.residual, options.tolerance);
 }
 
+/// Stiff bodies and thin soft layers between: elements of layers at x, y or z divisible by `every`.
+template <int C>
+ElementValues layered(const Grid& g, int32_t every, float soft) {
+    ElementValues v;
+    const Elastic m{1, 0.35};
+    for (int32_t z = 0; z < g.elements[2]; ++z)
+        for (int32_t y = 0; y < g.elements[1]; ++y)
+            for (int32_t x = 0; x < g.elements[0]; ++x) {
+                const bool joint = (z + 1) % every == 0 || (y > 0 && y % 17 == 0);
+                const float e = joint ? soft : 1;
+                v.first.push_back(C == 3 ? e * static_cast<float>(m.lambda()) : e);
+                if (C == 3) v.second.push_back(e * static_cast<float>(m.mu()));
+            }
+    return v;
+}
+
+/// Held below, pushed aside at the top.
+template <int C>
+SolveReport pushed(const Grid& g, const ElementValues& v, bool bodies, Field<double, C>* x) {
+    FixedNodes fixed;
+    for (int64_t n = 0; n < int64_t{g.nodes[0]} * g.nodes[1] * C; ++n)
+        fixed.push_back(n);
+    const ElementOperator<C> a(g, &v, &fixed);
+    SolveOptions options;
+    options.multigrid.bodies = bodies;
+    Multigrid<C> multigrid(a, options.multigrid);
+    Field<double, C> b(g);
+    *x = Field<double, C>(g);
+    for (int32_t y = 0; y < g.nodes[1]; ++y)
+        for (int32_t i = 0; i < g.nodes[0]; ++i)
+            b.row(0, y, g.nodes[2] - 1)[i] = 1 + 0.01 * i;
+    return solve(a, &multigrid, &b, x, options);
+}
+
+TEST(MechanicsSolver, BodiesThatThinSoftLayersJoinMoveAsWholes) {
+    const Grid g = Grid::make({32, 31, 33}, {1, 1, 1}, false);
+    for (const int32_t every : {11, 15, 33}) {
+        const ElementValues v = layered<3>(g, every, 0.6F / 2000);
+        Field<double, 3> x, plain;
+        const SolveReport with = pushed<3>(g, v, true, &x),
+                          without = pushed<3>(g, v, false, &plain);
+        EXPECT_TRUE(with.converged) << with.residual;
+        // Of 15 the uppermost plate has three elements, and bends.
+        EXPECT_LE(with.iterations, every == 15 ? 70 : 40) << every;
+        EXPECT_LE(with.iterations, without.iterations) << every;
+        // It is the same solution.
+        EXPECT_NEAR(dot(x, plain) / dot(x, x), 1, 1e-4);
+        Field<double, 1> warm;
+        const ElementValues k = layered<1>(g, every, 1e-5F);
+        const SolveReport scalar = pushed<1>(g, k, true, &warm);
+        EXPECT_TRUE(scalar.converged) << scalar.residual;
+        EXPECT_LE(scalar.iterations, 30) << every;
+    }
+}
+
+TEST(MechanicsSolver, WithBodiesTheCycleIsSymmetric) {
+    const Grid g = Grid::make({12, 18, 15}, {1, 0.8, 1.2}, false);
+    const ElementValues v = layered<3>(g, 5, 0.001F);
+    FixedNodes fixed;
+    for (int64_t n = 0; n < int64_t{g.nodes[0]} * g.nodes[1] * 3; ++n)
+        fixed.push_back(n);
+    const ElementOperator<3> a(g, &v, &fixed);
+    Multigrid<3> multigrid(a, {});
+    Field<double, 3> p(g), q(g);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> value(-1, 1);
+    for (Field<double, 3>* f : {&p, &q}) {
+        for (int32_t z = 0; z < g.nodes[2]; ++z)
+            for (int32_t y = 0; y < g.nodes[1]; ++y)
+                for (int c = 0; c < 3; ++c)
+                    for (int32_t x = 0; x < g.nodes[0]; ++x)
+                        f->row(c, y, z)[x] = value(random);
+        a.fix(f);
+    }
+    const double one = dot(multigrid.apply(p), q), other = dot(multigrid.apply(q), p);
+    EXPECT_NEAR(one / other, 1, 1e-3);
+    EXPECT_GT(dot(multigrid.apply(p), p), 0);
+}
+
 TEST(MechanicsSolver, SameBitsForAnyNumberOfThreads) {
     const Grid g = Grid::make({18, 20, 19}, {1, 1, 1}, true);
     const ElementValues v = hard(g, 0.5, 0.01);
@@ -193,9 +272,11 @@ TEST(MechanicsSolver, SameBitsForAnyNumberOfThreads) {
     for (const int threads : {1, 4}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                         static_cast<size_t>(threads));
-        Field<double, 3> x;
+        Field<double, 3> x, y;
         strained(g, v, &x);
-        sums[threads == 1 ? 0 : 1] = dot(x, x);
+        pushed<3>(Grid::make({18, 20, 19}, {1, 1, 1}, false),
+                  layered<3>(Grid::make({18, 20, 19}, {1, 1, 1}, false), 7, 0.001F), true, &y);
+        sums[threads == 1 ? 0 : 1] = dot(x, x) + dot(y, y);
     }
     EXPECT_EQ(sums[0], sums[1]);
 }

@@ -231,7 +231,7 @@ TEST(MechanicsShown, BandsAreAPrintOfColours) {
     EXPECT_EQ(shown.least, 0);
     const std::filesystem::path file =
         std::filesystem::path(testing::TempDir()) / "mechanics_bands.ofr";
-    ASSERT_TRUE(write_bands(file, *p, shown));
+    ASSERT_TRUE(write_bands(file, p->grid, p->voxels.origin_mm, p->elements.kind, shown));
     auto reader = ofr::OfrReader::open(file.string());
     ASSERT_TRUE(reader) << reader.error().text();
     EXPECT_EQ((*reader)->info().materials.size(), 20U);

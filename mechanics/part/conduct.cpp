@@ -1,0 +1,229 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/part/conduct.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "mechanics/solver/parallel.h"
+#include "mechanics/solver/strain.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+/// S/m, and W/(m K), of elements in mm.
+constexpr double kPerMetre = 1e-3;
+/// Less than such a share of the best conductor is taken for an insulator.
+constexpr float kInsulates = 1e-7F;
+
+double* at_node(const Grid& g, Field<double, kScalar>* field, int64_t node) {
+    const int64_t row = node / g.nodes[0];
+    return field->row(0, static_cast<int32_t>(row % g.nodes[1]),
+                      static_cast<int32_t>(row / g.nodes[1])) +
+           node % g.nodes[0];
+}
+
+/// Without the elements that conduct nothing, or nothing to speak of.
+Result<void> leave_out_insulators(ConductProblem* p) {
+    std::vector<float>& k = p->voxels.conductivity;
+    float most = 0;
+    for (size_t e = 0; e < k.size(); ++e) {
+        if (p->elements.kind[e] == kNothing) k[e] = 0;
+        most = std::max(most, k[e]);
+    }
+    if (!(most > 0)) return user_error("there is nothing that conducts: the print is void");
+    int64_t insulators = 0;
+    for (float& one : k)
+        if (one > 0 && one < kInsulates * most) {
+            one = 0;
+            ++insulators;
+        }
+    if (insulators > 0)
+        p->notes.push_back(fmt::format(
+            "{:.3g} % of the elements conduct less than {:.0e} of what the best do, and "
+            "are taken for insulators",
+            100.0 * static_cast<double>(insulators) /
+                static_cast<double>(std::max<int64_t>(1, p->elements.solid)),
+            kInsulates));
+    return {};
+}
+
+Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, ConductProblem* p) {
+    for (size_t h = 0; h < load_case.held.size(); ++h) {
+        const Holding& holding = load_case.held[h];
+        const Result<std::vector<Face>> faces = chooser.choose(holding.faces);
+        if (!faces) {
+            Error error = faces.error();
+            error.message = "nothing is held here: " + error.message;
+            return error;
+        }
+        bool conducts = false;
+        for (const Face& f : *faces) {
+            conducts = conducts || p->voxels.conductivity[static_cast<size_t>(f.element)] > 0;
+            for (const int64_t node : nodes_of(p->grid, f))
+                p->kept.push_back({node, *holding.level, static_cast<int32_t>(h)});
+        }
+        if (!conducts) {
+            Error error = user_error("what is held here conducts nothing",
+                                     "choose faces where the conductor comes to the surface");
+            error.location = holding.faces.location;
+            return error;
+        }
+    }
+    std::ranges::stable_sort(p->kept, {}, &ConductProblem::Kept::node);
+    for (size_t i = 1; i < p->kept.size(); ++i)
+        if (p->kept[i].node == p->kept[i - 1].node && p->kept[i].level != p->kept[i - 1].level) {
+            Error error = user_error(
+                fmt::format("two holds of the case `{}` keep the same face at {} and at {}",
+                            load_case.name, p->kept[i - 1].level, p->kept[i].level),
+                "choose faces that do not touch");
+            error.location = load_case.held[static_cast<size_t>(p->kept[i].hold)].faces.location;
+            return error;
+        }
+    const auto same = std::ranges::unique(p->kept, {}, &ConductProblem::Kept::node);
+    p->kept.erase(same.begin(), same.end());
+    return {};
+}
+
+/// Flows into faces, by their area; each has to find a way to what is kept at a level.
+Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const Pieces& pieces,
+                  std::span<const uint8_t> reached, ConductProblem* p) {
+    const auto piece_of = [&](const Face& f) { return pieces.of[static_cast<size_t>(f.element)]; };
+    for (const Load& load : load_case.loads) {
+        Result<std::vector<Face>> faces = chooser.choose(load.faces);
+        if (!faces) {
+            Error error = faces.error();
+            error.message = "the flow enters nothing: " + error.message;
+            return error;
+        }
+        std::erase_if(*faces, [&](const Face& f) { return piece_of(f) < 0; });
+        double area = 0;
+        bool lost = faces->empty();
+        for (const Face& f : *faces) {
+            area += area_of(p->grid, f);
+            lost = lost || reached[static_cast<size_t>(piece_of(f))] == 0;
+        }
+        if (lost) {
+            Error error = user_error(
+                faces->empty() ? "the faces that the flow enters conduct nothing"
+                               : "what the flow enters is joined to nothing that is held",
+                "choose faces of the conductor that is held (elements are joined by faces, not by "
+                "edges and corners), or a finer `--voxel`");
+            error.location = load.faces.location;
+            return error;
+        }
+        for (const Face& f : *faces)
+            for (const int64_t node : nodes_of(p->grid, f))
+                *at_node(p->grid, &p->inflow, node) +=
+                    *load.inflow * area_of(p->grid, f) / area / 4;
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<ConductProblem> set_up_conduct(Voxels voxels, const LoadCase& load_case,
+                                      std::span<const ObjectVoxels> objects) {
+    ConductProblem p;
+    p.voxels = std::move(voxels);
+    p.grid = Grid::make(p.voxels.size, p.voxels.pitch_mm, false);
+    p.elements = classify(p.grid, &p.voxels);
+    if (p.elements.solid == 0)
+        return user_error("no element of that pitch is half full", "choose a finer `--voxel`");
+    if (Result<void> done = leave_out_insulators(&p); !done) return done.error();
+    std::vector<uint8_t> conducts(p.voxels.conductivity.size());
+    for (size_t e = 0; e < conducts.size(); ++e)
+        conducts[e] = p.voxels.conductivity[e] > 0 ? kSolid : kNothing;
+    const Pieces pieces = pieces_of(p.grid, conducts);
+    const std::vector<Face> surface = surface_of(p.grid, p.elements.kind);
+    const FaceChooser chooser(p.grid, p.voxels.origin_mm, surface, objects);
+    if (Result<void> done = keep(load_case, chooser, &p); !done) return done.error();
+    // A piece is reached that has a node which is kept.
+    std::vector<uint8_t> reached(pieces.all.size());
+    int64_t alone = 0;
+    for (int64_t e = 0; e < p.grid.element_count(); ++e) {
+        const int32_t piece = pieces.of[static_cast<size_t>(e)];
+        if (piece < 0 || reached[static_cast<size_t>(piece)] != 0) continue;
+        for (const uint8_t d : {uint8_t{4}, uint8_t{5}})
+            for (const int64_t node : nodes_of(p.grid, {e, d}))
+                if (std::ranges::binary_search(p.kept, node, {}, &ConductProblem::Kept::node))
+                    reached[static_cast<size_t>(piece)] = 1;
+    }
+    p.inflow = Field<double, kScalar>(p.grid);
+    if (Result<void> done = feed(load_case, chooser, pieces, reached, &p); !done)
+        return done.error();
+    // What nothing reaches has no level, so that it is left out.
+    for (size_t e = 0; e < pieces.of.size(); ++e)
+        if (pieces.of[e] >= 0 && reached[static_cast<size_t>(pieces.of[e])] == 0) {
+            p.voxels.conductivity[e] = 0;
+            ++alone;
+        }
+    if (alone > 0)
+        p.notes.push_back(fmt::format(
+            "{} elements that conduct are joined to nothing that is held, and left out", alone));
+    return p;
+}
+
+int64_t conduct_bytes(const Grid& grid) {
+    const int64_t field = int64_t{grid.nodes[0] + 2} * grid.nodes[1] * grid.nodes[2] * 8;
+    return solver_bytes<kScalar>(grid) + 2 * field +
+           grid.element_count() * (Voxels::bytes_per_voxel() + 1 + 4 + 4);
+}
+
+ConductSolution solve_conduct(ConductProblem* problem, size_t holds, const SolveOptions& options) {
+    ConductProblem& p = *problem;
+    const Grid& g = p.grid;
+    ConductSolution out;
+    ElementValues values{p.voxels.conductivity, {}, 1};
+    values.normalise();
+    const double unit = values.unit * kPerMetre;
+    FixedNodes fixed, none;
+    for (const ConductProblem::Kept& one : p.kept)
+        fixed.push_back(one.node);
+    out.level = Field<double, kScalar>(g);
+    const ElementOperator<kScalar> whole(g, &values, &none), inner(g, &values, &fixed);
+    Field<double, kScalar> b(g);
+    const auto set_kept = [&](bool to_level) {
+        for (const ConductProblem::Kept& one : p.kept)
+            *at_node(g, &out.level, one.node) = to_level ? one.level : 0;
+    };
+    set_kept(true);
+    whole.apply(&out.level, &b);
+    set_kept(false);
+    for_rows<kScalar>(g, [&](int c, int32_t y, int32_t z, int32_t n) {
+        double* to = b.row(c, y, z);
+        const double* f = p.inflow.row(c, y, z);
+        for (int32_t i = 0; i < n; ++i)
+            to[i] = f[i] / unit - to[i];
+    });
+    {
+        Multigrid<kScalar> multigrid(inner, options.multigrid);
+        out.report = solve(inner, &multigrid, &b, &out.level, options);
+    }
+    set_kept(true);
+    whole.apply(&out.level, &b);
+    out.flow_in.resize(holds);
+    for (const ConductProblem::Kept& one : p.kept)
+        out.flow_in[static_cast<size_t>(one.hold)] +=
+            unit * *at_node(g, &b, one.node) - *at_node(g, &p.inflow, one.node);
+    out.power_W = unit * dot(out.level, b);
+    for_each_index(g.nodes[2], [&](int32_t z) { out.level.fill_ghosts(z); });
+    out.density.resize(static_cast<size_t>(g.element_count()));
+    for_each_index(g.elements[2], [&](int32_t z) {
+        for (int32_t y = 0; y < g.elements[1]; ++y)
+            for (int32_t x = 0; x < g.elements[0]; ++x) {
+                const size_t e = g.element(x, y, z);
+                if (p.elements.kind[e] != kSolid || !(p.voxels.conductivity[e] > 0)) continue;
+                const auto d = centre_gradient(out.level, g, x, y, z)[0];
+                out.density[e] = static_cast<float>(
+                    kPerMetre * static_cast<double>(p.voxels.conductivity[e]) /
+                    static_cast<double>(p.voxels.solid[e]) * std::hypot(d[0], d[1], d[2]));
+            }
+    });
+    return out;
+}
+
+}  // namespace openfab::mechanics

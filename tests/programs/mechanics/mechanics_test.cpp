@@ -1,0 +1,215 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// `openfab mechanics` as a person runs it: what it refuses, how it ends, and that it keeps its memory.
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <filesystem>
+#include <string>
+
+#include "tests/support/places/places.h"
+#include "tests/support/process/process.h"
+
+namespace openfab::testing {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr const char* kFablets = R"(fablet Plain {
+    @uniform { Material stuff; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(stuff, 1);
+        return mc;
+    }
+}
+)";
+constexpr const char* kMix = R"(fablet Mix {
+    @uniform { float share = 0.3; Material soft, stiff; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(soft, 1 - share);
+        mc.Set(stiff, share);
+        return mc;
+    }
+}
+)";
+constexpr const char* kMaterials = R"({"materials": {
+    "soft": {"E_MPa": 0.6, "nu": 0.48, "strength_MPa": 1, "density_g_cm3": 1.1},
+    "stiff": {"E_MPa": 2000, "nu": 0.35, "strength_MPa": 50, "density_g_cm3": 1.2}}})";
+constexpr const char* kHeld = R"("held": [{"side": "-z"}])";
+constexpr const char* kPush = R"("loads": [{"side": "+z", "force_N": [0, 0, -10]}])";
+
+class Mechanics : public ::testing::Test {
+  protected:
+    Mechanics() {
+        scratch_.write("plain.fl", kFablets);
+        scratch_.write("mix.fl", kMix);
+        scratch_.write("mechanics.json", kMaterials);
+    }
+    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
+    /// A world of boxes of 20 x 10 x 10 mm, where they are told to stand, with one case.
+    std::string world(const std::string& one_case, const std::string& places = "[0, 0, 0]") const {
+        std::string build;
+        for (size_t at = 0; at < places.size(); ++at) {
+            const size_t end = places.find(']', at) + 1;
+            if (!build.empty()) build += ", ";
+            build += R"({"object": "box", "translate_mm": )" + places.substr(at, end - at) + "}";
+            at = end;
+        }
+        scratch_.write("world.fab.json",
+                       R"({"openfab": 1, "printer": "generic",
+    "fablets": {"plain": {"source": "plain.fl", "fablet": "Plain"},
+                "mix": {"source": "mix.fl", "fablet": "Mix"}},
+    "materials": {"soft": {"key": "#e0e0d0"}, "stiff": {"key": "#23415e"}},
+    "meshes": {"box": {"box": [20, 10, 10]}},
+    "objects": {"box": {"mesh": "box", "fablet": "plain", "uniforms": {"stuff": "stiff"}},
+                "mixed": {"mesh": "box", "fablet": "mix", "uniforms": {"soft": "soft", "stiff": "stiff"}}},
+    "build": [)" + build + "], \"cases\": {\"one\": {" +
+                           one_case + "}}}");
+        return path("world.fab.json");
+    }
+    Outcome mechanics(std::vector<std::string> arguments, RunOptions options = {}) const {
+        arguments.insert(arguments.begin(), {program("openfab"), "mechanics"});
+        options.environment.emplace_back("OPENFAB_CACHE", path("cache"));
+        return run(arguments, options);
+    }
+    /// What a case is refused with.
+    std::string refused(const std::string& one_case, const std::string& places = "[0, 0, 0]",
+                        std::vector<std::string> more = {"--voxel", "1mm"}) const {
+        more.insert(more.begin(), {"part", world(one_case, places)});
+        const Outcome out = mechanics(more);
+        EXPECT_EQ(out.exit_code, 1) << out.out << out.err;
+        return out.err;
+    }
+    static std::string both(const char* a, const char* b) { return std::string(a) + ", " + b; }
+
+    ScratchFolder scratch_;
+};
+
+TEST_F(Mechanics, WhatIsWrongIsNamedWithWhatToDo) {
+    EXPECT_THAT(refused(kPush), AllOf(HasSubstr("world.fab.json:"), HasSubstr("nothing is held"),
+                                      HasSubstr("name faces in `held`")));
+    EXPECT_THAT(refused(kHeld), AllOf(HasSubstr("nothing loads the part"), HasSubstr("`loads`")));
+    EXPECT_THAT(refused(both(kHeld, R"("loads": [{"box_mm": [[50, 0, 0], [60, 1, 1]],
+                                                  "force_N": [0, 0, 1]}])")),
+                AllOf(HasSubstr("the load acts on nothing"), HasSubstr("world.fab.json:")));
+    EXPECT_THAT(refused(both(R"("held": [{"object": "bolt"}])", kPush)), HasSubstr("`bolt`"));
+    EXPECT_THAT(refused(both(R"("held": [{"side": "-z", "along": "z"}])", kPush)),
+                AllOf(HasSubstr("lets the part"), HasSubstr("hold more faces")));
+    // Two boxes, of which the second hangs in the air.
+    EXPECT_THAT(refused(both(kHeld, kPush), "[0, 0, 0], [0, 0, 15]"),
+                AllOf(HasSubstr("in 2 pieces"), HasSubstr("`--loose`")));
+    EXPECT_THAT(refused(both(kHeld, kPush), "[0, 0, 0]", {"--voxel", "7mm"}),
+                AllOf(HasSubstr("choose a finer `--voxel`"), HasSubstr("thin")));
+    scratch_.write("mechanics.json", R"({"materials": {"stiff": {"nu": 0.3}}})");
+    EXPECT_THAT(refused(both(kHeld, kPush)),
+                AllOf(HasSubstr("`stiff` has no `E_MPa`"), HasSubstr("mechanics.json:1:")));
+    scratch_.write("mechanics.json", R"({"materials": {"soft": {"E_MPa": 1, "nu": 0.3}}})");
+    EXPECT_THAT(refused(both(kHeld, kPush)),
+                AllOf(HasSubstr("nothing is said of the material `stiff`"), HasSubstr("add")));
+    fs::remove(path("mechanics.json"));
+    EXPECT_THAT(refused(both(kHeld, kPush)), HasSubstr("--materials FILE.json"));
+}
+
+TEST_F(Mechanics, WhatDoesNotFitIsRefusedBeforeItIsPrinted) {
+    const std::string text =
+        refused(both(kHeld, kPush), "[0, 0, 0]", {"--voxel", "0.01mm", "--memory", "500MB"});
+    EXPECT_THAT(text, AllOf(HasSubstr("`--memory` allows"), HasSubstr("times as coarse")));
+    // The pitch that it names does.
+    const size_t at = text.find("pitch that is ") + 14;
+    const double pitch = 0.01 * std::stod(text.substr(at));
+    const Outcome fits = mechanics({"part", world(both(kHeld, kPush)), "--voxel",
+                                    std::to_string(pitch) + "mm", "--memory", "500MB"});
+    EXPECT_EQ(fits.exit_code, 0) << fits.err;
+    EXPECT_LE(fits.peak_rss_bytes, 500 << 20);
+    const Outcome cell = mechanics({"cell", path("mix.fl"), "--cell", "10mm", "--voxel", "0.01mm"});
+    EXPECT_EQ(cell.exit_code, 1);
+    EXPECT_THAT(cell.err, HasSubstr("`--memory` allows"));
+}
+
+TEST_F(Mechanics, CtrlCEndsItWithinTwoSeconds) {
+    using Clock = std::chrono::steady_clock;
+    const fs::path temporary = path("temporary");
+    fs::create_directory(temporary);
+    // While it solves, and while what it starts compiles and prints.
+    for (const bool solving : {true, false}) {
+        RunOptions options;
+        options.environment = {{"TMPDIR", temporary.string()}};
+        Clock::time_point when;
+        options.interrupt_when = [&](int, const Outcome& so_far) {
+            const bool now = solving ? so_far.err.find("iteration") != std::string::npos
+                                     : !fs::is_empty(temporary);
+            if (now) when = Clock::now();
+            return now;
+        };
+        const Outcome out = mechanics({"part", world(both(kHeld, kPush)), "--voxel", "0.125mm",
+                                       "--tolerance", "1e-12", "-o", path("never.vti")},
+                                      options);
+        EXPECT_EQ(out.exit_code, 128 + SIGINT) << out.err;
+        EXPECT_LT(std::chrono::duration<double>(Clock::now() - when).count(), 2);
+        EXPECT_TRUE(fs::is_empty(temporary));
+        EXPECT_FALSE(fs::exists(path("never.vti")));
+        if (solving) {
+            EXPECT_THAT(out.err, HasSubstr(" left\n"));
+        }
+    }
+}
+
+TEST_F(Mechanics, NumbersAreTheSameForAnyThreadsAndMemory) {
+    std::string first;
+    for (const char* threads : {"1", "2", "3"}) {
+        const Outcome out =
+            mechanics({"part", world(both(kHeld, kPush)), "--voxel", "0.5mm", "--threads", threads,
+                       "--memory", std::string(threads) == "3" ? "2GB" : "300MB", "-o",
+                       path("a.vti"), "-o", path("a.json")});
+        ASSERT_EQ(out.exit_code, 0) << out.err;
+        const std::string all = read_file(path("a.vti")) + read_file(path("a.json")) + out.out;
+        if (first.empty()) first = all;
+        EXPECT_TRUE(all == first) << threads;
+    }
+}
+
+TEST_F(Mechanics, CodesAloneAreOneElementAVoxel) {
+    // Without a law and a rule: the world's own dither, and each voxel of one material.
+    const std::string file = world(both(kHeld, kPush));
+    std::string text = read_file(file);
+    text.replace(text.find(R"("object": "box")"), 15, R"("object": "mixed")");
+    scratch_.write("world.fab.json", text);
+    const Outcome out =
+        mechanics({"part", file, "--codes", "--voxel", "1mm", "-o", path("codes.json")});
+    ASSERT_EQ(out.exit_code, 0) << out.err;
+    EXPECT_THAT(out.out, AllOf(HasSubstr("2000 solid elements of 20 x 10 x 10, as dithered"),
+                               HasSubstr("residual")));
+    // The blocks of an export are of one material each, of both.
+    const Outcome exported = mechanics(
+        {"export", file, "--codes", "--voxel", "1mm", "--case", "one", "-o", path("codes.inp")});
+    ASSERT_EQ(exported.exit_code, 0) << exported.err;
+    const std::string inp = read_file(path("codes.inp"));
+    EXPECT_THAT(inp, AllOf(HasSubstr("soft"), HasSubstr("stiff"), HasSubstr("C3D8")));
+}
+
+TEST_F(Mechanics, EachFigureSaysItsPitchElementsAndResidual) {
+    const std::string file = world(both(kHeld, kPush));
+    const auto all = AllOf(HasSubstr("pitch "), HasSubstr("elements"), HasSubstr("residual "));
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"part", file, "--voxel", "1mm", "--converge"},
+          {"part", file, "--iterations", "1000"},
+          {"stand", file, "--voxel", "1mm", "--modes", "2"},
+          {"cell", path("mix.fl"), "--cell", "8mm", "--voxel", "1mm", "--converge"},
+          {"cell", path("mix.fl"), "--cell", "8mm", "--voxel", "1mm", "--sweep",
+           "share=0.2:0.4:2"}}) {
+        const Outcome out = mechanics(command);
+        EXPECT_EQ(out.exit_code, 0) << out.err;
+        EXPECT_THAT(out.out, all) << command[0];
+    }
+}
+
+}  // namespace
+}  // namespace openfab::testing
