@@ -242,6 +242,55 @@ def many_nodes(browser, options, folder):
         at.close()
 
 
+def by_hand(browser, options, folder):
+    """A slider that is dragged moves the preview, not the text; two fingers scale the graph."""
+    (folder / "ball.fl").write_text(FABLET)
+    with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
+        at = Page(browser, options, size=(1600, 1000))
+        page = at.page
+        at.open(url)
+        page.click("#graph_button")
+        page.wait_for_selector("#graph_svg .node")
+        check("the tab that is shown stands out", page.get_attribute("#graph_tabs button:text-is('@Volume')", "aria-selected") == "true")
+        page.click("#graph_fit")
+        at.settle(500)
+        page.mouse.click(*node(page, "t = smoothstep"))
+        box = page.locator("#inspector [data-control=slide_port0]").bounding_box()
+        before, at_first = text(page), at.text("#stats")
+        y = box["y"] + box["height"] / 2
+        page.mouse.move(box["x"] + box["width"] / 2, y)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] * 0.2, y, steps=3)
+        at.eventually("the preview follows a number that is dragged", lambda: at.text("#stats") != at_first)
+        check("whose text stays", text(page) == before and (folder / "ball.fl").read_text() == before)
+        there = at.text("#stats")
+        page.mouse.move(box["x"] + box["width"] * 0.05, y, steps=3)
+        at.eventually("and goes on", lambda: at.text("#stats") != there)
+        page.mouse.up()
+        at.eventually("until it is let go", lambda: text(page) != before and (folder / "ball.fl").read_text() == text(page))
+        page.wait_for_function("() => document.getElementById('progress').hidden")
+        check("and one step takes it back", page.evaluate("() => { document.getElementById('graph_undo').click(); return document.getElementById('source').value; }") == before)
+        scale = page.evaluate("() => document.querySelector('#graph_svg > svg').getBoundingClientRect().width")
+        box = page.locator("#graph_svg").bounding_box()
+        session = page.context.new_cdp_session(page)
+        def touch(kind, *apart):
+            session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": box["x"] + box["width"] / 2 + d, "y": box["y"] + box["height"] / 2, "id": i} for i, d in enumerate(apart)]})
+        touch("touchStart", -40)
+        touch("touchStart", -40, 40)
+        touch("touchMove", -60, 60)
+        touch("touchMove", -80, 80)
+        touch("touchEnd")
+        grown = page.evaluate("() => document.querySelector('#graph_svg > svg').getBoundingClientRect().width") / scale
+        check(f"two fingers scale it {grown:.2f} times", 1.8 < grown < 2.2)
+        at.close()
+    (folder / "ball.fl").write_text(FABLET.replace("return mc;", "return mm;"))
+    with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
+        at = Page(browser, options, size=(1600, 1000))
+        at.page.goto(url)
+        at.eventually("a world that never printed says so", lambda: "see what is wrong" in at.text("#notice") and "mm" in at.text("#diagnostics"))
+        at.close()
+
+
 def textures(browser, options):
     """A texture is shown at its uniform, and in the graph."""
     folder = options.out / "texture_world"
@@ -271,6 +320,7 @@ def main(browser, options):
     with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
         work_with(browser, options, folder, url)
         look(browser, options, url)
+    by_hand(browser, options, folder)
     many_nodes(browser, options, folder)
     textures(browser, options)
 

@@ -30,6 +30,7 @@ test("words have their kinds", () => {
 test("comments go over lines", () => {
     const lines = ["a /* one", "two */ float b; /* x */ /**/", "c // /* no", "d", '"/*" /*/', "still", "*/ e"];
     assert.deepEqual(commentStarts(lines), [false, true, false, false, false, true, true]);
+    assert.deepEqual(commentStarts(["/* one", "   two */", "import a;", "b /* c */;"]), [false, true, false, false], "nothing follows its end");
     assert.deepEqual(kinds(lines[1], true).slice(0, 2), [["two */", "comment"], ["float", "type"]]);
 });
 

@@ -6,7 +6,7 @@ import { element } from "./format.js";
 import { GraphDrag } from "./graph_drag.js";
 import { GraphDrawing } from "./graph_draw.js";
 import { GraphInspector } from "./graph_inspector.js";
-import { canBeLookedAt, GraphLooks, hasPicture, isTexture, short } from "./graph_look.js";
+import { canBeLookedAt, GraphLooks, hasPicture, isTexture, speedText } from "./graph_look.js";
 import { GraphPalette } from "./graph_palette.js";
 
 const byId = (id) => document.getElementById(id);
@@ -50,7 +50,7 @@ export class GraphPane {
         if (live.phase !== "done" || live.print === this.measured?.print) return;
         const before = this.measured?.speed;
         this.measured = { print: live.print, speed: live.mvoxels_per_second };
-        byId("graph_speed").textContent = live.mvoxels_per_second ? `${short(live.mvoxels_per_second)} M voxels/s${before ? `, before ${short(before)}` : ""}` : "";
+        byId("graph_speed").textContent = live.mvoxels_per_second ? `${speedText(live.mvoxels_per_second)} voxels/s${before ? `, before ${speedText(before)}` : ""}` : "";
     }
 
     say(text, isError = true) {
@@ -105,9 +105,9 @@ export class GraphPane {
 
     show() {
         const tabs = this.graph.tabs;
-        const several = new Set(tabs.map((tab) => tab.fablet)).size > 1;
+        const several = new Set(tabs.map((tab) => tab.fablet).filter(Boolean)).size > 1;
         byId("graph_tabs").replaceChildren(...tabs.map((tab, i) => element("button", {
-            role: "tab", "aria-selected": i === this.tab, onclick: () => this.setTab(i),
+            role: "tab", "aria-selected": String(i === this.tab), onclick: () => this.setTab(i),
         }, several && tab.fablet ? `${tab.fablet} ${tab.name}` : tab.name)));
         byId("graph_undo").disabled = !this.editor.history.canUndo;
         byId("graph_redo").disabled = !this.editor.history.canRedo;
@@ -335,13 +335,24 @@ export class GraphPane {
     listen() {
         const root = byId("graph_svg");
         let hold = null;
+        const fingers = new Map();  // that are down, by their number
         root.addEventListener("pointerdown", (event) => {
             root.focus({ preventScroll: true });
+            fingers.set(event.pointerId, event);
+            root.setPointerCapture(event.pointerId);
+            if (fingers.size > 1) {
+                hold = null;
+                return this.drawing.drag(null);
+            }
             const at = this.drawing.at(event.clientX, event.clientY);
             hold = { x: event.clientX, y: event.clientY, moved: false, ...at };
-            root.setPointerCapture(event.pointerId);
         });
         root.addEventListener("pointermove", (event) => {
+            if (fingers.size === 2 && fingers.has(event.pointerId)) {
+                const before = [...fingers.values()];
+                fingers.set(event.pointerId, event);
+                this.drawing.pinch(before, [...fingers.values()]);
+            }
             if (!hold) return;
             if (Math.hypot(event.clientX - hold.x, event.clientY - hold.y) > 4) hold.moved = true;
             if (!hold.moved) return;
@@ -355,13 +366,13 @@ export class GraphPane {
         root.addEventListener("pointerup", (event) => {
             const was = hold;
             hold = null;
+            fingers.delete(event.pointerId);
             this.drawing.drag(null);
             if (!was) return;
-            root.releasePointerCapture(event.pointerId);
             if (!was.moved) return this.click(was, event.shiftKey);
             this.drop(was, this.drawing.at(event.clientX, event.clientY));
         });
-        root.addEventListener("pointercancel", () => { hold = null; this.drawing.drag(null); });
+        root.addEventListener("pointercancel", (event) => { hold = null; fingers.delete(event.pointerId); this.drawing.drag(null); });
         root.addEventListener("dblclick", (event) => {
             const at = this.drawing.at(event.clientX, event.clientY);
             if (at?.node !== undefined && !at.wire) this.goTo(this.nodes[at.node]);

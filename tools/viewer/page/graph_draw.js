@@ -216,6 +216,15 @@ export class GraphDrawing {
         this.apply();
     }
 
+    /** Two fingers, {clientX, clientY}, were moved. */
+    pinch(before, after) {
+        const middle = ([a, b]) => [(a.clientX + b.clientX) / 2, (a.clientY + b.clientY) / 2];
+        const apart = ([a, b]) => Math.max(Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY), 1);
+        const [[x0, y0], [x1, y1]] = [middle(before), middle(after)];
+        this.move(x1 - x0, y1 - y0);
+        this.zoom(apart(after) / apart(before), x1, y1);
+    }
+
     /** Sees all of it; with `readable`, only as much as can be read, from the result on. */
     fit(readable = false) {
         const box = this.root.getBoundingClientRect();

@@ -41,6 +41,11 @@ export function short(v) {
     return typeof v === "number" ? String(Number(v.toPrecision(4))) : v;
 }
 
+/** Million voxels a second, to three digits. */
+export function speedText(m) {
+    return m < 1 ? `${Number((1000 * m).toPrecision(3))} k` : `${Number(m.toPrecision(3))} M`;
+}
+
 const kComponents = { x: 0, y: 1, z: 2, w: 3, r: 0, g: 1, b: 2, a: 3 };
 
 /** The numbers of a value behind `.xy`. */

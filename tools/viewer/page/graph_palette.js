@@ -121,6 +121,7 @@ class PictureQueue {
 
     draw(canvas, { side, channels, values }) {
         if (!side) return;
+        canvas.classList.add("drawn");
         const small = new ImageData(side, side);
         for (let i = 0; i < side * side; ++i) {
             for (let c = 0; c < 3; ++c) small.data[4 * i + c] = values[channels * i + Math.min(c, channels - 1)];

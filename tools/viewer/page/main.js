@@ -288,7 +288,8 @@ function showState(state) {
     if (state.live?.phase === "failed" && !state.live.watch) notice(state.live.message);
     const print = model.print();
     if (!print) {
-        if (!state.live?.message) notice("waiting for the first slices …");
+        if (state.live?.phase === "failed" && state.live.watch) notice("Nothing is printed yet: see what is wrong beside this.");
+        else if (!state.live?.message) notice("waiting for the first slices …");
         return;
     }
     document.title = `${print.name} – OpenFab view`;

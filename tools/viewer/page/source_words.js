@@ -26,6 +26,7 @@ export function wordsOf(line, inside = false) {
         from = end < 0 ? line.length : end + 2;
         if (from > 0) words.push({ begin: 0, end: from, kind: "comment" });
         if (end < 0) return { words, inside: true };
+        inside = false;
     }
     kWords.lastIndex = from;
     for (let found; (found = kWords.exec(line));) {
@@ -34,7 +35,7 @@ export function wordsOf(line, inside = false) {
         if (kind) words.push({ begin, end, kind });
         inside = found[0].startsWith("/*") && (found[0].length < 4 || !found[0].endsWith("*/"));
     }
-    return { words, inside: Boolean(inside) && words.at(-1)?.kind === "comment" && words.at(-1).end === line.length };
+    return { words, inside: inside && words.at(-1)?.kind === "comment" && words.at(-1).end === line.length };
 }
 
 /** For each line whether it begins in a comment. */
