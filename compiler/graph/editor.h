@@ -20,7 +20,7 @@ class Editor {
     Editor(const server::Analysis& analysis, const Graph& graph, const Action& action)
         : analysis_(analysis), graph_(graph), action_(action), rewrite_(analysis) {}
     Result<void> apply();
-    Result<std::string> made() const { return rewrite_.made(); }
+    Result<std::string> made() { return rewrite_.made(); }
 
   private:
     // edit_wires.cpp

@@ -39,6 +39,37 @@ bool is_bracketed(const std::vector<syntax::Token>& tokens) {
     return false;
 }
 
+struct Comment {
+    uint32_t begin = 0;
+    std::string text;
+};
+
+std::vector<Comment> comments_of(std::string_view text) {
+    std::vector<Comment> found;
+    for (size_t i = 0; i + 1 < text.size(); ++i) {
+        if (text[i] == '"') {
+            for (++i; i < text.size() && text[i] != '"' && text[i] != '\n'; ++i)
+                i += text[i] == '\\' ? 1 : 0;
+            continue;
+        }
+        const bool line = text.substr(i, 2) == "//", block = text.substr(i, 2) == "/*";
+        if (!line && !block) continue;
+        const size_t end = line ? text.find('\n', i) : text.find("*/", i + 2);
+        const size_t past = end == std::string_view::npos ? text.size() : line ? end : end + 2;
+        found.push_back({static_cast<uint32_t>(i), std::string(text.substr(i, past - i))});
+        i = past - 1;
+    }
+    return found;
+}
+
+/// A comment that can stand within a line.
+std::string as_block(const std::string& comment) {
+    if (comment.starts_with("/*")) return comment;
+    if (comment.find("*/") != std::string::npos) return "\n" + comment + "\n";
+    const size_t last = comment.find_last_not_of(" \t\r");
+    return "/*" + comment.substr(2, last - 1) + " */";
+}
+
 }  // namespace
 
 bool is_operand(const std::string& text) {
@@ -186,7 +217,35 @@ void Rewrite::import(const std::string& module) {
     insert(tokens[end].span.end, "\n" + line);
 }
 
-Result<std::string> Rewrite::made() const {
+/// What an expression is replaced by keeps the comments that stood inside of it; those of statements that are removed go.
+void Rewrite::keep_comments() {
+    const std::string_view all = analysis_.sources().text(server::Analysis::kDocument);
+    const auto size = static_cast<uint32_t>(all.size());
+    std::multiset<std::string> there;
+    for (Comment& comment : comments_of(text({server::Analysis::kDocument, 0, size})))
+        there.insert(std::move(comment.text));
+    for (const Comment& comment : comments_of(all)) {
+        const auto still = there.find(comment.text);
+        if (still != there.end()) {
+            there.erase(still);
+            continue;
+        }
+        Change* of = nullptr;  // the outermost
+        for (Change& one : changes_) {
+            if (one.begin <= comment.begin && comment.begin < one.end &&
+                (of == nullptr || one.end - one.begin > of->end - of->begin))
+                of = &one;
+        }
+        if (of == nullptr || of->text.empty()) continue;
+        const std::string kept = as_block(comment.text);
+        of->text = of->text.find("//") == std::string::npos && of->text.back() != '\n'
+                       ? of->text + " " + kept
+                       : kept + " " + of->text;
+    }
+}
+
+Result<std::string> Rewrite::made() {
+    keep_comments();
     const auto size =
         static_cast<uint32_t>(analysis_.sources().text(server::Analysis::kDocument).size());
     const std::string changed = text({server::Analysis::kDocument, 0, size});

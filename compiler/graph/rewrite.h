@@ -32,13 +32,15 @@ class Rewrite {
     std::string fresh_name(std::string base);
     void import(const std::string& module);
     /// Returns the document with all changes, formatted.
-    Result<std::string> made() const;
+    Result<std::string> made();
 
   private:
     struct Change {
         uint32_t begin, end;
         std::string text;
     };
+    void keep_comments();
+
     const server::Analysis& analysis_;
     std::vector<Change> changes_;
     std::set<std::string> taken_;

@@ -270,6 +270,13 @@ def by_hand(browser, options, folder):
         at.eventually("until it is let go", lambda: text(page) != before and (folder / "ball.fl").read_text() == text(page))
         page.wait_for_function("() => document.getElementById('progress').hidden")
         check("and one step takes it back", page.evaluate("() => { document.getElementById('graph_undo').click(); return document.getElementById('source').value; }") == before)
+        high = page.locator("#graph").bounding_box()
+        drag(page, middle(page, "#graph_split"), (high["x"] + 200, high["y"] - 150))
+        grown = page.locator("#graph").bounding_box()["height"] - high["height"]
+        check(f"the bar above it gives the graph more room, {grown:.0f} px", 140 < grown < 160)
+        page.focus("#graph_split")
+        page.keyboard.press("ArrowDown")
+        check("arrows take some of it", page.locator("#graph").bounding_box()["height"] < high["height"] + grown - 5)
         scale = page.evaluate("() => document.querySelector('#graph_svg > svg').getBoundingClientRect().width")
         box = page.locator("#graph_svg").bounding_box()
         session = page.context.new_cdp_session(page)

@@ -171,6 +171,11 @@ struct HttpServer::Implementation {
         if (head.method == "GET") {
             if (std::optional<Reply> page = page_file(head.path)) return page;
         }
+        // A page of another site says so; it could not know the token.
+        const std::string_view origin = head.header("origin");
+        if (!origin.empty() && lower_ascii(std::string(origin)) !=
+                                   "http://" + lower_ascii(std::string(head.header("host"))))
+            return refuse(403, "this server does not answer pages of other sites");
         if (!same_secret(head.header("x-openfab-token"), token)) {
             return refuse(403,
                           "the token is wrong: open the address that `openfab view` has written");

@@ -82,8 +82,8 @@ void Live::run() {
         if (again) {
             set_phase(Phase::kChecking, "");
             child_.reset();
-            Read read = this->read();
-            {
+            if (must_read()) {
+                Read read = this->read();
                 const std::lock_guard lock(mutex_);
                 keep_known(read_, &read);
                 read_ = std::move(read);
@@ -172,6 +172,15 @@ void Live::keep_known(const Read& before, Read* now) {
         const auto known = before.described.find(name);
         if (known != before.described.end()) now->described.emplace(name, known->second);
     }
+}
+
+/// A value that is set or tried needs nothing to be read anew.
+bool Live::must_read() const {
+    {
+        const std::lock_guard lock(mutex_);
+        if (read_.world == nullptr || !read_.message.empty()) return true;
+    }
+    return files_changed();
 }
 
 bool Live::files_changed() const {

@@ -129,6 +129,7 @@ class Live {
     Read read() const;
     static void keep_known(const Read& before, Read* now);
     std::string take_troubles(const std::string& message);
+    bool must_read() const;
     bool files_changed() const;
     void begin_print();
     void follow_print();

@@ -58,13 +58,22 @@ TEST_F(ViewServer, WithoutTheTokenOrUnderAnotherNameNothingIsAnswered) {
         wrong.back() = wrong.back() == '0' ? '1' : '0';
         EXPECT_EQ(viewer.ask("GET", path, {viewer.host_header(), wrong}).status, 403) << path;
     }
-    EXPECT_EQ(viewer.ask("POST", "/api/set", {viewer.host_header()}, "{}").status, 403);
+    for (const char* path : {"/api/set", "/api/source", "/api/edit", "/api/try", "/api/print"})
+        EXPECT_EQ(viewer.ask("POST", path, {viewer.host_header()}, "{}").status, 403) << path;
     const std::string port = std::to_string(viewer.port());
     for (const std::string& host : std::vector<std::string>{
              "evil.example:" + port, "127.0.0.1.evil.example:" + port, "127.0.0.1:1", "127.0.0.1",
              "", "localhost", "192.168.0.1:" + port, "evil.example:80@127.0.0.1:" + port}) {
         const HttpAnswer answer = viewer.ask("GET", "/", {"Host: " + host, viewer.token_header()});
         EXPECT_EQ(answer.status, 421) << host;
+    }
+    for (const std::string& origin : std::vector<std::string>{
+             "null", "http://evil.example", "http://127.0.0.1", "https://127.0.0.1:" + port,
+             "http://localhost:" + port, "http://127.0.0.1:" + port}) {
+        const HttpAnswer answer =
+            viewer.ask("GET", "/api/state",
+                       {"Host: 127.0.0.1:" + port, "Origin: " + origin, viewer.token_header()});
+        EXPECT_EQ(answer.status, origin == "http://127.0.0.1:" + port ? 200 : 403) << origin;
     }
     EXPECT_EQ(viewer.ask("GET", "/", {}).status, 421);
     EXPECT_EQ(viewer.ask("GET", "/", {"Host: localhost:" + port}).status, 200);

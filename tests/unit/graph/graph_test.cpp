@@ -261,6 +261,16 @@ TEST(Edit, AnExpressionBesideAnOperatorStandsInBrackets) {
     EXPECT_NE(after(kBall, one).find("/ (skin + 1)"), std::string::npos) << after(kBall, one);
 }
 
+TEST(Edit, CommentsOfAReplacedValueStay) {
+    std::string text = kBall;
+    text.replace(text.find(" / skin"), 7, " // mm\n / /* of it */ skin");
+    Action one = action("delete");
+    one.node = node_of(Drawn(text), "/");
+    EXPECT_NE(after(text, one).find("-distance(attr.voxelCenter) /* mm */ /* of it */);"),
+              std::string::npos)
+        << after(text, one);
+}
+
 TEST(Edit, AnInsertedFunctionTakesWhatTheWireBrought) {
     Action one = action("insert");
     one.node = node_of(Drawn(kBall), "smoothstep");

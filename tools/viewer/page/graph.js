@@ -8,6 +8,7 @@ import { GraphDrawing } from "./graph_draw.js";
 import { GraphInspector } from "./graph_inspector.js";
 import { canBeLookedAt, GraphLooks, hasPicture, isTexture, speedText } from "./graph_look.js";
 import { GraphPalette } from "./graph_palette.js";
+import { Split } from "./split.js";
 
 const byId = (id) => document.getElementById(id);
 const kDrawMs = 200;
@@ -29,6 +30,7 @@ export class GraphPane {
             ask: (text, action) => postJson("api/look", { fablet: this.editor.fablet, text, action }), show: () => this.showLooks(), ...world,
             tell: (text) => { byId("graph_look_trouble").textContent = text; },
         });
+        new Split(byId("graph_split"), byId("canvases"), byId("graph"));
         this.listen();
     }
 
