@@ -45,9 +45,10 @@ MemoryNeeds memory_needs(const std::vector<std::unique_ptr<volume::PlacedPart>>&
     const int64_t channels = fraction_channels;
     MemoryNeeds needs;
     needs.fixed = resident_bytes() + kSlackBytes;
-    std::set<const solid::Solid*> asked;
+    std::set<const solid::Solid*> asked, evaluated;
     size_t held = 0;
     for (const auto& p : parts) {
+        if (evaluated.insert(p->solid.get()).second) needs.fixed += p->solid->body_bytes();
         if (p->placed->engine() == nullptr || !asked.insert(p->solid.get()).second) continue;
         needs.fixed += p->solid->query_bytes();
         if (p->solid->dices()) held += nearest::kHeldPatchBytes;

@@ -119,6 +119,8 @@ class Solid {
     /// Returns the bytes that lazily built trees of queries will still take once all exist; only if
     /// it was prepared for queries.
     virtual int64_t query_bytes() const = 0;
+    /// Returns the same of other solids that it asks itself, queries or not.
+    virtual int64_t body_bytes() const { return 0; }
 
     virtual surface::SurfaceCounts counts() const = 0;
     /// Returns an error once a kernel has failed, or geometry was found to be impossible; what was

@@ -102,6 +102,17 @@ void ShapeBodies::bounds(size_t body, const std::array<const float*, 3>& lo,
     }
 }
 
+int64_t ShapeBodies::query_bytes() const {
+    int64_t bytes = 0;
+    bool any_diced = false;
+    for (const Body& body : bodies_) {
+        if (body.solid == nullptr) continue;
+        bytes += body.solid->query_bytes();
+        any_diced |= body.solid->dices();
+    }
+    return bytes + (any_diced ? static_cast<int64_t>(kTreeBytes) : 0);
+}
+
 Result<void> ShapeBodies::status() const {
     for (const Body& body : bodies_) {
         if (body.solid == nullptr) continue;

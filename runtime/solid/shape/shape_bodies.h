@@ -6,6 +6,7 @@
 // places. Threads share it.
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -41,6 +42,8 @@ class ShapeBodies {
     void bounds(size_t body, const std::array<const float*, 3>& lo,
                 const std::array<const float*, 3>& hi, size_t n, Tools* tools, float* out_lo,
                 float* out_hi) const;
+    /// Returns the bytes that trees of bodies will still take once all exist, and what of them is diced.
+    int64_t query_bytes() const;
     /// Returns an error if a body is impossible.
     Result<void> status() const;
 

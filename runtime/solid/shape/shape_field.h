@@ -68,6 +68,8 @@ class ShapeField {
     void note(const abi::KernelStatus& failed) const;
     void note_nan(const Vec3f& at) const;
     Result<void> status() const;
+    /// As ShapeBodies::query_bytes.
+    int64_t body_bytes() const { return bodies_.query_bytes(); }
     int32_t float_components() const { return static_cast<int32_t>(floats_.size()); }
     int32_t int_components() const { return static_cast<int32_t>(ints_.size()); }
 

@@ -166,6 +166,7 @@ class ShapeSolid final : public Solid {
                    ? 0
                    : static_cast<int64_t>(nearest::estimated_bytes(*shared_.trees, 0));
     }
+    int64_t body_bytes() const override { return shared_.field.body_bytes(); }
     surface::SurfaceCounts counts() const override {
         return dices() ? shared_.surface->counts() : surface::SurfaceCounts{};
     }
