@@ -108,4 +108,57 @@ std::string obj_text(const mesh::ThreemfObject& mesh, const Affine3d& map) {
     return out;
 }
 
+std::string beams_text(const mesh::ThreemfObject& object, const Affine3d& map, double scale,
+                       bool* rounded) {
+    const mesh::ThreemfLattice& lattice = *object.lattice;
+    std::vector<bool> used(object.vertices.size(), false);
+    std::vector<double> radius(object.vertices.size(), scale * lattice.radius);
+    const auto take = [&](int32_t vertex, double r) {
+        used[static_cast<size_t>(vertex)] = true;
+        radius[static_cast<size_t>(vertex)] = scale * r;
+    };
+    const auto exists = [&](int32_t vertex) {
+        return vertex >= 0 && static_cast<size_t>(vertex) < used.size();
+    };
+    const auto shorter = [&](const mesh::ThreemfBeam& beam) {
+        const double l = length(object.vertices[static_cast<size_t>(beam.vertices[1])] -
+                                object.vertices[static_cast<size_t>(beam.vertices[0])]);
+        return !(l > 0) || l < lattice.least_length;
+    };
+    for (const mesh::ThreemfBeam& beam : lattice.beams) {
+        if (!exists(beam.vertices[0]) || !exists(beam.vertices[1]) || shorter(beam)) continue;
+        for (size_t e = 0; e < 2; ++e) {
+            take(beam.vertices[e], static_cast<double>(beam.radii[e]));
+            *rounded |= beam.caps[e] != mesh::ThreemfCap::kSphere;
+        }
+    }
+    for (const auto& [vertex, r] : lattice.balls) {
+        if (exists(vertex)) take(vertex, static_cast<double>(r));
+    }
+    std::vector<int32_t> number(used.size(), -1);
+    std::string out;
+    int32_t next = 0;
+    for (size_t v = 0; v < used.size(); ++v) {
+        if (!used[v]) continue;
+        number[v] = next++;
+        const Vec3d p = map.apply(object.vertices[v]);
+        fmt::format_to(std::back_inserter(out), "node {:.9g} {:.9g} {:.9g} {:.9g}\n", p.x, p.y, p.z,
+                       radius[v]);
+    }
+    for (const mesh::ThreemfBeam& beam : lattice.beams) {
+        if (!exists(beam.vertices[0]) || !exists(beam.vertices[1]) || shorter(beam)) continue;
+        fmt::format_to(std::back_inserter(out), "strut {} {} {:.9g} {:.9g}\n",
+                       number[static_cast<size_t>(beam.vertices[0])],
+                       number[static_cast<size_t>(beam.vertices[1])],
+                       scale * static_cast<double>(beam.radii[0]),
+                       scale * static_cast<double>(beam.radii[1]));
+    }
+    for (const auto& [vertex, r] : lattice.balls) {
+        if (exists(vertex))
+            fmt::format_to(std::back_inserter(out), "ball {}\n",
+                           number[static_cast<size_t>(vertex)]);
+    }
+    return out;
+}
+
 }  // namespace openfab::tools

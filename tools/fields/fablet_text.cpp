@@ -60,8 +60,7 @@ class FabletText {
                                              set.field.least_feature * scale_of_lengths()));
         if (Result<void> done = volume_stage(set.volume, placed.object, whose); !done)
             return done.error();
-        // What asks for distances of meshes has no surface of its own.
-        const bool is_shape = functions_.meshes().empty() && !bounds.text.empty();
+        const bool is_shape = !bounds.text.empty();
         shape_ = std::make_pair(*value, set.field.fallback);
         if (is_shape) {
             bounds_ = bounds.text;
@@ -71,16 +70,10 @@ class FabletText {
             const ThreemfObject* mesh = &domain->second;
             if (set.box_only) mesh = &(box = box_mesh(bounds.box));
             out_.meshes.push_back({"", "bounds", obj_text(*mesh, to_mm_)});
-            if (functions_.meshes().empty())
-                out_.notes.push_back(fmt::format(
-                    "{}: the mesh that bounds it is not convex: it is printed as that mesh, void "
-                    "where the level set is outside, and its surface is the mesh's",
-                    whose));
-            else
-                out_.notes.push_back(fmt::format(
-                    "{}: it asks for distances of meshes, which a shape cannot: it is printed as "
-                    "what bounds it, void where the level set is outside",
-                    whose));
+            out_.notes.push_back(fmt::format(
+                "{}: the mesh that bounds it is not convex: it is printed as that mesh, void "
+                "where the level set is outside, and its surface is the mesh's",
+                whose));
         }
         return finish(set.field.transform, whose);
     }
@@ -161,6 +154,12 @@ class FabletText {
         const mesh::ThreemfVolumeData& data = id >= 0 ? it->second : none;
         for (const ThreemfField& one : data.properties) {
             if (Result<void> done = property(one, whose); !done) return done;
+        }
+        if (data.mixture.empty() && !data.shares.empty() && object != nullptr) {
+            mesh::ThreemfVolumeData own = data;
+            own.mixture = data.shares;
+            own.materials = object->group;
+            return mixture(own, whose);
         }
         if (!data.mixture.empty()) {
             if (data.color)
@@ -291,10 +290,14 @@ class FabletText {
         }
     }
 
-    /// Adds the meshes whose distance is asked for, where the functions' space is theirs.
+    bool asks_distances() const {
+        return !functions_.meshes().empty() || !functions_.lattices().empty();
+    }
+
+    /// Adds the meshes and lattices whose distance is asked for, where the functions' space is theirs.
     Result<std::string> distances(const Affine3d& to_function, const std::string& whose) {
         std::string text;
-        if (functions_.meshes().empty()) return text;
+        if (!asks_distances()) return text;
         const Affine3d to_mm = product(to_mm_, inverse(to_function));
         const double scale = even_scale(to_mm);
         if (!(scale > 0))

@@ -44,7 +44,8 @@ struct FieldMap {
 struct FieldMesh {
     std::string uniform;  ///< empty: it is the object itself
     std::string name;
-    std::string obj;  ///< text of the file, in mm
+    std::string obj;        ///< text of the file, in mm
+    bool is_beams = false;  ///< which is of nodes and struts
 };
 
 struct FieldFablet {

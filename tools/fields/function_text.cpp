@@ -424,7 +424,9 @@ Result<FieldValue> FunctionTexts::node_value(Scope* scope, const ThreemfNode& no
     }
     if (node.kind == kCall) return call(scope, node, output);
     if (node.kind == "functiongradient") return gradient(scope, node, output);
-    if (node.kind == "mesh" || node.kind == "unsignedmesh") return distance(scope, node);
+    if (node.kind == "normalizedistance") return normalized(scope, node);
+    if (node.kind == "mesh" || node.kind == "unsignedmesh" || node.kind == "beamlattice")
+        return distance(scope, node);
     if (node.kind == "decomposevector") {
         Result<FieldValue> vector = input(*scope, node, "A");
         if (!vector) return vector;
@@ -487,14 +489,13 @@ Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,
     return FieldValue{fmt::format("{}({})", made->name, arguments), made->type};
 }
 
-Result<FieldValue> FunctionTexts::gradient(Scope* scope, const ThreemfNode& node,
-                                           const std::string& output) {
+Result<FunctionTexts::Slope> FunctionTexts::slope(Scope* scope, const ThreemfNode& node) {
     const Result<FieldValue> id = input(*scope, node, "functionID");
-    if (!id) return id;
+    if (!id) return id.error();
     const Result<FieldValue> pos = input(*scope, node, "pos");
-    if (!pos) return pos;
+    if (!pos) return pos.error();
     const Result<FieldValue> step = input(*scope, node, "step");
-    if (!step) return step;
+    if (!step) return step.error();
     if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector ||
         step->type != ThreemfType::kScalar)
         return error(place(*scope, &node), "it wants a resource, a vector and a scalar");
@@ -512,21 +513,48 @@ Result<FieldValue> FunctionTexts::gradient(Scope* scope, const ThreemfNode& node
         "{{\n"
         "        float h = max(abs(step), 1e-8);\n        return float3({}) / (2 * h);\n    }}\n",
         name, list));
-    const std::string text = fmt::format("{}({}, {})", name, pos->text, step->text);
-    if (output == "magnitude") return FieldValue{"length(" + text + ")", ThreemfType::kScalar};
-    if (output == "gradient") return FieldValue{text, ThreemfType::kVector};
-    return FieldValue{"normalize(" + text + ")", ThreemfType::kVector};
+    return Slope{fmt::format("{}({})", made->name, pos->text),
+                 fmt::format("{}({}, {})", name, pos->text, step->text)};
+}
+
+Result<FieldValue> FunctionTexts::gradient(Scope* scope, const ThreemfNode& node,
+                                           const std::string& output) {
+    const Result<Slope> of = slope(scope, node);
+    if (!of) return of.error();
+    if (output == "magnitude")
+        return FieldValue{"length(" + of->gradient + ")", ThreemfType::kScalar};
+    if (output == "gradient") return FieldValue{of->gradient, ThreemfType::kVector};
+    return FieldValue{"normalize(" + of->gradient + ")", ThreemfType::kVector};
+}
+
+/// A value over how fast it changes: near the surface a distance.
+Result<FieldValue> FunctionTexts::normalized(Scope* scope, const ThreemfNode& node) {
+    const Result<Slope> of = slope(scope, node);
+    if (!of) return of.error();
+    return FieldValue{fmt::format("{} / max(length({}), 1e-8)", of->value, of->gradient),
+                      ThreemfType::kScalar};
 }
 
 Result<FieldValue> FunctionTexts::distance(Scope* scope, const ThreemfNode& node) {
     const Result<FieldValue> pos = input(*scope, node, "pos");
     if (!pos) return pos;
-    const Result<FieldValue> id = input(*scope, node, "mesh");
+    const bool lattice = node.kind == "beamlattice";
+    const Result<FieldValue> id = input(*scope, node, lattice ? "beamlattice" : "mesh");
     if (!id) return id;
     if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector)
         return error(place(*scope, &node), "it wants a vector and a resource");
     const int64_t object = std::stoll(id->text);
     const auto it = model_.objects.find(object);
+    if (lattice) {
+        if (it == model_.objects.end() || it->second.lattice == nullptr ||
+            it->second.lattice->beams.empty())
+            return error(
+                place(*scope, &node),
+                fmt::format("it refers to object {}, which has no lattice of beams", object));
+        lattices_.insert(object);
+        return FieldValue{fmt::format("lattice_{}_distance({})", object, pos->text),
+                          ThreemfType::kScalar};
+    }
     if (it == model_.objects.end() || it->second.triangles.empty())
         return error(place(*scope, &node),
                      fmt::format("it refers to object {}, which is no mesh", object));

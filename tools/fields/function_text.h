@@ -36,6 +36,8 @@ class FunctionTexts {
     /// Ids of objects whose distance is asked for: uniforms `mesh_ID`. The point is that of `place_of_mesh(p)`,
     /// and the distance is multiplied by `unit_of_mesh`, which the caller writes before the functions.
     const std::set<int64_t>& meshes() const { return meshes_; }
+    /// Likewise of objects with lattices of beams: uniforms `lattice_ID`.
+    const std::set<int64_t>& lattices() const { return lattices_; }
 
   private:
     /// A function's output, where its inputs that are resources are these.
@@ -69,6 +71,11 @@ class FunctionTexts {
     Result<FieldValue> node_value(Scope* scope, const mesh::ThreemfNode& node,
                                   const std::string& output);
     Result<FieldValue> call(Scope* scope, const mesh::ThreemfNode& node, const std::string& output);
+    struct Slope {
+        std::string value, gradient;
+    };
+    Result<Slope> slope(Scope* scope, const mesh::ThreemfNode& node);
+    Result<FieldValue> normalized(Scope* scope, const mesh::ThreemfNode& node);
     Result<FieldValue> gradient(Scope* scope, const mesh::ThreemfNode& node,
                                 const std::string& output);
     Result<FieldValue> distance(Scope* scope, const mesh::ThreemfNode& node);
@@ -87,7 +94,7 @@ class FunctionTexts {
     std::map<Key, Made> made_;
     std::vector<std::string> texts_;
     size_t length_ = 0;  ///< of them
-    std::set<int64_t> images_, meshes_;
+    std::set<int64_t> images_, meshes_, lattices_;
     std::set<std::string> names_;
     std::vector<int64_t> open_;  ///< functions that are being written, the outermost first
 };

@@ -150,8 +150,10 @@ const NodeKind* find_node_kind(std::string_view name) {
 }
 
 std::vector<std::string> node_kinds() {
-    std::vector<std::string> all{"constant",     "constvec", "constmat",     "constresourceid",
-                                 "functioncall", "mesh",     "unsignedmesh", "decomposevector"};
+    std::vector<std::string> all{"constant",         "constvec",         "constmat",
+                                 "constresourceid",  "functioncall",     "mesh",
+                                 "unsignedmesh",     "decomposevector",  "beamlattice",
+                                 "functiongradient", "normalizedistance"};
     for (const NodeKind& kind : kKinds)
         all.emplace_back(mesh::threemf_words(kind.names)[0]);
     return all;

@@ -29,6 +29,8 @@ struct ExportOptions {
     std::vector<std::string> previews;
     std::string png = "rgba";
     int32_t slice = -1;
+    std::string voxel;       ///< of stacks of images of a world
+    bool composite = false;  ///< a world's mixtures as the volumetric extension has them
 };
 
 struct MergeOptions {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // `openfab export FILE.ofr -o OUT`: another format of the same slices, meshes or pictures of them,
-// or one slice as a picture; and OpenVDB of fractions.
+// or one slice as a picture; OpenVDB of fractions; and worlds as functions of 3MF.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -20,6 +20,7 @@
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/export_functions.h"
 #include "tools/openfab/known_printer.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/slice_copy.h"
@@ -105,11 +106,24 @@ Result<void> export_vdb(const ExportOptions& options, int64_t memory_bytes) {
     return exec_vdb(options, memory_bytes);
 }
 
+Result<void> export_world(const ExportOptions& options, int64_t memory_bytes) {
+    if (options.slice >= 0 || !options.previews.empty())
+        return usage_error("`--slice` and `--preview` are for slices; print the world for them");
+    if (!options.print.format.empty() && options.print.format != "3mf")
+        return usage_error(
+            fmt::format("a world is exported as 3mf; for `{}` print it", options.print.format));
+    return export_functions(
+        {options.file, options.print.output, options.voxel, options.composite, memory_bytes});
+}
+
 }  // namespace
 
 Result<void> run_export(ExportOptions options) {
     const Result<int64_t> memory = prepare_copy(&options);
     if (!memory) return memory.error();
+    if (options.file.ends_with(".json")) return export_world(options, *memory);
+    if (options.composite || !options.voxel.empty())
+        return usage_error("`--voxel` and `--composite` are for a world, NAME.fab.json");
     if (writes_vdb(options)) return export_vdb(options, *memory);
     if (options.file.ends_with(".npy")) {
         return usage_error("fractions are exported as OpenVDB: write `-o FILE.vdb`");

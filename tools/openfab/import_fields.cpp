@@ -169,9 +169,11 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
     if (field.most_displacement_mm > 0)
         object->most_displacement_mm = 1.0001 * field.most_displacement_mm;
     for (const FieldMesh& mesh : field.meshes) {
-        const std::string name = field.fablet + "_" + mesh.name + ".obj";
+        const std::string name = field.fablet + "_" + mesh.name + (mesh.is_beams ? ".txt" : ".obj");
         files_.push_back({name, std::make_shared<const std::string>(mesh.obj)});
-        const std::string text = fmt::format("{{\"file\": {}, \"unit\": \"mm\"}}", json_text(name));
+        const std::string text =
+            mesh.is_beams ? fmt::format("{{\"beams\": {}}}", json_text(name))
+                          : fmt::format("{{\"file\": {}, \"unit\": \"mm\"}}", json_text(name));
         if (mesh.uniform.empty()) {
             object->mesh = text;
             continue;

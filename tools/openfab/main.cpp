@@ -180,15 +180,26 @@ void add_copy_options(CLI::App* command, ExportOptions* options,
 }
 
 void add_export(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "export", "write an .ofr file as a folder of PNGs, as meshes, or as pictures");
+    CLI::App* command = app.add_subcommand("export",
+                                           "write an .ofr file as a folder of PNGs, as meshes or "
+                                           "as pictures; a world as functions of 3MF");
     auto options = std::make_shared<ExportOptions>();
-    command->add_option("FILE", options->file, "an .ofr file, or - for standard input")->required();
+    command
+        ->add_option("FILE", options->file,
+                     "an .ofr file, or - for standard input; or a world, .fab.json")
+        ->required();
     command->add_option(
         "-o,--output", options->print.output,
         "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file; with --slice a .png file");
     command->add_option("--slice", options->slice, "write only slice N, as one picture")
         ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--voxel", options->voxel,
+                     "of a world that becomes images: their voxels (default: 256 along it)")
+        ->type_name("LENGTH");
+    command->add_flag("--composite", options->composite,
+                      "of a world: mixtures as the volumetric extension has them, which lib3mf 2.5 "
+                      "does not read");
     add_copy_options(command, options.get(), {"vdb"});
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }

@@ -135,7 +135,8 @@ class LatticeReader {
             told_.add("beams shorter than `minlength`", place_of(name),
                       "the specification has readers ignore them");
         if (out.beams.beams.empty()) return;
-        if (!lattice.sets.empty()) out.beams.attributes.push_back(std::move(numbers));
+        // Without sets, too: the stock fablet reads it.
+        out.beams.attributes.push_back(std::move(numbers));
         out_.lattices.push_back(std::move(out));
     }
 

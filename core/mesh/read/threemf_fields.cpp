@@ -284,6 +284,9 @@ Complaint ThreemfFieldsReader::in_volume(std::string_view name, const XmlAttribu
     take(sizeof field + field.name.size() + field.channel.size());
     if (mixed) {
         volume_->mixture.push_back(std::move(field));
+    } else if (property &&
+               field.name == fmt::format("{}{}", kThreemfShare, volume_->shares.size())) {
+        volume_->shares.push_back(std::move(field));
     } else if (property) {
         volume_->properties.push_back(std::move(field));
     } else {

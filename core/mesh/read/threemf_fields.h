@@ -21,6 +21,10 @@
 
 namespace openfab::mesh {
 
+/// Begins the name of a property that is the share of a material of the object's own group; the
+/// material's number follows.
+constexpr std::string_view kThreemfShare = "openfab:share.";
+
 enum class ThreemfType : uint8_t { kScalar, kVector, kMatrix, kResource };
 
 /// An input or output of a function or a node.
@@ -77,6 +81,8 @@ struct ThreemfVolumeData {
     std::optional<ThreemfField> color;
     int64_t materials = -1;             ///< of the mixture: a group of them
     std::vector<ThreemfField> mixture;  ///< of each of these materials
+    /// Of each of the object's own materials, as `openfab export` writes them where readers know no mixtures.
+    std::vector<ThreemfField> shares;
     std::vector<ThreemfField> properties;
 };
 

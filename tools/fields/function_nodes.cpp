@@ -1,0 +1,316 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/fields/function_nodes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <iterator>
+#include <string_view>
+
+#include "abi/fablet_table.h"
+
+namespace openfab::tools {
+
+namespace {
+
+/// Programs that read such files take a text of nodes, which none wants larger.
+constexpr size_t kMostNodes = 50'000;
+/// Numbers of integers are exact as floats up to here.
+constexpr float kMostInteger = 1 << 24;
+
+struct Kind {
+    const char* op;
+    const char* node;
+};
+
+/// Operations of floats that are nodes.
+constexpr Kind kUnary[] = {
+    {"abs", "abs"},     {"sqrt", "sqrt"},   {"floor", "floor"}, {"ceil", "ceil"},
+    {"round", "round"}, {"sin", "sin"},     {"cos", "cos"},     {"tan", "tan"},
+    {"asin", "arcsin"}, {"acos", "arccos"}, {"atan", "arctan"}, {"sinh", "sinh"},
+    {"cosh", "cosh"},   {"tanh", "tanh"},   {"exp", "exp"},     {"log", "log"},
+    {"log2", "log2"},   {"log10", "log10"},
+};
+constexpr Kind kBinary[] = {
+    {"add", "addition"}, {"sub", "subtraction"}, {"mul", "multiplication"},
+    {"div", "division"}, {"mod", "fmod"},        {"min", "min"},
+    {"max", "max"},      {"atan2", "arctan2"},   {"pow", "pow"},
+};
+
+template <size_t N>
+const char* node_of(const Kind (&kinds)[N], const std::string& op) {
+    for (const Kind& one : kinds) {
+        if (op == one.op) return one.node;
+    }
+    return nullptr;
+}
+
+/// A condition, which decides between two values and is a number only where it is asked for one.
+bool decides(const IrLine& line) {
+    constexpr std::string_view kOps[] = {"lt", "gt",  "ge",  "le", "eq",
+                                         "ne", "not", "and", "or", "isnan"};
+    return line.type == "bool" && std::ranges::find(kOps, line.op) != std::end(kOps);
+}
+
+/// What a user calls an operation that no node does.
+std::string called(const IrLine& line) {
+    if (line.op == "noise" || line.op == "simplex" || line.op == "cellular") return "it uses noise";
+    if (line.op == "sample") return "it looks up a texture";
+    if (line.op.starts_with("loop")) return "it has a loop with a number of trips that varies";
+    if (line.op.starts_with("query")) return "it asks for the nearest point of a surface";
+    if (line.op == "derivative") return "it asks for a derivative along the surface";
+    if (line.op == "hash") return "it uses random numbers";
+    return "it calculates with bits of integers";
+}
+
+std::string called_input(const std::string& input) {
+    if (input == "distance" || input.starts_with("shape_distance"))
+        return "it asks for the distance to a surface";
+    if (input.starts_with("nearest")) return "it reads attributes of the nearest surface point";
+    if (input == "instance") return "it depends on which placement it is in";
+    if (input == "frame") return "it depends on the size or the place of voxels";
+    return fmt::format("it reads the `{}` of the print", input);
+}
+
+NodeValue number(float x) {
+    return {true, x, {}, false};
+}
+
+}  // namespace
+
+void FunctionNodes::fail(const std::string& what) {
+    if (fault_.empty()) fault_ = what;
+}
+
+std::string FunctionNodes::ref(const NodeValue& value) {
+    if (!value.is_number) return value.ref;
+    std::string& known = constants_[std::bit_cast<uint32_t>(value.number)];
+    if (!known.empty()) return known;
+    if (!std::isfinite(value.number)) fail("one of its numbers is not finite");
+    const std::string name = fmt::format("c{}", constants_.size());
+    fmt::format_to(std::back_inserter(nodes_),
+                   "<i:constant identifier=\"{}\" value=\"{}\"><i:out><i:scalar "
+                   "identifier=\"value\"/></i:out></i:constant>\n",
+                   name, value.number);
+    ++count_;
+    return known = name + ".value";
+}
+
+NodeValue FunctionNodes::node(const char* kind,
+                              const std::vector<std::pair<const char*, NodeValue>>& inputs) {
+    std::string in;
+    for (const auto& [name, from] : inputs)
+        in += fmt::format("<i:scalarref identifier=\"{}\" ref=\"{}\"/>", name, ref(from));
+    const auto [it, is_new] = known_.try_emplace(kind + in);
+    if (!is_new) return it->second;
+    const std::string name = fmt::format("n{}", known_.size());
+    fmt::format_to(std::back_inserter(nodes_),
+                   "<i:{0} identifier=\"{1}\"><i:in>{2}</i:in><i:out><i:scalar "
+                   "identifier=\"result\"/></i:out></i:{0}>\n",
+                   kind, name, in);
+    if (++count_ > kMostNodes) fail(fmt::format("it is more than {} nodes", kMostNodes));
+    return it->second = {false, 0, name + ".result", false};
+}
+
+NodeValue FunctionNodes::unary(const char* kind, const NodeValue& a) {
+    return node(kind, {{"A", a}});
+}
+
+NodeValue FunctionNodes::binary(const char* kind, const NodeValue& a, const NodeValue& b) {
+    const std::string_view of = kind;
+    if (a.is_number && b.is_number) {
+        if (of == "addition") return number(a.number + b.number);
+        if (of == "subtraction") return number(a.number - b.number);
+        if (of == "multiplication") return number(a.number * b.number);
+        if (of == "division") return number(a.number / b.number);
+        if (of == "min") return number(a.number < b.number ? a.number : b.number);
+        if (of == "max") return number(a.number > b.number ? a.number : b.number);
+    }
+    // What leaves a number as it is, but for the sign of a 0.
+    if (of == "addition" && a.is(0)) return b;
+    if ((of == "addition" || of == "subtraction") && b.is(0)) return a;
+    if (of == "multiplication" && a.is(1)) return b;
+    if ((of == "multiplication" || of == "division") && b.is(1)) return a;
+    return node(kind, {{"A", a}, {"B", b}});
+}
+
+NodeValue FunctionNodes::vector(const std::array<NodeValue, 3>& parts) {
+    std::string in;
+    for (size_t i = 0; i < parts.size(); ++i)
+        in += fmt::format("<i:scalarref identifier=\"{}\" ref=\"{}\"/>", "xyz"[i], ref(parts[i]));
+    const std::string name = fmt::format("v{}", ++count_);
+    fmt::format_to(std::back_inserter(nodes_),
+                   "<i:composevector identifier=\"{}\"><i:in>{}</i:in><i:out><i:vector "
+                   "identifier=\"result\"/></i:out></i:composevector>\n",
+                   name, in);
+    return {false, 0, name + ".result", true};
+}
+
+NodeValue FunctionNodes::select(const NodeValue& a, const NodeValue& b, const NodeValue& c,
+                                const NodeValue& d) {
+    if (a.is_number && b.is_number) return a.number < b.number ? c : d;
+    if (c.is_number && d.is_number && c.number == d.number) return c;
+    return node("select", {{"A", a}, {"B", b}, {"C", c}, {"D", d}});
+}
+
+NodeValue FunctionNodes::coordinate(int32_t axis, bool scaled) {
+    constexpr const char* kAxes[] = {"x", "y", "z"};
+    const auto index = static_cast<size_t>(std::clamp(axis, 0, 2));
+    const auto [it, is_new] = known_.try_emplace("pos");
+    if (is_new) {
+        nodes_ +=
+            "<i:decomposevector identifier=\"point\"><i:in><i:vectorref identifier=\"A\" "
+            "ref=\"inputs.pos\"/></i:in><i:out><i:scalar identifier=\"x\"/><i:scalar "
+            "identifier=\"y\"/><i:scalar identifier=\"z\"/></i:out></i:decomposevector>\n";
+        ++count_;
+    }
+    const NodeValue plain{false, 0, fmt::format("point.{}", kAxes[index]), false};
+    return scaled ? binary("multiplication", plain, number(static_cast<float>(scale_[index])))
+                  : plain;
+}
+
+/// The voxel that a volume stage is at has the function's point as its coordinates.
+NodeValue FunctionNodes::frame(int32_t index) const {
+    if (index < OPENFAB_FRAME_ORIGIN) return number(index % 4 == 0 ? 1 : 0);
+    return number(0);
+}
+
+NodeValue FunctionNodes::input(const IrLine& line) {
+    const int32_t which = line.numbers.empty() ? 0 : line.numbers[0];
+    const std::string& of = line.input;
+    if (of == "uniform" && which >= 0 && static_cast<size_t>(which) < uniforms_.size()) {
+        const uint32_t bits = uniforms_[static_cast<size_t>(which)];
+        if (line.type == "float") return number(std::bit_cast<float>(bits));
+        return number(line.type == "int" ? static_cast<float>(static_cast<int32_t>(bits))
+                                         : static_cast<float>(bits));
+    }
+    if (of == "shape_point") return coordinate(which, false);
+    if (of == "voxel_coord") return coordinate(which, true);
+    if (of == "frame" && which < OPENFAB_FRAME_VOXEL_SIZE) return frame(which);
+    if (of == "distance" && distance_) return *distance_;
+    fail(called_input(of));
+    return {};
+}
+
+NodeValue FunctionNodes::value(uint32_t index) {
+    return decides(stage_->lines[index]) ? choose(index, number(1), number(0)) : values_[index];
+}
+
+NodeValue FunctionNodes::choose(uint32_t condition, const NodeValue& yes, const NodeValue& no) {
+    const IrLine& c = stage_->lines[condition];
+    const auto arg = [&](size_t i) { return value(c.args[i]); };
+    if (c.op == "lt") return select(arg(0), arg(1), yes, no);
+    if (c.op == "gt") return select(arg(1), arg(0), yes, no);
+    if (c.op == "ge") return select(arg(0), arg(1), no, yes);
+    if (c.op == "le") return select(arg(1), arg(0), no, yes);
+    if (c.op == "eq" || c.op == "ne") {
+        const NodeValue& same = c.op == "eq" ? yes : no;
+        const NodeValue& other = c.op == "eq" ? no : yes;
+        return select(arg(0), arg(1), other, select(arg(1), arg(0), other, same));
+    }
+    if (c.op == "not") return choose(c.args[0], no, yes);
+    if (c.op == "and") return choose(c.args[0], choose(c.args[1], yes, no), no);
+    if (c.op == "or") return choose(c.args[0], yes, choose(c.args[1], yes, no));
+    // Not a number is neither less than one nor more than none.
+    if (c.op == "isnan") return select(arg(0), number(1), no, select(number(0), arg(0), no, yes));
+    return select(number(0.5F), value(condition), yes, no);
+}
+
+/// The element that an index names, the nearest one where it names none.
+NodeValue FunctionNodes::pick(const IrLine& line) {
+    const NodeValue index = value(line.args[0]);
+    NodeValue out = value(line.args.back());
+    for (size_t i = line.args.size() - 2; i >= 1; --i)
+        out = select(index, number(static_cast<float>(i) - 0.5F), value(line.args[i]), out);
+    return out;
+}
+
+NodeValue FunctionNodes::line(const IrLine& line) {
+    const auto arg = [&](size_t i) { return value(line.args[i]); };
+    const bool is_float = line.type == "float";
+    if (line.op == "const") {
+        if (is_float) return number(std::bit_cast<float>(line.bits));
+        return number(line.type == "int" ? static_cast<float>(static_cast<int32_t>(line.bits))
+                                         : static_cast<float>(line.bits));
+    }
+    if (line.op == "input") return input(line);
+    if (line.op == "select") return choose(line.args[0], arg(1), arg(2));
+    if (line.op == "pick") return pick(line);
+    if (line.op == "convert") {
+        const std::string& from = stage_->lines[line.args[0]].type;
+        if (line.type == "bool") return choose(line.args[0], number(1), number(0));
+        if (is_float || from != "float") return arg(0);
+        return select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
+    }
+    if (line.type == "bool") {
+        fail(called(line));
+        return {};
+    }
+    if (line.op == "trunc")
+        return select(arg(0), number(0), unary("ceil", arg(0)), unary("floor", arg(0)));
+    if (line.op == "neg" && line.type != "uint")
+        return binary("multiplication", arg(0), number(-1));
+    if (line.op == "exp2") return binary("pow", number(2), arg(0));
+    if (line.op == "cbrt")
+        return binary("multiplication", unary("sign", arg(0)),
+                      binary("pow", unary("abs", arg(0)), number(1.0F / 3.0F)));
+    if (const char* kind = node_of(kBinary, line.op)) {
+        // Quotients of integers are cut, and unsigned ones wrap at 0.
+        const bool exact =
+            is_float || line.op == "min" || line.op == "max" ||
+            (line.type == "int" && (line.op == "add" || line.op == "sub" || line.op == "mul"));
+        for (size_t i = 0; !is_float && i < line.args.size(); ++i) {
+            // A factor of a hash, whose products wrap.
+            if (arg(i).is_number && std::fabs(arg(i).number) > kMostInteger)
+                fail("it calculates with bits of integers");
+        }
+        if (exact) return binary(kind, arg(0), arg(1));
+    }
+    if (const char* kind = node_of(kUnary, line.op);
+        kind != nullptr && (is_float || line.op == "abs"))
+        return unary(kind, arg(0));
+    fail(called(line));
+    return {};
+}
+
+Result<std::vector<NodeValue>> FunctionNodes::add(const IrStage& stage,
+                                                  const std::vector<uint32_t>& outputs,
+                                                  const std::optional<NodeValue>& distance) {
+    stage_ = &stage;
+    distance_ = distance;
+    std::vector<bool> needed(stage.lines.size(), false);
+    for (const uint32_t one : outputs)
+        needed[one] = true;
+    for (size_t i = stage.lines.size(); i-- > 0;) {
+        if (!needed[i]) continue;
+        for (const uint32_t a : stage.lines[i].args)
+            needed[a] = true;
+    }
+    values_.assign(stage.lines.size(), {});
+    for (size_t i = 0; i < stage.lines.size() && fault_.empty(); ++i) {
+        if (needed[i] && !decides(stage.lines[i])) values_[i] = line(stage.lines[i]);
+    }
+    if (!fault_.empty()) return user_error(fault_);
+    std::vector<NodeValue> out;
+    out.reserve(outputs.size());
+    for (const uint32_t one : outputs)
+        out.push_back(value(one));
+    return out;
+}
+
+std::string FunctionNodes::text(int id, const std::string& name,
+                                const std::vector<std::pair<std::string, NodeValue>>& outputs) {
+    std::string out;
+    for (const auto& [port, from] : outputs)
+        out += fmt::format("<i:{}ref identifier=\"{}\" ref=\"{}\"/>",
+                           from.is_vector ? "vector" : "scalar", port, ref(from));
+    return fmt::format(
+        "<i:implicitfunction id=\"{}\" displayname=\"{}\"><i:in><i:vector "
+        "identifier=\"pos\"/></i:in>\n{}<i:out>{}</i:out></i:implicitfunction>\n",
+        id, name, nodes_, out);
+}
+
+}  // namespace openfab::tools
