@@ -212,6 +212,7 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
             continue;
         }
         block.blind_distance = active.cull.blind_distance(b, band.row);
+        block.attributes = active.cull.attributes(b, band.row);
         pending.push_back(block);
         if (static_cast<int32_t>(pending.size()) < volume::BlockEvaluator::kBatch) continue;
         if (interrupt_ != nullptr && interrupt_->load()) return abi::KernelStatus::stopped();

@@ -161,27 +161,28 @@ void BaseMesh::group_corners() {
 
 void BaseMesh::pair_sides() {
     struct Entry {
-        int32_t lo, hi, side;
-        auto key() const { return std::array<int32_t, 3>{lo, hi, side}; }
+        uint64_t ends;  ///< lower and upper vertex
+        int32_t side;
     };
     std::vector<Entry> entries;
     entries.reserve(vertex.size());
     for (int32_t side = 0; side < 3 * triangle_count(); ++side) {
         if (classes[static_cast<size_t>(side / 3)] == TriangleClass::kDropped) continue;
-        entries.push_back({vertex[static_cast<size_t>(lower_corner(side))],
-                           vertex[static_cast<size_t>(upper_corner(side))], side});
+        const auto lower = static_cast<uint32_t>(vertex[static_cast<size_t>(lower_corner(side))]),
+                   upper = static_cast<uint32_t>(vertex[static_cast<size_t>(upper_corner(side))]);
+        entries.push_back({uint64_t{lower} << 32 | upper, side});
     }
-    tbb::parallel_sort(entries.begin(), entries.end(),
-                       [](const Entry& a, const Entry& b) { return a.key() < b.key(); });
+    tbb::parallel_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return a.ends != b.ends ? a.ends < b.ends : a.side < b.side;
+    });
     partner.assign(vertex.size(), -1);
     divided.assign(vertex.size(), 0);
     side_evaluator.assign(vertex.size(), -1);
     std::vector<int32_t> ways[2], displaced;
     for (size_t first = 0, end; first < entries.size(); first = end) {
-        for (end = first; end < entries.size() && entries[end].lo == entries[first].lo &&
-                          entries[end].hi == entries[first].hi;) {
+        end = first + 1;
+        while (end < entries.size() && entries[end].ends == entries[first].ends)
             ++end;
-        }
         ways[0].clear(), ways[1].clear(), displaced.clear();
         for (size_t i = first; i < end; ++i) {
             const int32_t side = entries[i].side;

@@ -18,11 +18,15 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 // 2^-20 of it. Twice that.
 constexpr float kFloatSlack = 0x1p-19f;
 
-float below(float x) {
-    return std::nextafter(x, -kInf);
-}
+/// The next float up, as std::nextafter, which is a call.
 float above(float x) {
-    return std::nextafter(x, kInf);
+    if (!(x < kInf)) return x;
+    if (x == 0) return std::numeric_limits<float>::denorm_min();
+    const auto bits = std::bit_cast<int32_t>(x);
+    return std::bit_cast<float>(bits >= 0 ? bits + 1 : bits - 1);
+}
+float below(float x) {
+    return -above(-x);
 }
 
 bool is_high(openfab_arg_kind kind) {
@@ -66,6 +70,7 @@ BoundsBatch::BoundsBatch(const part::Part& part, const BaseMesh& base, const Sta
     batched_.assign(count, 0);
     floats_.resize(count);
     ints_.resize(count);
+    high_of_.assign(count, -1);
     for (auto& pair : displacement_argument_)
         pair = {-1, -1};
     output_argument_.assign(static_cast<size_t>(part.fablet->surface_output_count * kMaxComponents),
@@ -95,6 +100,24 @@ BoundsBatch::BoundsBatch(const part::Part& part, const BaseMesh& base, const Sta
                 break;
             default:
                 break;
+        }
+    }
+    pair_inputs();
+}
+
+/// Finds the other end of each range that the kernel reads both ends of.
+void BoundsBatch::pair_inputs() {
+    const auto count = static_cast<int32_t>(high_of_.size());
+    for (int32_t i = 0; i < count; ++i) {
+        const openfab_arg& low = kernel_.args[i];
+        if (batched_[i] == 0 || low.scalar != OPENFAB_FLOAT || !is_input(low.kind) ||
+            is_high(low.kind))
+            continue;
+        for (int32_t k = 0; k < count; ++k) {
+            const openfab_arg& high = kernel_.args[k];
+            if (batched_[k] != 0 && high.kind == low.kind + 1 && high.a == low.a &&
+                high.b == low.b && is_high(high.kind))
+                high_of_[i] = k;
         }
     }
 }
@@ -173,14 +196,17 @@ Range<float> BoundsBatch::position_range(const Item& item, int32_t axis) const {
     return {std::max(below(lo), least), std::min(above(hi), greatest)};
 }
 
-Range<float> BoundsBatch::normal_range(const Item& item, int32_t axis) const {
+std::array<Range<float>, 3> BoundsBatch::normal_ranges(const Item& item) const {
     const Vec3f ng = base_.frame(item.triangle).ng;
     std::array<Vec3f, 3> n;
     for (int32_t c = 0; c < 3; ++c)
         n[c] = base_.normal(3 * item.triangle + c, ng);
+    std::array<Range<float>, 3> out;
     if (n[0] == n[1] && n[0] == n[2]) {
-        const float v = unit_normal(n[0], ng)[axis];
-        return {v, v};
+        const Vec3f v = unit_normal(n[0], ng);
+        for (int32_t a = 0; a < 3; ++a)
+            out[a] = {v[a], v[a]};
+        return out;
     }
     Range<float> l[3];
     double least2 = 0, greatest2 = 0;
@@ -191,18 +217,20 @@ Range<float> BoundsBatch::normal_range(const Item& item, int32_t axis) const {
         greatest2 += std::max(lo * lo, hi * hi);
     }
     const double least = std::sqrt(least2), greatest = std::sqrt(greatest2);
-    Range<float> out{-1.0f, 1.0f};
-    if (least > 1e-3) {
-        const double lo = l[axis].lo, hi = l[axis].hi;
-        const double from = lo < 0 ? lo / least : lo / greatest,
-                     to = hi < 0 ? hi / greatest : hi / least;
-        out.lo = std::max(out.lo, static_cast<float>(from - kFloatSlack));
-        out.hi = std::min(out.hi, static_cast<float>(to + kFloatSlack));
+    for (int32_t a = 0; a < 3; ++a) {
+        out[a] = {-1.0f, 1.0f};
+        if (least > 1e-3) {
+            const double lo = l[a].lo, hi = l[a].hi;
+            const double from = lo < 0 ? lo / least : lo / greatest,
+                         to = hi < 0 ? hi / greatest : hi / least;
+            out[a].lo = std::max(out[a].lo, static_cast<float>(from - kFloatSlack));
+            out[a].hi = std::min(out[a].hi, static_cast<float>(to + kFloatSlack));
+        }
+        // A unit vector in float may exceed 1 by its rounding; where normals cancel the geometric
+        // one stands in.
+        out[a].lo -= kFloatSlack, out[a].hi += kFloatSlack;
+        if (!(least > 1e-3)) out[a].add({ng[a], ng[a]});
     }
-    // A unit vector in float may exceed 1 by its rounding; where normals cancel the geometric one
-    // stands in.
-    out.lo -= kFloatSlack, out.hi += kFloatSlack;
-    if (!(least > 1e-3)) out.add({ng[axis], ng[axis]});
     return out;
 }
 
@@ -264,7 +292,8 @@ Range<float> BoundsBatch::frame_range(const Item& item, const openfab_arg& arg) 
     return out;
 }
 
-Range<float> BoundsBatch::float_argument(const Item& item, const openfab_arg& arg) const {
+Range<float> BoundsBatch::float_argument(size_t i, const openfab_arg& arg) const {
+    const Item& item = items_[i];
     switch (arg.kind) {
         case OPENFAB_ARG_SURFACE_IN_LO:
         case OPENFAB_ARG_SURFACE_IN_HI:
@@ -276,47 +305,68 @@ Range<float> BoundsBatch::float_argument(const Item& item, const openfab_arg& ar
             return gradient_range(item, arg);
     }
     if (arg.a == OPENFAB_SURFACE_P) return position_range(item, arg.b);
-    if (arg.a == OPENFAB_SURFACE_N) return normal_range(item, arg.b);
+    if (arg.a == OPENFAB_SURFACE_N) return normals_[i][static_cast<size_t>(arg.b)];
     if (arg.a != OPENFAB_SURFACE_UV) return frame_range(item, arg);
     const float* uv =
         base_.mesh().corner_uv.data() + 6 * static_cast<size_t>(item.triangle) + arg.b;
     return linear(item, {uv[0], uv[2], uv[4]});
 }
 
+/// Fills a float input; where the kernel reads both ends of its range, those.
+void BoundsBatch::fill_floats(size_t i) {
+    const openfab_arg& arg = kernel_.args[i];
+    const bool high = is_high(arg.kind);
+    float* other = high_of_[i] >= 0 ? floats_[static_cast<size_t>(high_of_[i])].data() : nullptr;
+    for (size_t k = 0; k < items_.size(); ++k) {
+        const Range<float> range = float_argument(k, arg);
+        floats_[i][k] = high ? range.hi : range.lo;
+        if (other != nullptr) other[k] = range.hi;
+    }
+}
+
 abi::KernelStatus BoundsBatch::evaluate() {
-    const size_t n = items_.size();
+    const size_t n = items_.size(), room = (n + 63) & ~size_t{63};
     if (n == 0) return {};
+    bool normals = false;
     for (size_t i = 0; i < batched_.size(); ++i) {
         if (batched_[i] == 0) continue;
         const openfab_arg& arg = kernel_.args[i];
-        const bool high = is_high(arg.kind);
-        const void* data = nullptr;
-        if (arg.scalar == OPENFAB_FLOAT) {
-            floats_[i].resize((n + 63) & ~size_t{63});
-            data = floats_[i].data();
-            for (size_t k = 0; k < n && is_input(arg.kind); ++k) {
-                const Range<float> range = float_argument(items_[k], arg);
-                floats_[i][k] = high ? range.hi : range.lo;
-            }
+        const bool floats = arg.scalar == OPENFAB_FLOAT;
+        if (floats) {
+            floats_[i].resize(room);
         } else {
-            ints_[i].resize((n + 63) & ~size_t{63});
-            data = ints_[i].data();
-            for (size_t k = 0; k < n && is_input(arg.kind); ++k) {
-                const part::PartAttribute& input = base_.mesh().inputs[arg.a];
+            ints_[i].resize(room);
+        }
+        const void* data = floats ? static_cast<const void*>(floats_[i].data()) : ints_[i].data();
+        buffers_[i].set_dense(abi::halide_type(arg.scalar), data, {static_cast<int32_t>(n)});
+        normals |=
+            (arg.kind == OPENFAB_ARG_SURFACE_ATTR_LO || arg.kind == OPENFAB_ARG_SURFACE_ATTR_HI) &&
+            arg.a == OPENFAB_SURFACE_N;
+    }
+    normals_.clear();
+    for (size_t k = 0; k < n && normals; ++k)
+        normals_.push_back(normal_ranges(items_[k]));
+    for (size_t i = 0; i < batched_.size(); ++i) {
+        const openfab_arg& arg = kernel_.args[i];
+        if (batched_[i] == 0 || !is_input(arg.kind)) continue;
+        if (arg.scalar != OPENFAB_FLOAT) {
+            const part::PartAttribute& input = base_.mesh().inputs[arg.a];
+            for (size_t k = 0; k < n; ++k) {
                 ints_[i][k] = std::bit_cast<int32_t>(input.face_values[static_cast<size_t>(
                     items_[k].triangle * input.components + arg.b)]);
             }
+        } else if (std::ranges::find(high_of_, static_cast<int32_t>(i)) == high_of_.end()) {
+            fill_floats(i);
         }
-        buffers_[i].set_dense(abi::halide_type(arg.scalar), data, {static_cast<int32_t>(n)});
     }
     return call_.run();
 }
 
-/// The kernel's interval, cut to the user's bound: a displacement that is too long is scaled to it.
-/// Returns the range of a displacement. If an interval is known, all displacements are finite.
-Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
+/// The kernel's intervals, cut to the user's bound: a displacement that is too long is scaled to it.
+/// Returns the ranges of a displacement. If an interval is known, all displacements are finite.
+std::array<Range<float>, 3> BoundsBatch::displacement(int32_t i) const {
     const float bound = part_.max_displacement_mm;
-    Range<float> all[3];
+    std::array<Range<float>, 3> all;
     double length2 = 0;
     bool known = true;
     for (size_t a = 0; a < 3; ++a) {
@@ -327,48 +377,40 @@ Range<float> BoundsBatch::displacement(int32_t i, int32_t axis) const {
                                      std::fabs(static_cast<double>(all[a].hi)));
         length2 += most * most;
     }
-    if (!known) return {-bound, bound};
-    Range<float> out = all[axis];
+    if (!known) {
+        all.fill({-bound, bound});
+        return all;
+    }
     const double length = std::sqrt(length2);
-    if (length > bound * (1 - 0x1p-20)) {
-        // A scaled displacement keeps at least this share, less kShrink (bound_displacement.h) and
-        // rounding; none if the share or the length may be outside the range of floats.
-        const double share = bound / length;
-        const double kept = share > 0x1p-100 && length < 0x1p120 ? share * (1 - 0x1p-19) : 0;
+    if (!(length > bound * (1 - 0x1p-20))) return all;
+    // A scaled displacement keeps at least this share, less kShrink (bound_displacement.h) and
+    // rounding; none if the share or the length may be outside the range of floats.
+    const double share = bound / length;
+    const double kept = share > 0x1p-100 && length < 0x1p120 ? share * (1 - 0x1p-19) : 0;
+    for (Range<float>& out : all) {
         out.lo = std::min(out.lo, below(static_cast<float>(out.lo * kept)));
         out.hi = std::max(out.hi, above(static_cast<float>(out.hi * kept)));
         out.lo = std::max(out.lo, -above(bound * (1 + 0x1p-20f)));
         out.hi = std::min(out.hi, above(bound * (1 + 0x1p-20f)));
     }
-    return out;
+    return all;
 }
 
 bool BoundsBatch::is_zero(int32_t i) const {
-    for (int32_t axis = 0; axis < 3; ++axis) {
-        const Range<float> d = displacement(i, axis);
-        if (!(d.lo == 0 && d.hi == 0)) return false;
-    }
-    return true;
+    return std::ranges::all_of(displacement(i),
+                               [](const Range<float>& d) { return d.lo == 0 && d.hi == 0; });
 }
 
 Box3f BoundsBatch::box(int32_t i) const {
     Box3f out;
+    const std::array<Range<float>, 3> d = displacement(i);
     for (int32_t axis = 0; axis < 3; ++axis) {
         const Range<float> p = position_range(items_[i], axis);
-        const Range<float> d = displacement(i, axis);
         // Rounding is monotone, so the rounded sums bound the rounded sums.
-        out.lo[axis] = p.lo + d.lo;
-        out.hi[axis] = p.hi + d.hi;
+        out.lo[axis] = p.lo + d[axis].lo;
+        out.hi[axis] = p.hi + d[axis].hi;
     }
     return out;
-}
-
-bool BoundsBatch::is_bounded(int32_t i) const {
-    const Box3f b = box(i);
-    for (int32_t axis = 0; axis < 3; ++axis) {
-        if (!(b.lo[axis] > -kInf && b.hi[axis] < kInf)) return false;
-    }
-    return true;
 }
 
 Range<float> BoundsBatch::float_range(size_t k, int32_t i) const {

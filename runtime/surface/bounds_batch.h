@@ -50,8 +50,7 @@ class BoundsBatch {
 
     /// Returns whether the interval of the displacement is exactly zero.
     bool is_zero(int32_t i) const;
-    /// Returns whether the displacement has a finite bound.
-    bool is_bounded(int32_t i) const;
+    /// Returns a box of all points; it is not finite where the displacement has no bound.
     Box3f box(int32_t i) const;
     Range<float> float_range(size_t k, int32_t i) const;
     Range<int32_t> int_range(size_t k, int32_t i) const;
@@ -70,10 +69,12 @@ class BoundsBatch {
     Range<float> input_range(const Item& item, const openfab_arg& arg) const;
     Range<float> gradient_range(const Item& item, const openfab_arg& arg) const;
     Range<float> frame_range(const Item& item, const openfab_arg& arg) const;
-    Range<float> normal_range(const Item& item, int32_t axis) const;
+    std::array<Range<float>, 3> normal_ranges(const Item& item) const;
     Range<float> position_range(const Item& item, int32_t axis) const;
-    Range<float> float_argument(const Item& item, const openfab_arg& arg) const;
-    Range<float> displacement(int32_t i, int32_t axis) const;
+    Range<float> float_argument(size_t i, const openfab_arg& arg) const;
+    std::array<Range<float>, 3> displacement(int32_t i) const;
+    void pair_inputs();
+    void fill_floats(size_t i);
     Range<float> attribute_range(const part::PartAttribute& attribute, int32_t component,
                                  const Item& item) const;
 
@@ -86,6 +87,9 @@ class BoundsBatch {
     std::vector<uint8_t> batched_;
     std::vector<std::vector<float>> floats_;  ///< [argument]
     std::vector<std::vector<int32_t>> ints_;  ///< [argument]
+    /// [argument] the one with the other end of a range of floats; -1 without, and for that one
+    std::vector<int32_t> high_of_;
+    std::vector<std::array<Range<float>, 3>> normals_;  ///< [item], where the kernel reads them
     std::array<std::array<int32_t, 2>, 3> displacement_argument_;
     std::vector<std::array<int32_t, 2>>
         output_argument_;  ///< [surface output * 16 + component]: lo, hi

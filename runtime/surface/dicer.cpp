@@ -60,11 +60,32 @@ abi::KernelStatus Dicer::dice(int32_t index, MicroMesh* out) {
     }
     if (const abi::KernelStatus error = batch_.evaluate(); !error.ok()) return error;
     if (patch.kind == PatchKind::kLattice) {
-        dice_tile(patch, out);
+        dice_tile(patch, 0, batch_.size(), out);
     } else if (seam->side >= 0) {
         dice_strip(*seam, out);
     } else {
         dice_vertex(*seam, out);
+    }
+    return {};
+}
+
+abi::KernelStatus Dicer::dice_lattices(std::span<const int32_t> patches,
+                                       std::vector<MicroMesh>* out) {
+    out->assign(patches.size(), {});
+    batch_.clear();
+    batch_.not_finite = batch_.cut_to_bound = 0;
+    firsts_.clear();
+    for (const int32_t index : patches) {
+        const Patch& patch = table_.patches[static_cast<size_t>(index)];
+        OPENFAB_CHECK(patch.kind == PatchKind::kLattice);
+        firsts_.push_back(batch_.add_tile(patch.triangle, {patch.lattice[0], patch.lattice[1],
+                                                           patch.lattice[2], patch.lattice[3]}));
+    }
+    firsts_.push_back(batch_.size());
+    if (const abi::KernelStatus error = batch_.evaluate(); !error.ok()) return error;
+    for (size_t i = 0; i < patches.size(); ++i) {
+        dice_tile(table_.patches[static_cast<size_t>(patches[i])], firsts_[i],
+                  firsts_[i + 1] - firsts_[i], &(*out)[i]);
     }
     return {};
 }
@@ -161,12 +182,15 @@ void Dicer::add_triangle(int32_t a, int32_t b, int32_t c, int32_t int_vertex,
     append_ints(int_vertex, out);
 }
 
-void Dicer::dice_tile(const Patch& patch, MicroMesh* out) {
+/// Takes the patch's points, `count` from `first` on in the batch.
+void Dicer::dice_tile(const Patch& patch, int32_t first, int32_t count, MicroMesh* out) {
     const auto [a0, b0, a1, b1] = patch.lattice;
     const int32_t n = base_.lattice_factor(patch.triangle);
-    append_vertices(0, batch_.size(), out);
-    const size_t most = 2 * static_cast<size_t>(a1 - a0) * static_cast<size_t>(b1 - b0);
-    out->triangles.reserve(most);
+    append_vertices(first, count, out);
+    int32_t most = 0;
+    for (int32_t b = b0; b < b1; ++b)
+        most += 2 * (std::min(a1, n - b) - a0) - (n - b <= a1 ? 1 : 0);
+    out->triangles.reserve(static_cast<size_t>(most));
     const std::vector<Vec3f>& p = out->positions;
     const auto place = [&](int32_t a, int32_t b, int32_t c) {
         if (!degenerate(p[a], p[b], p[c])) {
@@ -188,10 +212,11 @@ void Dicer::dice_tile(const Patch& patch, MicroMesh* out) {
     const size_t ints = nearest_.ints.size();
     out->triangle_attributes.resize(out->triangles.size() * ints);
     for (size_t k = 0; k < ints; ++k) {
-        const uint32_t flat = batch_.int_is_flat(k) ? batch_.int_attribute(k, 0) : 0;
+        const uint32_t flat = batch_.int_is_flat(k) ? batch_.int_attribute(k, first) : 0;
         for (size_t i = 0; i < out->triangles.size(); ++i) {
             out->triangle_attributes[i * ints + k] =
-                batch_.int_is_flat(k) ? flat : batch_.int_attribute(k, out->triangles[i][0]);
+                batch_.int_is_flat(k) ? flat
+                                      : batch_.int_attribute(k, first + out->triangles[i][0]);
         }
     }
 }

@@ -5,6 +5,9 @@
 // Makes the micropolygons of one patch. One dicer per thread; the result depends on the patch
 // alone.
 
+#include <span>
+#include <vector>
+
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/micro_batch.h"
@@ -21,15 +24,17 @@ class Dicer {
 
     /// Replaces `out`; it is empty where the surface kernel failed.
     abi::KernelStatus dice(int32_t patch, MicroMesh* out);
+    /// The same for several patches of kind kLattice, with one call of the surface kernel.
+    abi::KernelStatus dice_lattices(std::span<const int32_t> patches, std::vector<MicroMesh>* out);
 
-    /// Numbers of displacements of the last patch that were not finite, or cut to the user's bound.
+    /// Numbers of displacements of the last call that were not finite, or cut to the user's bound.
     int64_t not_finite() const { return batch_.not_finite; }
     int64_t cut_to_bound() const { return batch_.cut_to_bound; }
 
   private:
     void dice_identity(int32_t triangle, MicroMesh* out) const;
     void dice_fan(const Patch& patch, MicroMesh* out) const;
-    void dice_tile(const Patch& patch, MicroMesh* out);
+    void dice_tile(const Patch& patch, int32_t first, int32_t count, MicroMesh* out);
     void dice_strip(const Seam& seam, MicroMesh* out);
     bool find_folds(const Seam& seam, int32_t forward_at, int32_t backward_at);
     void dice_folded_strip(const Seam& seam, int32_t forward_at, int32_t backward_at,
@@ -43,6 +48,7 @@ class Dicer {
     const PatchTable& table_;
     const NearestLayout& nearest_;
     MicroBatch batch_;
+    std::vector<int32_t> firsts_;  ///< [patch]: its first point in the batch, and the end
     std::vector<Vec3f> edge_;      ///< a strip's points before displacement
     std::vector<uint8_t> folded_;  ///< [point] whether the strip is folded there
 };

@@ -24,6 +24,13 @@ namespace {
 
 constexpr int32_t kBoundsBatch = 512;  // patches a call of surface_bounds
 
+bool is_finite(const Box3f& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(std::isfinite(box.lo[axis]) && std::isfinite(box.hi[axis]))) return false;
+    }
+    return true;
+}
+
 class TableBuilder {
   public:
     TableBuilder(const part::Part& part, const SurfaceOptions& options, const StaticArgs& args,
@@ -213,14 +220,15 @@ Result<void> TableBuilder::bound_tiles() {
                           for (size_t k = range.begin(); k < range.end(); ++k) {
                               const int32_t item = static_cast<int32_t>(k - range.begin());
                               const size_t p = static_cast<size_t>(tiles[k]);
-                              if (!batch.is_bounded(item)) {
+                              const Box3f box = batch.box(item);
+                              if (!is_finite(box)) {
                                   // Reports the lowest triangle, whichever thread finds it.
                                   int32_t seen = unbounded;
                                   const int32_t t = table_.patches[p].triangle;
                                   while (t < seen && !unbounded.compare_exchange_weak(seen, t)) {
                                   }
                               }
-                              table_.patches[p].bounds = batch.box(item);
+                              table_.patches[p].bounds = box;
                               for (size_t c = 0; c < floats; ++c) {
                                   const Range<float> r = batch.float_range(c, item);
                                   table_.ranges.float_lo[p * floats + c] = r.lo;

@@ -14,6 +14,7 @@
 
 #include "base/lru_cache.h"
 #include "runtime/surface/base_mesh.h"
+#include "runtime/surface/dice_groups.h"
 #include "runtime/surface/dicer.h"
 #include "runtime/surface/displacement_bounds.h"
 #include "runtime/surface/kernel_args.h"
@@ -37,6 +38,18 @@ constexpr size_t kShardBytes = 4u << 20;
 // Lattice points that are evaluated at once for the log.
 constexpr int32_t kLoggedPoints = 4096;
 
+/// The patches of a group, diced (dice_groups.h).
+struct DicedGroup {
+    std::vector<MicroMesh> meshes;
+
+    size_t bytes() const {
+        size_t sum = sizeof(DicedGroup);
+        for (const MicroMesh& mesh : meshes)
+            sum += mesh.bytes();
+        return sum;
+    }
+};
+
 class DicedSurface final : public Surface {
   public:
     DicedSurface(const part::Part& part, const SurfaceOptions& options)
@@ -52,6 +65,7 @@ class DicedSurface final : public Surface {
         Result<PatchTable> table = make_patch_table(part_, options, args_, nearest_, &base_);
         if (!table) return table.error();
         table_ = std::move(*table);
+        if (!table_.identity) groups_ = DiceGroups(table_.patches, options.micro_edge_mm);
         return {};
     }
 
@@ -85,11 +99,13 @@ class DicedSurface final : public Surface {
     NearestLayout nearest_;
     BaseMesh base_;
     PatchTable table_;
-    mutable LruCache<int32_t, MicroMesh> cache_;  ///< by patch
+    DiceGroups groups_;
+    mutable LruCache<int32_t, DicedGroup> cache_;  ///< by the first patch of the group
     mutable std::mutex dicers_mutex_;
     mutable std::vector<std::unique_ptr<Dicer>>
         dicers_;  ///< idle; as many as threads ever diced at once
-    mutable std::atomic<int64_t> micro_triangles_{0}, not_finite_{0}, cut_to_bound_{0};
+    mutable std::atomic<int64_t> patches_diced_{0}, micro_triangles_{0};
+    mutable std::atomic<int64_t> not_finite_{0}, cut_to_bound_{0};
     mutable std::atomic<abi::KernelStatus> error_{abi::KernelStatus{}};
 };
 
@@ -113,21 +129,36 @@ void DicedSurface::give_back(std::unique_ptr<Dicer> dicer) const {
 std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     // One triangle is cheaper to make than to look up.
     const bool cached = table_.patches[patch].kind != PatchKind::kIdentity;
+    const std::span<const int32_t> group = groups_.of(patch);
+    const auto of_group = [&](std::shared_ptr<const DicedGroup> diced) {
+        const auto place = static_cast<size_t>(std::ranges::find(group, patch) - group.begin());
+        const MicroMesh* mesh = &diced->meshes[place];
+        return std::shared_ptr<const MicroMesh>(std::move(diced), mesh);
+    };
     if (cached) {
         if (stop_ != nullptr && stop_->load(std::memory_order_relaxed))
             return std::make_shared<MicroMesh>();
-        if (std::shared_ptr<const MicroMesh> found = cache_.find(patch)) return found;
+        if (std::shared_ptr<const DicedGroup> found = cache_.find(group[0]))
+            return of_group(std::move(found));
     }
-    auto mesh = std::make_shared<MicroMesh>();
+    auto diced = std::make_shared<DicedGroup>();
     std::unique_ptr<Dicer> dicer = take_dicer();
-    const abi::KernelStatus error = dicer->dice(patch, mesh.get());
-    micro_triangles_ += static_cast<int64_t>(mesh->triangles.size());
+    abi::KernelStatus error;
+    if (group.size() > 1) {
+        error = dicer->dice_lattices(group, &diced->meshes);
+    } else {
+        diced->meshes.resize(1);
+        error = dicer->dice(patch, diced->meshes.data());
+    }
+    for (const MicroMesh& mesh : diced->meshes)
+        micro_triangles_ += static_cast<int64_t>(mesh.triangles.size());
     not_finite_ += dicer->not_finite();
     cut_to_bound_ += dicer->cut_to_bound();
     give_back(std::move(dicer));
     if (!error.ok()) error_.store(error);
-    if (!cached) return mesh;
-    return cache_.insert(patch, std::move(mesh));
+    if (!cached) return of_group(std::move(diced));
+    patches_diced_ += static_cast<int64_t>(group.size());
+    return of_group(cache_.insert(group[0], std::move(diced)));
 }
 
 /// Of identity triangles.
@@ -201,7 +232,7 @@ SurfaceCounts DicedSurface::counts() const {
     counts.cut_to_bound = cut_to_bound_;
     const auto cache = cache_.counts();
     counts.cache_hits = cache.hits;
-    counts.cache_misses = cache.misses;
+    counts.cache_misses = patches_diced_;
     counts.cache_evictions = cache.evictions;
     counts.cache_peak_bytes = cache.peak_bytes;
     return counts;

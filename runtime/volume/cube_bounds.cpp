@@ -196,11 +196,12 @@ void CubeBounds::for_each_block(const PlacedPart& part, std::span<const Vec3i> b
 }
 
 void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
-                           std::span<const Range> known, nearest::Engine::Scratch* scratch) {
+                           std::span<const Known> known, nearest::Engine::Scratch* scratch) {
     for (size_t cube = 0; cube < lowest.size(); ++cube) {
         const Vec3i& corner = lowest[cube];
-        if (!known.empty() && known[cube].is_known()) {
-            add_entry(corner, unknown_, known[cube].low, known[cube].high);
+        if (!known.empty() && known[cube].distance.is_known()) {
+            add_entry(corner, attributes_or_unknown(known, cube), known[cube].distance.low,
+                      known[cube].distance.high);
             first_entry_.push_back(distance_lo_.size());
             continue;
         }
@@ -216,7 +217,27 @@ void CubeBounds::add_cases(const PlacedPart& part, int32_t size, std::span<const
     }
 }
 
-void CubeBounds::add_blind_entries(std::span<const Vec3i> lowest) {
+// Sets same_ to the attributes that have one value in all entries of a cube.
+void CubeBounds::find_same_attributes(size_t cube) {
+    const auto find = [&](size_t components, const auto& values, auto* lo, auto* hi) {
+        for (size_t c = 0; c < components; ++c) {
+            const size_t first = first_entry_[cube], end = first_entry_[cube + 1];
+            const auto value = values[2 * components * first + c];
+            bool same = true;
+            for (size_t e = first; e < end; ++e) {
+                const auto* of = &values[2 * components * e + c];
+                // False for NaN, which is unknown.
+                same = same && of[0] == value && of[components] == value;
+            }
+            if (same) (*lo)[c] = (*hi)[c] = value;
+        }
+    };
+    same_ = unknown_;
+    find(same_.float_lo.size(), case_floats_, &same_.float_lo, &same_.float_hi);
+    find(same_.int_lo.size(), case_ints_, &same_.int_lo, &same_.int_hi);
+}
+
+void CubeBounds::add_blind_entries(std::span<const Vec3i> lowest, std::span<const Known> known) {
     const size_t first = distance_lo_.size();
     for (size_t cube = 0; cube < lowest.size(); ++cube) {
         float low = kInfinity, high = -kInfinity;
@@ -224,9 +245,31 @@ void CubeBounds::add_blind_entries(std::span<const Vec3i> lowest) {
             low = std::min(low, distance_lo_[e]);
             high = std::max(high, distance_hi_[e]);
         }
-        add_entry(lowest[cube], unknown_, 0.0f - high, 0.0f - low);
+        if (!known.empty() && known[cube].looks_by_them) {
+            add_entry(lowest[cube], attributes_or_unknown(known, cube), 0.0f - high, 0.0f - low);
+            continue;
+        }
+        find_same_attributes(cube);
+        add_entry(lowest[cube], same_, 0.0f - high, 0.0f - low);
     }
     first_blind_ = first;
+}
+
+bool CubeBounds::attributes_of(size_t cube, nearest::NearestCase* out) const {
+    if (first_blind_ == kNone) return false;
+    const size_t n = distance_lo_.size(), entry = first_blind_ + cube;
+    bool any = false;
+    *out = unknown_;
+    const auto take = [&](const auto& from_lo, const auto& from_hi, auto* lo, auto* hi) {
+        for (size_t c = 0; c < lo->size(); ++c) {
+            if (!(from_lo[c * n + entry] == from_hi[c * n + entry])) continue;
+            (*lo)[c] = (*hi)[c] = from_lo[c * n + entry];
+            any = true;
+        }
+    };
+    take(float_lo_, float_hi_, &out->float_lo, &out->float_hi);
+    take(int_lo_, int_hi_, &out->int_lo, &out->int_hi);
+    return any;
 }
 
 float CubeBounds::distance_of(size_t cube) const {
@@ -241,12 +284,12 @@ CubeBounds::Range CubeBounds::range_of(size_t cube) const {
 
 // Bounds the query results in each cube, then the weights.
 abi::KernelStatus CubeBounds::bound(const PlacedPart& part, int32_t size,
-                                    std::span<const Vec3i> lowest, std::span<const Range> known,
+                                    std::span<const Vec3i> lowest, std::span<const Known> known,
                                     BoundSource source, const Tools& tools) {
     begin(part);
     if (source == BoundSource::kPerCase || !part.bounds.any()) {
         add_cases(part, size, lowest, known, tools.scratch);
-        if (part.bounds_say_looks) add_blind_entries(lowest);
+        if (part.bounds_say_looks) add_blind_entries(lowest, known);
     } else if (size > 8) {
         add_centers(part, size, lowest, tools.scratch);
     } else {
@@ -262,13 +305,15 @@ abi::KernelStatus CubeBounds::bound(const PlacedPart& part, int32_t size,
 }
 
 abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                           const Tools& tools) {
+                                           std::span<const Known> known, const Tools& tools) {
     begin(part);
     const nearest::BlockPieces& pieces = part.engine().pieces();
     for_each_block(part, blocks, tools.scratch,
                    [&](const Vec3i& block, const nearest::BlockBounds& of) {
+                       const size_t number = (first_entry_.size() - 1) / kPieces;
+                       const nearest::NearestCase& at = attributes_or_unknown(known, number);
                        for (size_t p = 0; p < kPieces; ++p) {
-                           add_entry(block + pieces.lowest[p], unknown_, of.low[p], of.high[p]);
+                           add_entry(block + pieces.lowest[p], at, of.low[p], of.high[p]);
                            first_entry_.push_back(distance_lo_.size());
                        }
                    });
@@ -279,7 +324,8 @@ abi::KernelStatus CubeBounds::bound_pieces(const PlacedPart& part, std::span<con
 }
 
 abi::KernelStatus CubeBounds::find_reaches(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                           const Tools& tools, std::vector<float>* reaches) {
+                                           std::span<const Known> known, const Tools& tools,
+                                           std::vector<float>* reaches) {
     // Farther than any voxel of the part is from its surface.
     const float farthest = 4 * part.largest_coordinate_mm;
     weights_.resize(static_cast<size_t>(part.slots()));
@@ -293,7 +339,8 @@ abi::KernelStatus CubeBounds::find_reaches(const PlacedPart& part, std::span<con
             const int32_t step = left == kReaches ? kReaches - 1 : (looking + blind) / 2;
             // With slack for the rounding of a voxel's own distance.
             const float reach = reach_of(part, std::max(step, 0)) * (1 - 0x1p-10f);
-            add_entry(blocks[i], unknown_, std::min(reach, farthest), farthest);
+            add_entry(blocks[i], attributes_or_unknown(known, i), std::min(reach, farthest),
+                      farthest);
             first_entry_.push_back(distance_lo_.size());
         }
         first_blind_ = 0;

@@ -45,26 +45,34 @@ class CubeBounds {
         float high = std::numeric_limits<float>::quiet_NaN();
         bool is_known() const { return low <= high; }
     };
-    /// Cubes of `size` voxels a side, by their lowest voxels, part-relative. Where a range of
-    /// distances is known, it is taken instead of the engine's bounds per case.
+    /// What is known of a cube beforehand.
+    struct Known {
+        Range distance;  ///< where it is known, it is taken instead of the engine's bounds per case
+        /// Attributes that are one value in all of the cube, as a case whose other ranges are
+        /// open; null: none.
+        const nearest::NearestCase* attributes = nullptr;
+        bool looks_by_them = false;  ///< `looks` takes no others from the cube's own cases
+    };
+    /// Cubes of `size` voxels a side, by their lowest voxels, part-relative.
     abi::KernelStatus bound(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
-                            std::span<const Range> known, BoundSource source, const Tools& tools);
+                            std::span<const Known> known, BoundSource source, const Tools& tools);
     /// Bounds the pieces of blocks (nearest::Engine::pieces) by kCenterDistance: those of block i
-    /// are cubes i * kPieces to i * kPieces + kPieces - 1.
+    /// are cubes i * kPieces to i * kPieces + kPieces - 1. `known`: of the blocks, their attributes.
     abi::KernelStatus bound_pieces(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                   const Tools& tools);
+                                   std::span<const Known> known, const Tools& tools);
     /// Finds for each block a distance, nearly the least, beyond which no voxel of it has to know its
-    /// nearest surface point: with that distance, and any attributes, such a voxel is what it is, mm.
-    /// kInfinity where there is none that helps. The part's bounds say looks.
+    /// nearest surface point: with that distance, and any attributes but those that are known, such a
+    /// voxel is what it is, mm. kInfinity where there is none that helps. The part's bounds say looks.
     abi::KernelStatus find_reaches(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                   const Tools& tools, std::vector<float>* reaches);
+                                   std::span<const Known> known, const Tools& tools,
+                                   std::vector<float>* reaches);
     static constexpr size_t kPieces = std::tuple_size_v<decltype(nearest::BlockPieces::lowest)>;
     /// Returns whether all cases of a cube give every slot the same exact weight; writes the
     /// weights, one for each slot.
     bool is_uniform(size_t cube, std::vector<float>* weights) const;
     /// Returns whether some voxel of a cube may have to know its nearest surface point; where not,
-    /// the distance `distance_of`, with any attributes, says as much. Known of pieces, and of cubes
-    /// by kPerCase; true of others.
+    /// the distance `distance_of`, with any attributes but those of `attributes_of`, says as much.
+    /// Known of pieces, and of cubes by kPerCase; true of others.
     bool looks(size_t cube) const {
         return first_blind_ == kNone || !(looks_[first_blind_ + cube] == 0);
     }
@@ -73,6 +81,9 @@ class CubeBounds {
     float distance_of(size_t cube) const;
     /// Returns the bounds of its distance.
     Range range_of(size_t cube) const;
+    /// Gets the attributes of which `looks` knew that they are one value in all of the cube, as in
+    /// Known; false if there are none.
+    bool attributes_of(size_t cube, nearest::NearestCase* out) const;
 
   private:
     /// Bounds of the distance at a cube's centre.
@@ -97,9 +108,15 @@ class CubeBounds {
     void for_each_block(const PlacedPart& part, std::span<const Vec3i> blocks,
                         nearest::Engine::Scratch* scratch, const Visit& visit);
     void add_cases(const PlacedPart& part, int32_t size, std::span<const Vec3i> lowest,
-                   std::span<const Range> known, nearest::Engine::Scratch* scratch);
-    /// Adds an entry for each cube, with all of its cases as one: unknown attributes.
-    void add_blind_entries(std::span<const Vec3i> lowest);
+                   std::span<const Known> known, nearest::Engine::Scratch* scratch);
+    /// Adds an entry for each cube, with all of its cases as one: attributes on which they agree.
+    void add_blind_entries(std::span<const Vec3i> lowest, std::span<const Known> known);
+    void find_same_attributes(size_t cube);
+    const nearest::NearestCase& attributes_or_unknown(std::span<const Known> known,
+                                                      size_t cube) const {
+        const bool any = !known.empty() && known[cube].attributes != nullptr;
+        return any ? *known[cube].attributes : unknown_;
+    }
     size_t entry_of(size_t cube) const {
         return first_blind_ == kNone ? first_entry_[cube] : first_blind_ + cube;
     }
@@ -123,6 +140,7 @@ class CubeBounds {
     std::vector<float> looks_;                  ///< [entry]
     std::vector<uint32_t> packed_;              ///< [output][entry], of a kernel with many outputs
     nearest::NearestCase unknown_;              ///< of a part without queries or without a surface
+    nearest::NearestCase same_;                 ///< of the current cube
     nearest::BoxBounds box_;
     std::vector<nearest::PointPacket> points_, near_;
     std::vector<nearest::PointBounds> bounds_;

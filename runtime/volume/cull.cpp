@@ -43,6 +43,8 @@ void PartCull::mark_covered(const voxel::SlabMask& mask) {
     blocks_y_ = mask.height / 8;
     blocks_.assign(static_cast<size_t>(blocks_x_) * blocks_y_, kNotCovered);
     blind_.assign(blocks_.size(), std::numeric_limits<float>::quiet_NaN());
+    attributes_.assign(blocks_.size(), nullptr);
+    kept_attributes_.clear();
     for (int32_t y = 0; y < mask.height; ++y) {
         const uint8_t* row = &mask.mask[static_cast<size_t>(y) * mask.width];
         int32_t* out = &blocks_[static_cast<size_t>(y / 8) * blocks_x_];
@@ -102,7 +104,7 @@ abi::KernelStatus PartCull::run(const PlacedPart& part, int32_t slab, const voxe
         if (half == 0) break;
         for (const CullCube& c : cubes) {
             for (const auto& [x, y] : {std::pair(0, 0), {half, 0}, {0, half}, {half, half}})
-                open.push_back({c.x + x, c.y + y, c.blind});
+                open.push_back({c.x + x, c.y + y, c.blind, c.attributes});
         }
     }
     if (status.ok()) status = probe_pieces(part, slab, evaluator);
@@ -127,7 +129,7 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
         for (size_t i = first; i < first + count; ++i) {
             const CullCube& c = (*cubes)[i];
             lowest_.push_back({8 * c.x - part.base.x, 8 * c.y - part.base.y, z});
-            known_.push_back(c.blind);
+            known_.push_back({c.blind, c.attributes});
         }
         if (const abi::KernelStatus status =
                 bounds.bound(part, 8 * side, lowest_, known_, from, evaluator->bound_tools(part));
@@ -142,11 +144,7 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
                 if (!status.ok()) return status;
             }
             if (index == kEvaluate) {
-                if (!bounds.looks(i)) cube.blind = bounds.range_of(i);
-                if (side == 1 && !bounds.looks(i)) {
-                    blind_[static_cast<size_t>((cube.y - first_y_) * blocks_x_ +
-                                               (cube.x - first_x_))] = bounds.distance_of(i);
-                }
+                note_blind(bounds, i, side, from, &cube);
                 (*cubes)[left++] = cube;
             } else {
                 fill(cube, side, index);
@@ -155,6 +153,45 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
     }
     cubes->resize(left);
     return {};
+}
+
+// Notes what is known of a cube, where no voxel of it has to know its nearest surface point, and of
+// attributes that all of its voxels have.
+void PartCull::note_blind(const CubeBounds& bounds, size_t number, int32_t side, BoundSource from,
+                          CullCube* cube) {
+    if (from != BoundSource::kPerCase) return;
+    const nearest::NearestCase* attributes = nullptr;
+    const bool kept =
+        !bounds.attributes_of(number, &found_) || keep_attributes(&(attributes = &found_));
+    if (!kept) return;
+    cube->attributes = attributes;
+    const bool blind = !bounds.looks(number);
+    if (blind) cube->blind = bounds.range_of(number);
+    if (side != 1) return;
+    const auto block = static_cast<size_t>((cube->y - first_y_) * blocks_x_ + (cube->x - first_x_));
+    attributes_[block] = attributes;
+    if (blind) blind_[block] = bounds.distance_of(number);
+}
+
+// Replaces the attributes by equal ones that are kept; returns false if there are too many.
+bool PartCull::keep_attributes(const nearest::NearestCase** attributes) {
+    constexpr size_t kMostKept = 64;
+    // Compared as bits: what is not known is NaN.
+    const auto same = [](const auto& a, const auto& b) {
+        return a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
+    };
+    const nearest::NearestCase& found = **attributes;
+    for (const auto& kept : kept_attributes_) {
+        if (!same(kept->float_lo, found.float_lo) || !same(kept->int_lo, found.int_lo) ||
+            !same(kept->int_hi, found.int_hi))
+            continue;
+        *attributes = kept.get();
+        return true;
+    }
+    if (kept_attributes_.size() == kMostKept) return false;
+    kept_attributes_.push_back(std::make_unique<const nearest::NearestCase>(found));
+    *attributes = kept_attributes_.back().get();
+    return true;
 }
 
 void PartCull::fill(const CullCube& cube, int32_t side, int32_t constant_index) {
@@ -173,6 +210,7 @@ void PartCull::list_some(const PlacedPart& part, int32_t slab) {
     constexpr size_t kTried = 8;
     const size_t step = std::max<size_t>(blocks_.size() / kTried, 1);
     lowest_.clear();
+    known_.clear();
     for (size_t from = 0; from < blocks_.size(); from += step) {
         size_t i = from;
         while (i < std::min(from + step, blocks_.size()) &&
@@ -182,19 +220,23 @@ void PartCull::list_some(const PlacedPart& part, int32_t slab) {
         const auto at = static_cast<int32_t>(i);
         lowest_.push_back({8 * (first_x_ + at % blocks_x_) - part.base.x,
                            8 * (first_y_ + at / blocks_x_) - part.base.y, 8 * slab - part.base.z});
+        known_.push_back({{}, attributes_[i], true});
     }
 }
 
 // Octants cost some 10 us each, and dice nothing.
 abi::KernelStatus PartCull::probe_octants(const PlacedPart& part, BlockEvaluator* evaluator) {
     std::vector<Vec3i> octants;
-    for (const Vec3i& block : lowest_) {
-        for (int32_t o = 0; o < 8; ++o)
-            octants.push_back(octant_of(block, o));
+    std::vector<CubeBounds::Known> known;
+    for (size_t i = 0; i < lowest_.size(); ++i) {
+        for (int32_t o = 0; o < 8; ++o) {
+            octants.push_back(octant_of(lowest_[i], o));
+            known.push_back(known_[i]);
+        }
     }
     CubeBounds& bounds = evaluator->cube_bounds();
     const abi::KernelStatus status =
-        bounds.bound(part, 4, octants, {}, BoundSource::kPerCase, evaluator->bound_tools(part));
+        bounds.bound(part, 4, octants, known, BoundSource::kPerCase, evaluator->bound_tools(part));
     std::vector<float> weights(static_cast<size_t>(part.slots()));
     size_t culled = 0;
     for (size_t i = 0; i < octants.size() && status.ok(); ++i)
@@ -222,7 +264,7 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
     }
     CubeBounds& bounds = evaluator->cube_bounds();
     const abi::KernelStatus status =
-        bounds.bound_pieces(part, lowest_, evaluator->bound_tools(part));
+        bounds.bound_pieces(part, lowest_, known_, evaluator->bound_tools(part));
     std::vector<float> weights(static_cast<size_t>(part.slots()));
     const size_t pieces = CubeBounds::kPieces * lowest_.size(), enough = dices ? pieces / 8 : 1;
     size_t culled = 0;

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct CullCube {
     /// Of a cube in which no voxel has to know its nearest surface point: bounds of its distance,
     /// those of the largest such cube around it.
     CubeBounds::Range blind{};
+    /// Its attributes that are known (CubeBounds::Known); null: none.
+    const nearest::NearestCase* attributes = nullptr;
 };
 
 /// The culling of one part in one slab. Memory is reused from slab to slab.
@@ -65,6 +68,11 @@ class PartCull {
     float blind_distance(int32_t x, int32_t y) const {
         return blind_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
     }
+    /// Returns the attributes that all voxels of a block have (CubeBounds::Known), which a block with a
+    /// blind distance is evaluated with; null: none. Valid until the next slab.
+    const nearest::NearestCase* attributes(int32_t x, int32_t y) const {
+        return attributes_[static_cast<size_t>((y - first_y_) * blocks_x_ + (x - first_x_))];
+    }
     /// Returns what to try on the remaining blocks: parts of them may be uniform, or may not have to
     /// look at the surface.
     const CullTries& tries() const { return tries_; }
@@ -84,16 +92,23 @@ class PartCull {
                                          BoundSource from, BlockEvaluator* evaluator,
                                          std::atomic<int64_t>* room, std::vector<CullCube>* cubes);
     void fill(const CullCube& cube, int32_t side, int32_t constant_index);
+    void note_blind(const CubeBounds& bounds, size_t number, int32_t side, BoundSource from,
+                    CullCube* cube);
+    bool keep_attributes(const nearest::NearestCase** attributes);
     void list_some(const PlacedPart& part, int32_t slab);
     abi::KernelStatus probe_octants(const PlacedPart& part, BlockEvaluator* evaluator);
     abi::KernelStatus probe_pieces(const PlacedPart& part, int32_t slab, BlockEvaluator* evaluator);
 
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;
     std::vector<int32_t> blocks_;
-    std::vector<float> blind_;  ///< [block]
+    std::vector<float> blind_;                             ///< [block]
+    std::vector<const nearest::NearestCase*> attributes_;  ///< [block]
+    /// What attributes_ points to, each once.
+    std::vector<std::unique_ptr<const nearest::NearestCase>> kept_attributes_;
+    nearest::NearestCase found_;
     std::vector<Constant> constants_;
     std::vector<Vec3i> lowest_;  ///< of the current cubes
-    std::vector<CubeBounds::Range> known_;
+    std::vector<CubeBounds::Known> known_;
     CullTries tries_;
 };
 

@@ -59,6 +59,7 @@ void BlockEvaluator::take_blocks(const PlacedPart& part, int32_t slab, int32_t r
             corners_[static_cast<size_t>(3 * i + axis)] = corner[axis];
         blocks_.push_back(corner);
         blind_[static_cast<size_t>(i)] = blocks[i].blind_distance;
+        attributes_[static_cast<size_t>(i)] = blocks[i].attributes;
         std::copy(blocks[i].owned.begin(), blocks[i].owned.end(),
                   &owned_[static_cast<size_t>(64 * i)]);
     }
@@ -288,8 +289,8 @@ abi::KernelStatus BlockEvaluator::evaluate(const PlacedPart& part, int32_t slab,
     culls_ = part.volume.any() && (tries.any() || any_blind) && part.bounds.distance;
     abi::KernelStatus status;
     if (culls_)
-        status = piece_cull_.run(part, blocks_, blind_.data(), tries, &cube_bounds_,
-                                 bound_tools(part), culled_.data());
+        status = piece_cull_.run(part, blocks_, blind_.data(), attributes_.data(), tries,
+                                 &cube_bounds_, bound_tools(part), culled_.data());
     if (!status.ok()) return status;
     list_columns(n);
     const bool segments = part.part->fablet->volume_segments.step_count > 0;

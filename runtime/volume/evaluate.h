@@ -27,6 +27,7 @@ struct OwnedBlock {
     int32_t block = 0;                                               ///< column in the band
     alignas(8) std::array<uint8_t, 64> owned{};                      ///< bit z of byte y * 8 + x
     float blind_distance = std::numeric_limits<float>::quiet_NaN();  ///< PartCull::blind_distance
+    const nearest::NearestCase* attributes = nullptr;                ///< PartCull::attributes
 };
 
 /// Counters of one thread; added up at the end.
@@ -106,6 +107,7 @@ class BlockEvaluator {
     std::array<int32_t, 3 * kBatch> corners_{};
     std::vector<Vec3i> blocks_;          ///< lowest voxels
     std::array<float, kBatch> blind_{};  ///< distances of those that need none
+    std::array<const nearest::NearestCase*, kBatch> attributes_{};  ///< known ones
     std::array<uint8_t, 64 * kBatch> owned_{};
     std::array<CulledBlock, kBatch> culled_{};
     bool culls_ = false;  ///< whether culled_ is of the current blocks

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include "base/infinity.h"
 #include "base/stage_timer.h"
@@ -172,6 +173,7 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
         clear(tools->flat_targets);
         std::fill_n(tools->distance, kBlockValues, 0.0f);
         fill_culled(block, tools);
+        fill_attributes(block, false, tools);
         return;
     }
     nearest::BlockQuery query;
@@ -185,6 +187,7 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
             part.volume.gradients ? tools->gradient_targets.data() : nullptr,
             tools->flat_targets.data()};
         part.placed->read(tools->answer, active, targets, scratch);
+        fill_attributes(block, true, tools);
     }
     if (part.volume.distance) {
         // Owned voxels are inside, so the distance is negative; taken from 0 so that none gives +0.
@@ -202,6 +205,24 @@ void NearestStage::query(size_t block, const uint8_t* active, Tools* tools) cons
         }
         fill_culled(block, tools);
     }
+}
+
+// Gives voxels without an answer the attributes that all voxels of the block have.
+void NearestStage::fill_attributes(size_t block, bool answered, Tools* tools) const {
+    const nearest::NearestCase* known =
+        batch_.culled.empty() ? nullptr : batch_.culled[block].attributes;
+    if (known == nullptr) return;
+    const auto fill = [&](const auto& lo, const auto& hi, const auto& targets) {
+        for (size_t c = 0; c < lo.size(); ++c) {
+            if (!(lo[c] == hi[c]) || targets[c] == nullptr) continue;
+            const auto value = std::bit_cast<std::decay_t<decltype(*targets[c])>>(lo[c]);
+            for (size_t v = 0; v < kBlockValues; ++v) {
+                if (!answered || tools->answer.patch[v] < 0) targets[c][v] = value;
+            }
+        }
+    };
+    fill(known->float_lo, known->float_hi, tools->value_targets);
+    fill(known->int_lo, known->int_hi, tools->flat_targets);
 }
 
 // Gives the culled pieces of a block a distance from their intervals.

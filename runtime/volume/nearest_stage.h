@@ -70,6 +70,7 @@ class NearestStage : private openfab_nearest_source {
                      Tools* tools) const;
     void query(size_t block, const uint8_t* active, Tools* tools) const;
     void fill_culled(size_t block, Tools* tools) const;
+    void fill_attributes(size_t block, bool answered, Tools* tools) const;
 
     Batch batch_;
     size_t parts_;

@@ -24,9 +24,11 @@ abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const
 }
 
 abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> blocks,
-                                 const float* blind, const CullTries& tries, CubeBounds* bounds,
+                                 const float* blind, const nearest::NearestCase* const* attributes,
+                                 const CullTries& tries, CubeBounds* bounds,
                                  const CubeBounds::Tools& tools, CulledBlock* out) {
     bounded_.clear();
+    known_of_.clear();
     which_.clear();
     for (size_t b = 0; b < blocks.size(); ++b) {
         CulledBlock& block = out[b];
@@ -37,8 +39,10 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
         block.culled.fill(all ? uint8_t{0xff} : uint8_t{0});
         block.known.fill(0);
         block.reach = kInfinity;
+        block.attributes = attributes[b];
         if (all) continue;
         bounded_.push_back(blocks[b]);
+        known_of_.push_back({{}, attributes[b], true});
         which_.push_back(b);
     }
     if (bounded_.empty()) return {};
@@ -47,7 +51,7 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
     if (tries.octants) {
         status = cull_octants(part, bounds, tools, out);
     } else if (tries.pieces) {
-        status = bounds->bound_pieces(part, bounded_, tools);
+        status = bounds->bound_pieces(part, bounded_, known_of_, tools);
         for (size_t i = 0; i < which_.size() && status.ok(); ++i) {
             status =
                 find_pieces(part, i * CubeBounds::kPieces, *bounds, tools.isa, &out[which_[i]]);
@@ -62,11 +66,15 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
 abi::KernelStatus PieceCull::cull_octants(const PlacedPart& part, CubeBounds* bounds,
                                           const CubeBounds::Tools& tools, CulledBlock* out) {
     octants_.clear();
-    for (const Vec3i& block : bounded_) {
-        for (int32_t o = 0; o < 8; ++o)
-            octants_.push_back(octant_of(block, o));
+    known_of_octants_.clear();
+    for (size_t i = 0; i < bounded_.size(); ++i) {
+        for (int32_t o = 0; o < 8; ++o) {
+            octants_.push_back(octant_of(bounded_[i], o));
+            known_of_octants_.push_back(known_of_[i]);
+        }
     }
-    abi::KernelStatus status = bounds->bound(part, 4, octants_, {}, BoundSource::kPerCase, tools);
+    abi::KernelStatus status =
+        bounds->bound(part, 4, octants_, known_of_octants_, BoundSource::kPerCase, tools);
     const nearest::BlockPieces& pieces = part.engine().pieces();
     for (size_t i = 0; i < which_.size() && status.ok(); ++i) {
         std::array<Octant, 8> octants;
@@ -124,9 +132,13 @@ abi::KernelStatus PieceCull::limit_queries(const PlacedPart& part, std::span<con
     std::erase_if(which_, [&](size_t b) { return out[b].pieces == ~0u; });
     if (which_.empty()) return {};
     bounded_.clear();
-    for (const size_t b : which_)
+    known_of_.clear();
+    for (const size_t b : which_) {
         bounded_.push_back(blocks[b]);
-    const abi::KernelStatus status = bounds->find_reaches(part, bounded_, tools, &reaches_);
+        known_of_.push_back({{}, out[b].attributes, true});
+    }
+    const abi::KernelStatus status =
+        bounds->find_reaches(part, bounded_, known_of_, tools, &reaches_);
     for (size_t i = 0; i < which_.size() && status.ok(); ++i)
         out[which_[i]].reach = reaches_[i];
     return status;

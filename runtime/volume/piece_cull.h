@@ -52,6 +52,8 @@ struct CulledBlock {
         8) std::array<uint8_t, 64> culled{};     ///< voxels of culled pieces, laid out like `owned`
     alignas(8) std::array<uint8_t, 64> known{};  ///< those whose code is known
     float reach = kInfinity;  ///< a voxel farther from the surface takes this distance, mm
+    /// Those of all of its voxels that are known (CubeBounds::Known); null: none.
+    const nearest::NearestCase* attributes = nullptr;
 };
 
 /// Calls visit(column in the block, bits) for each column of a piece.
@@ -68,10 +70,10 @@ class PieceCull {
   public:
     /// Finds the culled pieces of blocks, which are given by their lowest voxels. All are of a block
     /// with a `blind` distance (PartCull::blind_distance), which is NaN for others; of those
-    /// pieces are culled as `tries` says.
+    /// pieces are culled as `tries` says. `attributes`: of each block, those that are known.
     abi::KernelStatus run(const PlacedPart& part, std::span<const Vec3i> blocks, const float* blind,
-                          const CullTries& tries, CubeBounds* bounds,
-                          const CubeBounds::Tools& tools, CulledBlock* out);
+                          const nearest::NearestCase* const* attributes, const CullTries& tries,
+                          CubeBounds* bounds, const CubeBounds::Tools& tools, CulledBlock* out);
 
   private:
     struct Octant {
@@ -99,9 +101,11 @@ class PieceCull {
     std::vector<KnownCode> known_;  ///< of known_part_
     const PlacedPart* known_part_ = nullptr;
     std::vector<float> weights_;
-    std::vector<Vec3i> bounded_;  ///< blocks that are not blind
-    std::vector<size_t> which_;   ///< their indices
+    std::vector<Vec3i> bounded_;               ///< blocks that are not blind
+    std::vector<size_t> which_;                ///< their indices
+    std::vector<CubeBounds::Known> known_of_;  ///< of bounded_
     std::vector<Vec3i> octants_;
+    std::vector<CubeBounds::Known> known_of_octants_;
     std::vector<float> reaches_;
     ConstantColumn constant_;
 };

@@ -225,10 +225,12 @@ __attribute__((noinline)) void find_witnesses(const NodeRef& start, const Points
             const Node* box = cached_box(scratch->patches, *node);
             if (box != nullptr && bits(node_distance2(*box, p) < w->distance2 - w->tolerance2) == 0)
                 continue;
-            // A point of a piece mostly is near enough, and the piece need not be built.
+            // A known point of a piece mostly is near enough, and the piece need not be built.
             const LeafFeatures& known = e.tree->leaves[node - e.tree->nodes];
-            if (known.step > 0) {
-                update_witness_point(known.origin[0], known.origin[1], known.origin[2], p, w);
+            if (known.vertices > 0) {
+                const VertexFeature* points = e.tree->vertices + known.first_vertex;
+                for (uint32_t i = 0; i < known.vertices; ++i)
+                    update_witness_point(points[i].v[0], points[i].v[1], points[i].v[2], p, w);
                 if (pass_by(node_distance2(*node, p), w)) continue;
             } else if (box == nullptr && !is_treelet(scratch->patches, *node) &&
                        pass_by(node_distance2(*node, p), w)) {

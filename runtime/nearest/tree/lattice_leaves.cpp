@@ -39,14 +39,20 @@ void LatticeLeaves::prepare(const CellBlock& block) {
         make_triangle(positions_[v[0]], positions_[v[1]], positions_[v[2]], patch_.id, triangle,
                       &frames_[t], &details_[t]);
     };
-    const CellBlock around =
-        cells_.clip({block.a - 1, block.b - 1, block.width + 2, block.height + 2});
-    for (int32_t b = around.b; b < around.b + around.height; ++b) {
-        for (int32_t a = around.a; a < around.a + around.width; ++a) {
+    const CellBlock own = cells_.clip(block);
+    const int32_t right = own.a + own.width, over = own.b + own.height;
+    for (int32_t b = own.b; b < over; ++b) {
+        for (int32_t a = own.a; a < right; ++a) {
             make(cells_.upper(a, b));
             make(cells_.lower(a, b));
         }
+        // Of the cells around, these have the second triangles of its edges.
+        make(cells_.upper(right, b));
     }
+    for (int32_t a = own.a; a < right; ++a)
+        make(cells_.upper(a, over));
+    const CellBlock around =
+        cells_.clip({block.a - 1, block.b - 1, block.width + 2, block.height + 2});
     measure_edges(around);
 }
 

@@ -254,16 +254,8 @@ class Builder {
         const Vec3f* positions = leaves_.positions();
         const CellBlock in = cells.clip(block);
         Area area;
-        int32_t left = cells.count(block) / 2;  // until a triangle in the middle
         const auto add = [&](int32_t triangle) {
             if (triangle < 0) return;
-            if (left-- == 0) {
-                LeafFeatures& leaf = tree_.leaves[node];
-                const int32_t corner = pieces_->mesh->triangles[static_cast<size_t>(triangle)][0];
-                for (int a = 0; a < 3; ++a)
-                    leaf.origin[a] = positions[corner][a];
-                leaf.step = 1;
-            }
             const std::array<int32_t, 3>& v =
                 pieces_->mesh->triangles[static_cast<size_t>(triangle)];
             const Vec3f facing =
@@ -276,10 +268,35 @@ class Builder {
                 add(cells.lower(a, b));
             }
         }
+        add_known_points(in, &tree_.leaves[node]);
         const int32_t piece = block.b / kRows * kAcross + block.a / kColumns;
         tree_.nodes[node].link = Node::kLeaf | static_cast<uint32_t>(first_id_ + piece);
         fit_block(area, block, node);
         return area;
+    }
+
+    /// Adds corners of triangles in a block, every other one along its rows and columns.
+    void add_known_points(const CellBlock& in, LeafFeatures* leaf) {
+        leaf->first_vertex = static_cast<uint32_t>(tree_.vertices.size());
+        const auto add = [&](int32_t triangle, size_t corner) {
+            if (triangle < 0) return;
+            const std::array<int32_t, 3>& v =
+                pieces_->mesh->triangles[static_cast<size_t>(triangle)];
+            VertexFeature known{};
+            for (int a = 0; a < 3; ++a)
+                known.v[a] = leaves_.positions()[v[corner]][a];
+            tree_.vertices.push_back(known);
+            ++leaf->vertices;
+        };
+        const LatticeCells& cells = leaves_.cells();
+        for (int32_t b = 0; b < in.height; ++b) {
+            for (int32_t a = 0; a < in.width; ++a) {
+                const bool even = a % 2 == 0 && b % 2 == 0, odd = a % 2 != 0 && b % 2 != 0;
+                if (even) add(cells.upper(in.a + a, in.b + b), 0);
+                if (odd && (a + 1 == in.width || b + 1 == in.height))
+                    add(cells.lower(in.a + a, in.b + b), 1);
+            }
+        }
     }
 
     void fit_leaf(const Area& area, uint32_t first, uint32_t count, size_t node) {

@@ -19,15 +19,14 @@ struct Features;
 constexpr int kHalfSpaces = 4;
 
 /// The features of a leaf. Its faces are its triangles; edges and vertices are consecutive in the
-/// tree.
+/// tree. A leaf that stands for a tree (Node) may have vertices, which are surface points in it.
 struct LeafFeatures {
     uint32_t first_edge = 0, first_vertex = 0;
     uint16_t edges = 0, vertices = 0;
     uint32_t first_half_space = 0;  ///< number of features of the tree before these
-    /// Of a leaf that stands for a tree (Node): a surface point in it where `step` is above zero.
-    float origin[3] = {};  ///< mm
-    float step = 0;        ///< unit of the half-spaces' offsets, mm
-    float inv_reach = 0;   ///< largest of its features (tree/features.h)
+    float origin[3] = {};           ///< mm
+    float step = 0;                 ///< unit of the half-spaces' offsets, mm
+    float inv_reach = 0;            ///< largest of its features (tree/features.h)
 };
 
 /// The half-spaces of a tree. For each leaf values[half-space][x, y, z, offset][feature]: faces,

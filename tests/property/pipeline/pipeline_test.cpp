@@ -179,6 +179,14 @@ TEST(Pipeline, BumpsOnASphereAreTheReference) {
                      {0.12, 0.12, 0.12}, 6);
 }
 
+TEST(Pipeline, FacesOfADisplacedBoxAreTheReference) {
+    testing::PartOptions options;
+    options.slot_material = {1, 2, 3};
+    options.max_displacement_mm = 0.2;
+    const TestPart part{&fablets(), "Faces", testing::card(6, 4, 3.2), options};
+    expect_reference({part}, {0.11, 0.16, 0.07}, 11);
+}
+
 TEST(Pipeline, SlabsOfADisplacedPartCanBePrintedAgain) {
     testing::PartOptions options;
     options.textures = {picture(32, 32, 4, 1, 0)};

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 
 #include "tests/support/surface/worlds.h"
@@ -238,6 +239,37 @@ TEST(SurfaceTest, AFailingKernelIsReported) {
     EXPECT_NE(surface->status().error().text().find("-7"), std::string::npos);
     fablet.surface_bounds.fn[OPENFAB_ISA_SSE41] = failing_kernel;
     EXPECT_NE(failure(part, 0.5).find("-7"), std::string::npos);
+}
+
+int (*counted_kernel)(void**) = nullptr;
+std::atomic<int> kernel_calls = 0;
+int counting_kernel(void** arguments) {
+    ++kernel_calls;
+    return counted_kernel(arguments);
+}
+
+// A draft has few points in each base triangle: calls cost more than they do.
+TEST(SurfaceTest, SmallNeighboursAreDicedTogether) {
+    openfab_fablet fablet = testing::hand_fablet(true);
+    counted_kernel = fablet.surface.fn[OPENFAB_ISA_SSE41];
+    for (auto& kernel : fablet.surface.fn)
+        kernel = kernel != nullptr ? counting_kernel : nullptr;
+    testing::PartOptions options;
+    options.uniform_values = testing::hand_uniforms(testing::HandMode::kBumps, 0.2f);
+    const part::Part part = testing::make_part(fablet, testing::torus(4, 1.5, 48, 24), options);
+    const auto surface = create(part, 0.4);
+    kernel_calls = 0;
+    const auto patches = static_cast<int32_t>(surface->patches().size());
+    ASSERT_GT(patches, 1000);
+    int64_t triangles = 0;
+    for (int32_t p = 0; p < patches; ++p) {
+        const auto mesh = surface->micro(p);
+        triangles += static_cast<int64_t>(mesh->triangles.size());
+        EXPECT_EQ(surface->micro(p), mesh);
+    }
+    EXPECT_LT(kernel_calls, patches / 8);
+    EXPECT_EQ(surface->counts().cache_misses, patches);
+    EXPECT_EQ(surface->counts().micro_triangles, triangles);
 }
 
 TEST(SurfaceTest, ReadingUvWithoutUvIsRefused) {
