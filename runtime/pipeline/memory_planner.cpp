@@ -19,7 +19,7 @@ constexpr size_t kMinCacheBytes = 24u << 20;
 constexpr size_t kMaxCacheBytes = 800u << 20;
 constexpr size_t kMaxCrossingBytes = 16u << 20;
 // Micropolygons of one surface: those around some slabs. What lies behind the print is of no use.
-constexpr size_t kMaxMicropolygonBytes = 128u << 20;
+constexpr size_t kMaxMicropolygonBytes = 48u << 20;
 
 // The part of a budget that a slab may take which no thread works at.
 constexpr int64_t kWaitingShare = 16;
