@@ -39,11 +39,12 @@ Answer state(const Request& request, Session* session, const Live* live) {
     const int32_t known = in.whole_or("known", -1, 0, INT32_MAX);
     if (!in.failed().empty()) return refusal(400, in.failed());
     if (live != nullptr) live->wait_for_change(known);
-    session->look_again();
     JsonText out;
     out.begin_object();
-    describe_prints(session->prints(), &out);
+    // Its count comes first: prints may be newer than what it counts, never older.
     if (live != nullptr) live->describe(&out.key("live"));
+    session->look_again();
+    describe_prints(session->prints(), &out);
     out.end_object();
     return {200, "application/json", out.take()};
 }

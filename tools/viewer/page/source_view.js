@@ -37,7 +37,7 @@ export class SourceView {
         this.pen.font = getComputedStyle(this.host).font;
         this.letter = this.pen.measureText("0".repeat(64)).width / 64;
         const sheet = byId("sheet");
-        sheet.style.minHeight = `${this.lines.length * kLine + 2 * kTop}px`;
+        for (const one of [sheet, byId("lines")]) one.style.minHeight = `${this.lines.length * kLine + 2 * kTop}px`;
         sheet.style.minWidth = `${Math.ceil((longest + 2) * this.letter) + 2 * kLeft}px`;
         // Wide letters and tabs take more.
         if (this.source.scrollWidth > this.source.clientWidth) sheet.style.minWidth = `${this.source.scrollWidth}px`;
