@@ -26,7 +26,7 @@ bool is_world(const std::string& input) {
 }
 
 world::FileRules file_rules(const Options& options) {
-    return {{options.allow.begin(), options.allow.end()}, options.memory_bytes};
+    return world::rules_of(options.allow, options.memory_bytes);
 }
 
 std::string title_of(const std::string& input) {

@@ -16,6 +16,7 @@
 #include "backends/formats/formats.h"
 #include "backends/stream/address.h"
 #include "base/command_line.h"
+#include "base/talking_program.h"
 #include "base/units.h"
 
 namespace openfab::program {
@@ -182,7 +183,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("LENGTH");
     app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
         ->check(CLI::Range(1, 1000))
-        ->type_name("N");
+        ->type_name("N")
+        ->option_text("N");
     app.add_option("--crop", raw.crop,
                    "size of a slice: parts (their bounding box) or tray (the whole tray)")
         ->check(CLI::IsMember({"parts", "tray"}));
@@ -198,6 +200,8 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "a folder that the world may read besides its own (repeatable)")
         ->allow_extra_args(false)
         ->type_name("FOLDER");
+    app.add_flag_callback(
+        kProgramsWord, [&o] { o.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
     app.add_option(
         "--dither", o.dither,
         "own (default: the fablet's @Dither where it has one, else blue_noise), blue_noise, "

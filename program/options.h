@@ -60,8 +60,9 @@ struct Options {
     uint64_t seed = 0;
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by part::bind
     std::string support;  ///< on, off or a material of the world; empty: as world and printer say
-    bool crop_tray = false;          ///< the grid is the tray, not the box of the parts
-    std::vector<std::string> allow;  ///< folders that the world may read besides its own
+    bool crop_tray = false;  ///< the grid is the tray, not the box of the parts
+    /// Folders that the world may read besides its own, and kProgramsWord where its programs may run.
+    std::vector<std::string> allow;
     std::vector<preview::PreviewSpec> previews;
     program::ProgressMode progress = program::ProgressMode::kAuto;
     std::string stats_file;

@@ -184,9 +184,10 @@ class Displacer {
         const world::Object object = world_.objects[static_cast<size_t>(placement->object)];
         if (world_.shapes.contains(object.mesh)) {
             return user_error(
-                fmt::format("object `{}` is a shape by a function, which a displacement field "
-                            "cannot move",
-                            object.name),
+                fmt::format(
+                    "object `{}` is a shape by a function or a program, which a displacement field "
+                    "cannot move",
+                    object.name),
                 "print it with `process` without `field`");
         }
         const Affine3d& to_build = placement->transform;

@@ -14,6 +14,7 @@
 
 #include "base/json.h"
 #include "base/near_miss.h"
+#include "base/talking_program.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/primitives.h"
@@ -24,6 +25,7 @@
 #include "world/nearly_equal_stretch.h"
 #include "world/pieces_reader.h"
 #include "world/primitive_reader.h"
+#include "world/program_reader.h"
 #include "world/uniform_values.h"
 #include "world/world_files.h"
 
@@ -48,6 +50,7 @@ class WorldReader {
           files_(file, rules, &json_),
           memory_left_(rules.memory_bytes) {
         world_.file = file;
+        world_.programs_allowed = rules.programs;
     }
 
     Result<World> read() {
@@ -276,7 +279,7 @@ class WorldReader {
         if (!json_.object(m.value, world_keys("mesh"), what)) return;
         const JsonMember* source = nullptr;
         std::vector<std::string> sources = primitive_keys();
-        sources.insert(sources.begin(), {"file", "beams", "shape", "grow"});
+        sources.insert(sources.begin(), {"file", "beams", "shape", "grow", "program"});
         for (const std::string& key : sources) {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr) continue;
@@ -290,15 +293,23 @@ class WorldReader {
         if (source == nullptr) {
             return json_.fail(
                 m.value, fmt::format("{} has no `file`", what),
-                fmt::format("give one, or `beams`, a `shape`, `grow`, or in mm one of `{}`",
-                            fmt::join(primitive_keys(), "`, `")));
+                fmt::format(
+                    "give one, or `beams`, a `shape`, `grow`, a `program`, or in mm one of `{}`",
+                    fmt::join(primitive_keys(), "`, `")));
         }
         const JsonMember* box = m.value.find("box_mm");
-        const bool is_function = source->key == "shape" || source->key == "grow";
+        const bool is_program = source->key == "program";
+        const bool is_function = is_program || source->key == "shape" || source->key == "grow";
         if (box != nullptr && !is_function) {
             return json_.fail_at(box->line, box->column,
                                  fmt::format("`box_mm` of {} goes with a `shape`", what),
                                  "a `box` has its size in mm");
+        }
+        for (const char* key : kProgramKeys) {
+            const JsonMember* p = m.value.find(key);
+            if (p == nullptr || is_program) continue;
+            return json_.fail_at(p->line, p->column,
+                                 fmt::format("`{}` of {} goes with a `program`", key, what));
         }
         if (source->key == "file") {
             mesh_file(m, source->value, what);
@@ -315,6 +326,11 @@ class WorldReader {
             }
             if (source->key == "beams") {
                 beams(m, source->value, what);
+            } else if (is_program) {
+                shape(*source, box, what);
+                if (!json_.ok()) return;
+                ShapeRef& shape = world_.shapes.rbegin()->second;
+                shape.program = read_program(m.value, source->value, what, &json_, &files_);
             } else if (is_function) {
                 shape(*source, box, what);
             } else {
@@ -357,9 +373,10 @@ class WorldReader {
         }
     }
 
-    /// A shape, or what a rule grows, stands in the world as its box.
+    /// A shape, or what a rule grows or a program makes, stands in the world as its box.
     void shape(const JsonMember& source, const JsonMember* box, const std::string& what) {
-        if (reference(source.value, fmt::format("`{}` of {}", source.key, what), "fablet",
+        if (source.key != "program" &&
+            reference(source.value, fmt::format("`{}` of {}", source.key, what), "fablet",
                       fablet_places_) < 0)
             return;
         if (box == nullptr) {
@@ -633,6 +650,19 @@ class WorldReader {
 };
 
 }  // namespace
+
+FileRules rules_of(const std::vector<std::string>& allow, int64_t memory_bytes) {
+    FileRules rules;
+    rules.memory_bytes = memory_bytes;
+    for (const std::string& one : allow) {
+        if (one == kProgramsWord) {
+            rules.programs = true;
+        } else {
+            rules.allowed.emplace_back(one);
+        }
+    }
+    return rules;
+}
 
 Result<World> load_world(const fs::path& file, const FileRules& rules, MeshFiles mesh_files) {
     return WorldReader(file, rules, mesh_files).read();

@@ -100,10 +100,28 @@ struct ObjectPieces {
     SourceLocation location;
 };
 
+/// A program of the user's that makes geometry where it is asked to.
+struct ProgramRef {
+    struct Attribute {
+        std::string name, type;  ///< `float` to `float4`, or `int`
+        int32_t components = 1;
+        bool is_int = false;
+    };
+    std::vector<std::string> command;  ///< a program and its arguments
+    std::filesystem::path folder;      ///< where it runs: the world's
+    std::vector<Attribute> attributes;
+    std::vector<std::string> places;  ///< names of objects that it may place
+    std::string version;              ///< a text that the user changes with what the program reads
+    int32_t answer_ms = 60'000;
+    size_t most_bytes = size_t{64} << 20;  ///< of an answer
+    SourceLocation location, places_location;
+};
+
 /// A mesh that stands for a shape: its box is that of the shape.
 struct ShapeRef {
-    std::string fablet;       ///< name in World::fablets, of the one whose @Shape it is
+    std::string fablet;       ///< name in World::fablets, of the one whose @Shape or @Grow it is
     SourceLocation location;  ///< of that name
+    std::shared_ptr<const ProgramRef> program = nullptr;  ///< instead of a fablet
 };
 
 struct Object {
@@ -157,6 +175,7 @@ struct World {
     std::vector<std::filesystem::path> files;  ///< all files read, the world itself first
     /// Folders below which files may name others (base/input_file.h); empty: their own.
     std::vector<std::filesystem::path> roots;
+    bool programs_allowed = false;  ///< as in FileRules
 };
 
 constexpr size_t kLargestWorld = 256'000'000;  ///< bytes
@@ -164,10 +183,16 @@ constexpr size_t kLargestWorld = 256'000'000;  ///< bytes
 /// Limits for reading a world.
 struct FileRules {
     /// Allowed folders besides the world's own or that of its project (world_files.h).
-    std::vector<std::filesystem::path> allowed;
+    std::vector<std::filesystem::path> allowed = {};
     /// Memory for reading the world and for its meshes; more is an error.
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
+    /// Whether programs that it names may run. Reading it runs none.
+    bool programs = false;
 };
+
+/// Makes rules of folders, of which one may be kProgramsWord.
+FileRules rules_of(const std::vector<std::string>& allow,
+                   int64_t memory_bytes = mesh::kDefaultReadingBytes);
 
 /// Whether load_world reads files of meshes. Without them these meshes are empty, placements that go
 /// by their boxes are wrong, and World::files lacks what they name: enough for what is compiled of a

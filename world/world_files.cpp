@@ -108,6 +108,15 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what,
     return path;
 }
 
+void WorldFiles::words(const JsonValue& value, const std::vector<std::string>& command) {
+    for (const std::string& word : command) {
+        const fs::path path = folder_ / word;
+        std::error_code ignored;
+        if (json_.ok() && !word.empty() && fs::is_regular_file(path, ignored) && allowed(path))
+            add(value, path);
+    }
+}
+
 void WorldFiles::also(const JsonValue& value, const fs::path& file) {
     check(value, fmt::format("its file `{}`", file.filename().string()), file);
     add(value, file);

@@ -30,9 +30,13 @@ class WorldFiles {
     /// of several steps, `time` says which one's data belong to the world.
     std::filesystem::path images(const JsonValue& value, const std::string& what,
                                  std::optional<double> time);
+    /// Adds the words of a command that are files of the world's folder; they need not be.
+    void words(const JsonValue& value, const std::vector<std::string>& command);
     /// Adds a file that a file of the world, at `value`, names in turn.
     void also(const JsonValue& value, const std::filesystem::path& file);
 
+    /// Returns the world's folder.
+    const std::filesystem::path& folder() const { return folder_; }
     /// Returns the folders below which files may be read, the world's own or its project's first.
     const std::vector<std::filesystem::path>& roots() const { return roots_; }
     /// Returns all files that were named, the world first.

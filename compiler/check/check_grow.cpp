@@ -39,6 +39,10 @@ constexpr Role kRoles[] = {
     {"flat", "`int flat`, or `bool flat`",
      [](const Type& t) { return t == kIntType || t == kBoolType; },
      "whether the beam is cut flat at its ends"},
+    {"object", "`int object`", [](const Type& t) { return t == kIntType; },
+     "the number, from 1, of the `Object` uniform that stands at `end[0]`, 0 for none"},
+    {"axes", "`float3 axes[3]`", [](const Type& t) { return t == array_of(kFloat3Type, 3); },
+     "where x, y and z of the object that stands there point, their lengths its scale"},
 };
 
 bool may_be_missing(const Role& role, const StructType& node) {
@@ -46,7 +50,7 @@ bool may_be_missing(const Role& role, const StructType& node) {
         return std::ranges::find(node.members, name, &StructMember::name) != node.members.end();
     };
     if (role.name == "reach" || role.name == "box") return has("reach") || has("box");
-    return role.name == "flat";
+    return role.name == "flat" || role.name == "object" || role.name == "axes";
 }
 
 }  // namespace
@@ -124,8 +128,12 @@ void Checker::check_parent(const ast::Variable& v, const Type& type, Fablet* to)
 /// Checks the members that mean something.
 void Checker::check_node(const ast::Stage& from, const Fablet& to) {
     const StructType& node = *to.node.record;
+    const bool places =
+        std::ranges::find(node.members, "object", &StructMember::name) != node.members.end();
     for (const Role& role : kRoles) {
         const auto member = std::ranges::find(node.members, role.name, &StructMember::name);
+        // Without objects these are the rule's own.
+        if (role.name == "axes" && !places) continue;
         if (member == node.members.end()) {
             if (may_be_missing(role, node)) continue;
             sink_
@@ -142,6 +150,15 @@ void Checker::check_node(const ast::Stage& from, const Fablet& to) {
                 .note(from.span, "the stage that returns it is declared here")
                 .help(fmt::format("it is {}", role.what));
         }
+    }
+    if (places && to.ir.object_count == 0) {
+        const auto member = std::ranges::find(node.members, "object", &StructMember::name);
+        sink_
+            ->report(member->span, diag::kBadDeclaration,
+                     "`object` of a node is the number of an `Object` uniform, and the fablet has "
+                     "none")
+            .note(from.span, "it grows here")
+            .help("declare `@uniform { Object leaf; }`, which the world binds to an object");
     }
 }
 

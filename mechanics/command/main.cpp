@@ -18,6 +18,7 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "base/talking_program.h"
 #include "base/units.h"
 #include "mechanics/command/commands.h"
 #include "mechanics/part/shown.h"
@@ -84,6 +85,8 @@ void add_common(CLI::App* app, CommonOptions* o, Texts* texts) {
                     "a folder that a world may read besides its own (repeatable)")
         ->allow_extra_args(false)
         ->type_name("FOLDER");
+    app->add_flag_callback(
+        kProgramsWord, [o] { o->allow.emplace_back(kProgramsWord); }, kProgramsHelp);
     app->add_option("--tolerance", o->tolerance, "of the residual (default: 1e-6)")
         ->type_name("R")
         ->check(CLI::Range(1e-12, 0.1));

@@ -12,6 +12,7 @@
 #include "base/json.h"
 #include "base/json_text.h"
 #include "base/say.h"
+#include "base/talking_program.h"
 #include "mechanics/model/absolute_paths.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
@@ -118,7 +119,7 @@ Result<fs::path> print_voxels(const PrintRequest& request, const fs::path& folde
                                  std::to_string(request.supersample)});
     }
     for (const std::string& one : request.allow)
-        argv.insert(argv.end(), {"--allow", one});
+        argv.push_back(allow_argument(one));
     for (const std::string& one : request.settings)
         argv.insert(argv.end(), {"--set", one});
     if (Result<void> done = run(argv, folder); !done) return done.error();
@@ -133,7 +134,7 @@ Result<std::array<double, 3>> build_size(const PrintRequest& request, const fs::
                                   "--voxel",
                                   "0.5mm"};
     for (const std::string& one : request.allow)
-        argv.insert(argv.end(), {"--allow", one});
+        argv.push_back(allow_argument(one));
     for (const std::string& one : request.settings)
         argv.insert(argv.end(), {"--set", one});
     if (Result<void> done = run(argv, folder); !done) return done.error();

@@ -11,7 +11,7 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 from pathlib import Path as _Path
 
-from . import _core
+from . import _core, procedural
 from ._printers import Printer, printers
 from .errors import (
     CompileError,
@@ -52,6 +52,7 @@ from .world import VOID, FileWorld, Material, Object, World, load
 
 __version__ = _version("openfab")
 
+_core.set_line_opener(procedural._open)
 _core.set_converter(_Path(_core.__file__).parent / "bin" / "openfab-texture")
 
 __all__ = [
@@ -103,6 +104,7 @@ __all__ = [
     "preview",
     "print_world",
     "printers",
+    "procedural",
     "read",
     "revolution",
     "sample",

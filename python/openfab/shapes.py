@@ -18,6 +18,7 @@ from ._given import Real, array, choice, floats, integers, is_sequence, number, 
 from .errors import InputError
 from .fablet import Fablet
 from .lattice import Beams
+from .procedural import Generated, Generator
 
 
 class Mesh:
@@ -499,13 +500,15 @@ def shape(
     return Shape(source, box, uniforms)
 
 
-AnyMesh = Mesh | FileMesh | Primitive | Shape | Beams
+AnyMesh = Mesh | FileMesh | Primitive | Shape | Beams | Generated
 
 
 def as_mesh(value: Any) -> AnyMesh:
     """Returns what can stand for a mesh: a mesh, a file, or one of trimesh or pyvista."""
-    if isinstance(value, (Mesh, FileMesh, Primitive, Shape, Beams)):
+    if isinstance(value, (Mesh, FileMesh, Primitive, Shape, Beams, Generated)):
         return value
+    if isinstance(value, Generator):
+        raise InputError(f"`{value.__name__}` has no box; add `{value.__name__}.within(((x, y, z), (x, y, z)))`")
     if isinstance(value, (str, os.PathLike)):
         return FileMesh(value)
     found = _foreign.arrays_of(value)

@@ -21,6 +21,7 @@ from ._given import Real, Whole, array, choice, is_sequence, number, plain, posi
 from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
 from .lattice import Beams
+from .procedural import Generated
 from .shapes import AnyMesh, Mesh, Shape, Texture, as_mesh
 
 T = TypeVar("T")
@@ -445,11 +446,12 @@ class World:
             shapes = [mesh.fablet for _, mesh in names.meshes.items() if isinstance(mesh, Shape)]
             fablets = [*(one.fablet for one in self._objects.values()), *shapes]
             sources = dict.fromkeys(fablet.source() for fablet in fablets)
+            generates = any(isinstance(mesh, Generated) for _, mesh in names.meshes.items())
         path = _files.unique(self.title, _files.WORLD)
         with _files.outside_errors(f"`{path}` cannot be written"):
             path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")
         made = Snapshot(
-            path, tuple(sources), _allowed(sorted(allow)), _set_words(settings), description,
+            path, tuple(sources), _allowed(sorted(allow), generates), _set_words(settings), description,
             {
                 str(thing._file.path()): f"the arrays of {kind} `{name}`"
                 for kind, named in (("mesh", names.meshes), ("texture", names.textures))
@@ -487,6 +489,8 @@ class FileWorld:
         The `.fab.json`.
     allow : sequence of str or path, optional
         Folders that it may read besides its own.
+    allow_programs : bool, optional
+        Whether the programs that it names may run: never those of a stranger's world.
 
     Attributes
     ----------
@@ -499,9 +503,12 @@ class FileWorld:
         Where the file cannot be read, or is no object of JSON.
     """
 
-    def __init__(self, file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> None:
+    def __init__(
+        self, file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = (), allow_programs: bool = False,
+    ) -> None:
         self.file = Path(file).absolute()
         self._allow = [os.fspath(folder) for folder in allow]
+        self._programs = bool(allow_programs)
         self.to_json()
 
     def to_json(self) -> dict[str, Any]:
@@ -552,7 +559,8 @@ class FileWorld:
         if not sources:
             raise InputError(f"{self.file}: the world has no fablets", file=str(self.file))
         return Snapshot(
-            self.file, tuple(dict.fromkeys(sources)), _allowed(self._allow), _set_words(settings), description
+            self.file, tuple(dict.fromkeys(sources)), _allowed(self._allow, self._programs), _set_words(settings),
+            description,
         )
 
     def _repr_png_(self) -> bytes:
@@ -600,8 +608,8 @@ def snapshot(world: AnyWorld, uniforms: Mapping[str, Any] | None = None) -> Snap
     return world._snapshot(uniforms)
 
 
-def _allowed(folders: Iterable[Any]) -> tuple[str, ...]:
-    return tuple(f"--allow={folder}" for folder in folders)
+def _allowed(folders: Iterable[Any], programs: bool) -> tuple[str, ...]:
+    return (*(f"--allow={folder}" for folder in folders), *(["--allow-programs"] if programs else []))
 
 
 def _set_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
@@ -618,7 +626,9 @@ def dither_rule(words: list[str]) -> tuple[str, str] | None:
     return rule
 
 
-def load(file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> FileWorld:
+def load(
+    file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = (), allow_programs: bool = False,
+) -> FileWorld:
     """Opens the world of a `.fab.json`.
 
     Parameters
@@ -627,6 +637,8 @@ def load(file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]
         The `.fab.json`.
     allow : sequence of str or path, optional
         Folders that it may read besides its own.
+    allow_programs : bool, optional
+        Whether the programs that it names may run: never those of a stranger's world.
 
     Returns
     -------
@@ -638,7 +650,7 @@ def load(file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]
     InputError
         Where the file cannot be read, or is no object of JSON.
     """
-    return FileWorld(file, allow=allow)
+    return FileWorld(file, allow=allow, allow_programs=allow_programs)
 
 
 class _Named(Generic[T]):

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "base/caret.h"
+#include "base/talking_program.h"
 #include "python/src/bindings.h"
 #include "python/src/print.h"
 #include "python/src/program.h"
@@ -197,6 +198,21 @@ void bind_shares(nb::module_& m) {
         "world_files",
         [](const std::vector<std::string>& words) { return either(world_files(words)); }, "words"_a,
         nb::call_guard<nb::gil_scoped_release>());
+    m.def(
+        "set_line_opener",
+        [](nb::callable open) {
+            // Never destroyed: a print may ask while the interpreter ends.
+            auto* kept = new nb::callable(std::move(open));
+            set_line_opener([kept](const std::string& token) {
+                const nb::gil_scoped_acquire held;
+                try {
+                    return nb::cast<int>((*kept)(token));
+                } catch (const std::exception&) {
+                    return -1;
+                }
+            });
+        },
+        "open"_a);
     m.def(
         "world_dither",
         [](const std::vector<std::string>& words) { return either(world_dither(words)); },

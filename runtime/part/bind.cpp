@@ -350,8 +350,13 @@ class WorldBinder {
         }
         const auto shape = world_.shapes.find(object.mesh);
         if (shape == world_.shapes.end()) return make_part_mesh(mesh, fablet, s);
-        const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
-        const openfab_fablet* stage = find_fablet(fablets_, ref.fablet, ref.source.filename());
+        const openfab_fablet* stage = nullptr;
+        if (shape->second.program != nullptr) {
+            stage = &shapes_.program(object.mesh);
+        } else {
+            const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
+            stage = find_fablet(fablets_, ref.fablet, ref.source.filename());
+        }
         if (const Result<void> fine = check_stretch(stage, s); !fine)
             return with_context(fine.error(), fmt::format("`{}`: ", object.name));
         return make_part_mesh(box_of_shape(mesh, stage), fablet, s);

@@ -9,6 +9,8 @@
 
 #include "abi/grow_table.h"
 #include "abi/shape_distance.h"
+#include "base/near_miss.h"
+#include "base/talking_program.h"
 #include "runtime/part/node_member.h"
 
 namespace openfab::part {
@@ -16,14 +18,6 @@ namespace openfab::part {
 namespace {
 
 constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-/// Stands for the fablet of what is asked for its geometry alone.
-const openfab_fablet kGeometry = [] {
-    openfab_fablet fablet{};
-    fablet.abi_version = OPENFAB_ABI_VERSION;
-    fablet.name = "geometry";
-    return fablet;
-}();
 
 bool queries(const openfab_segments& segments, int32_t object) {
     return std::any_of(segments.queries, segments.queries + segments.query_count,
@@ -44,15 +38,22 @@ int32_t attribute_components(const openfab_shape& shape, const openfab_varying& 
 
 }  // namespace
 
+const openfab_fablet kGeometry = [] {
+    openfab_fablet fablet{};
+    fablet.abi_version = OPENFAB_ABI_VERSION;
+    fablet.name = "geometry";
+    return fablet;
+}();
+
 bool volume_asks(const openfab_fablet& fablet, int32_t object) {
     return queries(fablet.volume_segments, object);
 }
 
 bool shape_asks(const openfab_fablet& fablet, int32_t object) {
     const openfab_shape* shape = fablet.shape;
-    return shape != nullptr &&
-           (queries(shape->value_segments, object) || queries(shape->attribute_segments, object) ||
-            reads(shape->values, object) || reads(shape->attributes, object));
+    return shape != nullptr && (places_objects(*shape) || queries(shape->value_segments, object) ||
+                                queries(shape->attribute_segments, object) ||
+                                reads(shape->values, object) || reads(shape->attributes, object));
 }
 
 std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch) {
@@ -68,8 +69,8 @@ std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch) {
 Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch) {
     if (stretch == kUnmoved) return Ok{};
     if (stage != nullptr && stage->shape != nullptr && openfab_grows(stage->shape)) {
-        return user_error("it is grown by a rule, and a placement scales it",
-                          "give it a uniform for its size");
+        return user_error("it is grown by a rule or made by a program, and a placement scales it",
+                          "give it a uniform, or an argument, for its size");
     }
     if (scales_along_axes(stretch)[0] == 0) {
         return user_error("it is a shape, and a placement scales it along other axes than its own",
@@ -105,6 +106,7 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
     const auto shape = world_.shapes.find(object.mesh);
     if (shape == world_.shapes.end()) return Ok{};
     const world::ShapeRef& ref = shape->second;
+    if (ref.program != nullptr) return bind_program(object, ref, part);
     auto stage = std::make_shared<ShapeStage>();
     stage->name = object.name;
     stage->location = ref.location;
@@ -152,6 +154,49 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
     return Ok{};
 }
 
+const openfab_fablet& ShapeBinder::program(int32_t mesh) {
+    std::shared_ptr<const ProgramTable>& known = programs_[mesh];
+    if (known == nullptr) known = make_program_table(world_.shapes.at(mesh).program, world_.roots);
+    return known->fablet;
+}
+
+Result<void> ShapeBinder::bind_program(const world::Object& object, const world::ShapeRef& ref,
+                                       Part* part) {
+    const world::ProgramRef& program = *ref.program;
+    if (!world_.programs_allowed) {
+        return error_at(
+            ref.location,
+            fmt::format("`{}` is made by a program, `{}`, and programs of a world do not run by "
+                        "themselves",
+                        object.name, fmt::join(program.command, " ")),
+            fmt::format("if you know what it does, add `{}`; never for a stranger's world",
+                        kProgramsWord));
+    }
+    auto stage = std::make_shared<ProgramStage>();
+    stage->name = object.name;
+    stage->location = ref.location;
+    stage->mesh = part->mesh;
+    stage->instance = 0;
+    stage->fablet = &this->program(object.mesh);
+    stage->table = programs_.at(object.mesh);
+    for (const std::string& name : program.places) {
+        const auto found = std::ranges::find(world_.objects, name, &world::Object::name);
+        if (found == world_.objects.end()) {
+            std::vector<std::string> names;
+            for (const world::Object& other : world_.objects)
+                names.push_back(other.name);
+            return error_at(program.places_location, fmt::format("no object is called `{}`", name),
+                            suggest(name, names));
+        }
+        Result<std::shared_ptr<const Part>> body =
+            body_of(static_cast<int32_t>(found - world_.objects.begin()), program.places_location);
+        if (!body) return body.error();
+        stage->bodies.push_back(std::move(*body));
+    }
+    part->shape = same_stage(std::move(stage));
+    return Ok{};
+}
+
 Result<void> ShapeBinder::bind_bodies(const std::vector<int32_t>& objects, ShapeStage* stage) {
     for (size_t i = 0; i < objects.size(); ++i) {
         if (!shape_asks(*stage->fablet, static_cast<int32_t>(i))) continue;
@@ -171,16 +216,20 @@ Result<std::shared_ptr<const Part>> ShapeBinder::body_of(int32_t object,
     const world::Object& of = world_.objects[static_cast<size_t>(object)];
     if (std::ranges::find(asking_, object) != asking_.end()) {
         return error_at(asked,
-                        fmt::format("the shape of `{}` asks for the distance to itself", of.name),
-                        "bind another object to its `Object` uniform");
+                        fmt::format("the shape of `{}` asks for the distance to itself, or places "
+                                    "itself",
+                                    of.name),
+                        "name another object");
     }
     const Result<const openfab_fablet*> fablet = sources_.fablet_of(of);
     if (!fablet) return fablet.error();
     if ((*fablet)->has_surface != 0) {
         return error_at(
             asked,
-            fmt::format("a shape asks for the distance to `{}`, which its @Surface stage displaces",
-                        of.name),
+            fmt::format(
+                "a shape asks for the distance to `{}`, or places it, and its @Surface stage "
+                "displaces it",
+                of.name),
             "shapes see meshes as their files have them: give the shape an object of the same mesh "
             "with a fablet that does not displace it; `build` need not place it");
     }

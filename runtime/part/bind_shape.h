@@ -14,6 +14,7 @@
 #include "abi/fablet_table.h"
 #include "base/result.h"
 #include "runtime/part/part.h"
+#include "runtime/part/program_stage.h"
 #include "runtime/part/shape_stage.h"
 #include "runtime/part/uniforms.h"
 #include "world/world.h"
@@ -33,6 +34,9 @@ Result<void> check_stretch(const openfab_fablet* stage, const std::array<double,
 /// Returns the mesh of a shape, its box, with the outputs of its stage as attributes, so that names
 /// and types are checked as those of meshes are; their values come from the stage.
 mesh::Mesh box_of_shape(const mesh::Mesh& box, const openfab_fablet* stage);
+
+/// Stands for the fablet of what is asked for its geometry alone.
+extern const openfab_fablet kGeometry;
 
 class ShapeBinder {
   public:
@@ -63,7 +67,11 @@ class ShapeBinder {
     Result<void> bind(const world::Object& object, const std::array<double, 9>& stretch,
                       const BoundUniforms& uniforms, Part* part);
 
+    /// Returns the table of a mesh that a program makes.
+    const openfab_fablet& program(int32_t mesh);
+
   private:
+    Result<void> bind_program(const world::Object& object, const world::ShapeRef& ref, Part* part);
     Result<void> bind_bodies(const std::vector<int32_t>& objects, ShapeStage* stage);
     Result<std::shared_ptr<const Part>> body_of(int32_t object, const SourceLocation& asked);
     std::shared_ptr<const ShapeStage> same_stage(std::shared_ptr<const ShapeStage> stage);
@@ -71,8 +79,9 @@ class ShapeBinder {
     const world::World& world_;
     Sources sources_;
     std::map<const PartMesh*, std::vector<std::shared_ptr<const ShapeStage>>> stages_;
-    std::map<int32_t, std::shared_ptr<const Part>> bodies_;  ///< by object
-    std::vector<int32_t> asking_;                            ///< objects whose bodies are made
+    std::map<int32_t, std::shared_ptr<const ProgramTable>> programs_;  ///< by mesh
+    std::map<int32_t, std::shared_ptr<const Part>> bodies_;            ///< by object
+    std::vector<int32_t> asking_;  ///< objects whose bodies are made
 };
 
 }  // namespace openfab::part

@@ -16,6 +16,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/talking_program.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "program/output_check.h"
@@ -141,8 +142,7 @@ class Checker {
     /// Reads the channels of a world, and its printer's name if none is given.
     Result<void> read_world(std::string* printer) {
         const Result<world::World> world = world::load_world(
-            arguments_.file, {{arguments_.allow.begin(), arguments_.allow.end()}, memory_},
-            world::MeshFiles::kSkip);
+            arguments_.file, world::rules_of(arguments_.allow, memory_), world::MeshFiles::kSkip);
         if (!world) return world.error();
         if (printer->empty()) *printer = world->printer;
         for (const world::Material& material : world->materials)
@@ -278,7 +278,7 @@ class Checker {
         option("--process", arguments_.process);
         option("--threads", arguments_.threads > 0 ? std::to_string(arguments_.threads) : "");
         for (const std::string& allow : arguments_.allow)
-            option("--allow", allow);
+            argv.push_back(allow_argument(allow));
         argv.insert(argv.end(), arguments_.print_words.begin(), arguments_.print_words.end());
         const fs::path out = fs::path(file).replace_extension(".out");
         const fs::path err = fs::path(file).replace_extension(".err");

@@ -19,6 +19,7 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "base/talking_program.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/arrange.h"
 #include "tools/openfab/check.h"
@@ -348,6 +349,8 @@ void add_check(CLI::App& app, Action* action) {
         ->add_option("--allow", a->allow,
                      "a folder that the world may read besides its own (repeatable)")
         ->allow_extra_args(false);
+    command->add_flag_callback(
+        kProgramsWord, [a] { a->allow.emplace_back(kProgramsWord); }, kProgramsHelp);
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_check(*a); }; });
 }
@@ -413,6 +416,8 @@ void add_view(CLI::App& app, Action* action) {
                      "a folder that a world may read besides its own (repeatable)")
         ->allow_extra_args(false)
         ->type_name("FOLDER");
+    command->add_flag_callback(
+        kProgramsWord, [a] { a->view.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
     command
         ->add_option("--listen", view.address,
                      "the address to listen at (default: 127.0.0.1, this machine alone)")

@@ -128,7 +128,7 @@ Result<Sources> stock_sources(const std::string& fablet) {
 }
 
 world::FileRules file_rules(const program::Options& options) {
-    return {{options.allow.begin(), options.allow.end()}, options.memory_bytes};
+    return world::rules_of(options.allow, options.memory_bytes);
 }
 
 Result<Sources> sources_of(const program::Options& options, const std::string& fablet) {

@@ -14,6 +14,7 @@
 #include "base/command_line.h"
 #include "base/run_main.h"
 #include "base/say.h"
+#include "base/talking_program.h"
 #include "base/units.h"
 #include "tools/render/render.h"
 
@@ -111,6 +112,8 @@ void declare(CLI::App* app, RenderOptions* o, Texts* texts) {
                     "a folder that a world may read besides its own (repeatable)")
         ->allow_extra_args(false)
         ->type_name("FOLDER");
+    app->add_flag_callback(
+        kProgramsWord, [o] { o->allow.emplace_back(kProgramsWord); }, kProgramsHelp);
     app->add_option("--describe", o->describe, "write camera, lamps and surface to this file, too")
         ->type_name("FILE");
     app->add_option("--seed", o->film.seed, "of the samples (default: 0)")->type_name("N");

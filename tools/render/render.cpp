@@ -13,6 +13,7 @@
 #include "base/json.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/talking_program.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "program/interrupt.h"
@@ -51,7 +52,7 @@ Result<void> print_world(const RenderOptions& options, const fs::path& folder,
                                   "--progress",
                                   "plain"};
     for (const std::string& one : options.allow)
-        argv.insert(argv.end(), {"--allow", one});
+        argv.push_back(allow_argument(one));
     for (const std::string& one : options.settings)
         argv.insert(argv.end(), {"--set", one});
     if (!options.quiet) say("printing the world ...\n");

@@ -75,8 +75,7 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     if (!keeps && print.progress != program::ProgressMode::kNone)
         note(fmt::format("no kernel is kept for the next run: {}", keeps.error().text()));
     const Result<world::World> world = world::load_world(
-        print.input, {{print.allow.begin(), print.allow.end()}, print.memory_bytes},
-        world::MeshFiles::kSkip);
+        print.input, world::rules_of(print.allow, print.memory_bytes), world::MeshFiles::kSkip);
     if (!world) return world.error();
     const auto sources = world::fablet_sources(*world, print.input);
     if (!sources) return sources.error();

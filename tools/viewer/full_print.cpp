@@ -8,6 +8,7 @@
 
 #include "base/input_file.h"
 #include "base/json.h"
+#include "base/talking_program.h"
 #include "tools/viewer/words.h"
 
 namespace openfab::viewer {
@@ -51,7 +52,7 @@ Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::stri
                                   "--progress",
                                   "json"};
     for (const std::string& one : allow)
-        argv.push_back("--allow=" + one);
+        argv.push_back(allow_argument(one));
     for (const std::string& setting : settings)
         argv.push_back("--set=" + setting);
     Result<std::unique_ptr<Child>> child =

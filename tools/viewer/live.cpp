@@ -119,8 +119,8 @@ Live::Read Live::read() const {
     for (auto& [file, time] : before)
         time = time_of(file);
     before[options_.file] = time_of(options_.file);
-    Result<world::World> world = world::load_world(
-        options_.file, {{options_.allow.begin(), options_.allow.end()}, options_.memory_bytes});
+    Result<world::World> world =
+        world::load_world(options_.file, world::rules_of(options_.allow, options_.memory_bytes));
     if (world) {
         made.world = std::make_shared<world::World>(std::move(*world));
         made.sources.clear();

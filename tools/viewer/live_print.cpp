@@ -12,6 +12,7 @@
 
 #include "base/input_file.h"
 #include "base/json.h"
+#include "base/talking_program.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/print_file.h"
 #include "tools/viewer/words.h"
@@ -74,7 +75,7 @@ void Live::begin_print() {
               fmt::format("--draft={}", draft_), "--stats=" + statistics_file().string()})
             argv.push_back(word);
         for (const std::string& folder : options_.allow)
-            argv.push_back("--allow=" + folder);
+            argv.push_back(allow_argument(folder));
         settings_ = options_.settings;
         for (const Override& one : overrides_)
             settings_.push_back(one.setting());

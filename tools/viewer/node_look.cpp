@@ -13,6 +13,7 @@
 #include "base/input_file.h"
 #include "base/json_text.h"
 #include "base/own_folder.h"
+#include "base/talking_program.h"
 #include "base/vec.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
@@ -133,7 +134,7 @@ Result<std::string> NodeLooker::look(const Look& of, const JsonValue& printed) {
         argv.emplace_back("--slices=0:1");
     }
     for (const std::string& one : of.allow)
-        argv.push_back("--allow=" + one);
+        argv.push_back(allow_argument(one));
     for (const std::string& setting : of.settings)
         argv.push_back("--set=" + setting);
     const fs::path out = (*folder)->path() / "look.out";

@@ -11,6 +11,7 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/json_text.h"
+#include "base/talking_program.h"
 #include "tools/viewer/child.h"
 
 namespace openfab::viewer {
@@ -50,7 +51,7 @@ Result<std::vector<double>> Prober::fractions(const ProbedWorld& world,
                                   "--progress=none"};
     if (!world.fablet.empty()) argv.push_back("--fablet=" + world.fablet);
     for (const std::string& folder : world.allow)
-        argv.push_back("--allow=" + folder);
+        argv.push_back(allow_argument(folder));
     for (const std::string& setting : world.settings)
         argv.push_back("--set=" + setting);
     const std::lock_guard lock(mutex_);

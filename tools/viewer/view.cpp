@@ -93,8 +93,8 @@ Result<void> open_prints(const ViewOptions& options, bool is_world, Session* ses
 Result<void> know_world(const ViewOptions& options, std::unique_ptr<TemporaryFolder>* scratch,
                         OfWorld* out) {
     if (options.fablet.empty()) {
-        Result<world::World> world = world::load_world(
-            options.world, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
+        Result<world::World> world =
+            world::load_world(options.world, world::rules_of(options.allow, options.memory_bytes));
         if (!world) return world.error();
         const auto finder = std::make_shared<const PartFinder>(
             std::make_shared<const world::World>(std::move(*world)));

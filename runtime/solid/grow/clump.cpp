@@ -36,6 +36,22 @@ Box3f box_of(const GrownBeam& beam) {
     return box;
 }
 
+void Clump::add_body(GrownBody body, uint64_t id, int32_t level, const Box3f& within) {
+    GrownBeam place;
+    // Its box is wider than it is.
+    Box3f box = body.box();
+    for (int a = 0; a < 3; ++a) {
+        box.lo[a] = std::max(box.lo[a], within.lo[a]);
+        box.hi[a] = std::min(box.hi[a], within.hi[a]);
+    }
+    place.end = {box.lo, box.hi};
+    place.id = id;
+    place.level = level;
+    place.body = static_cast<int32_t>(bodies.size());
+    beams.push_back(place);
+    bodies.push_back(std::move(body));
+}
+
 void Clump::finish() {
     std::vector<Box3f> boxes;
     boxes.reserve(beams.size() + buds.size());
@@ -53,6 +69,7 @@ void Clump::finish() {
     beams.shrink_to_fit();
     floats.shrink_to_fit();
     ints.shrink_to_fit();
+    bodies.shrink_to_fit();
     buds.shrink_to_fit();
     states.shrink_to_fit();
     nodes_.shrink_to_fit();
@@ -86,8 +103,8 @@ void Clump::build(std::span<const Box3f> boxes, std::span<const Vec3f> centres, 
 
 size_t Clump::bytes() const {
     const auto of = [](const auto& list) { return list.capacity() * sizeof(list[0]); };
-    return sizeof *this + of(beams) + of(floats) + of(ints) + of(buds) + of(states) + of(nodes_) +
-           of(items_);
+    return sizeof *this + of(beams) + of(floats) + of(ints) + of(bodies) + of(buds) + of(states) +
+           of(nodes_) + of(items_) + own_bytes;
 }
 
 }  // namespace openfab::solid

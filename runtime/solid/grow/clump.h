@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// What grows, in clumps: a clump is some hundreds of beams of one branch, with buds from which more grow.
+// What grows, in clumps: a clump is some hundreds of beams and bodies of one branch, with buds from which more grow.
 // It is made when something comes near its bud's box, and may be dropped and made again at any time: it
 // follows from its bud alone.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -14,20 +15,23 @@
 
 #include "base/result.h"
 #include "base/vec.h"
+#include "runtime/solid/grow/standing.h"
 
 namespace openfab::solid {
 
-/// A beam in part space, mm.
+/// A beam in part space, mm, or the place of a body.
 struct GrownBeam {
-    std::array<Vec3f, 2> end;
+    std::array<Vec3f, 2> end;  ///< of a body: the corners of its box, and its radii are 0
     std::array<float, 2> radius{};
     uint64_t id = 0;    ///< of its node: a hash of the numbers of children from the root on
     int32_t level = 0;  ///< how many parents its node has
     bool flat = false;  ///< cut across at its ends; else balls are there
+    int32_t body = -1;  ///< among the bodies; -1: it is a beam
 };
 
-/// Returns whether one beam goes before another where both are as near: the one of fewer parents.
+/// Returns whether one goes before another where both are as near: a beam, or the one of fewer parents.
 inline bool grows_before(const GrownBeam& a, const GrownBeam& b) {
+    if ((a.body < 0) != (b.body < 0)) return a.body < 0;
     return a.level != b.level ? a.level < b.level : a.id < b.id;
 }
 
@@ -43,7 +47,7 @@ struct Bud {
     size_t state = 0;  ///< where what its rule knows of it begins, in Clump::states
 };
 
-/// What a clump says of its beams beside where they are.
+/// What a clump says of its beams beside where they are. A body has the values of a first end.
 struct BeamValues {
     int32_t floats = 0;  ///< at each end of a beam
     int32_t ints = 0;    ///< of a beam
@@ -54,6 +58,7 @@ class Clump {
     std::vector<GrownBeam> beams;
     std::vector<float> floats;   ///< [beam][end][component]
     std::vector<uint32_t> ints;  ///< [beam][component], bits
+    std::vector<GrownBody> bodies;
     std::vector<Bud> buds;
     std::vector<uint32_t> states;  ///< of the buds
 
@@ -62,7 +67,10 @@ class Clump {
         return std::span(states).subspan(bud.state, state_size);
     }
     size_t state_size = 0;
+    size_t own_bytes = 0;  ///< of solids that are this clump's alone
 
+    /// Adds a body, but for its values; `within`: what holds it.
+    void add_body(GrownBody body, uint64_t id, int32_t level, const Box3f& within);
     /// Makes the tree of boxes. Call once all are there.
     void finish();
     size_t bytes() const;
@@ -94,6 +102,13 @@ class ClumpSource {
   public:
     virtual ~ClumpSource() = default;
     virtual BeamValues values() const = 0;
+    /// Returns whether there may be bodies.
+    virtual bool has_bodies() const { return false; }
+    /// As of a Solid, of what bodies are made of.
+    virtual Result<void> status() const { return {}; }
+    virtual void set_stop(const std::atomic<bool>* /*stop*/) const {}
+    /// Takes a budget, of which bodies may need a part; returns the rest, for clumps.
+    virtual size_t share_bytes(size_t bytes) const { return bytes; }
     /// Returns the bud of everything, and what is known of it.
     virtual Bud root(std::vector<uint32_t>* state) const = 0;
     /// Makes what grows of a bud.

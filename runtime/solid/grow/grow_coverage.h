@@ -4,6 +4,9 @@
 
 // Coverage of what grows: of each tile of voxels the beams are gathered, which are then covered as beams are.
 
+#include <array>
+#include <span>
+
 #include "runtime/solid/beams/beam_coverage.h"
 #include "runtime/solid/grow/local_beams.h"
 
@@ -28,6 +31,15 @@ class GrowCoverage {
     };
     void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
                voxel::SlabMask* out) const;
+    struct BodyBox {
+        const GrownBody* body;
+        Box3f box;  ///< part space
+    };
+    void cover_bodies(int32_t slab, std::array<int32_t, 2> at, int32_t side,
+                      std::span<const BodyBox> bodies, const Columns& columns,
+                      voxel::SlabMask* out) const;
+    void cover_block(int32_t slab, std::array<int32_t, 2> at, std::span<const BodyBox> bodies,
+                     voxel::SlabMask* out) const;
 
     const Grown& grown_;
     const VoxelFrame frame_;

@@ -35,9 +35,9 @@ class GrowEngine final : public nearest::Engine {
         auto* mine = static_cast<GrowScratch*>(scratch);
         // Beams that hold a voxel touch its row of blocks; only where a voxel is in none are others looked for.
         GrowScratch::Region* region = &find_touching(query.block, mine);
-        if (!ask(query, region, mine, answer) && !grown_.failed()) {
+        if (!ask(query, region, true, mine, answer) && !grown_.failed()) {
             region = &find_near(query.block, mine);
-            ask(query, region, mine, answer);
+            ask(query, region, false, mine, answer);
         }
     }
 
@@ -66,25 +66,7 @@ class GrowEngine final : public nearest::Engine {
                 }
             }
         }
-        mine->of_points.set(mine->gathered, grown_.center(), fablet_, true);
-        if (mine->of_points.empty()) return;
-        // The tree has an order of its own.
-        const std::vector<BeamRecord>& beams = mine->of_points.tree().beams();
-        std::vector<int32_t> place(beams.size());
-        for (size_t i = 0; i < beams.size(); ++i)
-            place[static_cast<size_t>(beams[i].number)] = static_cast<int32_t>(i);
-        for (size_t g = 0; g < packets.size(); ++g) {
-            nearest::PointAnswer& to = answers[g];
-            for (size_t l = 0; l < 8; ++l) {
-                if (to.patch[l] < 0) continue;
-                to.patch[l] = place[static_cast<size_t>(to.patch[l])];
-                const BeamRecord& beam = beams[static_cast<size_t>(to.patch[l])];
-                const Vec3f at = nearest_of_beam(beam, point(packets[g], l)).position;
-                to.triangle[l] = std::bit_cast<int32_t>(at.x);
-                to.bary1[l] = at.y;
-                to.bary2[l] = at.z;
-            }
-        }
+        take_points(packets, answers, mine);
     }
 
     void bound_blocks(std::span<const Vec3i> blocks, Scratch* /*scratch*/,
@@ -94,7 +76,7 @@ class GrowEngine final : public nearest::Engine {
             for (size_t q = 0; q < cut.lowest.size(); ++q) {
                 const VoxelBall ball = voxel_ball(frame(), blocks[i] + cut.lowest[q], cut.size);
                 const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
-                const float reach = ball.radius + grown_.slack(ball.middle);
+                const float reach = ball.radius + grown_.slack(ball.middle, d + ball.radius);
                 bounds[i].low[q] = std::max(0.0f, d - reach);
                 bounds[i].high[q] = d + reach;
             }
@@ -108,7 +90,7 @@ class GrowEngine final : public nearest::Engine {
         const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
         out->distance_hi = kInfinity;
         if (!(d < kInfinity)) return;
-        const float reach = ball.radius + grown_.slack(ball.middle);
+        const float reach = ball.radius + grown_.slack(ball.middle, d + ball.radius);
         const float low = std::max(0.0f, d - reach);
         out->distance_hi = d + reach;
         // Nothing is said of attributes.
@@ -125,28 +107,147 @@ class GrowEngine final : public nearest::Engine {
     }
     VoxelFrame frame() const { return VoxelFrame(frame_); }
 
-    /// Answers by the beams of a region. Returns whether all active voxels lie in one of them.
-    bool ask(const nearest::BlockQuery& query, GrowScratch::Region* region, GrowScratch* mine,
-             nearest::BlockAnswer* answer) const {
+    /// Gives the answers of points their places in the scratch, and their nearest points. `patch` was among what was
+    /// gathered.
+    void take_points(std::span<const nearest::PointPacket> packets, nearest::PointAnswer* answers,
+                     GrowScratch* mine) const {
+        mine->of_points.set(mine->gathered, grown_.center(), fablet_, true);
+        mine->bodies_of_points.set(mine->gathered, fablet_, true);
+        // The tree has an order of its own.
+        std::vector<int32_t> place(mine->gathered.beams.size(), -1);
+        std::vector<size_t> beams;
+        for (size_t i = 0; i < place.size(); ++i) {
+            if (mine->gathered.beams[i].body < 0) beams.push_back(i);
+        }
+        const auto first_body = static_cast<int32_t>(mine->of_points.size());
+        for (int32_t i = 0; i < first_body; ++i) {
+            const BeamRecord& beam = mine->of_points.tree().beams()[static_cast<size_t>(i)];
+            place[beams[static_cast<size_t>(beam.number)]] = i;
+        }
+        std::vector<LocalBodies::Body>& bodies = mine->bodies_of_points.bodies();
+        for (size_t i = 0; i < bodies.size(); ++i)
+            place[bodies[i].from] = first_body + static_cast<int32_t>(i);
+        for (size_t g = 0; g < packets.size(); ++g) {
+            nearest::PointAnswer& to = answers[g];
+            for (size_t l = 0; l < 8; ++l) {
+                if (to.patch[l] < 0) continue;
+                to.patch[l] = place[static_cast<size_t>(to.patch[l])];
+                const Vec3f p = point(packets[g], l);
+                if (to.patch[l] < first_body) {
+                    const BeamRecord& beam =
+                        mine->of_points.tree().beams()[static_cast<size_t>(to.patch[l])];
+                    put_position(nearest_of_beam(beam, p).position, l, &to);
+                    continue;
+                }
+                LocalBodies::Body& body = bodies[static_cast<size_t>(to.patch[l] - first_body)];
+                const Vec3d at = vec_cast<double>(p) + grown_.center();
+                body.body.ask({&at, 1}, true, &mine->found);
+                body.normal = mine->found[0].normal;
+                put_position(local(mine->found[0].position), l, &to);
+            }
+        }
+    }
+    /// Returns a point of part space, part-local.
+    Vec3f local(const Vec3f& p) const {
+        return vec_cast<float>(vec_cast<double>(p) - grown_.center());
+    }
+    template <typename Answer>
+    static void put_position(const Vec3f& at, size_t place, Answer* to) {
+        to->triangle[place] = std::bit_cast<int32_t>(at.x);
+        to->bary1[place] = at.y;
+        to->bary2[place] = at.z;
+    }
+
+    /// Answers by what a region has; `holding`: by those that hold a voxel. Returns whether all active voxels lie in
+    /// one of them.
+    bool ask(const nearest::BlockQuery& query, GrowScratch::Region* region, bool holding,
+             GrowScratch* mine, nearest::BlockAnswer* answer) const {
         mine->asked = region;
         if (region->beams.empty()) {
             std::fill_n(answer->distance2, nearest::kBlockVoxels, kInfinity);
             std::fill_n(answer->patch, nearest::kBlockVoxels, -1);
-            return false;
+        } else {
+            // What is farther may yet be deeper than a body.
+            nearest::BlockQuery beams = query;
+            if (!region->bodies.empty()) beams.radius_mm = kInfinity;
+            region->engine->query(beams, region->scratch.get(), answer);
+            mine->counts.add(region->scratch->counts);
+            region->scratch->counts = {};
         }
-        region->engine->query(query, region->scratch.get(), answer);
-        mine->counts.add(region->scratch->counts);
-        region->scratch->counts = {};
+        if (!region->bodies.empty()) return ask_bodies(query, region, holding, mine, answer);
         const VoxelFrame voxels = frame();
         for (int32_t v = 0; v < nearest::kBlockVoxels; ++v) {
-            if (query.active != nullptr && (query.active[v >> 3] >> (v & 7) & 1) == 0) continue;
+            if (!is_active(query, v)) continue;
             if (answer->patch[v] < 0) return false;
-            const Vec3i at = query.block + Vec3i{v >> 3 & 7, v >> 6, v & 7};
             const BeamRecord& beam =
                 region->beams.tree().beams()[static_cast<size_t>(answer->patch[v])];
-            if (!(beam_distance(beam, voxels.box(at, at).lo) < 0)) return false;
+            if (!(beam_distance(beam, centre(voxels, query, v)) < 0)) return false;
         }
         return true;
+    }
+
+    static bool is_active(const nearest::BlockQuery& query, int32_t v) {
+        return query.active == nullptr || (query.active[v >> 3] >> (v & 7) & 1) != 0;
+    }
+    static Vec3f centre(const VoxelFrame& voxels, const nearest::BlockQuery& query, int32_t v) {
+        const Vec3i at = query.block + Vec3i{v >> 3 & 7, v >> 6, v & 7};
+        return voxels.box(at, at).lo;
+    }
+
+    /// Takes the bodies of a region into answers of its beams.
+    bool ask_bodies(const nearest::BlockQuery& query, GrowScratch::Region* region, bool holding,
+                    GrowScratch* mine, nearest::BlockAnswer* answer) const {
+        const VoxelFrame voxels = frame();
+        mine->depths.assign(nearest::kBlockVoxels, kInfinity);
+        std::vector<int32_t> active;
+        std::vector<Vec3d> points;
+        for (int32_t v = 0; v < nearest::kBlockVoxels; ++v) {
+            if (!is_active(query, v)) continue;
+            const Vec3f p = centre(voxels, query, v);
+            active.push_back(v);
+            points.push_back(vec_cast<double>(p) + grown_.center());
+            if (answer->patch[v] < 0) continue;
+            mine->depths[static_cast<size_t>(v)] = beam_distance(
+                region->beams.tree().beams()[static_cast<size_t>(answer->patch[v])], p);
+        }
+        const VoxelBall ball = voxel_ball(voxels, query.block, {8, 8, 8});
+        const Vec3d middle = vec_cast<double>(ball.middle) + grown_.center();
+        const auto first_body = static_cast<int32_t>(region->beams.size());
+        const std::vector<LocalBodies::Body>& bodies = region->bodies.bodies();
+        // The nearest first, so that others are seen to be farther; of those as near the first that grows counts.
+        std::vector<std::pair<float, size_t>> order;
+        for (size_t i = 0; i < bodies.size(); ++i)
+            order.emplace_back(bodies[i].body.distance(middle), i);
+        std::ranges::sort(order);
+        for (const auto& [distance, i] : order) {
+            float least = distance - ball.radius;
+            least -= grown_.slack(ball.middle, std::fabs(distance) + ball.radius);
+            float most = -kInfinity;
+            for (const int32_t v : active)
+                most = std::max(most, mine->depths[static_cast<size_t>(v)]);
+            if (least > (holding ? std::min(most, 0.0f) : most)) break;
+            bodies[i].body.ask(points, true, &mine->found);
+            const int32_t number = first_body + static_cast<int32_t>(i);
+            for (size_t k = 0; k < active.size(); ++k) {
+                const auto v = static_cast<size_t>(active[k]);
+                const float d = mine->found[k].distance;
+                const bool first = d == mine->depths[v] && answer->patch[v] > number;
+                if (!(d < mine->depths[v] || first)) continue;
+                mine->depths[v] = d;
+                answer->distance2[v] = d * d;
+                answer->patch[v] = number;
+                put_position(local(mine->found[k].position), v, answer);
+            }
+        }
+        mine->counts.queried += static_cast<int64_t>(active.size());
+        bool inside = true;
+        for (const int32_t v : active) {
+            inside = inside && mine->depths[static_cast<size_t>(v)] < 0;
+            if (answer->distance2[v] <= query.radius_mm * query.radius_mm) continue;
+            answer->distance2[v] = kInfinity;
+            answer->patch[v] = -1;
+        }
+        return inside;
     }
 
     /// Returns the region of a row of blocks, with the beams that touch it.
@@ -161,7 +262,7 @@ class GrowEngine final : public nearest::Engine {
             if (region.used < oldest->used) oldest = &region;
         }
         Box3f box = frame().box(key, key + Vec3i{kRegionVoxels + 7, 7, 7});
-        const float margin = grown_.slack(box.hi);
+        const float margin = grown_.slack(box.hi, 0);
         box.lo = box.lo - Vec3f{margin, margin, margin};
         box.hi = box.hi + Vec3f{margin, margin, margin};
         mine->gathered.clear();
@@ -187,6 +288,7 @@ class GrowEngine final : public nearest::Engine {
         region->scratch = nullptr;
         region->engine = nullptr;
         region->beams.set(gathered, grown_.center(), fablet_);
+        region->bodies.set(gathered, fablet_);
         if (region->beams.empty()) return;
         region->engine =
             make_beam_engine(region->beams.tree(), frame(), region->beams.attributes());

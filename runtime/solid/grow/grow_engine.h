@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Answers queries for the nearest beam of what grows, by the engine of beams over those of a place. In answers
-// `patch` counts among the beams that the scratch holds.
+// Answers queries for the nearest beam or body of what grows, by the engine of beams over those of a place, and by
+// asking its bodies. In answers `patch` counts among the beams that the scratch holds, then the bodies; the rest is as
+// of beams.
 
 #include <memory>
 
@@ -28,6 +29,7 @@ class GrowScratch final : public nearest::Engine::Scratch {
         Vec3i key;
         uint64_t used = 0;
         LocalBeams beams;
+        LocalBodies bodies;
         std::unique_ptr<nearest::Engine> engine;
         std::unique_ptr<nearest::Engine::Scratch> scratch;
     };
@@ -38,6 +40,10 @@ class GrowScratch final : public nearest::Engine::Scratch {
     uint64_t uses = 0;
     GatheredBeams gathered;
     LocalBeams of_points;  ///< nearest to the points asked for last
+    LocalBodies bodies_of_points;
+    std::vector<float> depths;  ///< signed distances of a block's voxels
+    std::vector<Vec3d> points;
+    std::vector<Standing::Found> found;
 };
 
 }  // namespace openfab::solid

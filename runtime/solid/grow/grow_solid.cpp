@@ -3,11 +3,13 @@
 #include "runtime/solid/grow/grow_solid.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "abi/grow_table.h"
 #include "runtime/solid/grow/grow_coverage.h"
 #include "runtime/solid/grow/grow_engine.h"
+#include "runtime/solid/grow/program_source.h"
 #include "runtime/solid/grow/rule_source.h"
 #include "runtime/surface/transform_box.h"
 
@@ -15,12 +17,19 @@ namespace openfab::solid {
 
 namespace {
 
+std::unique_ptr<const ClumpSource> make_source(const part::Part& of,
+                                               const surface::SurfaceOptions& options,
+                                               const Bodies& bodies) {
+    if (const part::ProgramStage* program = part::program_stage(*of.shape); program != nullptr)
+        return make_program_source(*program, *of.fablet, bodies, options);
+    return make_rule_source(*of.shape, *of.fablet, bodies, options.isa);
+}
+
 /// What placements share.
 struct SharedGrown {
-    SharedGrown(const part::Part& of, const surface::SurfaceOptions& options)
+    SharedGrown(const part::Part& of, const surface::SurfaceOptions& options, const Bodies& bodies)
         : part(of),
-          grown(make_rule_source(*of.shape, *of.fablet, options.isa), of.mesh->center_part_mm,
-                options.cache_bytes) {}
+          grown(make_source(of, options, bodies), of.mesh->center_part_mm, options.cache_bytes) {}
 
     const part::Part& part;
     Grown grown;
@@ -78,29 +87,93 @@ class PlacedGrown final : public Placed {
     void read(const nearest::BlockAnswer& answer, const uint8_t* active,
               const nearest::AttributeTargets& targets, Scratch* scratch) const override {
         const GrowScratch::Region* region = of_engine(scratch).asked;
-        static const LocalBeams kNone;
-        const LocalBeams& beams = region != nullptr ? region->beams : kNone;
+        static const GrowScratch::Region kNone;
+        if (region == nullptr) region = &kNone;
+        const LocalBeams& beams = region->beams;
+        if (!region->bodies.empty()) return read_both(*region, answer, active, targets);
         if (!beams.empty()) beams.attributes()->read(beams.tree(), frame_, answer, active, targets);
     }
     void read_points(const nearest::PointAnswer& answer, const nearest::PointTargets& targets,
                      Scratch* scratch) const override {
         const LocalBeams& beams = of_engine(scratch).of_points;
-        if (!beams.empty()) beams.attributes()->read_points(beams.tree(), answer, targets);
+        const LocalBodies& bodies = of_engine(scratch).bodies_of_points;
+        const auto first_body = static_cast<int32_t>(beams.size());
+        nearest::PointAnswer of_beams = answer;
+        for (int32_t& patch : of_beams.patch)
+            patch = patch < first_body ? patch : -1;
+        if (beams.empty()) {
+            clear(targets, 8, bodies.floats(), bodies.ints());
+        } else {
+            beams.attributes()->read_points(beams.tree(), of_beams, targets);
+        }
+        for (size_t l = 0; l < 8; ++l) {
+            if (answer.patch[l] < first_body) continue;
+            const auto body = static_cast<size_t>(answer.patch[l] - first_body);
+            bodies.read(body, l, {targets.values, nullptr, targets.flat});
+            const Vec3f position{std::bit_cast<float>(answer.triangle[l]), answer.bary1[l],
+                                 answer.bary2[l]};
+            for (int a = 0; a < 3; ++a) {
+                if (targets.position[a] != nullptr) targets.position[a][l] = position[a];
+                if (targets.normal[a] != nullptr)
+                    targets.normal[a][l] = bodies.bodies()[body].normal[a];
+            }
+        }
     }
     uint32_t inside(const nearest::PointPacket& packet, const nearest::PointAnswer& answers,
                     const KnownInside& /*known*/, Scratch* scratch) const override {
         const LocalBeams& beams = of_engine(scratch).of_points;
+        const LocalBodies& bodies = of_engine(scratch).bodies_of_points;
+        const auto first_body = static_cast<int32_t>(beams.size());
         uint32_t inside = 0;
         for (size_t l = 0; l < 8; ++l) {
             if ((packet.mask >> l & 1) == 0 || answers.patch[l] < 0) continue;
-            const BeamRecord& beam = beams.tree().beams()[static_cast<size_t>(answers.patch[l])];
-            const float d = beam_distance(beam, {packet.p[0][l], packet.p[1][l], packet.p[2][l]});
+            const Vec3f p{packet.p[0][l], packet.p[1][l], packet.p[2][l]};
+            const auto place = static_cast<size_t>(answers.patch[l]);
+            const float d = answers.patch[l] < first_body
+                                ? beam_distance(beams.tree().beams()[place], p)
+                                : bodies.bodies()[place - beams.size()].body.distance(
+                                      vec_cast<double>(p) + shared_.grown.center());
             inside |= (d < 0 ? 1u : 0u) << l;
         }
         return inside;
     }
 
   private:
+    /// Writes 0 to what has `places` values a component.
+    template <typename Targets>
+    static void clear(const Targets& targets, size_t places, size_t floats, size_t ints) {
+        const auto fill = [&](auto* const* arrays, size_t count) {
+            for (size_t i = 0; arrays != nullptr && i < count; ++i) {
+                if (arrays[i] != nullptr) std::fill_n(arrays[i], places, 0);
+            }
+        };
+        fill(targets.values, floats);
+        fill(targets.flat, ints);
+        if constexpr (requires { targets.gradients; }) {
+            fill(targets.gradients, 3 * floats);
+        } else {
+            fill(targets.position, 3);
+            fill(targets.normal, 3);
+        }
+    }
+    void read_both(const GrowScratch::Region& region, const nearest::BlockAnswer& answer,
+                   const uint8_t* active, const nearest::AttributeTargets& targets) const {
+        const auto first_body = static_cast<int32_t>(region.beams.size());
+        if (region.beams.empty()) {
+            clear(targets, nearest::kBlockVoxels, region.bodies.floats(), region.bodies.ints());
+        } else {
+            nearest::BlockAnswer of_beams = answer;
+            for (int32_t& patch : of_beams.patch)
+                patch = patch < first_body ? patch : -1;
+            region.beams.attributes()->read(region.beams.tree(), frame_, of_beams, active, targets);
+        }
+        for (size_t v = 0; v < nearest::kBlockVoxels; ++v) {
+            const bool on = active == nullptr || (active[v >> 3] >> (v & 7) & 1) != 0;
+            if (on && answer.patch[v] >= first_body)
+                region.bodies.read(static_cast<size_t>(answer.patch[v] - first_body), v, targets);
+        }
+    }
+
     const SharedGrown& shared_;
     const std::array<float, OPENFAB_FRAME_COUNT> frame_;
     const GrowCoverage coverage_;
@@ -108,8 +181,8 @@ class PlacedGrown final : public Placed {
 
 class GrowSolid final : public Solid {
   public:
-    GrowSolid(const part::Part& part, const surface::SurfaceOptions& options)
-        : shared_(part, options) {
+    GrowSolid(const part::Part& part, const surface::SurfaceOptions& options, const Bodies& bodies)
+        : shared_(part, options, bodies) {
         shared_.grown.set_stop(options.stop);
     }
 
@@ -165,8 +238,8 @@ const Kind kGrowKind{
     .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },
     .make = [](const part::Part& part, const surface::SurfaceOptions& options,
-               const Bodies& /*bodies*/) -> Result<std::shared_ptr<Solid>> {
-        auto made = std::make_shared<GrowSolid>(part, options);
+               const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {
+        auto made = std::make_shared<GrowSolid>(part, options, bodies);
         if (Result<void> fine = made->check(); !fine) return fine.error();
         return std::shared_ptr<Solid>(std::move(made));
     },

@@ -53,6 +53,10 @@ struct Grown::Cache {
 
 void GatheredBeams::add(const Clump& clump, size_t beam, const BeamValues& values) {
     beams.push_back(clump.beams[beam]);
+    if (int32_t& body = beams.back().body; body >= 0) {
+        bodies.push_back(clump.bodies[static_cast<size_t>(body)]);
+        body = static_cast<int32_t>(bodies.size()) - 1;
+    }
     const auto take = [&](auto& to, const auto& from, int32_t count) {
         const auto n = static_cast<size_t>(count);
         to.insert(to.end(), from.begin() + static_cast<ptrdiff_t>(beam * n),
@@ -67,7 +71,7 @@ Grown::Grown(std::unique_ptr<const ClumpSource> source, const Vec3d& center_part
       center_(center_part_mm),
       root_(source_->root(&root_state_)),
       cache_(std::make_unique<Cache>()),
-      bytes_(bytes) {}
+      bytes_(source_->share_bytes(bytes)) {}
 
 Grown::~Grown() = default;
 
@@ -103,7 +107,7 @@ Grown::ClumpPtr Grown::get(const Bud& bud, std::span<const uint32_t> state) cons
     }
     Result<ClumpPtr> made = source_->grow(bud, state);
     if (!made) {
-        note(made.error());
+        if (made.error().code != ErrorCode::kInterrupted) note(made.error());
         return nullptr;
     }
     ++made_;
@@ -184,31 +188,36 @@ void Grown::collect(const Box3f& box, GatheredBeams* out) const {
         });
 }
 
-float Grown::slack(const Vec3f& p) const {
+float Grown::slack(const Vec3f& p, float d) const {
     const Box3f box = bounds();
     float largest = 0;
     for (int a = 0; a < 3; ++a)
         largest = std::max({largest, std::fabs(p[a]), std::fabs(box.lo[a]), std::fabs(box.hi[a]),
                             std::fabs(static_cast<float>(center_[a]))});
-    return largest * 0x1p-18f;
+    const float of_bodies = source_->has_bodies() && d < kInfinity ? body_slack(d, 0) : 0;
+    return largest * 0x1p-18f + of_bodies;
 }
 
 namespace {
 
-/// Returns the record of a beam, part-local.
-BeamRecord record_of(const GrownBeam& beam, const Vec3d& center) {
+/// Returns the signed distance of a point, part-local, to a beam or body.
+float distance_to(const Clump& clump, size_t item, const Vec3d& center, const Vec3f& p) {
+    const GrownBeam& beam = clump.beams[item];
+    if (beam.body >= 0)
+        return clump.bodies[static_cast<size_t>(beam.body)].distance(vec_cast<double>(p) + center);
     mesh::Beam as;
     as.radii = beam.radius;
     if (beam.flat) as.ends = {mesh::BeamEnd::kFlat, mesh::BeamEnd::kFlat};
-    return make_record(as, 0, vec_cast<double>(beam.end[0]) - center,
-                       vec_cast<double>(beam.end[1]) - center, 1);
+    return beam_distance(make_record(as, 0, vec_cast<double>(beam.end[0]) - center,
+                                     vec_cast<double>(beam.end[1]) - center, 1),
+                         p);
 }
 
 }  // namespace
 
 void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
     const Vec3f asked = vec_cast<float>(vec_cast<double>(p) + center_);
-    const float most = limit + slack(p);
+    const float most = limit + slack(p, std::fabs(limit));
     const Clump* root = this->root();
     if (root == nullptr) return;
     const BeamValues values = source_->values();
@@ -217,7 +226,7 @@ void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
         [&](const Clump& clump, size_t beam) {
             const GrownBeam& of = clump.beams[beam];
             if (box_distance(box_of(of), asked) > most) return;
-            if (beam_distance(record_of(of, center_), p) <= most &&
+            if (distance_to(clump, beam, center_, p) <= most &&
                 !full(out->beams.size(), clump.beams[beam]))
                 out->add(clump, beam, values);
         });
@@ -225,7 +234,12 @@ void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
 
 struct Grown::Search {
     Vec3f local, part;
-    float slack = 0;
+    float slack = 0;      ///< of coordinates
+    float of_bodies = 0;  ///< of distances to bodies, as a share
+    /// Returns how far boxes may be to hold what is nearer.
+    float reach() const {
+        return distance < kInfinity ? distance + slack + of_bodies * std::fabs(distance) : distance;
+    }
     size_t compared = 0;  ///< beams
     float distance = kInfinity;
     ClumpPtr clump;  ///< of the nearest so far; null: none
@@ -247,7 +261,7 @@ void Grown::search(const Clump& clump, Search* best) const {
     stack[open++] = {0, bound(clump.nodes()[0].box)};
     while (open > 0) {
         const Open at = stack[--open];
-        if (at.bound > best->distance + best->slack || failed()) continue;
+        if (at.bound > best->reach() || failed()) continue;
         const Clump::Node& node = clump.nodes()[static_cast<size_t>(at.node)];
         if (node.count == 0) {
             Open halves[2] = {{at.node + 1, 0}, {node.first, 0}};
@@ -255,7 +269,7 @@ void Grown::search(const Clump& clump, Search* best) const {
                 half.bound = bound(clump.nodes()[static_cast<size_t>(half.node)].box);
             if (halves[0].bound < halves[1].bound) std::swap(halves[0], halves[1]);
             for (const Open& half : halves) {
-                if (half.bound <= best->distance + best->slack) stack[open++] = half;
+                if (half.bound <= best->reach()) stack[open++] = half;
             }
             continue;
         }
@@ -264,7 +278,8 @@ void Grown::search(const Clump& clump, Search* best) const {
             if (item < clump.beams.size()) {
                 const GrownBeam& beam = clump.beams[item];
                 if (full(best->compared++, beam)) return;
-                const float d = beam_distance(record_of(beam, center_), best->local);
+                if (beam.body >= 0 && bound(box_of(beam)) > best->reach()) continue;
+                const float d = distance_to(clump, item, center_, best->local);
                 const bool nearer =
                     d < best->distance || (d == best->distance && best->clump != nullptr &&
                                            grows_before(beam, best->clump->beams[best->beam]));
@@ -275,7 +290,7 @@ void Grown::search(const Clump& clump, Search* best) const {
                 continue;
             }
             const Bud& bud = clump.buds[item - clump.beams.size()];
-            if (bound(bud.bound) > best->distance + best->slack) continue;
+            if (bound(bud.bound) > best->reach()) continue;
             const ClumpPtr more = get(bud, clump.state(bud));
             if (more == nullptr) continue;
             best->current = more;
@@ -289,7 +304,8 @@ float Grown::nearest(const Vec3f& p, GatheredBeams* out) const {
     Search best;
     best.local = p;
     best.part = vec_cast<float>(vec_cast<double>(p) + center_);
-    best.slack = slack(p);
+    best.slack = slack(p, kInfinity);
+    best.of_bodies = source_->has_bodies() ? body_slack(1, 0) : 0;
     if (root() == nullptr) return kInfinity;
     best.current = first_;
     search(*first_, &best);
@@ -307,7 +323,7 @@ void Grown::note(Error error) const {
 Result<void> Grown::status() const {
     const std::lock_guard lock(mutex_);
     if (error_) return *error_;
-    return {};
+    return source_->status();
 }
 
 }  // namespace openfab::solid

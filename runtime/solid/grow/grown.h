@@ -16,13 +16,14 @@
 
 namespace openfab::solid {
 
-/// Beams from several clumps, with their values.
+/// Beams and bodies from several clumps, with their values.
 struct GatheredBeams {
     std::vector<GrownBeam> beams;
+    std::vector<GrownBody> bodies;
     std::vector<float> floats;   ///< [beam][end][component]
     std::vector<uint32_t> ints;  ///< [beam][component]
 
-    void clear() { beams.clear(), floats.clear(), ints.clear(); }
+    void clear() { beams.clear(), bodies.clear(), floats.clear(), ints.clear(); }
     void add(const Clump& clump, size_t beam, const BeamValues& values);
 };
 
@@ -44,8 +45,8 @@ class Grown {
     /// Finds the nearest beam of a point, which is appended; returns its signed distance, +inf if there is none.
     /// Of beams as near the one that grows before is found.
     float nearest(const Vec3f& p, GatheredBeams* out) const;
-    /// Returns by how much distances of points like this may be wrong, with a margin.
-    float slack(const Vec3f& p) const;
+    /// Returns by how much distances of points like this may be wrong, with a margin; `d` from there, or less.
+    float slack(const Vec3f& p, float d) const;
 
     /// Makes the first clump, whose errors `status` then has.
     void begin() const { root(); }
@@ -53,8 +54,11 @@ class Grown {
     void note(Error error) const;
     Result<void> status() const;
     bool failed() const { return failed_.load(std::memory_order_relaxed); }
-    void set_bytes(size_t bytes) const { bytes_ = bytes; }
-    void set_stop(const std::atomic<bool>* stop) const { stop_ = stop; }
+    void set_bytes(size_t bytes) const { bytes_ = source_->share_bytes(bytes); }
+    void set_stop(const std::atomic<bool>* stop) const {
+        stop_ = stop;
+        source_->set_stop(stop);
+    }
     /// Returns how many clumps were made, those again that were dropped, too.
     int64_t made() const { return made_; }
 

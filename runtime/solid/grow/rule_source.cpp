@@ -12,6 +12,7 @@
 
 #include "base/pool.h"
 #include "runtime/part/node_member.h"
+#include "runtime/solid/grow/body_source.h"
 #include "runtime/solid/grow/rule_calls.h"
 
 namespace openfab::solid {
@@ -27,12 +28,14 @@ constexpr int32_t kMostLevels = 1000;
 /// Where the members that mean something begin, in components; -1: there is none.
 struct Roles {
     int32_t end = -1, radius = -1, children = -1, reach = -1, box = -1, flat = -1;
+    int32_t object = -1, axes = -1;
     bool two_radii = false;
 };
 
-/// A component of a @nearest input: of the node at the first end, and at the second.
+/// A component of a @nearest input: of the node at the first end, and at the second; or a default.
 struct Reading {
     size_t first = 0, second = 0;
+    std::optional<uint32_t> otherwise;
 };
 
 /// A level of nodes while a clump grows.
@@ -45,10 +48,11 @@ struct Level {
     int32_t level = 0;
 };
 
-class RuleSource final : public ClumpSource {
+class RuleSource final : public BodySource {
   public:
-    RuleSource(const part::Part& stage, const openfab_fablet& fablet, openfab_isa isa)
-        : stage_(stage), fixed_(stage), isa_(isa) {
+    RuleSource(const part::Part& stage, const openfab_fablet& fablet, const Bodies& bodies,
+               openfab_isa isa)
+        : BodySource(stage, bodies, isa), stage_(stage), fixed_(stage), isa_(isa) {
         const openfab_shape& shape = *stage.fablet->shape;
         std::vector<int32_t> first;
         int32_t at = 0;
@@ -60,15 +64,23 @@ class RuleSource final : public ClumpSource {
         components_ = static_cast<size_t>(at);
         for (int32_t i = 0; i < fablet.nearest_count; ++i) {
             const openfab_varying& input = fablet.nearest[i];
+            const auto is_it = [&](const openfab_varying& member) {
+                return std::string_view(member.name) == input.name;
+            };
+            const bool known =
+                std::any_of(shape.outputs, shape.outputs + shape.output_count, is_it);
+            for (int32_t k = 0; !known && k < input.components; ++k)
+                (input.scalar == OPENFAB_FLOAT ? floats_ : ints_)
+                    .push_back({0, 0, input.default_bits[k]});
             for (int32_t m = 0; m < shape.output_count; ++m) {
                 const openfab_varying& member = shape.outputs[m];
-                if (std::string_view(member.name) != input.name) continue;
+                if (!is_it(member)) continue;
                 for (int32_t k = 0; k < input.components; ++k) {
                     const auto one = static_cast<size_t>(first[static_cast<size_t>(m)] + k);
                     const size_t other = part::has_two_ends(member)
                                              ? one + static_cast<size_t>(input.components)
                                              : one;
-                    (input.scalar == OPENFAB_FLOAT ? floats_ : ints_).push_back({one, other});
+                    (input.scalar == OPENFAB_FLOAT ? floats_ : ints_).push_back({one, other, {}});
                 }
             }
         }
@@ -112,6 +124,8 @@ class RuleSource final : public ClumpSource {
         if (name == "reach") roles_.reach = first;
         if (name == "box") roles_.box = first;
         if (name == "flat") roles_.flat = first;
+        if (name == "object") roles_.object = first;
+        if (name == "axes") roles_.axes = first;
         if (name == "radius") {
             roles_.radius = first;
             roles_.two_radii = member.components == 2;
@@ -250,13 +264,12 @@ class RuleSource final : public ClumpSource {
                                  ? "make the world's `box_mm` larger"
                                  : "that is the box of a node that it grows of, by its `reach` or "
                                    "`box`, or the world's `box_mm`: make it larger");
-            for (const Reading& r : floats_)
-                out->floats.push_back(number(*level, static_cast<int32_t>(r.first), node));
-            for (const Reading& r : floats_)
-                out->floats.push_back(number(*level, static_cast<int32_t>(r.second), node));
-            for (const Reading& r : ints_)
-                out->ints.push_back(level->columns[r.first][node]);
+            take_values(node, *level, out);
             out->beams.push_back(beam);
+        }
+        if (roles_.object >= 0) {
+            if (Result<void> fine = take_object(node, where, within, *level, out); !fine)
+                return fine;
         }
         const auto children =
             static_cast<int32_t>(level->columns[static_cast<size_t>(roles_.children)][node]);
@@ -278,6 +291,51 @@ class RuleSource final : public ClumpSource {
         const GrownBeam& beam;
         int32_t child;
     };
+
+    void take_values(size_t node, const Level& level, Clump* out) const {
+        for (const Reading& r : floats_)
+            out->floats.push_back(
+                std::bit_cast<float>(r.otherwise.value_or(level.columns[r.first][node])));
+        for (const Reading& r : floats_)
+            out->floats.push_back(
+                std::bit_cast<float>(r.otherwise.value_or(level.columns[r.second][node])));
+        for (const Reading& r : ints_)
+            out->ints.push_back(r.otherwise.value_or(level.columns[r.first][node]));
+    }
+
+    /// Takes the object that stands at a node, if there is one.
+    Result<void> take_object(size_t node, const Where& where, const Box3f& within,
+                             const Level& level, Clump* out) const {
+        const auto which =
+            static_cast<int32_t>(level.columns[static_cast<size_t>(roles_.object)][node]);
+        if (which == 0) return {};
+        const auto count = static_cast<int32_t>(standing().size());
+        if (which < 0 || which > count)
+            return error(where, fmt::format("has the object {}", which),
+                         fmt::format("`object` is 0 for none, or the number of one of the {} "
+                                     "`Object` uniforms of the fablet, from 1",
+                                     count));
+        GrownBody body;
+        body.solid = standing()[static_cast<size_t>(which - 1)];
+        body.at = vec_cast<double>(where.beam.end[0]);
+        std::array<Vec3f, 3> axes{Vec3f{1, 0, 0}, Vec3f{0, 1, 0}, Vec3f{0, 0, 1}};
+        for (int32_t a = 0; roles_.axes >= 0 && a < 3; ++a)
+            axes[static_cast<size_t>(a)] = point(level, roles_.axes + 3 * a, node);
+        if (const Complaint bad = body.set_axes(axes); !bad.empty())
+            return error(where, "has an object with " + bad.what, bad.help);
+        if (const Box3f reached = body.reached(); !holds(within, reached))
+            return error(
+                where,
+                fmt::format("has an object that reaches from {} to {}, outside of {} to "
+                            "{}",
+                            text(reached.lo), text(reached.hi), text(within.lo), text(within.hi)),
+                level.level == 0 ? "make the world's `box_mm` larger"
+                                 : "that is the box of a node that it grows of, by its `reach` or "
+                                   "`box`, or the world's `box_mm`: make it larger");
+        take_values(node, level, out);
+        out->add_body(std::move(body), where.beam.id, level.level, within);
+        return {};
+    }
 
     Result<void> bound_children(const Where& where, const Box3f& within, size_t node,
                                 Level* level) const {
@@ -311,20 +369,6 @@ class RuleSource final : public ClumpSource {
         return {};
     }
 
-    /// Returns whether a box lies in another, but for what floats lose.
-    static bool holds(const Box3f& outer, const Box3f& inner) {
-        for (int a = 0; a < 3; ++a) {
-            const float slack = std::max(std::fabs(outer.lo[a]), std::fabs(outer.hi[a])) * 0x1p-18f;
-            if (!(inner.lo[a] >= outer.lo[a] - slack && inner.hi[a] <= outer.hi[a] + slack))
-                return false;
-        }
-        return true;
-    }
-
-    static std::string text(const Vec3f& p) {
-        return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z);
-    }
-
     Error error(const Where& where, const std::string& what, const std::string& help) const {
         const std::string who = where.beam.level == 0
                                     ? std::string("its first node")
@@ -349,8 +393,9 @@ class RuleSource final : public ClumpSource {
 }  // namespace
 
 std::unique_ptr<const ClumpSource> make_rule_source(const part::Part& stage,
-                                                    const openfab_fablet& fablet, openfab_isa isa) {
-    return std::make_unique<RuleSource>(stage, fablet, isa);
+                                                    const openfab_fablet& fablet,
+                                                    const Bodies& bodies, openfab_isa isa) {
+    return std::make_unique<RuleSource>(stage, fablet, bodies, isa);
 }
 
 }  // namespace openfab::solid

@@ -38,6 +38,7 @@
 #include "mesh/read/threemf.h"
 #include "mesh/read/threemf_beams.h"
 #include "mesh/read/threemf_shapes.h"
+#include "runtime/solid/grow/program_answer.h"
 #include "tests/fuzz/readers/seal.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/pyramid.h"
@@ -411,6 +412,26 @@ bool lattices(std::string_view bytes) {
     return fine_beams(mesh::parse_threemf_beams(bytes, "a.3mf", "", kReaderBytes));
 }
 
+/// What it gives, it has counted.
+bool answer(std::string_view bytes) {
+    const Result<solid::ProgramAnswer> read =
+        solid::read_program_answer(bytes, {.floats = 1, .ints = 1, .places = {"leaf"}});
+    if (!read) {
+        if (read.error().code != ErrorCode::kUserInput) std::abort();
+        return false;
+    }
+    if (read->floats.size() != 2 * read->items.size() || read->ints.size() != read->items.size())
+        std::abort();
+    for (const mesh::Mesh& mesh : read->meshes) {
+        for (const auto& triangle : mesh.triangles) {
+            for (const int32_t v : triangle) {
+                if (v < 0 || static_cast<size_t>(v) >= mesh.positions.size()) std::abort();
+            }
+        }
+    }
+    return !read->items.empty();
+}
+
 /// Functions are translated, too.
 bool fields(std::string_view bytes) {
     const Result<mesh::ReadThreemfShapes> read =
@@ -436,6 +457,7 @@ constexpr Reader kReaders[] = {
     {"npz", false, beams_npz},
     {"lattice3mf", false, lattices},
     {"fields3mf", false, fields},
+    {"answer", true, answer},
     {"json", true, json},
     {"world", true, world},
     {"printer", true, printer},

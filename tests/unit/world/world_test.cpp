@@ -213,7 +213,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"sphere\": 8", "\"sphere\": 8, \"box\": [1, 1, 1]",
          "12:14: mesh `ball` has `box` and `sphere`; it is one of them"},
         {"{\"sphere\": 8}", "{}",
-         "12:13: mesh `ball` has no `file`; give one, or `beams`, a `shape`, `grow`, or in mm one "
+         "12:13: mesh `ball` has no `file`; give one, or `beams`, a `shape`, `grow`, a `program`, "
+         "or in mm one "
          "of "
          "`box`, "
          "`sphere`, `cylinder`, `plane`, `cone`, `torus`, `capsule`, `extrusion`, `revolution`"},

@@ -1,0 +1,244 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "base/talking_program.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+
+#include "base/text.h"
+
+extern char** environ;
+
+namespace openfab {
+
+namespace {
+
+constexpr const char* kDone = "done";
+/// How long a program has, once its input has ended.
+constexpr int32_t kLastMs = 500;
+/// How often a waiting print looks whether it is to stop.
+constexpr int64_t kLookMs = 100;
+
+/// Returns where the line `done` begins in a text, whose lines before `from` are none; npos if there is none.
+size_t find_done(const std::string& text, size_t from) {
+    for (size_t at = from; at < text.size();) {
+        const size_t end = text.find('\n', at);
+        if (end == std::string::npos) return end;
+        const size_t length = end > at && text[end - 1] == '\r' ? end - at - 1 : end - at;
+        if (text.compare(at, length, kDone) == 0) return at;
+        at = end + 1;
+    }
+    return std::string::npos;
+}
+
+std::function<int(const std::string&)>& line_opener() {
+    static std::function<int(const std::string&)> opener;
+    return opener;
+}
+
+}  // namespace
+
+void set_line_opener(std::function<int(const std::string&)> open) {
+    line_opener() = std::move(open);
+}
+
+TalkingProgram::TalkingProgram(std::vector<std::string> command, std::filesystem::path folder,
+                               const Limits& limits)
+    : command_(std::move(command)), folder_(std::move(folder)), limits_(limits) {
+    name_ = command_[0];
+    // `python3 trees.py` is called by both words, as people do.
+    if (command_.size() > 1 && !command_[1].starts_with("-")) name_ += " " + command_[1];
+    if (command_[0] == kThisProcess) name_ = "the generator";
+    name_ = printable(name_);
+}
+
+TalkingProgram::~TalkingProgram() {
+    end();
+}
+
+/// Its input ends, which ends most; then it is killed, with what it has started.
+void TalkingProgram::end() {
+    if (line_ >= 0) ::close(line_);
+    line_ = -1;
+    if (process_ <= 0) return;
+    for (int32_t waited = 0; waited < kLastMs; waited += 5) {
+        const pid_t gone = ::waitpid(process_, nullptr, WNOHANG);
+        if (gone == process_ || (gone < 0 && errno != EINTR)) {
+            process_ = 0;
+            return;
+        }
+        ::poll(nullptr, 0, 5);
+    }
+    ::kill(-process_, SIGKILL);
+    while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+    process_ = 0;
+}
+
+Result<void> TalkingProgram::start() {
+    if (command_[0] == kThisProcess) {
+        if (line_opener() != nullptr && command_.size() > 1) line_ = line_opener()(command_[1]);
+        if (line_ >= 0) return {};
+        return user_error("the world names a generator of another process",
+                          "a world with functions of Python prints in the process that made it");
+    }
+    // A socket, since what is sent to a closed one raises no signal.
+    int ends[2];
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+        return outside_error(fmt::format("cannot make a line to `{}`: {}", name_, strerror(errno)));
+    std::vector<std::string> words = command_;
+    std::vector<char*> argv;
+    for (std::string& word : words)
+        argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    // A group of its own: it ends as a whole, and Ctrl-C reaches us alone, who end it.
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    const int failed =
+        ::posix_spawnp(&process_, argv[0], &actions, &attributes, argv.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[1]);
+    line_ = ends[0];
+    if (failed != 0) {
+        process_ = 0;
+        end();
+        return user_error(fmt::format("`{}` does not start: {}", name_, strerror(failed)),
+                          "the first word is a program of the PATH, or a path from the world's "
+                          "folder that begins with `./`");
+    }
+    return {};
+}
+
+Error TalkingProgram::ended(const std::string& asked) {
+    if (line_ >= 0) ::close(line_);
+    line_ = -1;
+    std::string how = "has ended";
+    if (process_ > 0) {
+        // One that closes its output and goes on is not waited for.
+        int status = 0;
+        pid_t gone = 0;
+        for (int32_t waited = 0; waited < kLastMs && gone == 0; waited += 5) {
+            gone = ::waitpid(process_, &status, WNOHANG);
+            if (gone == 0) ::poll(nullptr, 0, 5);
+        }
+        if (gone == process_) {
+            if (WIFSIGNALED(status))
+                how = fmt::format("was ended by signal {} ({})", WTERMSIG(status),
+                                  strsignal(WTERMSIG(status)));
+            if (WIFEXITED(status))
+                how = fmt::format("has ended with exit code {}", WEXITSTATUS(status));
+            process_ = 0;
+        } else {
+            how = "has closed its output";
+        }
+    }
+    end();
+    return user_error(fmt::format("`{}` {} before it answered `{}`", name_, how, asked),
+                      "it answers lines until its input ends");
+}
+
+Result<std::string> TalkingProgram::ask(const std::string& line, const std::atomic<bool>* stop) {
+    if (failed_) return user_error(fmt::format("`{}` has failed before", name_));
+    failed_ = true;
+    if (line_ < 0) {
+        if (Result<void> started = start(); !started) return started.error();
+    }
+    pollfd early{line_, POLLIN, 0};
+    if (::poll(&early, 1, 0) > 0 && (early.revents & POLLIN) != 0) {
+        char text[60];
+        const ssize_t n = ::recv(line_, text, sizeof text, MSG_DONTWAIT);
+        if (n > 0) {
+            end();
+            return user_error(
+                fmt::format("`{}` writes `{}` before it is asked `{}`", name_,
+                            printable({text, static_cast<size_t>(n)}), line),
+                "it writes to its standard output only to answer, with one line `done` at the end");
+        }
+    }
+    if (Result<void> sent = send(line); !sent) return sent.error();
+    Result<std::string> answer = receive(line, stop);
+    failed_ = !answer.has_value();
+    return answer;
+}
+
+/// A line is short: it fits the socket's buffer.
+Result<void> TalkingProgram::send(const std::string& line) {
+    const std::string text = line + "\n";
+    for (size_t sent = 0; sent < text.size();) {
+        const ssize_t n = ::send(line_, text.data() + sent, text.size() - sent, MSG_NOSIGNAL);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return ended(line);
+        sent += static_cast<size_t>(n);
+    }
+    return {};
+}
+
+Result<std::string> TalkingProgram::receive(const std::string& asked,
+                                            const std::atomic<bool>* stop) {
+    using Clock = std::chrono::steady_clock;
+    const auto until = Clock::now() + std::chrono::milliseconds(limits_.answer_ms);
+    received_.clear();
+    size_t begun = 0;  // of the last line that is not whole
+    std::vector<char> block(size_t{1} << 16);
+    while (true) {
+        if (stop != nullptr && stop->load(std::memory_order_relaxed)) {
+            end();
+            return Error{ErrorCode::kInterrupted, "interrupted", {}, {}};
+        }
+        const int64_t left =
+            std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()).count();
+        if (left <= 0) {
+            end();
+            return user_error(fmt::format("`{}` has not answered `{}` within {:g} s", name_, asked,
+                                          limits_.answer_ms / 1000.0),
+                              "let it write less at a time and flush its output after the line "
+                              "`done`, or give it more `answer_s`");
+        }
+        pollfd line{line_, POLLIN, 0};
+        if (::poll(&line, 1, static_cast<int>(std::min(left, kLookMs))) <= 0) continue;
+        const ssize_t n = ::recv(line_, block.data(), block.size(), MSG_DONTWAIT);
+        if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+        if (n <= 0) return ended(asked);
+        received_.append(block.data(), static_cast<size_t>(n));
+        if (const size_t done = find_done(received_, begun); done != std::string::npos) {
+            if (received_.find('\n', done) + 1 != received_.size()) {
+                end();
+                return user_error(
+                    fmt::format("`{}` writes more after the `done` of `{}`", name_, asked),
+                    "it answers one line at a time, with one `done` each");
+            }
+            received_.resize(done);
+            return std::move(received_);
+        }
+        const size_t last = received_.rfind('\n');
+        begun = last == std::string::npos ? 0 : last + 1;
+        if (received_.size() > limits_.most_bytes) {
+            end();
+            return user_error(fmt::format("`{}` writes more than {} MB to answer `{}`", name_,
+                                          limits_.most_bytes >> 20, asked),
+                              "let it hand on parts of it by lines `more`, or give it more "
+                              "`answer_mb`");
+        }
+    }
+}
+
+}  // namespace openfab
