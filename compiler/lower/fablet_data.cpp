@@ -124,9 +124,11 @@ openfab_segments FabletData::make_segments(const passes::SegmentedStage& segment
     for (const ir::Type type : segmented.states)
         states.push_back(scalar_type(type));
     const auto& steps = steps_.emplace_back(segmented.steps);
+    const auto& elements = elements_.emplace_back(segmented.elements);
     const auto count = [](const auto& list) { return static_cast<int32_t>(list.size()); };
-    return {count(steps),   steps.data(),   count(kernels), kernels.data(), count(queries),
-            queries.data(), count(printfs), printfs.data(), count(states),  states.data()};
+    return {count(steps),   steps.data(),   count(kernels),  kernels.data(),
+            count(queries), queries.data(), count(printfs),  printfs.data(),
+            count(states),  states.data(),  count(elements), elements.data()};
 }
 
 FabletData::FabletData(const FabletUnit& unit) {

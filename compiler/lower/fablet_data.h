@@ -92,6 +92,7 @@ class FabletData {
     std::deque<std::vector<openfab_printf>> printfs_;
     std::deque<std::vector<int32_t>> values_;
     std::deque<std::vector<openfab_scalar_type>> states_;
+    std::deque<std::vector<openfab_elements>> elements_;
 };
 
 }  // namespace openfab::lower

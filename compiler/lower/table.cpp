@@ -193,11 +193,17 @@ class TableWriter {
             states.push_back(static_cast<int>(type));
         line("static const enum openfab_scalar_type {}_states[] = {{{}}};", prefix,
              fmt::join(states, ", "));
+        line("static const struct openfab_elements {}_elements[] = {{", prefix);
+        for (const openfab_elements& e : listed(segments.elements, segments.elements_count)) {
+            line("    {{{}, {}, {}, {}, {}, {}, {}, {}}},", static_cast<int>(e.kind), e.first,
+                 e.apart, e.count, e.index, e.value, e.value_apart, e.guard);
+        }
+        line("    {{0}}}};");
         return fmt::format(
             "{{{1}, {0}_steps, {2}, {0}_kernels, {3}, {0}_queries, {4}, {0}_printfs, {5}, "
-            "{0}_states}}",
+            "{0}_states, {6}, {0}_elements}}",
             prefix, segments.step_count, segments.kernel_count, segments.query_count,
-            segments.printf_count, segments.state_count);
+            segments.printf_count, segments.state_count, segments.elements_count);
     }
 
     template <typename T>

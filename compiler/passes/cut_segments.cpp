@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "compiler/passes/cut_elements.h"
 #include "compiler/passes/split_kernel.h"
 
 namespace openfab::passes {
@@ -373,13 +374,26 @@ class Cutter {
         }
         if (segment == region.last) finish_region(region, &kernel);
         if (kernel.empty()) return;
-        std::vector<ir::Stage> pieces;
-        if (needs_splitting(kernel.stage(), longest_)) {
-            pieces = split_kernel(kernel.stage(), &out_.states, longest_);
-        } else {
-            pieces.push_back(std::move(kernel.stage()));
-        }
         const bool ends = region.loop == kNoValue && segment == region.last;
+        if (!is_wide(kernel.stage())) return add_pieces(std::move(kernel.stage()), ends);
+        std::vector<ElementPart> parts = cut_elements(kernel.stage(), &out_.states);
+        for (ElementPart& part : parts) {
+            if (!part.kernel.outputs.empty())
+                add_pieces(std::move(part.kernel), ends && &part == &parts.back());
+            for (const openfab_elements& elements : part.steps) {
+                add_step(OPENFAB_STEP_ELEMENTS, out_.elements.size());
+                out_.elements.push_back(elements);
+            }
+        }
+    }
+
+    void add_pieces(ir::Stage kernel, bool ends) {
+        std::vector<ir::Stage> pieces;
+        if (needs_splitting(kernel, longest_)) {
+            pieces = split_kernel(kernel, &out_.states, longest_);
+        } else {
+            pieces.push_back(std::move(kernel));
+        }
         if (ends && stage_.kind == ir::StageKind::kVolume && !in_states_) keep_last(&pieces);
         for (ir::Stage& piece : pieces)
             add_kernel(std::move(piece));

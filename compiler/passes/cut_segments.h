@@ -37,6 +37,7 @@ struct SegmentedStage {
     std::vector<openfab_step> steps;
     std::vector<SegmentQuery> queries;
     std::vector<SegmentPrintf> printfs;
+    std::vector<openfab_elements> elements;
     std::vector<ir::Type> states;  ///< state 0 is the runtime's: the active lanes
     /// Of a volume stage, of that kind: its last segment, which comes after the steps. Reads the
     /// inputs of the stage and OPENFAB_ARG_STATE, and has the outputs of the stage. Without outputs

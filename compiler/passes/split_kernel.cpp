@@ -39,12 +39,6 @@ bool is_state(const Instr& instr) {
     return instr.op == Op::kInput && instr.kind == OPENFAB_ARG_STATE;
 }
 
-/// True of a kernel that passes many values on, such as the elements of an array.
-bool is_wide(const ir::Stage& kernel) {
-    const auto inputs = std::count_if(kernel.instrs.begin(), kernel.instrs.end(), is_state);
-    return kernel.outputs.size() > kMaxOutputs || static_cast<size_t>(inputs) > kMaxInputs;
-}
-
 /// Returns the kernel with what each output needs just before it, and of arguments the one of the
 /// longest chain first: in the order of the program all elements of an array may be computed before
 /// the first is written, or all tests before the first that chooses, and cross every cut.
@@ -341,6 +335,11 @@ class Splitter {
 };
 
 }  // namespace
+
+bool is_wide(const ir::Stage& kernel) {
+    const auto inputs = std::count_if(kernel.instrs.begin(), kernel.instrs.end(), is_state);
+    return kernel.outputs.size() > kMaxOutputs || static_cast<size_t>(inputs) > kMaxInputs;
+}
 
 size_t kernel_operations(const ir::Stage& stage) {
     size_t sum = 0;

@@ -24,6 +24,9 @@ size_t kernel_operations(const ir::Stage& stage);
 /// Returns the first instruction up to which a stage has more than this many of them, or kNoValue.
 ir::ValueId first_beyond(const ir::Stage& stage, size_t operations);
 
+/// True of a kernel that passes many values on, such as the elements of an array.
+bool is_wide(const ir::Stage& kernel);
+
 /// True if a kernel of this stage would be too long.
 bool needs_splitting(const ir::Stage& stage, size_t longest = kMaxKernelOperations);
 

@@ -241,7 +241,15 @@ Value StageTranslator::read(const Target& target, const check::Expr& expr) {
 
 void StageTranslator::store(Target target, const Value& value) {
     if (target.symbol == nullptr) return;
-    make_conditions(&target);
+    if (target.indices.size() > 1 && target.alternatives.size() > kMostChosen) {
+        // By their number in the whole: tests that differ in nothing else.
+        const auto count = static_cast<int>(target.alternatives.size());
+        const ValueId picked = picked_alternative(target);
+        for (int k = 0; k < count; ++k)
+            target.alternatives[static_cast<size_t>(k)].condition = index_is(picked, k, count);
+    } else {
+        make_conditions(&target);
+    }
     const VariableId id = variable_of(*target.symbol);
     Variable v = variables_[id];
     for (const Alternative& alternative : target.alternatives) {

@@ -35,7 +35,7 @@
 extern "C" {
 #endif
 
-#define OPENFAB_ABI_VERSION 12
+#define OPENFAB_ABI_VERSION 13
 
 /* The columns that a slab kernel's list has, or any multiple. */
 #define OPENFAB_LISTED_COLUMNS 64
@@ -294,6 +294,26 @@ enum openfab_step_kind {
                                   repeats while any is left, else restores the previous list */
     OPENFAB_STEP_QUERY = 3,    /* a = query */
     OPENFAB_STEP_PRINTF = 4,   /* a = printf */
+    OPENFAB_STEP_ELEMENTS = 5, /* a = elements */
+};
+
+enum openfab_elements_kind {
+    OPENFAB_ELEMENTS_LOAD = 0,  /* `value` gets the element that `index` names */
+    OPENFAB_ELEMENTS_STORE = 1, /* that gets `value` */
+    OPENFAB_ELEMENTS_FILL = 2,  /* all get it */
+    OPENFAB_ELEMENTS_COPY = 3,  /* element k gets state value + k * value_apart */
+};
+
+/* What is done to the elements of an array: `count` states, `apart` numbers from one to the next. */
+struct openfab_elements {
+    enum openfab_elements_kind kind;
+    int32_t first;
+    int32_t apart;
+    int32_t count;
+    int32_t index; /* state, an int, which is clamped to 0 .. count - 1; -1 of FILL and COPY */
+    int32_t value; /* state */
+    int32_t value_apart;
+    int32_t guard; /* state: lanes where it is 0 stay as they are. -1: none stays */
 };
 
 struct openfab_step {
@@ -322,6 +342,8 @@ struct openfab_segments {
     const struct openfab_printf* printfs;
     int32_t state_count;
     const enum openfab_scalar_type* states; /* type of each */
+    int32_t elements_count;
+    const struct openfab_elements* elements;
 };
 
 /* A value that a table of an object holds: a copy of value `from`, a uniform's or a derived one; or,

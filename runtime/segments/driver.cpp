@@ -130,6 +130,41 @@ abi::KernelStatus Driver::run_kernel(const openfab_kernel& kernel, Kernel* bound
     return {};
 }
 
+void Driver::move(const openfab_elements& elements) const {
+    constexpr int32_t kNone = -1;
+    const std::vector<int32_t>& list = lists_[depth_];
+    const uint32_t* guard = elements.guard == kNone ? nullptr : states_[elements.guard];
+    const bool picks =
+        elements.kind == OPENFAB_ELEMENTS_LOAD || elements.kind == OPENFAB_ELEMENTS_STORE;
+    if (picks) {
+        uint32_t* const first = states_[elements.first];
+        const ptrdiff_t apart = states_[elements.first + elements.apart] - first;
+        uint32_t* const value = states_[elements.value];
+        const uint32_t* const index = states_[elements.index];
+        const bool loads = elements.kind == OPENFAB_ELEMENTS_LOAD;
+        for (const int32_t group : list) {
+            const ptrdiff_t begin = static_cast<ptrdiff_t>(group) * kLanes;
+            for (ptrdiff_t i = begin; i < begin + kLanes; ++i) {
+                if (guard != nullptr && guard[i] == 0) continue;
+                // Where a lane is not active its index may be anything.
+                const auto k = std::clamp(static_cast<int32_t>(index[i]), 0, elements.count - 1);
+                uint32_t& element = first[k * apart + i];
+                (loads ? value[i] : element) = loads ? element : value[i];
+            }
+        }
+        return;
+    }
+    for (int32_t k = 0; k < elements.count; ++k) {
+        uint32_t* const to = states_[elements.first + k * elements.apart];
+        const uint32_t* const from = states_[elements.value + k * elements.value_apart];
+        for (const int32_t group : list) {
+            const ptrdiff_t begin = static_cast<ptrdiff_t>(group) * kLanes;
+            for (ptrdiff_t i = begin; i < begin + kLanes; ++i)
+                to[i] = guard == nullptr || guard[i] != 0 ? from[i] : to[i];
+        }
+    }
+}
+
 void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
                     std::vector<int32_t>* to) const {
     const uint32_t* values = states_[active];
@@ -192,6 +227,9 @@ abi::KernelStatus Driver::run(const openfab_segments& segments, openfab_isa isa,
                 break;
             case OPENFAB_STEP_PRINTF:
                 handler->printf(segments.printfs[step.a], lists_[depth_], states_);
+                break;
+            case OPENFAB_STEP_ELEMENTS:
+                move(segments.elements[step.a]);
                 break;
         }
         if (!status.ok()) return status;

@@ -68,6 +68,8 @@ class Driver {
     void bind_kernel(const openfab_kernel& kernel, openfab_isa isa, Arguments* arguments,
                      Kernel* out);
     abi::KernelStatus run_kernel(const openfab_kernel& kernel, Kernel* bound);
+    /// Moves elements of arrays, in the groups of the current list.
+    void move(const openfab_elements& elements) const;
     /// Copies the groups of `from` with an active lane.
     void narrow(const std::vector<int32_t>& from, int32_t active, std::vector<int32_t>* to) const;
 

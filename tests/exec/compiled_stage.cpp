@@ -145,6 +145,7 @@ class SegmentWalk : public interp::Environment {
             const auto a = static_cast<size_t>(step.a);
             if (step.kind == OPENFAB_STEP_KERNEL) run_kernel(segmented_.kernels[a]);
             if (step.kind == OPENFAB_STEP_QUERY) run_query(segmented_.queries[a]);
+            if (step.kind == OPENFAB_STEP_ELEMENTS) move(segmented_.elements[a]);
             const bool loop = step.kind == OPENFAB_STEP_LOOP;
             const bool end = step.kind == OPENFAB_STEP_LOOP_END;
             if ((loop && states_[a] == 0) || (end && states_[a] != 0)) {
@@ -163,6 +164,24 @@ class SegmentWalk : public interp::Environment {
         const std::vector<uint32_t> values = interp::evaluate(kernel, *this);
         for (size_t k = 0; k < values.size(); ++k)
             states_[kernel.outputs[k].a] = values[k];
+    }
+    void move(const openfab_elements& elements) {
+        if (elements.guard >= 0 && states_[elements.guard] == 0) return;
+        const auto each = [&](int32_t k) -> uint32_t& {
+            return states_[elements.first + k * elements.apart];
+        };
+        const auto picked = [&]() -> uint32_t& {
+            const auto index = static_cast<int32_t>(states_[elements.index]);
+            return each(std::clamp(index, 0, elements.count - 1));
+        };
+        if (elements.kind == OPENFAB_ELEMENTS_LOAD) {
+            states_[elements.value] = picked();
+        } else if (elements.kind == OPENFAB_ELEMENTS_STORE) {
+            picked() = states_[elements.value];
+        } else {
+            for (int32_t k = 0; k < elements.count; ++k)
+                each(k) = states_[elements.value + k * elements.value_apart];
+        }
     }
     void run_query(const passes::SegmentQuery& query) {
         const auto state = [&](int32_t k) { return states_[k]; };

@@ -98,10 +98,17 @@ std::string cleaned(ir::Stage stage) {
 }
 
 std::string step_text(const openfab_step& step) {
-    constexpr const char* kNames[] = {"kernel", "loop", "loop_end", "query", "printf"};
+    constexpr const char* kNames[] = {"kernel", "loop", "loop_end", "query", "printf", "elements"};
     const bool loop = step.kind == OPENFAB_STEP_LOOP || step.kind == OPENFAB_STEP_LOOP_END;
     return loop ? fmt::format("{} while state {}, to {}", kNames[step.kind], step.a, step.b)
                 : fmt::format("{} {}", kNames[step.kind], step.a);
+}
+
+std::string elements_text(const openfab_elements& elements) {
+    constexpr const char* kNames[] = {"load", "store", "fill", "copy"};
+    return fmt::format("{} of {} states from {}, {} apart; index {}, value {} + {} k, guard {}",
+                       kNames[elements.kind], elements.count, elements.first, elements.apart,
+                       elements.index, elements.value, elements.value_apart, elements.guard);
 }
 
 std::string segments_text(const SegmentedStage& segments) {
@@ -122,6 +129,8 @@ std::string segments_text(const SegmentedStage& segments) {
         out += fmt::format("  printf {} \"{}\": guard {}, values {}\n", k, printf.call.format,
                            printf.guard, fmt::join(printf.values, " "));
     }
+    for (size_t k = 0; k < segments.elements.size(); ++k)
+        out += fmt::format("  elements {}: {}\n", k, elements_text(segments.elements[k]));
     for (size_t k = 0; k < segments.steps.size(); ++k)
         out += fmt::format("  step {}: {}\n", k, step_text(segments.steps[k]));
     out += "  states";
