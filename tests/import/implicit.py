@@ -117,7 +117,7 @@ class Model:
         if kind in ("matvecmultiplication", "matrixvectormultiplication"):
             vector = of("B")
             one = np.concatenate([vector, np.ones((len(vector), 1))], axis=1)
-            return {"result": np.einsum("nij,nj->ni", np.broadcast_to(of("A"), (len(one), 4, 4)), one)[:, :3]}
+            return {"result": (of("A") @ one[:, :, None])[:, :3, 0]}
         if kind == "transpose":
             return {"result": np.swapaxes(of("A"), 1, 2)}
         if kind == "inverse":
