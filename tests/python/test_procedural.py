@@ -31,7 +31,7 @@ SKIN = """fablet Skin {
 """
 PLAIN = """fablet Plain {
     @uniform { Material core, shell; }
-    @Volume(@varying { VolumeAttributes attr, @nearest int kind = 1 })
+    @Volume(@varying { VolumeAttributes attr, @nearest int kind })
     {
         MaterialComposition mc;
         mc.Set(kind == 1 ? core : shell, 1);
