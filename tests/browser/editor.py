@@ -71,6 +71,7 @@ def one_history(at, folder):
     page.fill("#source", FABLET)
     page.keyboard.press("Control+s")
     at.eventually("saved", lambda: (folder / "ball.fl").read_text() == FABLET)
+    at.settle(1500)  # a pause ends the step
     if not page.is_visible("#graph"):
         page.click("#graph_button")
     page.wait_for_selector("#graph_svg .node")
