@@ -77,7 +77,7 @@ constexpr Exhibit kExhibits[] = {
     {"peach", "peach", "peach", "0.5mm"},
     {"tree", "tree", "tree", "0.5mm", false, true},
     {"vessel_tree", "vessels", "vessel_tree", "0.4mm", false, true},
-    {"menger_sponge", "menger_sponge", "menger_sponge", "0.5mm", false, true},
+    {"menger_sponge", "menger_sponge", "menger_sponge", "0.4mm", false, true},
     {"bunny_skin", "bunny_skin", "bunny_skin", "0.5mm", false, true},
 };
 
