@@ -285,18 +285,9 @@ Result<Conducted> run_at(const ConductOptions& o, const PartSource& source, cons
     if (!problem) return problem.error();
     Conducted out;
     out.problem = std::move(*problem);
-    SolveOptions options;
-    options.tolerance = o.common.tolerance;
-    options.most_iterations = o.common.most_iterations;
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
-    options.progress = [&](int iteration, double residual) {
-        return progress.update(0, iteration, residual);
-    };
-    out.solution = solve_conduct(&out.problem, c.held.size(), options);
-    if (out.solution.report.stopped) return interrupted_error();
-    if (!out.solution.report.converged)
-        return not_converged_error(out.solution.report.residual, o.common.tolerance,
-                                   out.solution.report.iterations);
+    out.solution = solve_conduct(&out.problem, c.held.size(), solve_options(o.common, &progress));
+    if (Result<void> done = check_solved(out.solution.report, o.common); !done) return done.error();
     summarise(c, &out);
     return out;
 }

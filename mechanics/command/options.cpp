@@ -33,6 +33,23 @@ bool SolveProgress::update(int which, int iteration, double residual) {
     return true;
 }
 
+SolveOptions solve_options(const CommonOptions& common, SolveProgress* progress) {
+    SolveOptions out;
+    out.tolerance = common.tolerance;
+    out.most_iterations = common.most_iterations;
+    out.progress = [progress](int iteration, double residual) {
+        return progress->update(0, iteration, residual);
+    };
+    return out;
+}
+
+Result<void> check_solved(const SolveReport& report, const CommonOptions& common) {
+    if (report.stopped) return interrupted_error();
+    if (!report.converged)
+        return not_converged_error(report.residual, common.tolerance, report.iterations);
+    return {};
+}
+
 Error interrupted_error() {
     return Error{ErrorCode::kInterrupted, "interrupted; nothing was written", "", {}};
 }

@@ -10,6 +10,7 @@
 
 #include "base/result.h"
 #include "mechanics/model/voxels.h"
+#include "mechanics/solver/conjugate_gradients.h"
 
 namespace openfab::mechanics {
 
@@ -43,7 +44,13 @@ class SolveProgress {
     double tolerance_, start_, said_;
 };
 
-/// The error of a solution that was given up.
+/// Tolerance and limit of a solution of one case, and who is told how far it is.
+SolveOptions solve_options(const CommonOptions& common, SolveProgress* progress);
+
+/// Refuses a solution that was given up or is none.
+Result<void> check_solved(const SolveReport& report, const CommonOptions& common);
+
+/// The errors of those.
 Error interrupted_error();
 Error not_converged_error(double residual, double tolerance, int iterations);
 

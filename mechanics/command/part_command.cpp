@@ -34,18 +34,10 @@ Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
     if (!problem) return problem.error();
     PartRun out;
     out.problem = std::move(*problem);
-    SolveOptions options;
-    options.tolerance = o.common.tolerance;
-    options.most_iterations = o.common.most_iterations;
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
-    options.progress = [&](int iteration, double residual) {
-        return progress.update(0, iteration, residual);
-    };
-    out.solution = solve_part(&out.problem, load_case.held.size(), options, o.full);
-    if (out.solution.report.stopped) return interrupted_error();
-    if (!out.solution.report.converged)
-        return not_converged_error(out.solution.report.residual, o.common.tolerance,
-                                   out.solution.report.iterations);
+    out.solution =
+        solve_part(&out.problem, load_case.held.size(), solve_options(o.common, &progress), o.full);
+    if (Result<void> done = check_solved(out.solution.report, o.common); !done) return done.error();
     out.fields = fields_of(out.problem, &out.solution.moved_mm);
     constexpr size_t kPlaces = 8;
     out.summary = summary_of(out.problem, out.fields, out.solution.moved_mm, kPlaces);

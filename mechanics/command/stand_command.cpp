@@ -255,16 +255,6 @@ std::string json_of(const StandResult& r) {
     return out.take() + "\n";
 }
 
-SolveOptions solve_options(const StandOptions& o, SolveProgress* progress) {
-    SolveOptions options;
-    options.tolerance = o.common.tolerance;
-    options.most_iterations = o.common.most_iterations;
-    options.progress = [progress](int iteration, double residual) {
-        return progress->update(0, iteration, residual);
-    };
-    return options;
-}
-
 LoadCase weight_case(bool weighs) {
     LoadCase weight;
     weight.name = "own weight";
@@ -298,11 +288,9 @@ Result<void> grow_up(const StandOptions& o, StandResult* r) {
         if (r->weighs) {
             SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
             const PartSolution solution =
-                solve_part(&*problem, weight.held.size(), solve_options(o, &progress));
-            if (solution.report.stopped) return interrupted_error();
-            if (!solution.report.converged)
-                return not_converged_error(solution.report.residual, o.common.tolerance,
-                                           solution.report.iterations);
+                solve_part(&*problem, weight.held.size(), solve_options(o.common, &progress));
+            if (Result<void> done = check_solved(solution.report, o.common); !done)
+                return done.error();
             Field<double, kElastic> moved = solution.moved_mm;
             const PartFields fields = fields_of(*problem, &moved);
             const PartSummary s = summary_of(*problem, fields, moved, 1);
@@ -319,7 +307,7 @@ Result<void> grow_up(const StandOptions& o, StandResult* r) {
 Result<void> find_pushes(const StandOptions& o, StandResult* r) {
     for (const Mode& mode : r->modes.all) {
         SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
-        const Push push = worst_push(&r->problem, mode, solve_options(o, &progress));
+        const Push push = worst_push(&r->problem, mode, solve_options(o.common, &progress));
         if (push.stopped) return interrupted_error();
         if (!push.converged) return not_converged_error(1, o.common.tolerance, 0);
         r->pushes.push_back(push);
@@ -342,11 +330,8 @@ std::vector<ThinPlace> thinnest_of_each(const PartProblem& p) {
 
 Result<void> solve_weight(const StandOptions& o, size_t holds, StandResult* r) {
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
-    r->solution = solve_part(&r->problem, holds, solve_options(o, &progress));
-    if (r->solution.report.stopped) return interrupted_error();
-    if (!r->solution.report.converged)
-        return not_converged_error(r->solution.report.residual, o.common.tolerance,
-                                   r->solution.report.iterations);
+    r->solution = solve_part(&r->problem, holds, solve_options(o.common, &progress));
+    if (Result<void> done = check_solved(r->solution.report, o.common); !done) return done.error();
     r->fields = fields_of(r->problem, &r->solution.moved_mm);
     r->weight = summary_of(r->problem, r->fields, r->solution.moved_mm, 1);
     return {};

@@ -50,18 +50,10 @@ Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
     if (!problem) return problem.error();
     Round out;
     out.problem = std::move(*problem);
-    SolveOptions options;
-    options.tolerance = o.common.tolerance;
-    options.most_iterations = o.common.most_iterations;
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
-    options.progress = [&](int iteration, double residual) {
-        return progress.update(0, iteration, residual);
-    };
-    PartSolution solution = solve_part(&out.problem, load_case.held.size(), options);
-    if (solution.report.stopped) return interrupted_error();
-    if (!solution.report.converged)
-        return not_converged_error(solution.report.residual, o.common.tolerance,
-                                   solution.report.iterations);
+    PartSolution solution =
+        solve_part(&out.problem, load_case.held.size(), solve_options(o.common, &progress));
+    if (Result<void> done = check_solved(solution.report, o.common); !done) return done.error();
     out.report = solution.report;
     out.fields = fields_of(out.problem, &solution.moved_mm);
     out.summary = summary_of(out.problem, out.fields, solution.moved_mm, 1);
