@@ -29,25 +29,11 @@ from .errors import (
 from .estimating import Estimate, MaterialEstimate, estimate
 from .fablet import Fablet, Uniform, Varying, compile
 from .lattice import Beams, beams
+from .primitives import Primitive, box, capsule, cone, cylinder, extrusion, plane, revolution, sphere, torus
 from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
 from .reading import VoxelBox, Voxels, read
-from .shapes import (
-    FileMesh,
-    Mesh,
-    Primitive,
-    Shape,
-    Texture,
-    box,
-    capsule,
-    cone,
-    cylinder,
-    extrusion,
-    plane,
-    revolution,
-    shape,
-    sphere,
-    torus,
-)
+from .shapes import FileMesh, Mesh, Shape, shape
+from .textures import Texture
 from .world import VOID, FileWorld, Material, Object, World, load
 
 __version__ = _version("openfab")

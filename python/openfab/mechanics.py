@@ -184,24 +184,19 @@ def part(
     OutsideError
         Where the program `openfab` is not found, or a file cannot be written.
     """
-    given = [] if case is None else ["--case", case]
-    with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
-        array, numbers = Path(folder) / "part.npy", Path(folder) / "part.json"
-        _run("part", world, voxel_mm, [*given, "-o", str(array), "-o", str(numbers), *arguments])
-        values = numpy.load(array)
-        beside = json.loads(Path(f"{array}.json").read_text())
-        return PartResult(
-            json.loads(numbers.read_text()),
-            values[..., :3],
-            values[..., 3],
-            values[..., 4],
-            values[..., 5],
-            values[..., 6],
-            values[..., 7],
-            tuple(beside["pitch_mm"]),
-            tuple(beside["origin_mm"]),
-            beside["materials"],
-        )
+    numbers, values, beside = _solved("part", world, case, voxel_mm, arguments)
+    return PartResult(
+        numbers,
+        values[..., :3],
+        values[..., 3],
+        values[..., 4],
+        values[..., 5],
+        values[..., 6],
+        values[..., 7],
+        tuple(beside["pitch_mm"]),
+        tuple(beside["origin_mm"]),
+        beside["materials"],
+    )
 
 
 def conduct(
@@ -236,20 +231,15 @@ def conduct(
     OutsideError
         Where the program `openfab` is not found, or a file cannot be written.
     """
-    given = [] if case is None else ["--case", case]
-    with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
-        array, numbers = Path(folder) / "part.npy", Path(folder) / "part.json"
-        _run("conduct", world, voxel_mm, [*given, "-o", str(array), "-o", str(numbers), *arguments])
-        values = numpy.load(array)
-        beside = json.loads(Path(f"{array}.json").read_text())
-        return ConductResult(
-            json.loads(numbers.read_text()),
-            values[..., 0],
-            values[..., 1],
-            values[..., 2],
-            tuple(beside["pitch_mm"]),
-            tuple(beside["origin_mm"]),
-        )
+    numbers, values, beside = _solved("conduct", world, case, voxel_mm, arguments)
+    return ConductResult(
+        numbers,
+        values[..., 0],
+        values[..., 1],
+        values[..., 2],
+        tuple(beside["pitch_mm"]),
+        tuple(beside["origin_mm"]),
+    )
 
 
 def cell(
@@ -384,6 +374,22 @@ def _json(
         _run(command, file, voxel_mm, [*arguments, "-o", str(numbers)])
         read: dict[str, Any] = json.loads(numbers.read_text())
         return read
+
+
+def _solved(
+    command: str,
+    world: str | os.PathLike[str],
+    case: str | None,
+    voxel_mm: float | None,
+    arguments: Sequence[str],
+) -> tuple[dict[str, Any], NDArray[numpy.float32], dict[str, Any]]:
+    """Numbers of a case, its array of elements, and what stands beside the array."""
+    given = [] if case is None else ["--case", case]
+    with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
+        array, numbers = Path(folder) / "part.npy", Path(folder) / "part.json"
+        _run(command, world, voxel_mm, [*given, "-o", str(array), "-o", str(numbers), *arguments])
+        beside = json.loads(Path(f"{array}.json").read_text())
+        return json.loads(numbers.read_text()), numpy.load(array), beside
 
 
 def _run(

@@ -22,7 +22,8 @@ from .errors import InputError, raise_error
 from .fablet import Fablet, Uniform, programs
 from .lattice import Beams
 from .procedural import Generated
-from .shapes import AnyMesh, Mesh, Shape, Texture, as_mesh
+from .shapes import AnyMesh, Mesh, Shape, as_mesh
+from .textures import Texture
 
 T = TypeVar("T")
 

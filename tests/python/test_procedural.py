@@ -94,7 +94,7 @@ def test_beams_print_as_those_of_arrays() -> None:
     assert (expected == 1).sum() > 1000 and (expected == 2).sum() > 1000
     for split in (False, True):
         np.testing.assert_array_equal(of_box(printed(in_boxes(split).within(BOX))), expected)
-    np.testing.assert_array_equal(of_box(printed(in_boxes(True).within(BOX), threads=1, memory="150MB")), expected)
+    np.testing.assert_array_equal(of_box(printed(in_boxes(True).within(BOX), threads=1)), expected)
 
 
 def cube(low: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
@@ -130,7 +130,7 @@ def test_meshes_and_copies_print_as_data() -> None:
     np.testing.assert_array_equal(made != 0, inside | seventh)
     world = openfab.World(printer="generic")
     plain = openfab.Fablet(text=PLAIN)
-    world.add(openfab.box((1, 1, 1)), plain, UNIFORMS, name="brick", place=False)
+    world.add(openfab.box(1, 1, 1), plain, UNIFORMS, name="brick", place=False)
     world.add(copies.within(BOX), plain, UNIFORMS)
     copied = openfab.print_world(world, voxel=0.1).array()
     turned = (np.abs(x - (-7.27 + 0.65)) < 0.65) & (np.abs(y + 7.27) < 0.65) & (np.abs(z - 6.53) < 0.65)
