@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # A third of the time to compile goes into what each source parses and instantiates again. In the release build sources of a
-# library are compiled eight at a time: the compiler's (ON), or all (ALL). What is run once a fablet or a command, and not once
-# a voxel, takes longer to compile than it will ever run: that is compiled at -O1.
+# library or of a program, tests too, are compiled eight at a time: the compiler's (ON), or all (ALL). What is run once a fablet
+# or a command, and not once a voxel, takes longer to compile than it will ever run: that is compiled at -O1.
 # Two sources of a library then cannot have the same name for different things without a namespace; a compiler says so. Other
 # builds compile each source alone, which finds includes that are missing.
 set(OPENFAB_FEWER_UNITS OFF CACHE STRING "Compile several sources at once, and with less optimisation where speed does not matter: ON, the compiler's; ALL; OFF")

@@ -17,7 +17,7 @@ namespace openfab::pieces {
 
 namespace {
 
-constexpr double kSlack_mm = 1e-6;
+constexpr double kSlack = 1e-6;  // of shares
 constexpr int32_t kMostPieces = 500;
 
 /// A part of the solid that one leaf of a tree holds.
@@ -258,7 +258,7 @@ class Search {
             // As much as the tray holds from either end, and equal shares.
             for (int t = 0; t < 3; ++t) {
                 const double size = chunk.box.size()[a], tray = options_.tray_mm[t];
-                const double shares = std::ceil(size / tray - kSlack_mm);
+                const double shares = std::ceil(size / tray - kSlack);
                 for (double k = 1; k < std::min(shares, 100.0); ++k) {
                     offsets.push_back(chunk.box.lo[a] + k * tray);
                     offsets.push_back(chunk.box.hi[a] - k * tray);
@@ -349,7 +349,7 @@ int32_t pieces_of_box(const Vec3d& size_mm, const Vec3d& tray_mm) {
     for (const auto& order : orders) {
         double count = 1;
         for (int a = 0; a < 3; ++a)
-            count *= std::max(std::ceil(size_mm[order[a]] / tray_mm[a] - kSlack_mm), 1.0);
+            count *= std::max(std::ceil(size_mm[order[a]] / tray_mm[a] - kSlack), 1.0);
         least = std::min(least, count);
     }
     return static_cast<int32_t>(least);

@@ -19,7 +19,7 @@ namespace openfab::viewer {
 namespace {
 
 constexpr int32_t kSide = 64;
-constexpr int kPngLevel = 1;
+constexpr int kLookPngLevel = 1;
 
 struct Level {
     int32_t width = 0, height = 0, depth = 1;
@@ -84,7 +84,7 @@ std::vector<uint8_t> picture_of(const texture::Pyramid& pyramid, bool is_data) {
         }
     }
     image.rows = rows;
-    return raster::encode_png(image, kPngLevel);
+    return raster::encode_png(image, kLookPngLevel);
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ LoadCase parsed(const std::string& text) {
     return c ? *c : LoadCase();
 }
 
-std::string refused(const std::string& text) {
+std::string case_refused(const std::string& text) {
     const Result<LoadCase> c = parse_load_case("{\"cases\": {\"one\": " + text + "}}", "test", "");
     return c ? std::string() : c.error().text();
 }
@@ -257,7 +257,7 @@ TEST(MechanicsCase, MistakesAreLocated) {
         {R"([1])", "not an object"},
     };
     for (const auto& [text, part] : all) {
-        const std::string said = refused(text);
+        const std::string said = case_refused(text);
         EXPECT_NE(said.find(part), std::string::npos) << text << ": " << said;
         EXPECT_EQ(said.rfind("test:1:", 0), 0U) << said;
     }

@@ -230,7 +230,7 @@ TEST(MechanicsShown, BandsAreAPrintOfColours) {
     EXPECT_NEAR(shown.most, 0.5 / 1000 * 7.5, 1e-5);
     EXPECT_EQ(shown.least, 0);
     const std::filesystem::path file =
-        std::filesystem::path(testing::TempDir()) / "mechanics_bands.ofr";
+        std::filesystem::path(::testing::TempDir()) / "mechanics_bands.ofr";
     ASSERT_TRUE(write_bands(file, p->grid, p->voxels.origin_mm, p->elements.kind, shown));
     auto reader = ofr::OfrReader::open(file.string());
     ASSERT_TRUE(reader) << reader.error().text();
