@@ -12,7 +12,7 @@
 
 #include "abi/fablet_table.h"
 #include "base/result.h"
-#include "compiler/lower/load_code.h"
+#include "compiler/lower/code/load_code.h"
 
 namespace openfab::by_hand {
 

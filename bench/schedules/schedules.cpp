@@ -25,7 +25,7 @@
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "bench/schedules/by_hand.h"
-#include "compiler/lower/program.h"
+#include "compiler/lower/code/program.h"
 #include "tools/tuner/machine.h"
 #include "tools/tuner/stand.h"
 

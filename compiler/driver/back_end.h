@@ -5,7 +5,7 @@
 // Shared by `build`, `check` and `emit`: running the requested passes, and reports of what failed.
 
 #include "compiler/driver/commands.h"
-#include "compiler/lower/compile.h"
+#include "compiler/lower/code/compile.h"
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::driver {

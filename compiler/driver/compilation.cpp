@@ -152,7 +152,7 @@ std::vector<openfab_isa> Compilation::isas() const {
     std::vector<openfab_isa> out(abi::isas().begin(), abi::isas().end());
     if (options_.target == "both") std::erase(out, OPENFAB_ISA_AVX512);
     for (const openfab_isa isa : abi::isas()) {
-        if (options_.target == lower::isa_name(isa)) return {isa};
+        if (options_.target == abi::isa_name(isa)) return {isa};
     }
     return out;
 }

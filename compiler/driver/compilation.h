@@ -12,7 +12,7 @@
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/schedules.h"
-#include "compiler/lower/program.h"
+#include "compiler/lower/code/program.h"
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::driver {

@@ -9,7 +9,7 @@
 #include "compiler/driver/back_end.h"
 #include "compiler/driver/commands.h"
 #include "compiler/driver/schedules.h"
-#include "compiler/lower/fablet_data.h"
+#include "compiler/lower/code/fablet_data.h"
 
 namespace openfab::driver {
 
@@ -59,7 +59,7 @@ int emit_lowered(const ir::Fablet& fablet, ir::StageKind stage, const EmitOption
     if (slab) request.inside = lower::stages_inside_slab(result.stages);
     request.function = fmt::format("openfab_{}", lower::schedule_name(stage));
     for (const openfab_isa isa : abi::isas()) {
-        if (options.target == lower::isa_name(isa)) request.isa = isa;
+        if (options.target == abi::isa_name(isa)) request.isa = isa;
     }
     Schedules schedules(sources, common);
     if (const int code = schedules.load(options.schedules, {request.isa}); code != kExitDone)

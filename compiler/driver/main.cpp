@@ -18,7 +18,7 @@
 #include "base/run_main.h"
 #include "base/say.h"
 #include "compiler/driver/commands.h"
-#include "compiler/lower/fatal_errors.h"
+#include "compiler/lower/code/fatal_errors.h"
 #include "compiler/passes/pipeline.h"
 #include "program/options.h"
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "abi/kernel_call.h"
 #include "base/input_file.h"
 #include "base/near_miss.h"
 #include "compiler/driver/back_end.h"
@@ -187,13 +188,12 @@ const Schedules::Loaded* Schedules::choose(const std::string& pipeline,
 }
 
 const schedule::File& Schedules::file(const std::string& pipeline, openfab_isa isa) const {
-    const Loaded* chosen = choose(pipeline, lower::isa_name(isa));
-    return chosen != nullptr ? chosen->file
-                             : *schedule::default_file(pipeline, lower::isa_name(isa));
+    const Loaded* chosen = choose(pipeline, abi::isa_name(isa));
+    return chosen != nullptr ? chosen->file : *schedule::default_file(pipeline, abi::isa_name(isa));
 }
 
 int Schedules::bind(const std::string& pipeline, openfab_isa isa) {
-    const std::string target = lower::isa_name(isa);
+    const std::string target = abi::isa_name(isa);
     const auto knows_any = [&](const schedule::File& file) {
         bool any = false;
         for (auto& [name, known] : param_is_known_) {

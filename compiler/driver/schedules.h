@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "compiler/driver/options.h"
-#include "compiler/lower/program.h"
+#include "compiler/lower/code/program.h"
 #include "compiler/source/source_manager.h"
 
 namespace openfab::driver {

@@ -14,37 +14,14 @@ namespace openfab::schedule {
 
 namespace {
 
-constexpr ArgKind kVar = ArgKind::kVar;
-constexpr ArgKind kNew = ArgKind::kNewVar;
-constexpr ArgKind kFunc = ArgKind::kFunc;
-constexpr ArgKind kNumber = ArgKind::kNumber;
+using enum ArgKind;
 
 const std::vector<DirectiveRule>& rules() {
     static const std::vector<DirectiveRule> all = {
-        {"split", {kVar, kNew, kNew, kNumber}, 4, false, "split(var, outer, inner, factor)"},
-        {"tile",
-         {kVar, kVar, kNew, kNew, kNew, kNew, kNumber, kNumber},
-         8,
-         false,
-         "tile(x, y, xo, yo, xi, yi, factor_x, factor_y)"},
-        {"fuse", {kVar, kVar, kNew}, 3, false, "fuse(inner, outer, fused)"},
-        {"reorder", {kVar}, 2, true, "reorder(innermost, …, outermost)"},
-        {"unroll", {kVar, kNumber}, 1, false, "unroll(var[, factor])"},
-        {"vectorize", {kVar, kNumber}, 1, false, "vectorize(var[, factor])"},
-        {"parallel", {kVar}, 1, false, "parallel(var)"},
-        {"compute_at", {kFunc, kVar}, 2, false, "compute_at(func, var)"},
-        {"compute_root", {}, 0, false, "compute_root()"},
-        {"compute_inline", {}, 0, false, "compute_inline()"},
-        {"store_at", {kFunc, kVar}, 2, false, "store_at(func, var)"},
-        {"store_root", {}, 0, false, "store_root()"},
-        {"store_in", {ArgKind::kMemory}, 1, false, "store_in(heap) or store_in(stack)"},
-        {"reorder_storage", {kVar}, 2, true, "reorder_storage(innermost, …, outermost)"},
-        {"align_storage", {kVar, kNumber}, 2, false, "align_storage(var, multiple)"},
-        {"bound_storage", {kVar, kNumber}, 2, false, "bound_storage(var, extent)"},
-        {"fold_storage", {kVar, kNumber}, 2, false, "fold_storage(var, extent)"},
-        {"prefetch", {kFunc, kVar, kNumber}, 3, false, "prefetch(func, var, distance)"},
-        {"specialize", {ArgKind::kCondition}, 1, false, "specialize(var >= number)"},
-        {"update", {kNumber}, 0, false, "update([number])"},
+#define OPENFAB_DIRECTIVE(name, scope, least, repeats, form, ...) \
+    {#name, {__VA_ARGS__}, least, repeats, form},
+#include "compiler/schedule/directives.def"
+#undef OPENFAB_DIRECTIVE
     };
     return all;
 }

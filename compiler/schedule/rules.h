@@ -24,6 +24,9 @@ enum class ArgKind {
     kCondition,  ///< the whole of the arguments: `n >= 16`, `n % 4 == 0`
 };
 
+/// What a directive is about: loops of one definition of a Func, or the Func as a whole.
+enum class Scope { kLoops, kFunc };
+
 struct DirectiveRule {
     const char* name;
     std::vector<ArgKind> args;

@@ -5,7 +5,7 @@
 // Schedules: how a kernel runs, never what it computes. schedules/README.md is the language's
 // reference. A file is read in two steps: parse makes a tree, with the files that it includes in it;
 // bind decides what depends on the target and on parameters, and returns a list of lines.
-// compiler/lower/apply_schedule.h checks those against a kernel and applies them.
+// compiler/lower/schedule/apply_schedule.h checks those against a kernel and applies them.
 
 #include <cstdint>
 #include <functional>

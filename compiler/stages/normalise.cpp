@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/lower/normalise.h"
+#include "compiler/lower/algorithm/normalise.h"
 
 #include "compiler/stages/stages.h"
 

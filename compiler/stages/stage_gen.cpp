@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "compiler/lower/apply_schedule.h"
-#include "compiler/lower/base_target.h"
+#include "compiler/lower/code/base_target.h"
+#include "compiler/lower/schedule/apply_schedule.h"
 #include "compiler/schedule/schedule.h"
 #include "compiler/stages/stages.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 // Fixed-function stages between the fablet's amounts and the printer's slices, as Halide
-// algorithms: normalise (compiler/lower/normalise.h) and pack. (The dither between them is
+// algorithms: normalise (compiler/lower/algorithm/normalise.h) and pack. (The dither between them is
 // runtime/dither/dither_row.h.) Their arguments and buffer shapes are in abi/stage_table.h. Their
 // twins in tests/support/reference give the same bits; how they run is in schedules/.
 
@@ -11,7 +11,7 @@
 
 #include <string>
 
-#include "compiler/lower/kernel.h"
+#include "compiler/lower/algorithm/kernel.h"
 
 namespace openfab::stages {
 

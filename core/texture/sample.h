@@ -3,7 +3,7 @@
 #pragma once
 
 // Samples pictures for generated code: an extern stage of its Halide pipeline
-// (compiler/lower/sample.cpp), compiled once for each instruction set of kernels. It is not
+// (compiler/lower/algorithm/sample.cpp), compiled once for each instruction set of kernels. It is not
 // generated, since Halide gathers 8 texels one by one through one port, which took half of the
 // time; here two neighbours of a row are one load. compiler/interp/sample.h defines a sample
 // operation by operation; the bits are the same.

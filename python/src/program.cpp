@@ -11,8 +11,8 @@
 #include "compiler/driver/compilation.h"
 #include "compiler/driver/interface.h"
 #include "compiler/frontend/frontend.h"
-#include "compiler/lower/compile.h"
-#include "compiler/lower/kernel_cache.h"
+#include "compiler/lower/code/compile.h"
+#include "compiler/lower/code/kernel_cache.h"
 #include "program/options.h"
 
 namespace openfab::python {
@@ -85,7 +85,7 @@ std::variant<std::shared_ptr<const Program>, Diagnostics> compile(
     driver::CompilationOptions options;
     options.files = files;
     options.dither = rule;
-    options.target = lower::isa_name(abi::best_isa(program::kUsualIsa));
+    options.target = abi::isa_name(abi::best_isa(program::kUsualIsa));
     options.enable_printf = enable_printf;
     const driver::CommonOptions common;
     driver::Compilation compilation(options, common);

@@ -13,7 +13,7 @@
 
 #include "abi/fablet_table.h"
 #include "compiler/frontend/frontend.h"
-#include "compiler/lower/jit.h"
+#include "compiler/lower/code/jit.h"
 
 namespace openfab::python {
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "compiler/ir/ir.h"
-#include "compiler/lower/jit.h"
+#include "compiler/lower/code/jit.h"
 #include "compiler/schedule/schedule.h"
 #include "tests/support/tested_isas.h"
 

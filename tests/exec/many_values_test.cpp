@@ -13,8 +13,8 @@
 #include <string>
 
 #include "compiler/frontend/frontend.h"
-#include "compiler/lower/compile.h"
-#include "compiler/lower/fablet_data.h"
+#include "compiler/lower/code/compile.h"
+#include "compiler/lower/code/fablet_data.h"
 #include "compiler/passes/pipeline.h"
 #include "tests/exec/compiled_stage.h"
 #include "tests/support/load_module.h"

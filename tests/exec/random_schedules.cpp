@@ -6,7 +6,7 @@
 
 #include <set>
 
-#include "compiler/lower/compile.h"
+#include "compiler/lower/code/compile.h"
 #include "tests/support/long_run.h"
 #include "tests/support/schedules/schedule_space.h"
 

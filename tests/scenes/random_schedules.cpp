@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "compiler/frontend/frontend.h"
-#include "compiler/lower/fablet_data.h"
+#include "compiler/lower/code/fablet_data.h"
 #include "tests/support/schedules/schedule_space.h"
 
 namespace openfab::testing {

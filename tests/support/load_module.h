@@ -8,7 +8,7 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/lower/jit.h"
+#include "compiler/lower/code/jit.h"
 
 namespace openfab::testing {
 

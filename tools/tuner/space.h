@@ -13,7 +13,7 @@
 #include <variant>
 #include <vector>
 
-#include "compiler/lower/list_sites.h"
+#include "compiler/lower/schedule/list_sites.h"
 #include "compiler/schedule/schedule.h"
 
 namespace openfab::tuner {

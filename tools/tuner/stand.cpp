@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include "abi/kernel_call.h"
 #include "backends/common/tee_sink.h"
 #include "base/check.h"
 
@@ -35,7 +36,7 @@ std::vector<Contender> Stand::compile(const std::vector<std::string>& texts) con
             lower::ProgramOptions options = base;
             options.threads = 1;
             auto schedule = schedule::read({"candidate", texts[k]},
-                                           {.target = lower::isa_name(workload_->isa())});
+                                           {.target = abi::isa_name(workload_->isa())});
             if (const auto* fault = std::get_if<schedule::Fault>(&schedule)) {
                 out[k].refused = fault->message;
                 continue;

@@ -14,6 +14,7 @@
 #include <thread>
 #include <utility>
 
+#include "abi/kernel_call.h"
 #include "backends/common/output_file.h"
 #include "base/clock.h"
 #include "base/hash.h"
@@ -117,8 +118,9 @@ class Tuner {
                 "`openfab profile` shows what the print spends its time on");
         }
         auto sites = lower::list_sites(units.front().request);
-        if (const auto* fault = std::get_if<lower::Fault>(&sites)) return workload_->report(*fault);
-        const std::string target = lower::isa_name(workload_->isa());
+        if (const auto* fault = std::get_if<schedule::Fault>(&sites))
+            return workload_->report({*fault, {}});
+        const std::string target = abi::isa_name(workload_->isa());
         const schedule::Schedule& bound = lower::schedule_of(units.front().request);
         space_ = std::make_unique<Space>(schedules.file("slab", workload_->isa()), target,
                                          schedules.params(), bound,
@@ -170,7 +172,7 @@ class Tuner {
         const Result<std::string> text = read_text_file(options_.output, kMostBytes);
         if (!text) return;
         const auto schedule =
-            schedule::read({options_.output, *text}, {.target = lower::isa_name(workload_->isa())});
+            schedule::read({options_.output, *text}, {.target = abi::isa_name(workload_->isa())});
         if (!std::holds_alternative<schedule::Schedule>(schedule)) return;
         kept_text_ = schedule::text_of(std::get<schedule::Schedule>(schedule));
         if (kept_text_ == first_text_) kept_text_.clear();
@@ -183,7 +185,7 @@ class Tuner {
     std::string key() const {
         Hasher hash;
         hash.add_text(first_text_);
-        hash.add_text(lower::isa_name(workload_->isa()));
+        hash.add_text(abi::isa_name(workload_->isa()));
         hash.add_text(processor_name());
         for (const lower::FabletUnit& fablet : workload_->compilation().fablets())
             hash.add(fablet.hash);
@@ -480,7 +482,7 @@ class Tuner {
             "# Made by `openfab tune` for {} on {}, for {}.\n"
             "# Tried: {} schedules, and {} that were refused, on {} slabs of {}; ratios are of "
             "processor time to\n# that of {}.\n",
-            printable(stand_->info().title), processor_name(), lower::isa_name(workload_->isa()),
+            printable(stand_->info().title), processor_name(), abi::isa_name(workload_->isa()),
             measured, refused, seen_.size(), stand_->slabs().y - stand_->slabs().x, base_name());
         if (winner != nullptr) {
             out += fmt::format(

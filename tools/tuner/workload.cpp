@@ -82,7 +82,7 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     for (const std::filesystem::path& source : *sources)
         out->options_.files.push_back(source.string());
     if (world->dither) out->options_.dither = {world->dither->source.string(), world->dither->rule};
-    out->options_.target = lower::isa_name(out->isa());
+    out->options_.target = abi::isa_name(out->isa());
     out->options_.back_end.schedules = schedules;
     out->compilation_ = std::make_unique<driver::Compilation>(out->options_, out->common_);
     const int code = out->compilation_->prepare();

@@ -13,8 +13,8 @@
 
 #include "base/result.h"
 #include "compiler/driver/compilation.h"
-#include "compiler/lower/jit.h"
-#include "compiler/lower/kernel_cache.h"
+#include "compiler/lower/code/jit.h"
+#include "compiler/lower/code/kernel_cache.h"
 #include "program/job.h"
 #include "program/options.h"
 #include "runtime/pipeline/print_job.h"

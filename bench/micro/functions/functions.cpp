@@ -19,9 +19,9 @@
 #include "bench/micro/load_fablet.h"
 #include "compiler/functions/perlin.h"
 #include "compiler/functions/trigonometry.h"
-#include "compiler/lower/args.h"
-#include "compiler/lower/compile.h"
-#include "compiler/lower/load_code.h"
+#include "compiler/lower/algorithm/args.h"
+#include "compiler/lower/code/compile.h"
+#include "compiler/lower/code/load_code.h"
 #include "compiler/passes/pipeline.h"
 
 namespace openfab::bench {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "compiler/ir/ir.h"
-#include "compiler/lower/jit.h"
+#include "compiler/lower/code/jit.h"
 #include "runtime/part/part.h"
 
 namespace openfab::testing {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <variant>
 
-#include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/schedule/apply_schedule.h"
 
 namespace openfab::testing {
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "compiler/lower/compile.h"
-#include "compiler/lower/scheduled_kernel.h"
+#include "compiler/lower/code/compile.h"
+#include "compiler/lower/schedule/scheduled_kernel.h"
 
 namespace openfab::testing {
 

@@ -3,15 +3,15 @@
 
 // Schedules against a kernel: what each directive may not do, and where it is reported.
 
-#include "compiler/lower/apply_schedule.h"
+#include "compiler/lower/schedule/apply_schedule.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
 
-#include "compiler/lower/kernel_memory.h"
-#include "compiler/lower/print_loops.h"
+#include "compiler/lower/schedule/kernel_memory.h"
+#include "compiler/lower/schedule/print_loops.h"
 #include "tests/unit/lower/hand_kernel.h"
 
 namespace openfab::lower {

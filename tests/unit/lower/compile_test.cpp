@@ -1,12 +1,13 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "compiler/lower/compile.h"
+#include "compiler/lower/code/compile.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "abi/kernel_call.h"
 #include "tests/support/process/process.h"
 
 namespace openfab::lower {
@@ -56,7 +57,7 @@ TEST(EmitText, TheScheduleInForceIsAFile) {
         ASSERT_TRUE(std::holds_alternative<schedule::Schedule>(again));
         const auto& mine = std::get<schedule::Schedule>(again);
         EXPECT_EQ(schedule::text_of(mine),
-                  schedule::text_of(schedule::default_schedule("slab", isa_name(isa))));
+                  schedule::text_of(schedule::default_schedule("slab", abi::isa_name(isa))));
         const auto loops = emit_text(usual, TextForm::kLoops);
         ASSERT_TRUE(std::holds_alternative<std::string>(loops));
         EXPECT_EQ(

@@ -4,7 +4,7 @@
 
 // A small kernel written by hand, with one Func of every sort that schedules meet.
 
-#include "compiler/lower/kernel.h"
+#include "compiler/lower/algorithm/kernel.h"
 
 namespace openfab::testing {
 

@@ -3,7 +3,7 @@
 
 // What the cache of kernels keeps, and what it does not believe.
 
-#include "compiler/lower/kernel_cache.h"
+#include "compiler/lower/code/kernel_cache.h"
 
 #include <gtest/gtest.h>
 

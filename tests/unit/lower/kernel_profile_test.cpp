@@ -3,7 +3,7 @@
 
 // What is known of a kernel's Funcs: which are at work, what they cost, where else they could be.
 
-#include "compiler/lower/kernel_profile.h"
+#include "compiler/lower/code/kernel_profile.h"
 
 #include <gmock/gmock.h>
 
@@ -12,10 +12,10 @@
 
 #include "abi/kernel_call.h"
 #include "base/clock.h"
-#include "compiler/lower/fablet_data.h"
-#include "compiler/lower/func_costs.h"
-#include "compiler/lower/jit.h"
-#include "compiler/lower/list_sites.h"
+#include "compiler/lower/code/fablet_data.h"
+#include "compiler/lower/code/jit.h"
+#include "compiler/lower/schedule/func_costs.h"
+#include "compiler/lower/schedule/list_sites.h"
 
 namespace openfab::lower {
 namespace {

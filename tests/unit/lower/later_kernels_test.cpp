@@ -3,7 +3,7 @@
 
 // Kernels that are compiled while a program runs: nothing is known, then what the kernel says.
 
-#include "compiler/lower/later_kernels.h"
+#include "compiler/lower/code/later_kernels.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "abi/kernel_call.h"
-#include "compiler/lower/fablet_data.h"
+#include "compiler/lower/code/fablet_data.h"
 
 namespace openfab::lower {
 namespace {

@@ -3,7 +3,7 @@
 
 // The loader of kernels: what it loads runs, and what is damaged is refused, not run.
 
-#include "compiler/lower/load_code.h"
+#include "compiler/lower/code/load_code.h"
 
 #include <HalideRuntime.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <cstring>
 #include <random>
 
-#include "compiler/lower/compile.h"
+#include "compiler/lower/code/compile.h"
 
 namespace openfab::lower {
 namespace {

@@ -3,7 +3,7 @@
 
 // Walks the table of operations: what it says of types is what the verifier takes, the interpreter
 // computes and the code generator makes.
-#include "compiler/lower/ops.h"
+#include "compiler/lower/algorithm/ops.h"
 
 #include <gtest/gtest.h>
 
