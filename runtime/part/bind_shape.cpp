@@ -223,15 +223,17 @@ Result<std::shared_ptr<const Part>> ShapeBinder::body_of(int32_t object,
     }
     const Result<const openfab_fablet*> fablet = sources_.fablet_of(of);
     if (!fablet) return fablet.error();
-    if ((*fablet)->has_surface != 0) {
+    if ((*fablet)->has_surface != 0 && of.max_displacement_mm != 0) {
         return error_at(
             asked,
             fmt::format(
                 "a shape asks for the distance to `{}`, or places it, and its @Surface stage "
                 "displaces it",
                 of.name),
-            "shapes see meshes as their files have them: give the shape an object of the same mesh "
-            "with a fablet that does not displace it; `build` need not place it");
+            "shapes see meshes as their files have them: say `\"max_displacement_mm\": 0` of the "
+            "object if it stays as it is, or give the shape an object of the same mesh with a "
+            "fablet "
+            "that does not displace it; `build` need not place it");
     }
     asking_.push_back(object);
     auto body = std::make_shared<Part>();

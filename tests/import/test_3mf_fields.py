@@ -345,6 +345,142 @@ def test_lattices_of_beams(tmp_path: Path, imported: Callable[..., Print]) -> No
     assert volume(made) == pytest.approx(exact, rel=0.01)
 
 
+class Written:
+    """A level set whose function lib3mf writes, node by node."""
+
+    def __init__(self) -> None:
+        self.wrapper = lib3mf.get_wrapper()
+        self.model = self.wrapper.CreateModel()
+        self.shape = self.function()
+
+    def function(self) -> Any:
+        made = self.model.AddImplicitFunction()
+        made.AddInput("pos", "pos", lib3mf.ImplicitPortType.Vector)
+        made.AddOutput("shape", "shape", lib3mf.ImplicitPortType.Scalar)
+        return made
+
+    def link(self, function: Any, *links: tuple[str, str]) -> None:
+        for source, target in links:
+            function.AddLinkByNames(source, target)
+
+    def resource(self, name: str, what: Any) -> None:
+        self.shape.AddResourceIdNode(name, "", "").SetResource(what)
+
+    def less(self, value: str, constant: float) -> None:
+        """The shape is the value less a constant."""
+        self.shape.AddConstantNode("less", "", "").SetConstant(constant)
+        self.shape.AddSubtractionNode("out", lib3mf.ImplicitNodeConfiguration.ScalarToScalar, "", "")
+        self.link(self.shape, (value, "out.A"), ("less.value", "out.B"), ("out.result", "outputs.shape"))
+
+    def squares(self) -> Any:
+        """x² + y² + z² - 36, another function."""
+        f = self.function()
+        f.AddDotNode("dot", "", "")
+        f.AddConstantNode("c", "", "").SetConstant(36.0)
+        f.AddSubtractionNode("out", lib3mf.ImplicitNodeConfiguration.ScalarToScalar, "", "")
+        self.link(f, ("inputs.pos", "dot.A"), ("inputs.pos", "dot.B"), ("dot.result", "out.A"))
+        self.link(f, ("c.value", "out.B"), ("out.result", "outputs.shape"))
+        return f
+
+    def cube(self, low: float, high: float) -> Any:
+        mesh = self.model.AddMeshObject()
+        corners, faces = box(high - low, (low, low, low))
+        for corner in corners:
+            mesh.AddVertex(lib3mf.Position((lib3mf.Lib3MF.ctypes.c_float * 3)(*corner)))
+        for face in faces:
+            mesh.AddTriangle(lib3mf.Triangle((lib3mf.Lib3MF.ctypes.c_uint32 * 3)(*map(int, face))))
+        return mesh
+
+    def save(self, file: Path, half: float) -> Path:
+        level_set = self.model.AddLevelSet()
+        level_set.SetFunction(self.shape)
+        level_set.SetChannelName("shape")
+        level_set.SetMesh(self.cube(-half, half))
+        level_set.SetMeshBBoxOnly(True)
+        self.model.AddBuildItem(level_set, self.wrapper.GetIdentityTransform())
+        self.model.QueryWriter("3mf").WriteToFile(str(file))
+        return file
+
+
+def offset_cube(side: float, by: float) -> float:
+    """Steiner's formula."""
+    return side**3 + 6 * side**2 * by + 3 * np.pi * side * by**2 + 4 / 3 * np.pi * by**3
+
+
+@pytest.mark.parametrize("signed", [True, False])
+def test_a_level_set_of_a_mesh(tmp_path: Path, imported: Callable[..., Print], signed: bool) -> None:
+    """What is within 3.5 mm of a cube, and of its surface alone."""
+    to = Written()
+    to.resource("cube", to.cube(-5, 5))
+    to.shape.AddMeshNode("far", "", "")
+    to.link(to.shape, ("cube.value", "far.mesh"), ("inputs.pos", "far.pos"))
+    to.less("far.distance", 3.5)
+    file = to.save(tmp_path / "offset.3mf", 10)
+    if not signed:
+        # lib3mf 2.5 writes AddUnsignedMeshNode as a signed one.
+        model = zipfile.ZipFile(file).read("3D/3dmodel.model").decode()
+        resources = model.split("<resources>")[1].split("</resources>")[0].replace("i:mesh", "i:unsignedmesh")
+        file = package(tmp_path / "shell.3mf", resources.replace("p:UUID", "name"), '<item objectid="3"/>', "v i")
+    strict(file)
+    made = imported(file)
+    hollow = 0 if signed else (10 - 2 * 3.5) ** 3
+    assert volume(made) == pytest.approx(offset_cube(10, 3.5) - hollow, rel=6e-3)
+
+
+@pytest.mark.parametrize("cap", ["Butt", "HemiSphere", "Sphere"])
+def test_a_level_set_of_beams(tmp_path: Path, imported: Callable[..., Print], cap: str) -> None:
+    """What is within 2 mm of a beam of 12 mm."""
+    to = Written()
+    mesh = to.model.AddMeshObject()
+    for x in (-6, 6):
+        mesh.AddVertex(lib3mf.Position((lib3mf.Lib3MF.ctypes.c_float * 3)(x, 0, 0)))
+    lattice = mesh.BeamLattice()
+    lattice.SetMinLength(0.001)
+    beam = lib3mf.Beam()
+    beam.Indices[0], beam.Indices[1] = 0, 1
+    beam.Radii[0] = beam.Radii[1] = 6.0
+    beam.CapModes[0] = beam.CapModes[1] = int(getattr(lib3mf.BeamLatticeCapMode, cap))
+    lattice.AddBeam(beam)
+    to.resource("beam", mesh)
+    to.shape.AddBeamLatticeNode("far", "", "")
+    to.link(to.shape, ("beam.value", "far.beamlattice"), ("inputs.pos", "far.pos"))
+    to.less("far.distance", 2.0)
+    made = imported(to.save(tmp_path / "beam.3mf", 15))
+    if cap == "Butt":
+        # Steiner's formula of a cylinder.
+        r, h, by = 6, 12, 2
+        area, bend = 2 * np.pi * r * (r + h), np.pi * h + np.pi**2 * r
+        exact = np.pi * r * r * h + area * by + bend * by**2 + 4 / 3 * np.pi * by**3
+    else:
+        exact = np.pi * 64 * 12 + 4 / 3 * np.pi * 512
+    assert volume(made) == pytest.approx(exact, rel=0.012)
+
+
+def test_normalised_distances_and_gradients(tmp_path: Path, imported: Callable[..., Print]) -> None:
+    """x² + y² + z² - 36 over its slope, 2 r, is 0.5 at r = 6.52; its slope is 12 at r = 6."""
+    to = Written()
+    to.resource("f", to.squares())
+    node = to.shape.AddNormalizeDistanceNode("n", "", "")
+    node.SetScalarOutputName("shape")
+    node.SetVectorInputName("pos")
+    to.shape.AddConstantNode("h", "", "").SetConstant(0.01)
+    to.link(to.shape, ("f.value", "n.functionID"), ("inputs.pos", "n.pos"), ("h.value", "n.step"))
+    to.less("n.result", 0.5)
+    made = imported(to.save(tmp_path / "normal.3mf", 8))
+    assert volume(made) == pytest.approx(4 / 3 * np.pi * ((1 + 145**0.5) / 2) ** 3, rel=0.01)
+
+    to = Written()
+    to.resource("f", to.squares())
+    node = to.shape.AddFunctionGradientNode("g", "", "")
+    node.SetScalarOutputName("shape")
+    node.SetVectorInputName("pos")
+    to.shape.AddConstantNode("h", "", "").SetConstant(0.01)
+    to.link(to.shape, ("f.value", "g.functionID"), ("inputs.pos", "g.pos"), ("h.value", "g.step"))
+    to.less("g.magnitude", 12.0)
+    made = imported(to.save(tmp_path / "slope.3mf", 8))
+    assert volume(made) == pytest.approx(4 / 3 * np.pi * 216, rel=0.01)
+
+
 def told(file: Path, *options: Any) -> str:
     with pytest.raises(AssertionError) as error:
         run("import", file, *options)

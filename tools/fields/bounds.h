@@ -23,9 +23,4 @@ FieldBounds bounds_of(const mesh::ThreemfObject& mesh, bool box_only);
 /// The mesh as text of an OBJ file.
 std::string obj_text(const mesh::ThreemfObject& mesh, const Affine3d& map);
 
-/// Returns the text of the beams of an object (mesh/read/beams_text.h) under a map that scales by `scale`.
-/// Sets `rounded` if one does not end in balls, as there all do.
-std::string beams_text(const mesh::ThreemfObject& object, const Affine3d& map, double scale,
-                       bool* rounded);
-
 }  // namespace openfab::tools

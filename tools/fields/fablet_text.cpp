@@ -6,13 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/similarity.h"
 #include "base/text.h"
+#include "mesh/read/threemf_lattice_beams.h"
 #include "tools/fields/bounds.h"
 #include "tools/fields/displaced_text.h"
 #include "tools/fields/function_text.h"
+#include "tools/fields/lattice_text.h"
 
 namespace openfab::tools {
 
@@ -305,15 +308,34 @@ class FabletText {
                          "it asks for distances of meshes, and is scaled, but not alike in all "
                          "directions",
                          "apply the scale in the program that made it");
+        const auto ask = [&](int64_t id, const std::string& uniform) {
+            text += fmt::format(
+                "    // The distance of a point from {} {}, in the file's unit.\n"
+                "    float {}_distance(float3 q)\n    {{\n        return distance_to({}, {}) / "
+                "{};\n    }}\n\n",
+                uniform[0] == 'm' ? "object" : "the lattice of object", id, uniform, uniform,
+                mapped_text(to_mm, "q"), float_text(scale));
+        };
         for (const int64_t id : functions_.meshes()) {
             const std::string uniform = fmt::format("mesh_{}", id);
             out_.meshes.push_back({uniform, uniform, obj_text(model_.objects.at(id), to_mm)});
-            text += fmt::format(
-                "    // The distance of a point from object {}, in the file's unit.\n"
-                "    float {}_distance(float3 q)\n    {{\n        return distance_to({}, {}) / "
-                "{};\n"
-                "    }}\n\n",
-                id, uniform, uniform, mapped_text(to_mm, "q"), float_text(scale));
+            ask(id, uniform);
+        }
+        for (const int64_t id : functions_.lattices()) {
+            const std::string uniform = fmt::format("lattice_{}", id);
+            const std::string name = fmt::format("object {}", id);
+            // The model is in memory, and what is made of it no larger.
+            int64_t memory = std::numeric_limits<int64_t>::max();
+            mesh::ThreemfTold told;
+            const Result<mesh::ThreemfBeams> beams =
+                mesh::lattice_beams(model_.objects.at(id), to_mm, name, file_, &memory, &told);
+            if (!beams) return beams.error();
+            if (beams->beams.beams.empty())
+                return error(whose, fmt::format("the lattice of {} is without beams", name));
+            for (const mesh::LeftOut& left : told.list())
+                out_.notes.push_back(fmt::format("{}: {}", whose, describe(left)));
+            out_.meshes.push_back({uniform, uniform, lattice_text(beams->beams), true});
+            ask(id, uniform);
         }
         return text;
     }

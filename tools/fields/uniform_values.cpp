@@ -21,8 +21,8 @@ Value named(const std::array<std::string_view, N>& names, const std::string& nam
 }
 
 // In the order of abi/fablet_table.h.
-constexpr std::array<std::string_view, 6> kKinds{"value",     "texture2d", "material",
-                                                 "texture3d", "object",    "curve"};
+constexpr std::array<std::string_view, 6> kUniformKinds{"value",     "texture2d", "material",
+                                                        "texture3d", "object",    "curve"};
 static_assert(OPENFAB_UNIFORM_VALUE == 0 && OPENFAB_UNIFORM_TEXTURE2D == 1 &&
               OPENFAB_UNIFORM_MATERIAL == 2 && OPENFAB_UNIFORM_TEXTURE3D == 3 &&
               OPENFAB_UNIFORM_OBJECT == 4 && OPENFAB_UNIFORM_CURVE == 5);
@@ -45,7 +45,7 @@ Result<part::BoundUniforms> bind_uniforms(const world::World& world, const Fable
         openfab_uniform made{};
         made.name = one.name.c_str();
         made.type_name = one.type_name.c_str();
-        made.kind = named<openfab_uniform_kind>(kKinds, one.kind);
+        made.kind = named<openfab_uniform_kind>(kUniformKinds, one.kind);
         made.scalar = scalar_of(one.type);
         made.components = one.components;
         made.array_length = one.array_length;

@@ -148,11 +148,8 @@ class Importer {
         std::vector<ObjectText> helpers;
         if (Result<void> bound = fields_.bind(field, object, &helpers); !bound) return bound;
         objects_.push_back(std::move(*object));
-        for (ObjectText& helper : helpers) {
-            lists_.use("solid");
-            bind_materials("solid", {"VOID"});
+        for (ObjectText& helper : helpers)
             objects_.push_back(std::move(helper));
-        }
         out_.notes.insert(out_.notes.end(), field.notes.begin(), field.notes.end());
         return {};
     }

@@ -20,6 +20,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What objects are that functions ask the distance of: void. No stock fablet, since shapes ask nothing that has a
+/// `@Surface` stage.
+constexpr const char* kAsked = "Asked";
+constexpr const char* kAskedSource =
+    "// What other objects ask the distance of: void itself.\n"
+    "fablet Asked {\n"
+    "    @Volume(@varying { VolumeAttributes attr })\n"
+    "    {\n"
+    "        MaterialComposition mc;\n"
+    "        return mc;\n"
+    "    }\n"
+    "}\n";
+
 /// A name for a fablet and its file.
 std::string fablet_name(const std::string& wanted, Names* names) {
     std::string name = openfl_name(wanted);
@@ -74,6 +87,7 @@ Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions
     const Affine3d to_mm = to_part(out.unit_mm, options.y_up);
     const std::string shown = file.filename().string();
     Names names;
+    names.unique(kAsked);
     for (const mesh::ThreemfPlaced& one : read->level_sets) {
         std::string name = one.name;
         const auto function =
@@ -181,7 +195,7 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
         ObjectText helper;
         helper.name = names_.unique(object->name + " " + mesh.name);
         helper.mesh = text;
-        helper.fablet = "solid";
+        helper.fablet = kAsked;
         helper.priority = object->priority;
         helper.support = false;
         object->uniforms.emplace_back(mesh.uniform, json_text(helper.name));
@@ -189,6 +203,11 @@ Result<void> FieldBinder::bind(const FieldFablet& field, ObjectText* object,
     }
     // What is void takes no voxels from what asks about it.
     if (!helpers->empty()) object->priority += 1;
+    if (!helpers->empty() && sources_.insert(kAsked).second) {
+        files_.push_back(
+            {std::string(kAsked) + ".fl", std::make_shared<const std::string>(kAskedSource)});
+        world_.own_fablets.emplace_back(kAsked);
+    }
     if (field.box_mm) {
         const auto corner = [](const Vec3d& v) {
             return list_of(std::array{v.x, v.y, v.z}, number);

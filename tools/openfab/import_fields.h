@@ -53,8 +53,8 @@ class FieldBinder {
           files_(*files),
           world_(*world) {}
 
-    /// Binds the uniforms of a fablet to its object, and adds its source; meshes that it asks about become
-    /// objects of `void_fablet`, a stock fablet with one material, and are appended to `helpers`.
+    /// Binds the uniforms of a fablet to its object, and adds its source; meshes and beams that it asks about become
+    /// objects of void, and are appended to `helpers`.
     Result<void> bind(const FieldFablet& field, ObjectText* object,
                       std::vector<ObjectText>* helpers);
 

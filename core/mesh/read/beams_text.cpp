@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/near_miss.h"
@@ -44,10 +45,12 @@ class BeamsText {
                 strut(row);
             } else if (word == "ball") {
                 ball(row);
+            } else if (word == "ends") {
+                ends(row);
             } else if (word == "attribute") {
                 attribute(row);
             } else {
-                static const std::vector<std::string> kWords = {"node", "strut", "ball",
+                static const std::vector<std::string> kWords = {"node", "strut", "ball", "ends",
                                                                 "attribute"};
                 problem_ = {fmt::format("a line begins with `{}`", word.substr(0, 40)),
                             suggest(word.substr(0, 40), kWords)};
@@ -128,6 +131,27 @@ class BeamsText {
         beams().attributes.push_back(std::move(made));
     }
 
+    /// Of the struts behind it.
+    void ends(std::string_view row) {
+        static const std::vector<std::string> kEnds = {"ball", "flat", "dome"};  // by BeamEnd
+        const std::string first(next_word(&row)), second(next_word(&row));
+        const auto end = [&](const std::string& word) {
+            const auto found = std::ranges::find(kEnds, word);
+            if (found == kEnds.end())
+                problem_ = {fmt::format("struts end in `{}`", word.substr(0, 40)),
+                            "they end in `ball`, `flat` or `dome`"};
+            return static_cast<BeamEnd>(found - kEnds.begin());
+        };
+        const BeamEnd one = end(first), other = second.empty() ? one : end(second);
+        if (!problem_.empty()) return;
+        if ((one == BeamEnd::kBall) != (other == BeamEnd::kBall) || !next_word(&row).empty()) {
+            problem_ = {"both ends of a strut are balls, or each is `flat` or `dome`",
+                        "as `ends ball` or `ends flat dome`"};
+            return;
+        }
+        ends_ = {one, other};
+    }
+
     void node(std::string_view row) {
         if (!numbers(row)) return;
         const size_t wanted = 4 + static_cast<size_t>(floats_);
@@ -198,6 +222,7 @@ class BeamsText {
             return;
         }
         Beam beam;
+        beam.ends = ends_;
         for (size_t e = 0; e < 2; ++e) {
             if (!node_number(numbers_[e], &beam.nodes[e])) return;
             if (own && !is_radius(numbers_[2 + e])) return;
@@ -300,6 +325,7 @@ class BeamsText {
     std::vector<uint8_t> used_;   ///< likewise
     std::vector<int32_t> lines_;  ///< of beams
     int32_t floats_ = 0, ints_ = 0;
+    std::array<BeamEnd, 2> ends_{BeamEnd::kBall, BeamEnd::kBall};  ///< of struts that come
     int64_t highest_ = -1;
     int32_t highest_line_ = 0;
 };

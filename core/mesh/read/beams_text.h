@@ -8,9 +8,11 @@
 //   node X Y Z RADIUS [a value for each component of float attributes]
 //   strut A B [R R] [a value for each int attribute]
 //   ball A [a value for each int attribute]
+//   ends ball|flat|dome [flat|dome]
 //
 // Nodes count from 0. A strut is the hull of the balls at its ends, of the nodes' radii or of two of its
-// own. Blanks or commas separate, # begins a comment.
+// own; behind a line `ends` struts are cones cut across, with half a ball on an end that is a dome. Blanks
+// or commas separate, # begins a comment.
 
 #include <filesystem>
 #include <string>

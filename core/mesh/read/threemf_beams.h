@@ -10,15 +10,9 @@
 #include "base/result.h"
 #include "mesh/model/look.h"
 #include "mesh/read/beams_text.h"
+#include "mesh/read/threemf_lattice_beams.h"
 
 namespace openfab::mesh {
-
-/// A lattice that the build of a 3MF file places.
-struct ThreemfBeams {
-    std::string name;  ///< of its object, unique in the file; "lattice" where it has none
-    Beams beams;  ///< in the file's unit; the int attribute `set` numbers beam sets, 0 for none
-    std::vector<std::string> sets;  ///< their names, from number 1
-};
 
 struct ReadThreemfBeams {
     std::vector<ThreemfBeams> lattices;

@@ -212,6 +212,36 @@ TEST_F(Shape, WhatIsNoSolidIsTold) {
     }
 }
 
+// Its surface stage hands something on, and moves nothing.
+TEST_F(Shape, AsksForWhatItsSurfaceStageLeavesWhereItIs) {
+    const auto with = [&](const char* bound) {
+        write(
+            "{ return distance_to(core, attr.p) - 1; }", "mc.Set(white, 1);",
+            "[[-7, -7, -7], [7, 7, 7]]", "Object core; ", R"(, "core": "core")", "",
+            fmt::format(
+                R"(, "core": {{"mesh": "core", "fablet": "moved", {} "uniforms": {{"m": "White"}}}})",
+                bound));
+        std::string source = read_file(scratch_ / "f.fl");
+        source +=
+            "fablet Moved { @uniform { Material m; } @Surface(@varying { SurfaceAttributes attr }) "
+            "{ return 0.2 * attr.n; } @Volume(@varying { VolumeAttributes attr }) { "
+            "MaterialComposition mc; mc.Set(m, 1); return mc; } }\n";
+        scratch_.write("f.fl", source);
+        std::string world = read_file(scratch_ / "w.fab.json");
+        world.insert(world.find(R"("plain")"),
+                     R"("moved": {"source": "f.fl", "fablet": "Moved"}, )");
+        scratch_.write("w.fab.json", world);
+    };
+    with("");
+    const Outcome refused = attempt();
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, HasSubstr(R"(say `"max_displacement_mm": 0` of the object)"));
+    with(R"("max_displacement_mm": 0,)");
+    // A cube of 6 and what is within 1 mm of it.
+    const double cube = 216 + 216 + 3 * M_PI * 6 + 4.0 / 3 * M_PI;
+    EXPECT_NEAR(print().white * kVoxel / cube, 1, 2e-3);
+}
+
 // The planner counts the trees of what a shape asks: 60,000 triangles in a memory that holds them.
 TEST_F(Shape, MemoryCountsWhatAShapeAsks) {
     std::string obj;

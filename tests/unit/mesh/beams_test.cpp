@@ -86,6 +86,25 @@ TEST(BeamsText, SaysWhatIsWrongAndWhere) {
     EXPECT_FALSE(parse_beams(two + "strut 0 1", "a.txt", 200));
 }
 
+TEST(BeamsText, StrutsEndAsTheLineBeforeThemSays) {
+    const Result<ReadBeams> read =
+        parse_beams(bytes_of("tests/fuzz/corpus/beams/ends.txt"), "ends.txt", kMemory);
+    ASSERT_TRUE(read) << read.error().text();
+    using enum BeamEnd;
+    const std::array<std::array<BeamEnd, 2>, 5> wanted{
+        {{kBall, kBall}, {kFlat, kDome}, {kFlat, kDome}, {kBall, kBall}, {kBall, kBall}}};
+    ASSERT_EQ(read->beams.beams.size(), wanted.size());
+    for (size_t i = 0; i < wanted.size(); ++i)
+        EXPECT_EQ(read->beams.beams[i].ends, wanted[i]) << i;
+    EXPECT_NE(problem("ends round").find("struts end in `round`; they end in `ball`, `flat`"),
+              std::string::npos);
+    EXPECT_NE(problem("ends").find("struts end in ``"), std::string::npos);
+    EXPECT_NE(problem("ends ball flat").find("a.txt:1:1: both ends of a strut are balls, or each"),
+              std::string::npos);
+    EXPECT_NE(problem("ends flat flat flat").find("as `ends ball` or `ends flat dome`"),
+              std::string::npos);
+}
+
 TEST(BeamsText, TellsOfNodesThatNothingUses) {
     const Result<ReadBeams> read =
         parse_beams("node 0 0 0 1\nnode 5 0 0 1\nnode 9 9 9 1\nstrut 1 0", "a.txt", kMemory);

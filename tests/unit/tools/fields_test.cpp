@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include "mesh/read/beams_text.h"
 #include "mesh/read/threemf_shapes.h"
 #include "tests/unit/mesh/threemf_package.h"
 #include "tools/fields/fablet_text.h"
+#include "tools/fields/lattice_text.h"
 #include "tools/fields/node_text.h"
 
 namespace openfab::tools {
@@ -236,6 +238,57 @@ TEST(Fields, MatricesAreWrittenRowByRow) {
               "float4x4(a[0] - b[0] * floor(a[0] / b[0]), a[1] - b[1] * floor(a[1] / b[1]), a[2] - "
               "b[2] * floor(a[2] / b[2]), a[3] - b[3] * floor(a[3] / b[3]))");
     EXPECT_FALSE(node_text(*kind, {a, {"x", mesh::ThreemfType::kScalar}}, &out).empty());
+}
+
+TEST(Fields, BeamsThatAFunctionAsksForAreAText) {
+    const std::string truss =
+        R"(<object id="7" type="model"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="4" y="0" z="0"/></vertices><triangles/>)"
+        R"(<b:beamlattice xmlns:b="http://schemas.microsoft.com/3dmanufacturing/beamlattice/2017/02" radius="1" minlength="0.1" cap="butt"><b:beams><b:beam v1="0" v2="1" r1="2" r2="1" cap2="sphere"/></b:beams></b:beamlattice></mesh></object>)";
+    const auto asks = [&](int id) {
+        return level_set(
+            truss +
+                function(
+                    5, kPos,
+                    node("constresourceid", "id", {}, fmt::format("value=\"{}\"", id), "value") +
+                        node("beamlattice", "far",
+                             {{"beamlattice", "id.value"}, {"pos", "inputs.pos"}}, "", "distance"),
+                    fmt::format(fmt::runtime(kShape), "far.distance"), "truss"),
+            "");
+    };
+    const Result<FieldFablet> made = fablet(asks(7));
+    ASSERT_TRUE(made) << made.error().text();
+    EXPECT_THAT(made->source, HasSubstr("Object lattice_7;"));
+    EXPECT_THAT(made->source, HasSubstr("float lattice_7_distance(float3 q)"));
+    ASSERT_EQ(made->meshes.size(), 1u);
+    EXPECT_TRUE(made->meshes[0].is_beams);
+    // The item moves it by 10; a cone that is flat at one end, and has the ball of 1 at the other.
+    EXPECT_EQ(
+        made->meshes[0].obj,
+        "node 10 0 0 0\nnode 14 0 0 0\nnode 14 0 0 1\nends flat dome\nstrut 0 1 2 1\nball 2\n");
+    EXPECT_THAT(error_of(asks(2)),
+                HasSubstr("node `far`: it refers to object 2, which has no lattice"));
+}
+
+TEST(Fields, TextsOfBeamsAreReadAgain) {
+    mesh::Beams beams;
+    beams.nodes = {{0, 0, 0}, {5, 1, 2}, {5, 5, 0.1}};
+    using enum mesh::BeamEnd;
+    beams.beams = {{{0, 1}, {1, 0.3f}, {kFlat, kDome}},
+                   {{1, 1}, {2, 2}, {kBall, kBall}},
+                   {{1, 2}, {1, 1}, {kBall, kBall}},
+                   {{2, 0}, {0, 1}, {kDome, kDome}}};
+    const Result<mesh::ReadBeams> read = mesh::parse_beams(lattice_text(beams), "a.txt", kMemory);
+    ASSERT_TRUE(read) << read.error().text();
+    ASSERT_EQ(read->beams.beams.size(), beams.beams.size());
+    for (size_t i = 0; i < beams.beams.size(); ++i) {
+        const mesh::Beam &one = read->beams.beams[i], &other = beams.beams[i];
+        EXPECT_EQ(one.ends, other.ends) << i;
+        EXPECT_EQ(one.radii, other.radii) << i;
+        for (size_t e = 0; e < 2; ++e) {
+            EXPECT_EQ(read->beams.nodes[static_cast<size_t>(one.nodes[e])],
+                      beams.nodes[static_cast<size_t>(other.nodes[e])]);
+        }
+    }
 }
 
 TEST(Fields, MemoryIsLimited) {
