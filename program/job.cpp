@@ -98,8 +98,7 @@ Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, w
 }
 
 Result<void> check_materials(const world::World& world, const world::Printer& printer) {
-    // Packed slices hold 64, whatever the printer.
-    const size_t most = static_cast<size_t>(std::min(printer.max_materials, 64));
+    const size_t most = static_cast<size_t>(printer.max_materials);
     if (world.materials.size() <= most) return {};
     return user_error(fmt::format("the world has {} materials, but `{}` prints at most {} at once",
                                   world.materials.size(), printer.name, most));

@@ -174,7 +174,7 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
             json.fail(p->value, "`build_volume_mm` has a size that is not above 0");
     }
     if (const JsonMember* p = root->find("max_materials")) {
-        out.max_materials = json.integer(p->value, "`max_materials`", 1, 64);
+        out.max_materials = json.integer(p->value, "`max_materials`", 1, 254);
     }
     if (const JsonMember* p = root->find("native_format"))
         out.native_format = json.string(p->value, "`native_format`");

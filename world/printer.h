@@ -49,7 +49,7 @@ struct Printer {
     Vec3d pitch_mm{0.1, 0.1, 0.1};            ///< 0: unknown along that axis
     std::vector<double> layers_um;            ///< all that the machine builds; empty: not listed
     Vec3d build_volume_mm{1000, 1000, 1000};  ///< 0: unknown
-    int32_t max_materials = 64;
+    int32_t max_materials = 254;
     std::string native_format = "ofr";  ///< see backends/formats; whoever opens an output checks it
     std::vector<std::string> formats;   ///< that the front end takes; empty: not listed
     std::vector<Ink> inks;

@@ -35,7 +35,8 @@ namespace {
 using Kind = JsonValue::Kind;
 namespace fs = std::filesystem;
 
-constexpr size_t kMostMaterials = 64;
+/// As many as slices have codes for.
+constexpr size_t kMostMaterials = 254;
 /// Each placement searches them linearly.
 constexpr size_t kMostTextures = 4096;
 /// The names of units of length in files.

@@ -176,7 +176,7 @@ Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, 
     info.printer = in.get_string();
     info.title = in.get_string();
     const auto materials = in.get<uint32_t>();
-    if (in.ok() && materials > (info.bits == 4 ? 15U : 64U)) {
+    if (in.ok() && materials > (info.bits == 4 ? 15U : 254U)) {  // 255 marks mixtures
         return user_error(
             fmt::format("the header gives {} materials in {} bits a voxel", materials, info.bits));
     }

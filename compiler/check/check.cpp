@@ -14,7 +14,7 @@ namespace openfab::check {
 
 namespace {
 
-constexpr int32_t kMaxSlots = 256;  // a world has 64 materials
+constexpr int32_t kMaxSlots = 256;  // a world has 254 materials
 
 /// What the stages of a kind are called, and where they are kept.
 struct StageInfo {

@@ -39,9 +39,10 @@ extern "C" {
 /* Marks voxels in `codes` whose material the dither has yet to choose. */
 #define OPENFAB_CODE_MIXED 255
 
-/* Maximum number of materials with 4-bit codes, and with any. */
+/* Maximum number of materials with 4-bit codes, and with any: of 8 bits, 0 is void and
+ * OPENFAB_CODE_MIXED none. */
 #define OPENFAB_MAX_MATERIALS_4BIT 15
-#define OPENFAB_MAX_MATERIALS 64
+#define OPENFAB_MAX_MATERIALS 254
 
 /* The rows of the table of channels. */
 enum openfab_channel {

@@ -41,7 +41,7 @@ struct DitherSetup {
     DitherRule rule = kDefaultDither;
     openfab_isa isa = OPENFAB_ISA_SSE41;  ///< one that this machine has
     uint32_t seed = 0;                    ///< fold_seed of voxel_hash.h
-    int32_t channels = 0;                 ///< materials and void, at most 65
+    int32_t channels = 0;                 ///< materials and void, at most 255
     int32_t width = 0;                    ///< width of the grid in whole blocks, voxels
 };
 

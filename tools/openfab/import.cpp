@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using mesh::BodyRole;
 
-constexpr size_t kMostMaterials = 64;
+constexpr size_t kMostMaterials = 254;
 constexpr LinearColor kWhite{1, 1, 1};
 
 /// The alpha of a picture from which on it covers; -1: as much as its alpha. Of an opaque one that

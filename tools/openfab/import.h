@@ -41,7 +41,7 @@ struct Import {
 };
 
 /// Makes the files; `file` is the mesh's name in the folder. Errors: a fablet that needs
-/// coordinates, colours or a picture that are missing; more than 64 materials.
+/// coordinates, colours or a picture that are missing; more than 254 materials.
 Result<Import> make_import(const mesh::LoadedBodies& loaded, const Pictures& pictures,
                            const std::string& file, const ImportOptions& options);
 

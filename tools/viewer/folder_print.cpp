@@ -20,7 +20,7 @@ namespace {
 
 constexpr size_t kMostManifest = 16 << 20;
 constexpr double kMostVoxels = 1 << 24;  ///< along an axis
-constexpr size_t kMostMaterials = 64;
+constexpr size_t kMostMaterials = 254;
 
 double number_of(const JsonValue& object, const char* key, double none = -1) {
     const JsonMember* const member = object.find(key);

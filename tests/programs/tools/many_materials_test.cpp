@@ -4,7 +4,9 @@
 // A world of more materials than 4 bits can name goes through every tool: print, verify, info,
 // export, previews and statistics; with every dither.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <rapidjson/document.h>
 
 #include <filesystem>
 
@@ -102,6 +104,36 @@ TEST_F(ManyMaterials, GoThroughEveryTool) {
     const Outcome indexed = openfab({"print", path("world.fab.json"), "-o", path("indexed"),
                                      "--format", "png", "--png", "indexed"});
     EXPECT_EQ(indexed.exit_code, 0) << indexed.err;
+}
+
+TEST_F(ManyMaterials, AllCodesOfASliceAreMaterials) {
+    scratch_.write("all.fab.json", world(254));
+    for (const std::string dither : {"floyd_steinberg", "decorrelated", "blue_noise", "majority"}) {
+        const std::string file = path("all_" + dither + ".ofr");
+        const Outcome printed = openfab({"print", path("all.fab.json"), "-o", file, "--dither",
+                                         dither, "--stats", path("stats.json")});
+        ASSERT_EQ(printed.exit_code, 0) << printed.err;
+        rapidjson::Document stats;
+        stats.Parse(read_file(path("stats.json")).c_str());
+        EXPECT_EQ(stats["voxels_solid"].GetInt(), 127000);
+        const rapidjson::Value& voxels = stats["voxels_by_material"];
+        for (int i = 0; i < 254; i += 2) {
+            const int first = voxels[fmt::format("m{}", i).c_str()].GetInt();
+            EXPECT_EQ(first + voxels[fmt::format("m{}", i + 1).c_str()].GetInt(), 1000) << i;
+            // Three quarters of it, or all of it by the majority.
+            EXPECT_NEAR(first, dither == "majority" ? 1000 : 750, dither == "majority" ? 0 : 40);
+        }
+        const Outcome verified = openfab({"verify", file});
+        EXPECT_EQ(verified.exit_code, 0) << verified.err;
+        EXPECT_THAT(openfab({"info", file}).out, HasSubstr("m253"));
+    }
+    const Outcome indexed = openfab({"print", path("all.fab.json"), "-o", path("all_indexed"),
+                                     "--format", "png", "--png", "indexed"});
+    EXPECT_EQ(indexed.exit_code, 0) << indexed.err;
+    scratch_.write("more.fab.json", world(256));
+    const Outcome more = openfab({"print", path("more.fab.json"), "-o", path("more.ofr")});
+    EXPECT_EQ(more.exit_code, 1);
+    EXPECT_THAT(more.err, HasSubstr("more than 254 materials"));
 }
 
 TEST_F(ManyMaterials, FourBitsDoForFew) {

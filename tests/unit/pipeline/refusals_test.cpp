@@ -40,12 +40,12 @@ TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
 
 TEST(PrintRefuses, MoreMaterialsThanCodes) {
     pipeline::PrintInput input = testing::make_input(box());
-    input.materials.resize(65);
-    input.materials[64].name = "gold";
+    input.materials.resize(255);
+    input.materials[254].name = "gold";
     expect_refused(input, {}, ErrorCode::kUserInput,
-                   "uses 65 materials, and at most 64 are possible");
+                   "uses 255 materials, and at most 254 are possible");
     expect_refused(input, {}, ErrorCode::kUserInput, "gold");
-    input.materials.resize(64);
+    input.materials.resize(254);
     EXPECT_TRUE(pipeline::PrintJob::create(input, {}).has_value());
 }
 

@@ -353,11 +353,9 @@ TEST_F(WorldTest, SurvivesEveryTruncation) {
 
 TEST_F(WorldTest, LimitsMaterials) {
     std::string list;
-    for (int i = 0; i < 65; ++i) {
-        list += "\"m" + std::to_string(i) + "\": {\"key\": \"#0000" + (i < 10 ? "0" : "") +
-                std::to_string(i) + "\"},";
-    }
-    EXPECT_NE(error_with("\"white\"", list + "\"white\"").find("more than 64 materials"),
+    for (int i = 0; i < 255; ++i)
+        list += fmt::format("\"m{0}\": {{\"key\": \"#00{0:04}\"}},", i);
+    EXPECT_NE(error_with("\"white\"", list + "\"white\"").find("more than 254 materials"),
               std::string::npos);
 }
 
