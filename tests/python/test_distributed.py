@@ -363,8 +363,11 @@ def test_workers_that_cannot_print_are_errors(
 
 
 INTERRUPTED = """
-import sys, time, openfab, distributed
+import signal, sys, time, openfab, distributed
 from openfab import distributed as over
+
+# Python leaves Ctrl-C ignored where this runs in the background of a script.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 def progress(done, total):
     print("slice", flush=True)

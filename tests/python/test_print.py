@@ -251,7 +251,9 @@ def test_printf_goes_to_python(ball: openfab.World, capsys: pytest.CaptureFixtur
 
 
 INTERRUPTED = """
-import sys, pathlib, openfab
+import signal, sys, pathlib, openfab
+# Python leaves Ctrl-C ignored where this runs in the background of a script.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 world = openfab.load(sys.argv[1])
 out = pathlib.Path(sys.argv[2]) / "x.ofr" if len(sys.argv) > 2 else None
 print("ready", flush=True)
