@@ -25,26 +25,23 @@ void report_schedule(const schedule::Fault& fault, const source::SourceManager& 
     print_diagnostics(sink, sources, common);
 }
 
-/// Says that a stage is too long, with the instruction at which it gets so.
-void refuse_stage(const ir::Fablet& fablet, const passes::KernelStages& stages, size_t operations,
-                  diag::Sink* sink) {
-    const bool surface = passes::kernel_operations(stages.surface) == operations;
-    const bool shape = passes::kernel_operations(stages.shape) == operations;
-    const bool outputs = passes::kernel_operations(stages.shape_attributes) == operations;
-    const ir::Stage& stage = surface   ? stages.surface
-                             : shape   ? stages.shape
-                             : outputs ? stages.shape_attributes
-                                       : stages.volume;
-    const ir::ValueId at = passes::first_beyond(stage, passes::kMaxStageOperations);
-    const bool placed = at != ir::kNoValue && stage.instrs[at].span.file != 0;
+/// Returns how people write a stage's name.
+const char* name_of(const ir::Fablet& fablet, ir::StageKind kind) {
+    if (kind == ir::StageKind::kSurface) return "@Surface";
+    if (kind == ir::StageKind::kVolume) return "@Volume";
+    return ir::grows(fablet) ? "@Grow" : "@Shape";
+}
+
+/// Says that a stage is too long, and where it gets so.
+void refuse_stage(const ir::Fablet& fablet, const passes::KernelStages& stages,
+                  const passes::LongStage& found, diag::Sink* sink) {
+    const ir::Stage& stage = stages.of(found.kind);
+    const bool placed = found.beyond.file != 0;
     diag::Diagnostic& d =
-        sink->report(placed ? stage.instrs[at].span : fablet.span, diag::kTooComplex,
+        sink->report(placed ? found.beyond : fablet.span, diag::kTooComplex,
                      fmt::format("the `{}` stage of `{}` has {} operations; the limit is {}",
-                                 surface             ? "@Surface"
-                                 : ir::grows(fablet) ? "@Grow"
-                                 : shape || outputs  ? "@Shape"
-                                                     : "@Volume",
-                                 fablet.name, operations, passes::kMaxStageOperations));
+                                 name_of(fablet, found.kind), fablet.name, found.operations,
+                                 passes::kMaxStageOperations));
     const bool lookups =
         std::any_of(stage.instrs.begin(), stage.instrs.end(),
                     [](const ir::Instr& instr) { return instr.op == ir::Op::kSample; });
@@ -64,8 +61,8 @@ void refuse_stage(const ir::Fablet& fablet, const passes::KernelStages& stages, 
 
 bool refuse_long_stages(const ir::Fablet& fablet, const passes::PipelineResult& result,
                         diag::Sink* sink) {
-    if (result.longest > passes::kMaxStageOperations) {
-        refuse_stage(fablet, result.stages, result.longest, sink);
+    if (result.too_long) {
+        refuse_stage(fablet, result.stages, *result.too_long, sink);
         return true;
     }
     if (result.dither <= passes::kMaxDitherOperations) return false;

@@ -10,6 +10,7 @@
 #include "compiler/ir/grows.h"
 #include "compiler/passes/attach_footprints.h"
 #include "compiler/passes/bound_displacement.h"
+#include "compiler/passes/compiled_operations.h"
 #include "compiler/passes/cut_segments.h"
 #include "compiler/passes/eliminate_common_values.h"
 #include "compiler/passes/eliminate_dead_values.h"
@@ -45,7 +46,7 @@ struct Work {
     UniformHoister hoister;
     int32_t uniforms;                   ///< values of the object before any pass
     std::optional<TableFormer> tables;  ///< once all derived values are known
-    size_t& longest;
+    std::optional<LongStage>& too_long;
     size_t& dither;
 };
 
@@ -99,9 +100,11 @@ Written drop_long(Work* work, Stage* stage) {
 Written measure(Work* work, Stage* stage) {
     if (stage->kind == StageKind::kDither) {
         work->dither = kernel_operations(*stage);
-    } else {
-        work->longest = std::max(work->longest, kernel_operations(*stage));
+        return {};
     }
+    const CompiledOperations found = compiled_operations(*stage, kMaxStageOperations);
+    const size_t longest = work->too_long ? work->too_long->operations : kMaxStageOperations;
+    if (found.count > longest) work->too_long = {stage->kind, found.count, found.beyond};
     return {};
 }
 
@@ -289,7 +292,7 @@ class Runner {
                 UniformHoister(fablet.uniform_value_count),
                 fablet.uniform_value_count,
                 {},
-                result->longest,
+                result->too_long,
                 result->dither},
           has_surface_(fablet.has_surface),
           has_dither_(fablet.has_dither),
@@ -299,8 +302,7 @@ class Runner {
 
     void run() {
         for (const Pass& pass : kPasses) {
-            if (result_.longest > kMaxStageOperations || result_.dither > kMaxDitherOperations)
-                return;
+            if (result_.too_long || result_.dither > kMaxDitherOperations) return;
             for (const StageSlot& slot : kStageSlots) {
                 if ((pass.stages & on(slot.kind)) != 0 && exists(slot.kind))
                     run(pass, &(result_.stages.*slot.stage));

@@ -7,6 +7,7 @@
 // others are needed for the meaning of a stage or for code generation.
 
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -63,16 +64,23 @@ struct PassTime {
     double seconds = 0;
 };
 
-/// The most operations of a stage once functions are expanded and lookups have footprints:
-/// compiling takes one or two milliseconds for each.
+/// The most operations of a stage once functions are expanded and lookups have footprints, steps of
+/// the runtime left out: compiling takes one or two milliseconds for each.
 constexpr size_t kMaxStageOperations = 24000;
 /// The most operations of a dither rule, which is compiled in one piece.
 constexpr size_t kMaxDitherOperations = 4000;
 
+/// A stage that is too long.
+struct LongStage {
+    ir::StageKind kind = ir::StageKind::kVolume;
+    size_t operations = 0;
+    source::Span beyond;  ///< where it gets so long
+};
+
 struct PipelineResult {
     KernelStages stages;
-    size_t longest = 0;  ///< operations of the longer stage; an error above kMaxStageOperations
-    size_t dither = 0;   ///< operations of the rule; an error above kMaxDitherOperations
+    std::optional<LongStage> too_long;  ///< the longest above kMaxStageOperations, an error
+    size_t dither = 0;  ///< operations of the rule; an error above kMaxDitherOperations
     std::vector<PassTime> times;
     std::string fault;  ///< a bug of ours: what ir::verify found, and after which pass; else empty
 };

@@ -20,6 +20,8 @@ namespace {
 constexpr size_t kSampleCost = 500;
 constexpr size_t kStepCost = 100;
 constexpr size_t kPrintfValueCost = 10;
+// Of an element that the runtime loads or stores: the index, and what keeps it in the array.
+constexpr size_t kAccessCost = 4;
 
 }  // namespace
 
@@ -65,22 +67,36 @@ size_t Emitter::pick_cost(const ir::Instr& pick) const {
     return table ? 1 : 2 * (pick.args.size() - 1);
 }
 
-size_t Emitter::operations(size_t size) {
+Emitter::Sum Emitter::sum(size_t size) {
     while (sums_.size() < size) {
         const size_t at = sums_.size();
-        const size_t before = at == 0 ? 0 : sums_.back();
+        Sum next = at == 0 ? Sum{} : sums_.back();
         const ir::Instr& instr = stage_->instrs[at];
         // Channels read at one coordinate share a lookup.
         const bool more = instr.op == Op::kSample && instr.b > 0 && at > 0;
-        sums_.push_back(before + (more ? 1 : cost(instr)));
+        const size_t alone = more ? 1 : cost(instr);
+        next.operations += alone;
+        next.by_steps += instr.op == Op::kPick ? std::min(alone, kAccessCost) : alone;
+        sums_.push_back(next);
     }
-    return size == 0 ? 0 : sums_[size - 1];
+    return size == 0 ? Sum{} : sums_[size - 1];
+}
+
+size_t Emitter::operations(size_t size) {
+    return sum(size).operations;
 }
 
 void Emitter::count_none(size_t from) {
-    const size_t before = operations(from);
+    const Sum before = sum(from);
     sums_.resize(from);
     sums_.resize(size(), before);
+}
+
+void Emitter::count_as_step(size_t from) {
+    const size_t before = sum(from).by_steps;
+    sum(size());
+    for (size_t at = from; at < size(); ++at)
+        sums_[at].by_steps = before + kAccessCost;
 }
 
 ValueId Emitter::add(ir::Instr instr) {

@@ -59,10 +59,17 @@ class Emitter : public ir::Builder {
     /// operations: loops, queries and lookups count as many.
     size_t operations(size_t size);
     size_t operations() { return operations(size()); }
+    /// The same, but accesses to large arrays count as the steps that they may become.
+    size_t operations_by_steps() { return sum(size()).by_steps; }
+    /// Says that the instructions from number `from` on are an access to a large array.
+    void count_as_step(size_t from);
     /// Counts no operations for the instructions from number `from` on, which only diagnostics use.
     void count_none(size_t from);
 
   private:
+    struct Sum {
+        size_t operations = 0, by_steps = 0;
+    };
     using Key =
         std::tuple<ir::Op, ir::Type, uint32_t, int32_t, int32_t, int32_t, std::vector<ir::ValueId>>;
 
@@ -74,13 +81,14 @@ class Emitter : public ir::Builder {
                                                  ir::ValueId if_false);
     std::optional<ir::ValueId> simplified_pick(const ir::Instr& pick) const;
     size_t pick_cost(const ir::Instr& pick) const;
+    Sum sum(size_t size);
     void forget_from(ir::ValueId first);
     size_t cost(const ir::Instr& instr);
     bool is_one_of(ir::Op op, ir::ValueId value, ir::ValueId part) const;
     bool are_opposite(ir::ValueId a, ir::ValueId b) const;
 
     std::map<Key, ir::ValueId> known_;
-    std::vector<size_t> sums_;  ///< operations up to each instruction, computed on demand
+    std::vector<Sum> sums_;  ///< of operations up to each instruction, computed on demand
     std::map<std::tuple<ir::Op, int32_t, size_t>, size_t> function_sizes_;
 };
 

@@ -42,12 +42,17 @@ bool StageTranslator::skip_where_exited(std::vector<ValueId>* pending) {
 bool StageTranslator::too_complex(const source::Span& span) {
     if (gave_up_) return true;
     const bool steps = ++steps_ > step_limit_;
-    if (!steps && emit_.operations() <= check::kMaxOperations) return false;
+    const bool operations = emit_.operations_by_steps() > check::kMaxOperations;
+    if (!steps && !operations && emit_.operations() <= check::kMaxChoices) return false;
     sink_
         ->report(span, diag::kTooComplex,
                  fmt::format("the stage has more than {} {}",
-                             steps ? check::kMaxSteps : check::kMaxOperations,
-                             steps ? "statements" : "operations"))
+                             steps        ? check::kMaxSteps
+                             : operations ? check::kMaxOperations
+                                          : check::kMaxChoices,
+                             steps        ? "statements"
+                             : operations ? "operations"
+                                          : "choices among elements of arrays"))
         .help("functions are inlined and short loops unrolled: make the innermost ones smaller");
     gave_up_ = true;
     return true;

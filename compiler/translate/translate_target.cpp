@@ -241,6 +241,7 @@ Value StageTranslator::read(const Target& target, const check::Expr& expr) {
 
 void StageTranslator::store(Target target, const Value& value) {
     if (target.symbol == nullptr) return;
+    const size_t begin = emit_.size();
     if (target.indices.size() > 1 && target.alternatives.size() > kMostChosen) {
         // By their number in the whole: tests that differ in nothing else.
         const auto count = static_cast<int>(target.alternatives.size());
@@ -261,6 +262,7 @@ void StageTranslator::store(Target target, const Value& value) {
             v.assigned[lane] = emit_.constant(true);
         }
     }
+    if (target.alternatives.size() > kMostChosen) emit_.count_as_step(begin);
     set(id, std::move(v));
 }
 

@@ -10,6 +10,7 @@
 #include <array>
 #include <bit>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -261,6 +262,30 @@ TEST(ArrayElements, KernelsOfAnArrayAreFewWhateverItsSize) {
             expect_same(fablet_of(fmt::format(fmt::runtime(text), size)), 24, 5, false, 3);
         }
     }
+}
+
+TEST(ArrayElements, OfLargeArraysKernelsAreMeasuredNotAccesses) {
+    for (const char* text : std::span(kPrograms).first(3)) {
+        SCOPED_TRACE(text);
+        const auto fablet = translated(fablet_of(fmt::format(fmt::runtime(text), 4096)));
+        ASSERT_TRUE(fablet.has_value());
+        const passes::PipelineResult made = passes::run_pipeline(*fablet);
+        ASSERT_EQ(made.fault, "");
+        EXPECT_FALSE(made.too_long.has_value());
+        EXPECT_LE(made.stages.volume_segments.kernels.size(), 24u);
+        EXPECT_FALSE(made.stages.volume_segments.elements.empty());
+    }
+    // Few trips, which the interpreter makes in a short time.
+    expect_same(fablet_of(R"(float a[4096] = (float[4096])0;
+        int n[4096] = (int[4096])0;
+        for (int i = 0; i < 12; ++i) {
+            int k = abs(i * 1031 + level * 17) % 4096;
+            a[k] += t;
+            n[(k + 4090) % 4096] = n[k] + i;
+            n[4095 - k] += n[i];
+        }
+        for (int i = 0; i < 9; ++i) { sum += a[abs(i * 1031 + level * 17) % 4096]; found += n[i * 511]; })"),
+                24, 5, false, 3);
 }
 
 TEST(ArrayElements, WhatPeopleWriteIsCompiledToTheSameBits) {
