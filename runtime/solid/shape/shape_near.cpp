@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
+#include "base/check.h"
 #include "base/infinity.h"
 
 namespace openfab::solid {
@@ -20,75 +22,15 @@ constexpr int32_t kMostShells = 16;
 // Of the distances that voxels are told, and of what is computed here.
 constexpr float kRelative = 0x1p-13f, kOfCoordinates = 0x1p-17f;
 
-float gap(float lo_a, float hi_a, float lo_b, float hi_b) {
-    return std::max(std::max(lo_a - hi_b, lo_b - hi_a), 0.0f);
+/// Of two stretches of an axis: the squares of the least and of the greatest distance.
+float gap2(float lo_a, float hi_a, float lo_b, float hi_b) {
+    const float d = std::max(std::max(lo_a - hi_b, lo_b - hi_a), 0.0f);
+    return d * d;
 }
-
-/// Returns the square of the least distance between two boxes, and of the greatest.
-template <typename A, typename B>
-float least2(const A& a_lo, const A& a_hi, const B& b_lo, const B& b_hi) {
-    float sum = 0;
-    for (int k = 0; k < 3; ++k) {
-        const float d = gap(a_lo[k], a_hi[k], b_lo[k], b_hi[k]);
-        sum += d * d;
-    }
-    return sum;
+float most2(float lo_a, float hi_a, float lo_b, float hi_b) {
+    const float d = std::max(hi_a - lo_b, hi_b - lo_a);
+    return d * d;
 }
-template <typename A, typename B>
-float greatest2(const A& a_lo, const A& a_hi, const B& b_lo, const B& b_hi) {
-    float sum = 0;
-    for (int k = 0; k < 3; ++k) {
-        const float d = std::max(a_hi[k] - b_lo[k], b_hi[k] - a_lo[k]);
-        sum += d * d;
-    }
-    return sum;
-}
-
-constexpr size_t kLanes = 8;
-
-/// Bounds of eight boxes at once, in loops that the compiler makes vectors of: the same operations in the
-/// same order as least2 and greatest2 have.
-struct Lanes {
-    alignas(32) float lo[3][kLanes], hi[3][kLanes];
-    alignas(32) float low2[kLanes], high2[kLanes];
-
-    /// At most so many boxes; lanes without one have the last.
-    Lanes(std::span<const Box3f> boxes, float far2) {
-        for (size_t l = 0; l < kLanes; ++l) {
-            const Box3f& box = boxes[std::min(l, boxes.size() - 1)];
-            for (int k = 0; k < 3; ++k)
-                lo[k][l] = box.lo[k], hi[k][l] = box.hi[k];
-            low2[l] = far2;
-            high2[l] = kInfinity;
-        }
-    }
-
-    void take(const float (&cube_lo)[3], const float (&cube_hi)[3], bool certain) {
-        alignas(32) float near[kLanes] = {}, far[kLanes] = {};
-        for (size_t k = 0; k < 3; ++k) {
-            const float from = cube_lo[k], to = cube_hi[k];
-            for (size_t l = 0; l < kLanes; ++l) {
-                const float below = from - hi[k][l], above = lo[k][l] - to;
-                const float out = above < below ? below : above;
-                const float gap = out < 0.0f ? 0.0f : out;
-                near[l] += gap * gap;
-            }
-        }
-        for (size_t l = 0; l < kLanes; ++l)
-            low2[l] = near[l] < low2[l] ? near[l] : low2[l];
-        if (!certain) return;
-        for (size_t k = 0; k < 3; ++k) {
-            const float from = cube_lo[k], to = cube_hi[k];
-            for (size_t l = 0; l < kLanes; ++l) {
-                const float up = hi[k][l] - from, down = to - lo[k][l];
-                const float most = up < down ? down : up;
-                far[l] += most * most;
-            }
-        }
-        for (size_t l = 0; l < kLanes; ++l)
-            high2[l] = far[l] < high2[l] ? far[l] : high2[l];
-    }
-};
 
 }  // namespace
 
@@ -96,6 +38,7 @@ ShapeNear::ShapeNear(const ShapeField& field, std::span<const Vec3i> blocks)
     : field_(field),
       blocks_(blocks),
       masks_(std::make_unique<Masks[]>(blocks.size())),
+      take_(take_cubes()),
       block_mm_(static_cast<float>(field.cell_mm() * kPatchCells)) {
     const Vec3i cells = field.cells();
     for (int a = 0; a < 3; ++a) {
@@ -201,15 +144,17 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
 void ShapeNear::add_block(size_t block, const Box3f& whole, Tools* tools, float* nearest2) const {
     const Vec3i& lowest = blocks_[block];
     const Vec3i first{lowest.x / kCube, lowest.y / kCube, lowest.z / kCube};
-    // No cube of it is nearer than the block is.
-    float block_lo[3], block_hi[3];
+    // Squares of distances are sums over the axes, of four stretches each. No cube is nearer than the block is.
+    float least[3][kCubes], most[3][kCubes], block2 = 0;
     for (int a = 0; a < 3; ++a) {
-        const std::vector<float>& edges = edges_[static_cast<size_t>(a)];
-        const auto i = static_cast<size_t>(first[a]);
-        block_lo[a] = edges[i];
-        block_hi[a] = edges[std::min(i + kCubes, edges.size() - 1)];
+        const float* sides = &edges_[static_cast<size_t>(a)][static_cast<size_t>(first[a])];
+        block2 += gap2(whole.lo[a], whole.hi[a], sides[0], sides[kCubes]);
+        for (int k = 0; k < kCubes; ++k) {
+            least[a][k] = gap2(whole.lo[a], whole.hi[a], sides[k], sides[k + 1]);
+            most[a][k] = most2(whole.lo[a], whole.hi[a], sides[k], sides[k + 1]);
+        }
     }
-    if (least2(whole.lo, whole.hi, block_lo, block_hi) > *nearest2) return;
+    if (block2 > *nearest2) return;
     Masks& masks = masks_[block];
     uint64_t possible = masks.possible.load(std::memory_order_acquire), certain;
     if (possible != 0) {
@@ -221,18 +166,13 @@ void ShapeNear::add_block(size_t block, const Box3f& whole, Tools* tools, float*
     }
     for (uint64_t left = possible; left != 0; left &= left - 1) {
         const auto bit = std::countr_zero(left);
-        const Vec3i at = first + Vec3i{bit % 4, bit / 4 % 4, bit / 16};
-        Tools::Cube cube;
-        for (int a = 0; a < 3; ++a) {
-            const auto i = static_cast<size_t>(at[a]);
-            cube.lo[a] = edges_[static_cast<size_t>(a)][i];
-            cube.hi[a] = edges_[static_cast<size_t>(a)][i + 1];
-        }
-        cube.certain = (certain >> bit & 1) != 0;
-        cube.low2 = least2(whole.lo, whole.hi, cube.lo, cube.hi);
+        const Vec3i in{bit % 4, bit / 4 % 4, bit / 16};
+        const NearCube cube{{first.x + in.x, first.y + in.y, first.z + in.z},
+                            least[0][in.x] + least[1][in.y] + least[2][in.z],
+                            (certain >> bit & 1) != 0};
         if (cube.low2 > *nearest2) continue;
         if (cube.certain)
-            *nearest2 = std::min(*nearest2, greatest2(whole.lo, whole.hi, cube.lo, cube.hi));
+            *nearest2 = std::min(*nearest2, most[0][in.x] + most[1][in.y] + most[2][in.z]);
         tools->cubes_.push_back(cube);
     }
 }
@@ -293,20 +233,57 @@ void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* t
     if (boxes.size() == 1 && boxes[0].lo == whole.lo && boxes[0].hi == whole.hi) {
         // What was found on the way is about this box.
         float low2 = seen2;
-        for (const Tools::Cube& cube : tools->cubes_)
+        for (const NearCube& cube : tools->cubes_)
             low2 = std::min(low2, cube.low2);
         out[0] = range(low2, nearest2);
         return;
     }
-    std::erase_if(tools->cubes_, [&](const Tools::Cube& cube) { return cube.low2 > nearest2; });
-    for (size_t first = 0; first < boxes.size(); first += kLanes) {
-        const size_t count = std::min(kLanes, boxes.size() - first);
-        Lanes lanes(boxes.subspan(first, count), seen2);
-        for (const Tools::Cube& cube : tools->cubes_)
-            lanes.take(cube.lo, cube.hi, cube.certain);
-        for (size_t l = 0; l < count; ++l)
-            out[first + l] = range(lanes.low2[l], lanes.high2[l]);
+    bound_boxes(boxes, seen2, nearest2, tools);
+    for (size_t b = 0; b < boxes.size(); ++b)
+        out[b] = range(tools->boxes_.low2[b], tools->boxes_.high2[b]);
+}
+
+/// Sets the squares of the boxes' bounds by the cubes that were found.
+void ShapeNear::bound_boxes(std::span<const Box3f> boxes, float seen2, float nearest2,
+                            Tools* tools) const {
+    OPENFAB_DCHECK(boxes.size() <= kMostNearBoxes);
+    std::vector<NearCube>& cubes = tools->cubes_;
+    std::erase_if(cubes, [&](const NearCube& cube) { return cube.low2 > nearest2; });
+    NearLattice lattice{};
+    lattice.first = {std::numeric_limits<int32_t>::max(), std::numeric_limits<int32_t>::max(),
+                     std::numeric_limits<int32_t>::max()};
+    for (const NearCube& cube : cubes) {
+        for (size_t a = 0; a < 3; ++a) {
+            lattice.first[a] = std::min(lattice.first[a], cube.at[a]);
+            lattice.end[a] = std::max(lattice.end[a], cube.at[a] + 1);
+        }
     }
+    size_t places = 0;
+    for (size_t a = 0; a < 3; ++a) {
+        lattice.sides[a] = edges_[a].data();
+        if (cubes.empty()) lattice.first[a] = lattice.end[a];
+        places += static_cast<size_t>(lattice.end[a] - lattice.first[a]);
+    }
+    tools->table_.resize(2 * places);
+    lattice.table = tools->table_.data();
+    // What is close bounds the boxes; most of the rest is then farther than they need.
+    constexpr float kClose2 = 0.25f;
+    const auto close = std::partition(cubes.begin(), cubes.end(), [&](const NearCube& cube) {
+        return cube.low2 < kClose2 * nearest2;
+    });
+    NearBoxes& to = tools->boxes_;
+    const size_t end = (boxes.size() + kNearLanes - 1) / kNearLanes * kNearLanes;
+    for (size_t b = 0; b < end; ++b) {
+        const Box3f& box = boxes[std::min(b, boxes.size() - 1)];
+        for (int a = 0; a < 3; ++a) {
+            to.lo[static_cast<size_t>(a)][b] = box.lo[a];
+            to.hi[static_cast<size_t>(a)][b] = box.hi[a];
+        }
+        to.low2[b] = seen2;
+        to.high2[b] = kInfinity;
+    }
+    for (size_t b = 0; b < end; b += kNearLanes)
+        take_(lattice, cubes, static_cast<size_t>(close - cubes.begin()), b, &to);
 }
 
 }  // namespace openfab::solid

@@ -16,6 +16,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/solid/shape/near_boxes.h"
 #include "runtime/solid/shape/shape_field.h"
 
 namespace openfab::solid {
@@ -33,18 +34,15 @@ class ShapeNear {
         friend class ShapeNear;
 
       private:
-        struct Cube {
-            float lo[3], hi[3];
-            float low2;  ///< square of the least distance to the box that was asked for
-            bool certain;
-        };
-        std::vector<Cube> cubes_;
+        std::vector<NearCube> cubes_;
+        std::vector<NearRow> table_;
+        NearBoxes boxes_;
     };
 
     /// `blocks`: those of the field, in order of z, y, x; both must outlive it.
     ShapeNear(const ShapeField& field, std::span<const Vec3i> blocks);
 
-    /// Bounds the distances of boxes that `whole` holds. `high` is infinite where nothing is near.
+    /// Bounds the distances of at most kMostNearBoxes boxes that `whole` holds. `high` is infinite where nothing is near.
     void bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* tools,
                NearRange* out) const;
 
@@ -53,6 +51,7 @@ class ShapeNear {
         std::atomic<uint64_t> possible{0};  ///< 0: not known yet
         std::atomic<uint64_t> certain{0};
     };
+    void bound_boxes(std::span<const Box3f> boxes, float seen2, float nearest2, Tools* tools) const;
     void add_row(int32_t y, int32_t z, int32_t x0, int32_t x1, const Box3f& whole, Tools* tools,
                  float* nearest2) const;
     void add_block(size_t block, const Box3f& whole, Tools* tools, float* nearest2) const;
@@ -64,6 +63,7 @@ class ShapeNear {
     std::vector<size_t> rows_;  ///< [z][y]: the first block of the row, and one more
     std::unique_ptr<Masks[]> masks_;
     std::array<std::vector<float>, 3> edges_;  ///< by axis: coordinates of the cubes' sides
+    TakeCubes take_;
     float block_mm_;
     float largest_ = 0;  ///< coordinate
 };

@@ -1,0 +1,16 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/solid/shape/near_boxes.h"
+
+#include "simd/isa.h"
+
+namespace openfab::solid {
+
+TakeCubes take_cubes() {
+    if constexpr (simd::kWiderSets) {
+        if (simd::best_isa(simd::Isa::kAvx2) >= simd::Isa::kAvx2) return take_cubes_avx2;
+    }
+    return take_cubes_sse41;
+}
+
+}  // namespace openfab::solid
