@@ -3,6 +3,7 @@
 #include "runtime/solid/grow/grow_engine.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -34,7 +35,7 @@ class GrowEngine final : public nearest::Engine {
                nearest::BlockAnswer* answer) const override {
         auto* mine = static_cast<GrowScratch*>(scratch);
         // Beams that hold a voxel touch its row of blocks; only where a voxel is in none are others looked for.
-        GrowScratch::Region* region = &find_touching(query.block, mine);
+        GrowScratch::Region* region = &find_touching(query.block, 8, mine);
         if (!ask(query, region, true, mine, answer) && !grown_.failed()) {
             region = &find_near(query.block, mine);
             ask(query, region, false, mine, answer);
@@ -69,36 +70,43 @@ class GrowEngine final : public nearest::Engine {
         take_points(packets, answers, mine);
     }
 
-    void bound_blocks(std::span<const Vec3i> blocks, Scratch* /*scratch*/,
+    // Bounds are of covered voxels, whose nearest beams and bodies touch their block: no more has to grow for them
+    // than for their answers.
+    void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
                       nearest::BlockBounds* bounds) const override {
+        auto* mine = static_cast<GrowScratch*>(scratch);
         const nearest::BlockPieces& cut = pieces();
         for (size_t i = 0; i < blocks.size(); ++i) {
+            const GrowScratch::Region& region = find_touching(blocks[i], 8, mine);
             for (size_t q = 0; q < cut.lowest.size(); ++q) {
                 const VoxelBall ball = voxel_ball(frame(), blocks[i] + cut.lowest[q], cut.size);
-                const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
-                const float reach = ball.radius + grown_.slack(ball.middle, d + ball.radius);
-                bounds[i].low[q] = std::max(0.0f, d - reach);
-                bounds[i].high[q] = d + reach;
+                const auto [low, high] = magnitude(distance_in(region, ball.middle), ball);
+                bounds[i].low[q] = low;
+                bounds[i].high[q] = high;
             }
         }
     }
 
-    void bounds(const Vec3i& lowest, int32_t size, Scratch* /*scratch*/,
+    void bounds(const Vec3i& lowest, int32_t size, Scratch* scratch,
                 nearest::BoxBounds* out) const override {
         out->clear();
-        const VoxelBall ball = voxel_ball(frame(), lowest, {size, size, size});
-        const float d = std::fabs(grown_.nearest(ball.middle, nullptr));
         out->distance_hi = kInfinity;
-        if (!(d < kInfinity)) return;
-        const float reach = ball.radius + grown_.slack(ball.middle, d + ball.radius);
-        const float low = std::max(0.0f, d - reach);
-        out->distance_hi = d + reach;
-        // Nothing is said of attributes.
-        const BeamValues values = grown_.values();
-        const auto floats = static_cast<size_t>(fablet_ == nullptr ? 0 : values.floats);
-        const auto ints = static_cast<size_t>(fablet_ == nullptr ? 0 : values.ints);
-        out->add(low, std::vector<float>(floats, -kInfinity), std::vector<float>(floats, kInfinity),
-                 std::vector<int32_t>(ints, INT32_MIN), std::vector<int32_t>(ints, INT32_MAX));
+        // What grows in a larger cube may be far from the slices that are printed: nothing is known of it.
+        if (size > 8) return;
+        auto* mine = static_cast<GrowScratch*>(scratch);
+        const GrowScratch::Region& region = find_touching(lowest, size, mine);
+        if (!region.beams.empty()) region.engine->bounds(lowest, size, region.scratch.get(), out);
+        const std::vector<LocalBodies::Body>& bodies = region.bodies.bodies();
+        if (bodies.empty()) return;
+        const VoxelBall ball = voxel_ball(frame(), lowest, {size, size, size});
+        const float nearest = distance_in(region, ball.middle);
+        out->distance_hi = magnitude(nearest, ball)[1];
+        for (size_t i = 0; i < bodies.size(); ++i) {
+            const float d = distance_of(bodies[i], ball.middle);
+            // Its distance and that of the nearest change by no more than a radius.
+            if (d - nearest <= 2 * reach_of(ball, std::max(std::fabs(d), std::fabs(nearest))))
+                region.bodies.add_case(i, magnitude(d, ball)[0], out);
+        }
     }
 
   private:
@@ -106,6 +114,28 @@ class GrowEngine final : public nearest::Engine {
         return {packet.p[0][lane], packet.p[1][lane], packet.p[2][lane]};
     }
     VoxelFrame frame() const { return VoxelFrame(frame_); }
+
+    /// Returns by how much a distance `d` at the middle of a ball may differ from that of its other points.
+    float reach_of(const VoxelBall& ball, float d) const {
+        return ball.radius + grown_.slack(ball.middle, std::fabs(d) + ball.radius);
+    }
+    /// Returns the range of the magnitude of signed distances in a ball.
+    std::array<float, 2> magnitude(float middle, const VoxelBall& ball) const {
+        const float d = std::fabs(middle);
+        if (!(d < kInfinity)) return {0, kInfinity};
+        return {std::max(0.0f, d - reach_of(ball, d)), d + reach_of(ball, d)};
+    }
+    float distance_of(const LocalBodies::Body& body, const Vec3f& p) const {
+        return body.body.distance(vec_cast<double>(p) + grown_.center());
+    }
+    /// Returns the least signed distance to what a region has; +inf if that is nothing.
+    float distance_in(const GrowScratch::Region& region, const Vec3f& p) const {
+        float least =
+            region.beams.empty() ? kInfinity : region.beams.tree().nearest(p, -1).distance;
+        for (const LocalBodies::Body& body : region.bodies.bodies())
+            least = std::min(least, distance_of(body, p));
+        return least;
+    }
 
     /// Gives the answers of points their places in the scratch, and their nearest points. `patch` was among what was
     /// gathered.
@@ -250,12 +280,17 @@ class GrowEngine final : public nearest::Engine {
         return inside;
     }
 
-    /// Returns the region of a row of blocks, with the beams that touch it.
-    GrowScratch::Region& find_touching(const Vec3i& block, GrowScratch* mine) const {
-        const Vec3i key{down_to(block.x, kRegionVoxels), block.y, block.z};
+    /// Returns a region that holds a cube of up to 8 voxels a side, with the beams that touch it.
+    GrowScratch::Region& find_touching(const Vec3i& lowest, int32_t size, GrowScratch* mine) const {
+        const Vec3i key{down_to(lowest.x, kRegionVoxels), lowest.y, lowest.z};
+        const auto holds = [&](const GrowScratch::Region& region) {
+            const Vec3i from = lowest - region.key;
+            return region.used != 0 && region.engine_of == this && region.key.x == key.x &&
+                   from.y >= 0 && from.y + size <= 8 && from.z >= 0 && from.z + size <= 8;
+        };
         GrowScratch::Region* oldest = mine->regions.data();
         for (GrowScratch::Region& region : mine->regions) {
-            if (region.used != 0 && region.engine_of == this && region.key == key) {
+            if (holds(region)) {
                 region.used = ++mine->uses;
                 return region;
             }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 
 namespace openfab::solid {
 
@@ -111,6 +112,14 @@ void LocalBodies::set(const GatheredBeams& from, const openfab_fablet* fablet, b
             flat_.push_back(is_bool[k] ? (bits != 0 ? 1u : 0u) : bits);
         }
     }
+}
+
+void LocalBodies::add_case(size_t body, float distance_lo, nearest::BoxBounds* out) const {
+    const std::span<const float> floats(values_.data() + body * floats_, floats_);
+    std::vector<int32_t> ints;
+    for (size_t k = 0; k < ints_; ++k)
+        ints.push_back(static_cast<int32_t>(flat_[body * ints_ + k]));
+    out->add(distance_lo, floats, floats, ints, ints);
 }
 
 void LocalBodies::read(size_t body, size_t place, const nearest::AttributeTargets& targets) const {

@@ -50,6 +50,8 @@ class LocalBodies {
 
     /// Writes the values of @nearest inputs to [component][place] where `body` is one, and leaves others.
     void read(size_t body, size_t place, const nearest::AttributeTargets& targets) const;
+    /// Adds a body's values to the cases of a box.
+    void add_case(size_t body, float distance_lo, nearest::BoxBounds* out) const;
     size_t floats() const { return floats_; }
     size_t ints() const { return ints_; }
 
