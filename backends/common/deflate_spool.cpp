@@ -9,7 +9,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
+
+#include "base/system_reason.h"
 
 namespace openfab::backends {
 
@@ -24,7 +25,7 @@ constexpr size_t kBuffer = 1 << 16;
 
 Error spool_error(const char* what, const std::string& folder, int code) {
     return outside_error(
-        fmt::format("cannot {} a temporary file in `{}`: {}", what, folder, std::strerror(code)));
+        fmt::format("cannot {} a temporary file in `{}`: {}", what, folder, system_reason(code)));
 }
 
 bool start(z_stream* stream) {

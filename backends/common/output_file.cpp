@@ -9,18 +9,18 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <system_error>
 #include <utility>
 
 #include "backends/common/output_lock.h"
+#include "base/system_reason.h"
 
 namespace openfab::backends {
 
 namespace {
 
 Error system_error(const char* what, const std::string& name, int code) {
-    return outside_error(fmt::format("{} `{}`: {}", what, name, std::strerror(code)));
+    return outside_error(fmt::format("{} `{}`: {}", what, name, system_reason(code)));
 }
 
 }  // namespace

@@ -10,17 +10,17 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
 #include "backends/common/output_lock.h"
+#include "base/system_reason.h"
 
 namespace openfab::backends {
 
 namespace {
 
 Error folder_error(const char* what, const std::filesystem::path& path, int code) {
-    return outside_error(fmt::format("{} `{}`: {}", what, path.string(), std::strerror(code)));
+    return outside_error(fmt::format("{} `{}`: {}", what, path.string(), system_reason(code)));
 }
 
 /// Makes `bytes` the contents of a file; returns 0 or the error's number.

@@ -12,6 +12,7 @@
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/slice_codec.h"
 #include "base/input_file.h"
+#include "base/system_reason.h"
 #include "base/units.h"
 #include "runtime/pipeline/print_hash.h"
 
@@ -27,7 +28,7 @@ Result<std::FILE*> open_file(const std::string& path) {
     };
     if (path.starts_with("/dev/fd/")) {
         if (std::FILE* const opened = std::fopen(path.c_str(), "rb")) return opened;
-        return user_error(cannot_open(std::strerror(errno)));
+        return user_error(cannot_open(system_reason(errno)));
     }
     const Result<InputFile> file = InputFile::open(path);
     if (!file) return Error{file.error().code, cannot_open(file.error().text())};
@@ -36,7 +37,7 @@ Result<std::FILE*> open_file(const std::string& path) {
     if (opened != nullptr) return opened;
     const int why = errno;
     if (own >= 0) ::close(own);
-    return outside_error(cannot_open(std::strerror(why)));
+    return outside_error(cannot_open(system_reason(why)));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/system_reason.h"
 #include "base/units.h"
 
 namespace openfab {
@@ -21,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Error reason_of(int code) {
-    const std::string reason = std::generic_category().message(code);
+    const std::string reason = system_reason(code);
     return code == ENOENT || code == ENOTDIR || code == ELOOP ? user_error(reason)
                                                               : outside_error(reason);
 }

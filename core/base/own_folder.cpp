@@ -14,6 +14,8 @@
 #include <system_error>
 #include <vector>
 
+#include "base/system_reason.h"
+
 namespace openfab {
 namespace {
 
@@ -21,10 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kLetters = 6;  // of mkstemp and mkdtemp
 constexpr std::string_view kFolderName = "openfab";
-
-std::string reason(int code) {
-    return std::generic_category().message(code);
-}
 
 /// Creates the missing folders down to `folder`, each accessible to this user alone.
 Result<void> make(const fs::path& folder) {
@@ -36,7 +34,7 @@ Result<void> make(const fs::path& folder) {
     for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
         // Another process may create it concurrently.
         if (::mkdir(at->c_str(), 0700) != 0 && errno != EEXIST)
-            return outside_error("it cannot be made: " + reason(errno));
+            return outside_error("it cannot be made: " + system_reason(errno));
     }
     return {};
 }
@@ -44,7 +42,7 @@ Result<void> make(const fs::path& folder) {
 /// Checks one folder of the path; `last`: the one that is to be used.
 Result<void> check(const fs::path& folder, bool last) {
     struct stat status {};
-    if (::lstat(folder.c_str(), &status) != 0) return outside_error(reason(errno));
+    if (::lstat(folder.c_str(), &status) != 0) return outside_error(system_reason(errno));
     const std::string name = last ? "it" : fmt::format("`{}` above it", folder.string());
     if (!S_ISDIR(status.st_mode)) return user_error(name + " is not a folder");
     if (status.st_uid != ::geteuid() && (last || status.st_uid != 0))
@@ -141,7 +139,7 @@ Result<fs::path> own_folder(const fs::path& folder) {
 
 Result<void> check_writable(const fs::path& folder) {
     if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
-    return outside_error("it cannot be written to: " + reason(errno));
+    return outside_error("it cannot be written to: " + system_reason(errno));
 }
 
 Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& base_folder) {
@@ -163,8 +161,8 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
             return trouble == 0 ? fs::path(name) : fs::path();
         });
         if (trouble != 0) {
-            return outside_error(
-                fmt::format("cannot make a folder in `{}`: {}", parent.string(), reason(trouble)));
+            return outside_error(fmt::format("cannot make a folder in `{}`: {}", parent.string(),
+                                             system_reason(trouble)));
         }
         folder->path_ = name;
         folder->lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -173,8 +171,8 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
         // Another process has cleared it away before it was locked: the next one, then. Whatever else
         // it is would be so the next time, too.
         if (folder->lock_ < 0 && trouble != ENOENT) {
-            return outside_error(
-                fmt::format("cannot open a folder in `{}`: {}", parent.string(), reason(trouble)));
+            return outside_error(fmt::format("cannot open a folder in `{}`: {}", parent.string(),
+                                             system_reason(trouble)));
         }
         if (folder->lock_ >= 0) ::close(folder->lock_);
         folder->lock_ = -1;

@@ -7,9 +7,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 
 #include "base/own_folder.h"
+#include "base/system_reason.h"
 
 namespace openfab {
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 Result<void> replace_file(const fs::path& file, const std::string& text) {
     const auto trouble = [&](int error) {
         return outside_error(
-            fmt::format("cannot write `{}`: {}", file.string(), std::strerror(error)));
+            fmt::format("cannot write `{}`: {}", file.string(), system_reason(error)));
     };
     // A link stays one: what it leads to is replaced.
     std::error_code status;

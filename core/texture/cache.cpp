@@ -25,6 +25,7 @@
 #include "base/input_file.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/system_reason.h"
 #include "texture/helper.h"
 #include "texture/pyramid_file.h"
 #include "texture/reading_progress.h"
@@ -35,10 +36,6 @@ namespace openfab::texture {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string reason(int code) {
-    return std::generic_category().message(code);
-}
 
 bool is_program(const fs::path& file) {
     std::error_code ignored;
@@ -74,7 +71,8 @@ void pass_progress_on(std::string* messages) {
 /// stderr captured.
 Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) return outside_error("cannot make a pipe: " + reason(errno));
+    if (::pipe2(ends, O_CLOEXEC) != 0)
+        return outside_error("cannot make a pipe: " + system_reason(errno));
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -111,9 +109,10 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     }
     ::close(ends[0]);
     if (trouble != 0)
-        return outside_error(fmt::format("cannot start {}: {}", arguments[0], reason(trouble)));
+        return outside_error(
+            fmt::format("cannot start {}: {}", arguments[0], system_reason(trouble)));
     if (!running->wait(&result.status))
-        return outside_error("cannot wait for the texture helper: " + reason(errno));
+        return outside_error("cannot wait for the texture helper: " + system_reason(errno));
     return result;
 }
 

@@ -11,7 +11,6 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -23,6 +22,7 @@
 #include "abi/kernel_call.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/system_reason.h"
 #include "program/options.h"
 #include "program/output_check.h"
 #include "texture/cache.h"
@@ -201,7 +201,7 @@ Error exec_print_binary(const PrintBinary& program, const std::vector<std::strin
     } else {
         ::execv(program.path.c_str(), argv.data());
     }
-    return outside_error(fmt::format("cannot start `{}`: {}", name, std::strerror(errno)));
+    return outside_error(fmt::format("cannot start `{}`: {}", name, system_reason(errno)));
 }
 
 Result<void> print_world(std::vector<std::string> arguments) {
@@ -255,7 +255,7 @@ int start_helper(const char* name, char** argv) {
         ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
         ::execv(helper.c_str(), argv);
         failed = outside_error(
-            fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
+            fmt::format("cannot start `{}`: {}", helper.string(), system_reason(errno)));
     }
     return say_error(failed);
 }

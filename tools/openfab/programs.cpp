@@ -24,6 +24,7 @@
 #include "base/hash.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/system_reason.h"
 #include "texture/cache.h"
 
 extern char** environ;
@@ -171,12 +172,12 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0) {
         return outside_error(
-            fmt::format("cannot start `{}`: {}", arguments[0], std::strerror(failed)));
+            fmt::format("cannot start `{}`: {}", arguments[0], system_reason(failed)));
     }
     int status = 0;
     if (!RunningProgram(child).wait(&status))
         return outside_error(
-            fmt::format("cannot wait for `{}`: {}", arguments[0], std::strerror(errno)));
+            fmt::format("cannot wait for `{}`: {}", arguments[0], system_reason(errno)));
     if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded) {
         return outside_error(fmt::format(
             "the libraries of `{}` cannot be loaded; allow more memory (`ulimit -v`) and "
@@ -231,7 +232,7 @@ Result<void> seal(const fs::path& program) {
     std::ofstream out(program, std::ios::binary | std::ios::app);
     out << kSeal << std::string_view(reinterpret_cast<const char*>(&*hash), sizeof *hash);
     out.close();
-    return out ? Result<void>() : trouble(std::strerror(errno));
+    return out ? Result<void>() : trouble(system_reason(errno));
 }
 
 /// Opens a program with a valid seal; fails otherwise, with an error that is not shown.
@@ -249,7 +250,7 @@ Result<PrintBinary> open_print_binary(const fs::path& path) {
     if (!content) return content.error();
     if (!std::string_view(end.data(), end.size()).starts_with(kSeal) || hash != *content)
         return user_error("it is damaged");
-    if (::access(path.c_str(), X_OK) != 0) return outside_error(std::strerror(errno));
+    if (::access(path.c_str(), X_OK) != 0) return outside_error(system_reason(errno));
     return PrintBinary{std::move(*file), path};
 }
 

@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -32,6 +33,18 @@ class InputFileTest : public ::testing::Test {
     testing::TempFolder folder_;
     fs::path root_;
 };
+
+TEST_F(InputFileTest, ALimitOfTheUsersIsNamed) {
+    struct rlimit before {};
+    ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+    const struct rlimit none { 0, before.rlim_max };
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+    const Result<InputFile> opened = InputFile::open(root_ / "own.txt");
+    ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+    ASSERT_FALSE(opened);
+    EXPECT_EQ(opened.error().code, ErrorCode::kOutside);
+    EXPECT_THAT(opened.error().text(), HasSubstr("allow more (`ulimit -n`)"));
+}
 
 TEST_F(InputFileTest, OpensRegularFilesAlone) {
     EXPECT_EQ(error_of(root_ / "own.txt"), "no error");

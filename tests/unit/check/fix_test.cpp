@@ -72,7 +72,7 @@ TEST(Fixes, MendTheProgram) {
           "printf(\u201chi\u201d);", "printf('hi');", "printf(p);", "float x = PI;", "Float x = 1;",
           "float1 x = 1;", "float x = 2^3;", "float x = srgb_to_linear(p).x;",
           "float3 c = hsv2rgb(p);", "float x = gyroid(p, 1);", "float x = sdSphere(p, 1);",
-          "float3 x = where(p > 0, p, 0);"}) {
+          "float x = opUnion(p.x, 1);", "float3 x = where(p > 0, p, 0);"}) {
         const std::string text = fixed(program(body));
         source::SourceManager sources;
         diag::Sink sink;
