@@ -284,14 +284,18 @@ def test_random_graphs(tmp_path: Path, imported: Callable[..., Print], seed: int
     for wiggle in wiggles:
         share = np.stack([model.level(m, wiggle) for m in model.objects("materialmapping")], axis=1)
         shares.append(np.nan_to_num(np.clip(share, 0, 1), nan=0.0))
-    total = [s / s.sum(axis=1, keepdims=True) for s in shares]
-    rough = np.max([np.abs(t - total[0]) for t in total[1:]], axis=(0, 2))
-    steady = rough < 1e-4
-    # One graph that jumps at a voxel takes all fifty away there.
-    assert steady.mean() > 0.02
+    # A graph that jumps at a voxel says nothing there; among the others the shares are what they are.
+    steady = np.max([np.abs(s - shares[0]) for s in shares[1:]], axis=0) < 1e-4
+    assert steady.mean() > 0.95 and steady.sum(axis=0).min() > 0
     order = [made.names.index(n) for n in names]
-    seen = made.fractions[..., order].reshape(len(points), -1)
-    assert np.abs(seen - total[0])[steady].max() < 3e-4
+    seen = np.where(steady, made.fractions[..., order].reshape(len(points), -1), 0)
+    wanted = np.where(steady, shares[0], 0)
+    # Shares of 16 bits, of which a part may be with those that jump.
+    part = seen.sum(axis=1)
+    enough = part > 0.05
+    assert enough.mean() > 0.9
+    error = np.abs(seen[enough] / part[enough, None] - wanted[enough] / wanted[enough].sum(axis=1, keepdims=True))
+    assert (error.max(axis=1) * part[enough]).max() < 3e-4
 
 
 def test_displaced_faces(tmp_path: Path, imported: Callable[..., Print]) -> None:
