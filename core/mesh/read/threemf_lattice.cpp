@@ -101,6 +101,8 @@ Complaint ThreemfLatticeReader::begin(const XmlAttributes& a, ThreemfLattice* ou
         return std::string(value != nullptr ? trim_threemf(value) : "");
     };
     out->clipping = text("clippingmode");
+    // As drafts of the extension called it.
+    if (out->clipping.empty()) out->clipping = text("clipping");
     if (out->clipping == "none") out->clipping.clear();
     if (!out->clipping.empty() && out->clipping != "inside" && out->clipping != "outside")
         return {fmt::format("`clippingmode` is `{}`", out->clipping.substr(0, 40)),
