@@ -58,7 +58,7 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
             notes->push_back(fmt::format(
-                "the meshes are made from voxels of {} mm; `--mesh-pitch` sets another size",
+                "the meshes are made from voxels of {:g} mm; `--mesh-pitch` sets another size",
                 kMeshPitchMm * options.draft));
         }
         return printer;
