@@ -4,15 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-
-#include "base/infinity.h"
 
 namespace openfab::solid {
 
 namespace {
 
-constexpr int32_t kLeaf = 6;
+constexpr int32_t kLeaf = 16;
 
 }  // namespace
 
@@ -29,8 +26,11 @@ Box3f box_of(const GrownBeam& beam) {
     for (size_t e = 0; e < 2; ++e) {
         for (int a = 0; a < 3; ++a) {
             const float at = beam.end[e][a], r = beam.radius[e];
-            box.lo[a] = std::min(box.lo[a], std::nextafter(at - r, -kInfinity));
-            box.hi[a] = std::max(box.hi[a], std::nextafter(at + r, kInfinity));
+            const float lo = at - r, hi = at + r;
+            // More than these sums are rounded by.
+            constexpr float kRelative = 0x1p-23f, kLeast = 1e-30f;
+            box.lo[a] = std::min(box.lo[a], lo - (std::fabs(lo) * kRelative + kLeast));
+            box.hi[a] = std::max(box.hi[a], hi + (std::fabs(hi) * kRelative + kLeast));
         }
     }
     return box;
@@ -53,52 +53,60 @@ void Clump::add_body(GrownBody body, uint64_t id, int32_t level, const Box3f& wi
 }
 
 void Clump::finish() {
-    std::vector<Box3f> boxes;
-    boxes.reserve(beams.size() + buds.size());
+    // A thread makes a clump at a time, a small one mostly.
+    static thread_local std::vector<Item> items;
+    items.clear();
+    const auto add = [&](const Box3f& box) {
+        items.push_back({box, box.center(), static_cast<int32_t>(items.size())});
+    };
     for (const GrownBeam& beam : beams)
-        boxes.push_back(box_of(beam));
+        add(box_of(beam));
     for (const Bud& bud : buds)
-        boxes.push_back(bud.bound);
-    items_.resize(boxes.size());
-    std::iota(items_.begin(), items_.end(), 0);
-    std::vector<Vec3f> centres;
-    centres.reserve(boxes.size());
-    for (const Box3f& box : boxes)
-        centres.push_back(box.center());
-    if (!boxes.empty()) build(boxes, centres, 0, static_cast<int32_t>(boxes.size()));
-    beams.shrink_to_fit();
-    floats.shrink_to_fit();
-    ints.shrink_to_fit();
-    bodies.shrink_to_fit();
-    buds.shrink_to_fit();
-    states.shrink_to_fit();
-    nodes_.shrink_to_fit();
+        add(bud.bound);
+    nodes_.clear();
+    if (!items.empty()) build(items, 0);
+    items_.clear();
+    for (const Item& item : items)
+        items_.push_back(item.number);
+    constexpr size_t kKept = 4096;
+    if (items.capacity() > kKept) std::vector<Item>().swap(items);
+}
+
+void Clump::clear() {
+    beams.clear();
+    floats.clear();
+    ints.clear();
+    bodies.clear();
+    buds.clear();
+    states.clear();
+    nodes_.clear();
+    items_.clear();
+    own_bytes = 0;
 }
 
 /// Splits in the middle of the longest side of the centres.
-void Clump::build(std::span<const Box3f> boxes, std::span<const Vec3f> centres, int32_t first,
-                  int32_t count) {
-    const std::span<int32_t> items(items_.data() + first, static_cast<size_t>(count));
+void Clump::build(std::span<Item> items, int32_t first) {
     Box3f box, middle;
-    for (const int32_t i : items) {
-        box.add(boxes[static_cast<size_t>(i)]);
-        middle.add(centres[static_cast<size_t>(i)]);
+    for (const Item& item : items) {
+        box.add(item.box);
+        middle.add(item.centre);
     }
     const size_t node = nodes_.size();
+    const auto count = static_cast<int32_t>(items.size());
     nodes_.push_back({box, first, count});
     if (count <= kLeaf) return;
     const Vec3f size = middle.size();
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const int32_t half = count / 2;
-    std::nth_element(items.begin(), items.begin() + half, items.end(), [&](int32_t a, int32_t b) {
-        const float p = centres[static_cast<size_t>(a)][axis];
-        const float q = centres[static_cast<size_t>(b)][axis];
-        return p != q ? p < q : a < b;
-    });
-    build(boxes, centres, first, half);
+    std::nth_element(items.begin(), items.begin() + half, items.end(),
+                     [axis](const Item& a, const Item& b) {
+                         const float p = a.centre[axis], q = b.centre[axis];
+                         return p != q ? p < q : a.number < b.number;
+                     });
+    build(items.first(static_cast<size_t>(half)), first);
     nodes_[node].first = static_cast<int32_t>(nodes_.size());
     nodes_[node].count = 0;
-    build(boxes, centres, first + half, count - half);
+    build(items.subspan(static_cast<size_t>(half)), first + half);
 }
 
 size_t Clump::bytes() const {

@@ -6,6 +6,7 @@
 // It is made when something comes near its bud's box, and may be dropped and made again at any time: it
 // follows from its bud alone.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -67,12 +68,25 @@ class Clump {
         return std::span(states).subspan(bud.state, state_size);
     }
     size_t state_size = 0;
+    /// Notes what it grows of, after its buds.
+    void set_seed(const Bud& bud, std::span<const uint32_t> state) {
+        seed_level_ = bud.level;
+        seed_ = states.size();
+        states.insert(states.end(), state.begin(), state.end());
+    }
+    /// Returns whether it grew of this bud, and not of another with the same id.
+    bool grew_of(const Bud& bud, std::span<const uint32_t> state) const {
+        return bud.level == seed_level_ &&
+               std::ranges::equal(std::span(states).subspan(seed_), state);
+    }
     size_t own_bytes = 0;  ///< of solids that are this clump's alone
 
     /// Adds a body, but for its values; `within`: what holds it.
     void add_body(GrownBody body, uint64_t id, int32_t level, const Box3f& within);
     /// Makes the tree of boxes. Call once all are there.
     void finish();
+    /// Removes all; keeps its memory.
+    void clear();
     size_t bytes() const;
 
     /// A node of the tree of boxes: of a leaf, items [first, first + count), which are beams, then buds;
@@ -87,11 +101,17 @@ class Clump {
     size_t item(int32_t i) const { return static_cast<size_t>(items_[static_cast<size_t>(i)]); }
 
   private:
-    void build(std::span<const Box3f> boxes, std::span<const Vec3f> centres, int32_t first,
-               int32_t count);
+    struct Item {
+        Box3f box;
+        Vec3f centre;
+        int32_t number = 0;
+    };
+    void build(std::span<Item> items, int32_t first);
 
     std::vector<Node> nodes_;
     std::vector<int32_t> items_;
+    int32_t seed_level_ = 0;
+    size_t seed_ = 0;  ///< in states
 };
 
 /// Returns the box of a beam, a little larger.

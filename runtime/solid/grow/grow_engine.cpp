@@ -35,7 +35,7 @@ class GrowEngine final : public nearest::Engine {
                nearest::BlockAnswer* answer) const override {
         auto* mine = static_cast<GrowScratch*>(scratch);
         // Beams that hold a voxel touch its row of blocks; only where a voxel is in none are others looked for.
-        GrowScratch::Region* region = &find_touching(query.block, 8, mine);
+        GrowScratch::Region* region = find_touching(query.block, 8, true, mine);
         if (!ask(query, region, true, mine, answer) && !grown_.failed()) {
             region = &find_near(query.block, mine);
             ask(query, region, false, mine, answer);
@@ -70,17 +70,20 @@ class GrowEngine final : public nearest::Engine {
         take_points(packets, answers, mine);
     }
 
-    // Bounds are of covered voxels, whose nearest beams and bodies touch their block: no more has to grow for them
-    // than for their answers.
+    // Bounds are of covered voxels, whose nearest beams and bodies touch their block. Nothing is known where these are
+    // not kept: to make them costs more than most bounds save, and answers would mostly make them once more.
     void bound_blocks(std::span<const Vec3i> blocks, Scratch* scratch,
                       nearest::BlockBounds* bounds) const override {
         auto* mine = static_cast<GrowScratch*>(scratch);
         const nearest::BlockPieces& cut = pieces();
         for (size_t i = 0; i < blocks.size(); ++i) {
-            const GrowScratch::Region& region = find_touching(blocks[i], 8, mine);
+            const GrowScratch::Region* region = find_touching(blocks[i], 8, false, mine);
             for (size_t q = 0; q < cut.lowest.size(); ++q) {
+                bounds[i].low[q] = 0;
+                bounds[i].high[q] = kInfinity;
+                if (region == nullptr) continue;
                 const VoxelBall ball = voxel_ball(frame(), blocks[i] + cut.lowest[q], cut.size);
-                const auto [low, high] = magnitude(distance_in(region, ball.middle), ball);
+                const auto [low, high] = magnitude(distance_in(*region, ball.middle), ball);
                 bounds[i].low[q] = low;
                 bounds[i].high[q] = high;
             }
@@ -94,7 +97,9 @@ class GrowEngine final : public nearest::Engine {
         // What grows in a larger cube may be far from the slices that are printed: nothing is known of it.
         if (size > 8) return;
         auto* mine = static_cast<GrowScratch*>(scratch);
-        const GrowScratch::Region& region = find_touching(lowest, size, mine);
+        const GrowScratch::Region* found = find_touching(lowest, size, false, mine);
+        if (found == nullptr) return;
+        const GrowScratch::Region& region = *found;
         if (!region.beams.empty()) region.engine->bounds(lowest, size, region.scratch.get(), out);
         const std::vector<LocalBodies::Body>& bodies = region.bodies.bodies();
         if (bodies.empty()) return;
@@ -280,8 +285,10 @@ class GrowEngine final : public nearest::Engine {
         return inside;
     }
 
-    /// Returns a region that holds a cube of up to 8 voxels a side, with the beams that touch it.
-    GrowScratch::Region& find_touching(const Vec3i& lowest, int32_t size, GrowScratch* mine) const {
+    /// Returns a region that holds a cube of up to 8 voxels a side, with the beams that touch it; null where these
+    /// are not kept and not to be made.
+    GrowScratch::Region* find_touching(const Vec3i& lowest, int32_t size, bool make,
+                                       GrowScratch* mine) const {
         const Vec3i key{down_to(lowest.x, kRegionVoxels), lowest.y, lowest.z};
         const auto holds = [&](const GrowScratch::Region& region) {
             const Vec3i from = lowest - region.key;
@@ -292,7 +299,7 @@ class GrowEngine final : public nearest::Engine {
         for (GrowScratch::Region& region : mine->regions) {
             if (holds(region)) {
                 region.used = ++mine->uses;
-                return region;
+                return &region;
             }
             if (region.used < oldest->used) oldest = &region;
         }
@@ -301,12 +308,16 @@ class GrowEngine final : public nearest::Engine {
         box.lo = box.lo - Vec3f{margin, margin, margin};
         box.hi = box.hi + Vec3f{margin, margin, margin};
         mine->gathered.clear();
-        grown_.collect(box, &mine->gathered);
+        if (make) {
+            grown_.collect(box, &mine->gathered);
+        } else if (!grown_.collect_kept(box, &mine->gathered)) {
+            return nullptr;
+        }
         oldest->engine_of = this;
         oldest->key = key;
         oldest->used = ++mine->uses;
         take(mine->gathered, oldest);
-        return *oldest;
+        return oldest;
     }
 
     /// Returns all beams that may be nearest to a voxel of a block.

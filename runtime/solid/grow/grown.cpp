@@ -36,15 +36,27 @@ float box_distance(const Box3f& box, const Vec3f& p) {
 struct Grown::Cache {
     struct Entry {
         uint64_t id = 0;
-        int32_t level = 0;
-        std::vector<uint32_t> state;
         ClumpPtr clump;
+        Entry* newer = nullptr;  ///< used after this one; null: none was
+        Entry* older = nullptr;
     };
     struct Shard {
         std::mutex mutex;
-        std::list<Entry> used;  ///< the longest unused last
-        std::unordered_map<uint64_t, std::list<Entry>::iterator> entries;
+        std::unordered_map<uint64_t, Entry> entries;
+        Entry* newest = nullptr;
+        Entry* oldest = nullptr;
         size_t bytes = 0;
+
+        void push(Entry* entry) {
+            entry->newer = nullptr;
+            entry->older = newest;
+            (newest == nullptr ? oldest : newest->newer) = entry;
+            newest = entry;
+        }
+        void pull(Entry* entry) {
+            (entry->newer == nullptr ? newest : entry->newer->older) = entry->older;
+            (entry->older == nullptr ? oldest : entry->older->newer) = entry->newer;
+        }
     };
     std::array<Shard, kShards> shards;
 
@@ -91,46 +103,52 @@ const Clump* Grown::root() const {
     return failed() ? nullptr : first_.get();
 }
 
+Grown::ClumpPtr Grown::find(const Bud& bud, std::span<const uint32_t> state) const {
+    Cache::Shard& shard = cache_->shard(bud);
+    const std::lock_guard lock(shard.mutex);
+    const auto found = shard.entries.find(bud.id);
+    if (found == shard.entries.end() || !found->second.clump->grew_of(bud, state)) return nullptr;
+    Cache::Entry* entry = &found->second;
+    if (shard.newest != entry) {
+        shard.pull(entry);
+        shard.push(entry);
+    }
+    return entry->clump;
+}
+
 Grown::ClumpPtr Grown::get(const Bud& bud, std::span<const uint32_t> state) const {
     const std::atomic<bool>* stop = stop_;
     if (failed() || (stop != nullptr && stop->load(std::memory_order_relaxed))) return nullptr;
-    Cache::Shard& shard = cache_->shard(bud);
-    {
-        const std::lock_guard lock(shard.mutex);
-        if (const auto found = shard.entries.find(bud.id); found != shard.entries.end()) {
-            const Cache::Entry& entry = *found->second;
-            if (entry.level == bud.level && std::ranges::equal(entry.state, state)) {
-                shard.used.splice(shard.used.begin(), shard.used, found->second);
-                return entry.clump;
-            }
-        }
-    }
+    if (ClumpPtr kept = find(bud, state); kept != nullptr) return kept;
     Result<ClumpPtr> made = source_->grow(bud, state);
     if (!made) {
         if (made.error().code != ErrorCode::kInterrupted) note(made.error());
         return nullptr;
     }
     ++made_;
-    const auto size = [](const Cache::Entry& entry) {
-        return entry.clump->bytes() + entry.state.size() * sizeof(uint32_t) + 128;
-    };
+    constexpr size_t kEntry = 128;
+    Cache::Shard& shard = cache_->shard(bud);
     const std::lock_guard lock(shard.mutex);
-    if (shard.entries.contains(bud.id)) return *made;  // another thread was quicker
-    shard.used.push_front({bud.id, bud.level, {state.begin(), state.end()}, *made});
-    shard.entries[bud.id] = shard.used.begin();
-    shard.bytes += size(shard.used.front());
-    while (shard.bytes > bytes_ / kShards && shard.used.size() > 1) {
-        shard.bytes -= size(shard.used.back());
-        shard.entries.erase(shard.used.back().id);
-        shard.used.pop_back();
+    const auto [at, fresh] = shard.entries.try_emplace(bud.id);
+    if (!fresh) return *made;  // another thread was quicker
+    at->second.id = bud.id;
+    at->second.clump = *made;
+    shard.push(&at->second);
+    shard.bytes += (*made)->bytes() + kEntry;
+    while (shard.bytes > bytes_ / kShards && shard.newest != shard.oldest) {
+        Cache::Entry* oldest = shard.oldest;
+        shard.bytes -= oldest->clump->bytes() + kEntry;
+        shard.pull(oldest);
+        shard.entries.erase(oldest->id);
     }
     return *made;
 }
 
-/// Calls `take` for the beams whose boxes are reached.
-template <typename Reaches, typename Take>
-void Grown::visit(const Clump& clump, const Reaches& reaches, const Take& take) const {
-    if (clump.nodes().empty()) return;
+/// Calls `take` for the beams whose boxes are reached. Returns whether `open_bud` had the clumps of all buds.
+template <typename Reaches, typename Open, typename Take>
+bool Grown::visit(const Clump& clump, const Reaches& reaches, const Open& open_bud,
+                  const Take& take) const {
+    if (clump.nodes().empty()) return true;
     std::array<int32_t, 64> stack;
     size_t open = 0;
     stack[open++] = 0;
@@ -151,10 +169,11 @@ void Grown::visit(const Clump& clump, const Reaches& reaches, const Take& take) 
             }
             const Bud& bud = clump.buds[item - clump.beams.size()];
             if (!reaches(bud.bound)) continue;
-            if (const ClumpPtr more = get(bud, clump.state(bud)); more != nullptr)
-                visit(*more, reaches, take);
+            const ClumpPtr more = open_bud(bud, clump.state(bud));
+            if (more == nullptr || !visit(*more, reaches, open_bud, take)) return false;
         }
     }
+    return true;
 }
 
 /// Returns whether these are too many for one place, after an error.
@@ -168,7 +187,7 @@ bool Grown::full(size_t beams, const GrownBeam& last) const {
     return true;
 }
 
-void Grown::collect(const Box3f& box, GatheredBeams* out) const {
+bool Grown::collect(const Box3f& box, bool make, GatheredBeams* out) const {
     Box3f asked;
     for (int a = 0; a < 3; ++a) {
         asked.lo[a] = std::nextafter(
@@ -177,10 +196,13 @@ void Grown::collect(const Box3f& box, GatheredBeams* out) const {
             static_cast<float>(static_cast<double>(box.hi[a]) + center_[a]), kInfinity);
     }
     const Clump* root = this->root();
-    if (root == nullptr) return;
+    if (root == nullptr) return false;
     const BeamValues values = source_->values();
-    visit(
+    return visit(
         *root, [&](const Box3f& b) { return b.overlaps(asked) && !failed(); },
+        [&](const Bud& bud, std::span<const uint32_t> state) {
+            return make ? get(bud, state) : find(bud, state);
+        },
         [&](const Clump& clump, size_t beam) {
             if (box_of(clump.beams[beam]).overlaps(asked) &&
                 !full(out->beams.size(), clump.beams[beam]))
@@ -223,6 +245,7 @@ void Grown::collect(const Vec3f& p, float limit, GatheredBeams* out) const {
     const BeamValues values = source_->values();
     visit(
         *root, [&](const Box3f& b) { return box_distance(b, asked) <= most && !failed(); },
+        [&](const Bud& bud, std::span<const uint32_t> state) { return get(bud, state); },
         [&](const Clump& clump, size_t beam) {
             const GrownBeam& of = clump.beams[beam];
             if (box_distance(box_of(of), asked) > most) return;

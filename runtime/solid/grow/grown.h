@@ -7,7 +7,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <list>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -39,7 +38,11 @@ class Grown {
     const Vec3d& center() const { return center_; }
 
     /// Appends the beams whose boxes touch a box, part-local. Nothing more after an error.
-    void collect(const Box3f& box, GatheredBeams* out) const;
+    void collect(const Box3f& box, GatheredBeams* out) const { collect(box, true, out); }
+    /// Likewise, but makes no clumps; returns whether all were there.
+    bool collect_kept(const Box3f& box, GatheredBeams* out) const {
+        return collect(box, false, out);
+    }
     /// Appends the beams within a signed distance of a point, part-local, and a few more.
     void collect(const Vec3f& p, float limit, GatheredBeams* out) const;
     /// Finds the nearest beam of a point, which is appended; returns its signed distance, +inf if there is none.
@@ -69,10 +72,14 @@ class Grown {
 
     /// Returns the first clump, which is kept: all searches begin there. Null after an error.
     const Clump* root() const;
-    /// Returns the clump of a bud; null after an error.
+    bool collect(const Box3f& box, bool make, GatheredBeams* out) const;
+    /// Returns the clump of a bud if it is kept.
+    ClumpPtr find(const Bud& bud, std::span<const uint32_t> state) const;
+    /// Returns it in any case; null after an error.
     ClumpPtr get(const Bud& bud, std::span<const uint32_t> state) const;
-    template <typename Reaches, typename Take>
-    void visit(const Clump& clump, const Reaches& reaches, const Take& take) const;
+    template <typename Reaches, typename Open, typename Take>
+    bool visit(const Clump& clump, const Reaches& reaches, const Open& open_bud,
+               const Take& take) const;
     void search(const Clump& clump, Search* best) const;
     bool full(size_t beams, const GrownBeam& last) const;
 

@@ -101,8 +101,10 @@ class ProgramSource final : public BodySource {
             if (Result<void> fine = take_more(question, more, out.get()); !fine)
                 return fine.error();
         }
+        out->set_seed(bud, state);
         out->finish();
-        return std::shared_ptr<const Clump>(std::move(out));
+        // A copy takes no more memory than it needs.
+        return std::make_shared<const Clump>(*out);
     }
 
   private:

@@ -26,7 +26,7 @@ RuleCalls::RuleCalls(const part::Part& stage, const surface::StaticArgs& fixed, 
 void* RuleCalls::data(const openfab_arg& arg) {
     switch (static_cast<int32_t>(arg.kind)) {
         case OPENFAB_ARG_GROW_PARENT:
-            return const_cast<uint32_t*>((*parents_)[column(arg)].data()) + first_;
+            return const_cast<uint32_t*>(parents_->column(column(arg))) + first_;
         case OPENFAB_ARG_GROW_PLACE:
             if (arg.a == OPENFAB_GROW_PATH)
                 return const_cast<uint32_t*>(places_->path.data()) + first_;
@@ -34,7 +34,7 @@ void* RuleCalls::data(const openfab_arg& arg) {
                                                                     : places_->level.data()) +
                    first_;
         case OPENFAB_ARG_SHAPE_OUT:
-            return (*out_)[column(arg)].data() + first_;
+            return out_->column(column(arg)) + first_;
         default:
             return nullptr;
     }
@@ -68,9 +68,7 @@ abi::KernelStatus RuleCalls::grow(const NodeColumns& parents, const NodePlaces& 
     parents_ = &parents;
     places_ = &places;
     out_ = out;
-    out->resize(components_);
-    for (auto& column : *out)
-        column.assign(whole_lanes(count), 0);
+    out->assign(components_, count);
     const openfab_kernel& kernel = shape_.attributes;
     for (first_ = 0; first_ < count; first_ += kMost) {
         const size_t lanes = whole_lanes(std::min(kMost, count - first_));

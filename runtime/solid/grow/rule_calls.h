@@ -16,8 +16,16 @@
 
 namespace openfab::solid {
 
-/// Nodes by component of the struct's members, bits: [component][node].
-using NodeColumns = std::vector<std::vector<uint32_t>>;
+/// Nodes by component of the struct's members, bits.
+struct NodeColumns {
+    std::vector<uint32_t> bits;  ///< [component][lane]
+    size_t lanes = 0;
+
+    /// Makes room for nodes in whole groups of lanes, all 0.
+    void assign(size_t components, size_t nodes);
+    uint32_t* column(size_t component) { return bits.data() + component * lanes; }
+    const uint32_t* column(size_t component) const { return bits.data() + component * lanes; }
+};
 
 /// Where nodes stand: their numbers among their parents' children, levels and paths.
 struct NodePlaces {
@@ -70,6 +78,11 @@ class RuleCalls final : segments::Arguments, segments::Handler {
 inline size_t whole_lanes(size_t n) {
     constexpr auto kLanes = static_cast<size_t>(segments::kLanes);
     return (n + kLanes - 1) / kLanes * kLanes;
+}
+
+inline void NodeColumns::assign(size_t components, size_t nodes) {
+    lanes = whole_lanes(nodes);
+    bits.assign(components * lanes, 0);
 }
 
 }  // namespace openfab::solid

@@ -19,8 +19,9 @@ namespace openfab::solid {
 
 namespace {
 
-/// Nodes of a clump from which on whole levels become buds.
-constexpr size_t kClumpNodes = 40;
+/// Nodes of a clump from which on whole levels become buds: with fewer, calls and bookkeeping cost more than what is
+/// not grown saves; with more, most of a clump is far from where it is asked for.
+constexpr size_t kClumpNodes = 20;
 constexpr int32_t kMostChildren = 1 << 16;
 /// Levels of a rule without a depth; deeper ones are taken for rules that never end.
 constexpr int32_t kMostLevels = 1000;
@@ -46,6 +47,26 @@ struct Level {
     std::vector<Box3f> bounds;  ///< likewise: what holds the children
     std::vector<int32_t> children;
     int32_t level = 0;
+
+    void clear() {
+        nodes.clear();
+        ids.clear();
+        bounds.clear();
+        children.clear();
+    }
+};
+
+/// What a thread grows clumps with; its memory is used again.
+struct Bench {
+    Bench(const part::Part& stage, const surface::StaticArgs& fixed, openfab_isa isa)
+        : calls(stage, fixed, isa) {}
+
+    RuleCalls calls;
+    Level now, next;
+    NodeColumns parents;
+    NodePlaces places;
+    std::vector<size_t> parent_of;
+    Clump clump;
 };
 
 class RuleSource final : public BodySource {
@@ -106,14 +127,18 @@ class RuleSource final : public BodySource {
 
     Result<std::shared_ptr<const Clump>> grow(const Bud& bud,
                                               std::span<const uint32_t> state) const override {
-        RuleCalls* calls =
-            calls_.take([&] { return std::make_unique<RuleCalls>(stage_, fixed_, isa_); });
-        auto out = std::make_shared<Clump>();
-        Result<void> done = grow(bud, state, calls, out.get());
-        calls_.give(calls);
+        Bench* bench = benches_.take([&] { return std::make_unique<Bench>(stage_, fixed_, isa_); });
+        Result<void> done = grow(bud, state, bench);
+        std::shared_ptr<const Clump> out;
+        if (done) {
+            bench->clump.set_seed(bud, state);
+            bench->clump.finish();
+            // A copy takes no more memory than it needs.
+            out = std::make_shared<const Clump>(bench->clump);
+        }
+        benches_.give(bench);
         if (!done) return done.error();
-        out->finish();
-        return std::shared_ptr<const Clump>(std::move(out));
+        return out;
     }
 
   private:
@@ -132,13 +157,14 @@ class RuleSource final : public BodySource {
         }
     }
 
-    Result<void> grow(const Bud& bud, std::span<const uint32_t> state, RuleCalls* calls,
-                      Clump* out) const {
+    Result<void> grow(const Bud& bud, std::span<const uint32_t> state, Bench* bench) const {
+        Clump* out = &bench->clump;
+        out->clear();
         out->state_size = components_;
-        Level now;
-        now.columns.resize(components_);
+        Level& now = bench->now;
+        now.columns.assign(components_, 1);
         for (size_t c = 0; c < components_; ++c)
-            now.columns[c] = {state[c]};
+            *now.columns.column(c) = state[c];
         now.nodes = {0};
         now.ids = {bud.id};
         now.bounds = {bud.bound};
@@ -156,9 +182,8 @@ class RuleSource final : public BodySource {
                 return {};
             }
             grown += more;
-            Level next;
-            if (Result<void> fine = grow_level(now, more, calls, &next, out); !fine) return fine;
-            now = std::move(next);
+            if (Result<void> fine = grow_level(more, bench); !fine) return fine;
+            std::swap(now, bench->next);
         }
         return {};
     }
@@ -172,39 +197,42 @@ class RuleSource final : public BodySource {
             bud.children = level.children[node];
             bud.state = out->states.size();
             out->buds.push_back(bud);
-            for (const std::vector<uint32_t>& column : level.columns)
-                out->states.push_back(column[node]);
+            for (size_t c = 0; c < components_; ++c)
+                out->states.push_back(level.columns.column(c)[node]);
         }
     }
 
     /// Makes all children of a level.
-    Result<void> grow_level(const Level& now, size_t more, RuleCalls* calls, Level* next,
-                            Clump* out) const {
-        NodeColumns parents(components_);
-        for (std::vector<uint32_t>& column : parents)
-            column.reserve(whole_lanes(more));
-        NodePlaces places;
-        std::vector<size_t> parent_of;
+    Result<void> grow_level(size_t more, Bench* bench) const {
+        const Level& now = bench->now;
+        Level* next = &bench->next;
+        NodeColumns& parents = bench->parents;
+        NodePlaces& places = bench->places;
+        std::vector<size_t>& parent_of = bench->parent_of;
+        next->clear();
+        parents.assign(components_, more);
+        places.child.clear();
+        parent_of.clear();
         next->level = now.level + 1;
+        size_t first = 0;
         for (const size_t node : now.nodes) {
             for (int32_t child = 0; child < now.children[node]; ++child) {
                 parent_of.push_back(node);
                 next->ids.push_back(child_id(now.ids[node], child));
                 places.child.push_back(child);
             }
+            const auto count = static_cast<size_t>(now.children[node]);
             for (size_t c = 0; c < components_; ++c)
-                parents[c].insert(parents[c].end(), static_cast<size_t>(now.children[node]),
-                                  now.columns[c][node]);
+                std::fill_n(parents.column(c) + first, count, now.columns.column(c)[node]);
+            first += count;
         }
-        for (const uint64_t id : next->ids)
-            places.path.push_back(static_cast<uint32_t>(id));
-        const size_t lanes = whole_lanes(more);
-        places.child.resize(lanes);
-        places.path.resize(lanes);
-        places.level.assign(lanes, next->level);
-        for (std::vector<uint32_t>& column : parents)
-            column.resize(lanes);
-        if (const abi::KernelStatus status = calls->grow(parents, places, more, &next->columns);
+        places.path.assign(parents.lanes, 0);
+        std::ranges::transform(next->ids, places.path.begin(),
+                               [](uint64_t id) { return static_cast<uint32_t>(id); });
+        places.child.resize(parents.lanes);
+        places.level.assign(parents.lanes, next->level);
+        if (const abi::KernelStatus status =
+                bench->calls.grow(parents, places, more, &next->columns);
             !status.ok()) {
             return internal_error(fmt::format("the grow kernel of fablet `{}` failed with code {}",
                                               stage_.fablet->name, status.code()));
@@ -213,14 +241,15 @@ class RuleSource final : public BodySource {
         next->children.assign(more, 0);
         for (size_t i = 0; i < more; ++i) {
             const Box3f& within = now.bounds[parent_of[i]];
-            if (Result<void> fine = take_node(i, places.child[i], within, next, out); !fine)
+            if (Result<void> fine = take_node(i, places.child[i], within, next, &bench->clump);
+                !fine)
                 return fine;
         }
         return {};
     }
 
     float number(const Level& level, int32_t component, size_t node) const {
-        return std::bit_cast<float>(level.columns[static_cast<size_t>(component)][node]);
+        return std::bit_cast<float>(level.columns.column(static_cast<size_t>(component))[node]);
     }
     Vec3f point(const Level& level, int32_t component, size_t node) const {
         return {number(level, component, node), number(level, component + 1, node),
@@ -238,7 +267,8 @@ class RuleSource final : public BodySource {
             beam.end[to] = point(*level, roles_.end + 3 * e, node);
             beam.radius[to] = number(*level, roles_.radius + (roles_.two_radii ? e : 0), node);
         }
-        beam.flat = roles_.flat >= 0 && level->columns[static_cast<size_t>(roles_.flat)][node] != 0;
+        beam.flat =
+            roles_.flat >= 0 && level->columns.column(static_cast<size_t>(roles_.flat))[node] != 0;
         const Where where{beam, child};
         for (size_t e = 0; e < 2; ++e) {
             bool finite = std::isfinite(beam.radius[e]);
@@ -272,7 +302,7 @@ class RuleSource final : public BodySource {
                 return fine;
         }
         const auto children =
-            static_cast<int32_t>(level->columns[static_cast<size_t>(roles_.children)][node]);
+            static_cast<int32_t>(level->columns.column(static_cast<size_t>(roles_.children))[node]);
         if (children <= 0) return {};
         if (children > kMostChildren)
             return error(where,
@@ -295,19 +325,19 @@ class RuleSource final : public BodySource {
     void take_values(size_t node, const Level& level, Clump* out) const {
         for (const Reading& r : floats_)
             out->floats.push_back(
-                std::bit_cast<float>(r.otherwise.value_or(level.columns[r.first][node])));
+                std::bit_cast<float>(r.otherwise.value_or(level.columns.column(r.first)[node])));
         for (const Reading& r : floats_)
             out->floats.push_back(
-                std::bit_cast<float>(r.otherwise.value_or(level.columns[r.second][node])));
+                std::bit_cast<float>(r.otherwise.value_or(level.columns.column(r.second)[node])));
         for (const Reading& r : ints_)
-            out->ints.push_back(r.otherwise.value_or(level.columns[r.first][node]));
+            out->ints.push_back(r.otherwise.value_or(level.columns.column(r.first)[node]));
     }
 
     /// Takes the object that stands at a node, if there is one.
     Result<void> take_object(size_t node, const Where& where, const Box3f& within,
                              const Level& level, Clump* out) const {
         const auto which =
-            static_cast<int32_t>(level.columns[static_cast<size_t>(roles_.object)][node]);
+            static_cast<int32_t>(level.columns.column(static_cast<size_t>(roles_.object))[node]);
         if (which == 0) return {};
         const auto count = static_cast<int32_t>(standing().size());
         if (which < 0 || which > count)
@@ -387,7 +417,7 @@ class RuleSource final : public BodySource {
     std::vector<Reading> floats_, ints_;
     size_t components_ = 0;
     Box3f box_;
-    mutable Pool<RuleCalls> calls_;
+    mutable Pool<Bench> benches_;
 };
 
 }  // namespace
