@@ -25,9 +25,12 @@ uint64_t spread(uint8_t bits) {
     return ((each + 0x7f7f7f7f7f7f7f7fu) >> 7 & 0x0101010101010101u) * 255u;
 }
 
-// Bit z where byte z is OPENFAB_CODE_MIXED, the one code with its top bit set.
+// Bit z where byte z is OPENFAB_CODE_MIXED, whose bits are all set.
 uint8_t mixed_bits(uint64_t codes) {
-    return static_cast<uint8_t>(((codes >> 7 & 0x0101010101010101u) * 0x0102040810204080u) >> 56);
+    constexpr uint64_t kLow = 0x7f7f7f7f7f7f7f7fu;
+    const uint64_t other = ~codes;
+    const uint64_t mixed = ~(((other & kLow) + kLow) | other | kLow);  // bit 7 of such bytes
+    return static_cast<uint8_t>(((mixed >> 7) * 0x0102040810204080u) >> 56);
 }
 
 uint64_t load8(const uint8_t* p) {

@@ -136,7 +136,7 @@ TEST(BoxPrint, EveryDitherIsTheReference) {
 
 // Codes 1 and 2 are mapped to any two of many: 8 bits a voxel from 16 materials on.
 TEST(BoxPrint, ManyMaterialsAreTheReference) {
-    for (size_t materials : {size_t{16}, size_t{64}}) {
+    for (size_t materials : {size_t{16}, size_t{254}}) {
         std::vector<BoxPart> boxes = assembly();
         for (BoxPart& box : boxes) {
             for (uint8_t& code : box.slot_material) {
