@@ -246,7 +246,7 @@ def shape(
     Parameters
     ----------
     source : Fablet, str or path
-        What has the stage; a text with a line break is OpenFL itself, any other is the name of a file.
+        What has the stage; a text with a line break or a brace is OpenFL itself, any other is the name of a file.
     box : array_like of float, shape (2, 3)
         Two corners of a box that holds all of it, in mm, the lower first.
     uniforms : mapping of str to Any, optional
@@ -265,7 +265,7 @@ def shape(
         Where the box is none, the file cannot be read, or the fablet has no such stage or uniform.
     """
     if not isinstance(source, Fablet):
-        text = isinstance(source, str) and "\n" in source
+        text = isinstance(source, str) and ("\n" in source or "{" in source)
         source = Fablet(text=source) if text else Fablet(source)  # type: ignore[arg-type]
     return Shape(source, box, uniforms)
 

@@ -394,11 +394,17 @@ class World:
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Returns what a `.fab.json` says, and other values of some uniforms, whose materials and textures it has."""
         fablets = _Named[Fablet | Shape]()
+        same: dict[tuple[Path, str], Fablet] = {}
+
+        def first(fablet: Fablet) -> Fablet:
+            # A text that is given twice is one fablet: a shape has the uniforms of objects with it.
+            return same.setdefault((fablet.source(), fablet.name), fablet)
+
         objects = {}
         for name, one in self._objects.items():
             objects[name] = {
                 "mesh": names.meshes.name(one.mesh, name),
-                "fablet": fablets.name(one.fablet, one.fablet.name),
+                "fablet": fablets.name(first(one.fablet), one.fablet.name),
                 **one._keys,
                 "uniforms": names.encode_all(one._uniforms),
             }
@@ -411,7 +417,7 @@ class World:
         for name, mesh in names.meshes.items():
             if isinstance(mesh, Shape):
                 # With values of its own the stage is another than that of objects with the same fablet.
-                stage: Fablet | Shape = mesh if mesh.uniforms else mesh.fablet
+                stage: Fablet | Shape = mesh if mesh.uniforms else first(mesh.fablet)
                 key = "grow" if mesh.fablet.has_grow else "shape"
                 meshes[name] = {key: fablets.name(stage, mesh.fablet.name), **meshes[name]}
         described: dict[str, dict[str, Any]] = {}

@@ -277,6 +277,21 @@ def test_a_shape_is_where_its_function_is_negative() -> None:
         np.testing.assert_array_equal(codes != 0, (at**2).sum(0) < radius**2)
 
 
+def test_a_text_that_is_given_twice_is_one_fablet() -> None:
+    source = """fablet Solid {
+        @uniform { Material resin; float radius = 3; }
+        @Shape(@varying { ShapeAttributes attr }) [[ distance ]] { return length(attr.p) - radius; }
+        @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; mc.Set(resin, 1); return mc; }
+    }"""
+    world = openfab.World(printer="generic")
+    shape = openfab.shape(source, [(-4, -4, -4), (4, 4, 4)])
+    world.add(shape, openfab.Fablet(text=source), {"resin": RED, "radius": 2})
+    assert list(world.to_json()["fablets"]) == ["Solid"]
+    codes = openfab.print_world(world, voxel=0.25).array()
+    at = (np.indices(codes.shape) + 0.5) * 0.25 - 2
+    np.testing.assert_array_equal(codes != 0, (at**2).sum(0) < 4)
+
+
 def test_shapes_of_one_fablet_have_values_of_their_own() -> None:
     fablet = openfab.Fablet(text=ROUND)
     world = solid(openfab.shape(fablet, [(-4, -4, -4), (4, 4, 4)], {"radius": 2}))
@@ -297,6 +312,12 @@ def test_shapes_of_one_fablet_have_values_of_their_own() -> None:
 def test_a_shape_is_checked_when_it_is_made(box: Any, uniforms: Any, said: str) -> None:
     with pytest.raises(openfab.InputError, match=said):
         openfab.shape(ROUND, box, uniforms)
+
+
+def test_a_text_of_one_line_is_no_file() -> None:
+    source = "fablet A { @Volume(@varying { VolumeAttributes attr }) { MaterialComposition mc; return mc; } }"
+    with pytest.raises(openfab.InputError, match="fablet `A` has no @Shape or @Grow stage"):
+        openfab.shape(source, [(0, 0, 0), (1, 1, 1)])
 
 
 def test_a_shape_needs_the_stage() -> None:
