@@ -184,6 +184,21 @@ TEST_F(Harmonic, PolynomialsOnBallAndBox) {
     }
 }
 
+// Of the fourth degree: means of 8³ voxels of 16 walks each.
+TEST_F(Harmonic, MeansOfCubesAreWithinAThousandth) {
+    for (const char* mesh : {R"({"sphere": 10})", R"({"box": [8, 8, 8]})"}) {
+        SCOPED_TRACE(mesh);
+        const Polynomial& polynomial = kPolynomials[2];
+        write(mesh, fmt::format("float u = 0; for (int k = 0; k < 16; ++k) {{ float3 x = "
+                                "harmonic_point(p, 0.002, k); u += ({}) / 16; }}",
+                                polynomial.code));
+        const Errors e = errors(print(), polynomial.value);
+        EXPECT_GT(e.cubes, 20);
+        EXPECT_LT(e.of_cubes, 1e-3);
+        EXPECT_LT(std::fabs(e.mean), 3e-4);
+    }
+}
+
 TEST_F(Harmonic, ErrorsFallWithTheSquareOfTheStop) {
     double slopes[2];
     for (const int k : {0, 1}) {

@@ -8,8 +8,12 @@
 #include <gmock/gmock.h>
 #include <rapidjson/document.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -240,6 +244,109 @@ TEST_F(Shape, AsksForWhatItsSurfaceStageLeavesWhereItIs) {
     // A cube of 6 and what is within 1 mm of it.
     const double cube = 216 + 216 + 3 * M_PI * 6 + 4.0 / 3 * M_PI;
     EXPECT_NEAR(print().white * kVoxel / cube, 1, 2e-3);
+}
+
+/// The codes of a print as an array, and the place of its lowest corner.
+struct Array {
+    std::array<int, 3> shape{};  ///< along z, y, x
+    std::array<double, 3> origin_mm{};
+    std::string codes;
+};
+
+Array read_array(const std::filesystem::path& file) {
+    constexpr size_t kHeaderBytes = 128;
+    Array out;
+    const std::string bytes = read_file(file);
+    const size_t at = bytes.find("'shape': (");
+    rapidjson::Document document;
+    document.Parse(read_file(file.string() + ".json").c_str());
+    if (at == std::string::npos || document.HasParseError()) return out;
+    std::sscanf(bytes.c_str() + at + 10, "%d, %d, %d", &out.shape[0], &out.shape[1], &out.shape[2]);
+    for (rapidjson::SizeType a = 0; a < 3; ++a)
+        out.origin_mm[a] = document["origin_mm"][a].GetDouble();
+    out.codes = bytes.substr(kHeaderBytes);
+    return out;
+}
+
+/// A torus about z, around rings of 4 mm and 1.5 mm, of 2 `around` `across` triangles.
+std::string torus_ply(int around, int across) {
+    std::string out = fmt::format(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty "
+        "double "
+        "y\nproperty double z\nelement face {}\nproperty list uchar int "
+        "vertex_indices\nend_header\n",
+        around * across, 2 * around * across);
+    const auto put = [&](const auto& value) {
+        out.append(reinterpret_cast<const char*>(&value), sizeof value);
+    };
+    for (int i = 0; i < around; ++i) {
+        for (int k = 0; k < across; ++k) {
+            const double a = 2 * M_PI * i / around, b = 2 * M_PI * k / across;
+            const double r = 4 + 1.5 * std::cos(b);
+            for (const double x : {r * std::cos(a), r * std::sin(a), 1.5 * std::sin(b)})
+                put(x);
+        }
+    }
+    const auto vertex = [&](int i, int k) { return i % around * across + k % across; };
+    for (int i = 0; i < around; ++i) {
+        for (int k = 0; k < across; ++k) {
+            const int a = vertex(i, k), b = vertex(i + 1, k), c = vertex(i + 1, k + 1),
+                      d = vertex(i, k + 1);
+            for (const std::array<int, 3>& face : {std::array{a, b, c}, std::array{a, c, d}}) {
+                put(static_cast<uint8_t>(3));
+                for (const int v : face)
+                    put(v);
+            }
+        }
+    }
+    return out;
+}
+
+// A torus as a shape, and as a million triangles: voxels differ from the formula where floats do, and within the
+// sagitta of the facets.
+TEST_F(Shape, DiffersFromAMillionTrianglesWithinTheirSagitta) {
+    constexpr int kAround = 1000, kAcross = 500;
+    constexpr double kPitch = 0.05;
+    const double sagitta =
+        5.5 * (1 - std::cos(M_PI / kAround)) + 1.5 * (1 - std::cos(M_PI / kAcross));
+    // Vertices of meshes lie on 1/256 voxel.
+    const double snapped = std::sqrt(3.0) * kPitch / 512;
+    scratch_.write("torus.ply", torus_ply(kAround, kAcross));
+    write("{ return length(float2(length(attr.p.xy) - 4, attr.p.z)) - 1.5; }", "mc.Set(white, 1);",
+          "[[-6, -6, -2], [6, 6, 2]]", "", "", "",
+          R"(, "ring": {"mesh": "core", "fablet": "plain", "uniforms": {"m": "White"}})",
+          R"({"file": "torus.ply", "unit": "mm"})");
+    for (const bool mesh : {false, true}) {
+        SCOPED_TRACE(mesh);
+        if (mesh) {
+            std::string world = read_file(scratch_ / "w.fab.json");
+            world.replace(world.rfind(R"("body")"), 6, R"("ring")");
+            scratch_.write("w.fab.json", world);
+        }
+        print({}, "0.05mm", "torus.npy");
+        const Array got = read_array(scratch_ / "torus.npy");
+        ASSERT_EQ(got.codes.size(), static_cast<size_t>(got.shape[0]) *
+                                        static_cast<size_t>(got.shape[1]) *
+                                        static_cast<size_t>(got.shape[2]));
+        int64_t inside = 0, wrong = 0;
+        size_t at = 0;
+        for (int z = 0; z < got.shape[0]; ++z) {
+            for (int y = 0; y < got.shape[1]; ++y) {
+                for (int x = 0; x < got.shape[2]; ++x) {
+                    const Vec3d p = Vec3d{got.origin_mm[0], got.origin_mm[1], got.origin_mm[2]} +
+                                    Vec3d{x + 0.5, y + 0.5, z + 0.5} * kPitch;
+                    const double d = std::hypot(std::hypot(p.x, p.y) - 4, p.z) - 1.5;
+                    const bool is = got.codes[at++] != 0;
+                    inside += is ? 1 : 0;
+                    if (is != (d < 0) && std::fabs(d) > (mesh ? sagitta + snapped : 1e-6)) ++wrong;
+                }
+            }
+        }
+        EXPECT_EQ(wrong, 0);
+        EXPECT_NEAR(
+            static_cast<double>(inside) * kPitch * kPitch * kPitch / (2 * M_PI * M_PI * 4 * 2.25),
+            1, 1e-3);
+    }
 }
 
 // The planner counts the trees of what a shape asks: 60,000 triangles in a memory that holds them.
