@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include "base/result.h"
+#include "base/system_reason.h"
 
 namespace openfab {
 
@@ -16,6 +18,11 @@ int run_main(int (*program)(int argc, char** argv), int argc, char** argv) noexc
     } catch (const std::bad_alloc&) {
         // Without memory for a message that is put together.
         (void)std::fputs("error: memory ran out\n", stderr);
+        return exit_code(ErrorCode::kOutside);
+    } catch (const std::system_error& error) {
+        // As of a thread that the system does not start.
+        (void)std::fprintf(stderr, "error: the system refuses what is needed: %s\n",
+                           system_reason(error.code().value()).c_str());
         return exit_code(ErrorCode::kOutside);
     } catch (const std::exception& exception) {
         (void)std::fprintf(stderr, "error: internal error: %s\n", exception.what());

@@ -12,7 +12,7 @@ std::string system_reason(int code) {
     if (code == EMFILE) words += "; allow more (`ulimit -n`)";
     if (code == EFBIG) words += "; perhaps `ulimit -f` limits it";
     if (code == ENOMEM) words += "; allow more (`ulimit -v`), or free some";
-    if (code == EAGAIN) words += "; allow more processes (`ulimit -u`)";
+    if (code == EAGAIN) words += "; allow more processes and threads (`ulimit -u`)";
     return words;
 }
 

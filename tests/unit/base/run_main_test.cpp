@@ -4,8 +4,10 @@
 
 #include <gmock/gmock.h>
 
+#include <cerrno>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 namespace openfab {
 namespace {
@@ -23,6 +25,12 @@ TEST(RunMain, ExceptionsOfLibrariesBecomeMessages) {
     EXPECT_EQ(message, "");
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::bad_alloc(); }, &message), 3);
     EXPECT_EQ(message, "error: memory ran out\n");
+    EXPECT_EQ(
+        outcome_of(
+            [](int, char**) -> int { throw std::system_error(EAGAIN, std::generic_category()); },
+            &message),
+        3);
+    EXPECT_THAT(message, testing::HasSubstr("(`ulimit -u`)"));
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::logic_error("why"); }, &message), 4);
     EXPECT_EQ(message, "error: internal error: why\n");
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw 1; }, &message), 4);
