@@ -53,7 +53,10 @@ bool StageTranslator::too_complex(const source::Span& span) {
                              steps        ? "statements"
                              : operations ? "operations"
                                           : "choices among elements of arrays"))
-        .help("functions are inlined and short loops unrolled: make the innermost ones smaller");
+        .help(
+            steps || operations
+                ? "functions are inlined and short loops unrolled: make the innermost ones smaller"
+                : "write accesses that are repeated as a loop, or take a smaller array");
     gave_up_ = true;
     return true;
 }
