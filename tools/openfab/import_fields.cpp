@@ -11,6 +11,7 @@
 #include "base/affine.h"
 #include "base/input_file.h"
 #include "base/text.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_shapes.h"
 #include "tools/fields/function_text.h"
 
@@ -144,8 +145,9 @@ Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions
 
 void without_fields(std::vector<mesh::LeftOut>* left_out) {
     std::erase_if(*left_out, [](const mesh::LeftOut& one) {
-        return one.what == mesh::kLevelSets || one.what == mesh::kVolumetricData ||
-               one.what == mesh::kDisplacements;
+        return one.what == mesh::messages::kLevelSets ||
+               one.what == mesh::messages::kVolumetricData ||
+               one.what == mesh::messages::kDisplacements;
     });
 }
 

@@ -12,6 +12,7 @@
 #include "mesh/check/mesh_edges.h"
 #include "mesh/check/mesh_repair.h"
 #include "mesh/check/mesh_shells.h"
+#include "mesh/model/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -123,9 +124,8 @@ void drop_equal_corners(MeshSource* source) {
     const std::string where = source->origin.str(static_cast<int32_t>(first - keep.begin()));
     const int64_t dropped = drop_others(source, keep);
     source->checks.equal_corners = dropped;
-    source->warnings.push_back(
-        fmt::format("{}: mesh `{}` has {} triangle{} with two equal corners; left out", where,
-                    source->mesh.name, dropped, dropped == 1 ? "" : "s"));
+    source->warnings.push_back(fmt::format(messages::kEqualCorners, where, source->mesh.name,
+                                           dropped, dropped == 1 ? "" : "s"));
 }
 
 /// Drops duplicate triangles: of those with the same corners and direction one stays; of two with
@@ -171,9 +171,9 @@ void drop_duplicates(MeshSource* source) {
     if (first < 0) return;
     const std::string where = source->origin.str(first);
     source->checks.duplicates = drop_others(source, keep);
-    source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` has {} triangle{} over the corners of another; left out", where,
-        source->mesh.name, source->checks.duplicates, source->checks.duplicates == 1 ? "" : "s"));
+    source->warnings.push_back(fmt::format(messages::kRepeatedTriangles, where, source->mesh.name,
+                                           source->checks.duplicates,
+                                           source->checks.duplicates == 1 ? "" : "s"));
 }
 
 void count_without_area(MeshSource* source) {
@@ -189,11 +189,9 @@ void count_without_area(MeshSource* source) {
         }
     }
     if (first < 0) return;
-    source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` has {} triangle{} without area, their corners being in a line; kept, since "
-        "they close the surface",
-        source->origin.str(first), mesh.name, source->checks.without_area,
-        source->checks.without_area == 1 ? "" : "s"));
+    source->warnings.push_back(fmt::format(messages::kCornersInALine, source->origin.str(first),
+                                           mesh.name, source->checks.without_area,
+                                           source->checks.without_area == 1 ? "" : "s"));
 }
 
 Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
@@ -205,18 +203,13 @@ Result<void> check_size(const Mesh& mesh, const MeshOrigin& origin,
     const double largest = std::max({size.x, size.y, size.z});
     constexpr double kMost = 1e5;
     if (!(largest < kMost) || !(length(box.center()) < kMost)) {
-        return error_at(
-            origin.location(0),
-            fmt::format("mesh `{}` is {:.4g} x {:.4g} x {:.4g} mm or lies as far from its origin",
-                        mesh.name, size.x, size.y, size.z),
-            "at most 100 m are possible: check its `unit`; `openfab import --recentre` moves what "
-            "lies "
-            "far out to the origin");
+        return error_at(origin.location(0),
+                        fmt::format(messages::kMeshTooLarge, mesh.name, size.x, size.y, size.z),
+                        messages::kMeshTooLargeHelp);
     }
     if (largest < 1 || largest > 1000) {
-        warnings->push_back(
-            fmt::format("{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} mm; check its `unit`",
-                        origin.str(0), mesh.name, size.x, size.y, size.z));
+        warnings->push_back(fmt::format(messages::kMeshSizeUnlikely, origin.str(0), mesh.name,
+                                        size.x, size.y, size.z));
     }
     return Ok{};
 }
@@ -231,18 +224,15 @@ std::string list_edges(const EdgeCounts& counts) {
     };
     add(counts.open, "open");
     add(counts.non_manifold, "non-manifold");
-    add(counts.inconsistent, "inconsistently oriented");
+    add(counts.inconsistent, messages::kInconsistentlyOriented);
     return what;
 }
 
 Error not_closed(const MeshSource& source, const EdgeCounts& counts) {
-    return error_at(
-        source.origin.location(counts.triangle),
-        fmt::format("mesh `{}` is not a closed surface: {}, one from {} to {}", source.mesh.name,
-                    list_edges(counts), source.location(counts.from), source.location(counts.to)),
-        "close it so that each edge has two triangles that run along it in opposite directions, or "
-        "let `\"repair\": \"winding\"` of its object do that "
-        "(`openfab import --repair winding` writes it)");
+    return error_at(source.origin.location(counts.triangle),
+                    fmt::format(messages::kNotClosed, source.mesh.name, list_edges(counts),
+                                source.location(counts.from), source.location(counts.to)),
+                    messages::kNotClosedHelp);
 }
 
 /// Closes a mesh and reports what was done.
@@ -253,21 +243,19 @@ Result<void> repair_mesh(MeshSource* source) {
     drop_equal_corners(source);
     drop_duplicates(source);
     if (mesh->triangles.empty()) {
-        return user_error(
-            fmt::format("{}: mesh `{}` has no face with an area", source->origin.file, mesh->name));
+        return user_error(fmt::format(messages::kNoFaceWithArea, source->origin.file, mesh->name));
     }
     const MeshRepair done = close_mesh(source);
     if (const EdgeCounts left = count_edges(*mesh); !left.fine()) {
-        return internal_error(fmt::format("{}: mesh `{}` has {} after its repair",
-                                          source->origin.file, mesh->name, list_edges(left)));
+        return internal_error(fmt::format(messages::kOpenAfterRepair, source->origin.file,
+                                          mesh->name, list_edges(left)));
     }
-    std::string what = fmt::format("{}: mesh `{}` is not a closed surface: {}; repaired", where,
-                                   mesh->name, list_edges(source->checks.edges));
-    if (done.turned > 0) what += fmt::format(", {} triangles turned", done.turned);
+    std::string what = fmt::format(messages::kNotClosedRepaired, where, mesh->name,
+                                   list_edges(source->checks.edges));
+    if (done.turned > 0) what += fmt::format(messages::kTrianglesTurned, done.turned);
     if (done.holes > 0) {
-        what +=
-            fmt::format(", {} hole{} closed, the widest {:.4g} mm across at {}", done.holes,
-                        done.holes == 1 ? "" : "s", done.widest_mm, source->location(done.center));
+        what += fmt::format(messages::kHolesClosed, done.holes, done.holes == 1 ? "" : "s",
+                            done.widest_mm, source->location(done.center));
     }
     source->warnings.push_back(std::move(what));
     return Ok{};
@@ -298,7 +286,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     Mesh* mesh = &source->mesh;
     const MeshOrigin& origin = source->origin;
     if (mesh->triangles.empty()) {
-        return user_error(fmt::format("{}: mesh `{}` has no faces", origin.file, mesh->name));
+        return user_error(fmt::format(messages::kMeshNoFaces, origin.file, mesh->name));
     }
     std::vector<Edge> edges = sorted_edges(*mesh);
     const EdgeCounts as_read = count_edges(*mesh, edges);
@@ -319,8 +307,7 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     }
     const bool dropped = source->checks.equal_corners + source->checks.duplicates > 0;
     if (mesh->triangles.empty()) {
-        return user_error(
-            fmt::format("{}: mesh `{}` has no face with an area", origin.file, mesh->name));
+        return user_error(fmt::format(messages::kNoFaceWithArea, origin.file, mesh->name));
     }
     if (!welded.fine()) {
         // Reports the variant, as read or welded, that is nearer to closed. In the former,
@@ -345,8 +332,8 @@ Result<void> prepare_mesh(MeshSource* source, bool repair) {
     const double diagonal = length(box.size());
     // Rounding alone may give a flat, closed sheet this volume.
     if (!(volume > 1e-12 * diagonal * diagonal * diagonal)) {
-        return user_error(fmt::format("{}: mesh `{}` encloses no volume ({:.3g} mm3); it is flat",
-                                      origin.file, mesh->name, volume));
+        return user_error(
+            fmt::format(messages::kEnclosesNoVolume, origin.file, mesh->name, volume));
     }
     return Ok{};
 }

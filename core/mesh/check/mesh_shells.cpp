@@ -11,6 +11,7 @@
 #include "mesh/check/disjoint_sets.h"
 #include "mesh/check/triangle_tree.h"
 #include "mesh/check/winding.h"
+#include "mesh/model/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -104,10 +105,7 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     const std::vector<int32_t> shell_of = find_shells(mesh.triangles.size(), edges);
     std::optional<std::vector<Shell>> measured = measure_shells(mesh, shell_of);
     if (!measured) {
-        return user_error(fmt::format(
-            "{}: mesh `{}` has so many shells behind each other along x that it takes too long to "
-            "find which are inside others; unite them, or make it several meshes",
-            source->origin.file, mesh.name));
+        return user_error(fmt::format(messages::kTooManyShells, source->origin.file, mesh.name));
     }
     std::vector<Shell>& shells = *measured;
     const auto outermost = [](const Shell& s) { return s.winding == 0; };
@@ -136,17 +134,15 @@ Result<void> orient_shells(MeshSource* source, const std::vector<Edge>& edges) {
     checks.shells = static_cast<int64_t>(shells.size());
     if (turned >= 0) {
         flip_shells(&mesh, shell_of, flip);
-        source->warnings.push_back(
-            fmt::format("{}: mesh `{}` has {} inside out (clockwise seen from outside); flipped",
-                        source->origin.str(turned), mesh.name, count_of(checks.turned, "shell")));
+        source->warnings.push_back(fmt::format(messages::kShellsInsideOut,
+                                               source->origin.str(turned), mesh.name,
+                                               count_of(checks.turned, "shell")));
     }
     if (nested >= 0) {
         const Vec3d& p = at(mesh, mesh.triangles[nested][0]);
         source->warnings.push_back(
-            fmt::format("{}: mesh `{}` has {} inside another that cuts nothing out, at {}; for a "
-                        "cavity, flip its triangles",
-                        source->origin.str(nested), mesh.name, count_of(checks.nested, "shell"),
-                        source->location(p)));
+            fmt::format(messages::kShellsInsideShells, source->origin.str(nested), mesh.name,
+                        count_of(checks.nested, "shell"), source->location(p)));
     }
     return Ok{};
 }

@@ -13,6 +13,7 @@
 
 #include "mesh/check/disjoint_sets.h"
 #include "mesh/check/nesting.h"
+#include "mesh/model/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -432,10 +433,7 @@ void keep_parts(const FoundBodies& found, MeshSource* source) {
     source->groups = std::move(kept[0].groups);
     source->face_groups = std::move(kept[0].face_groups);
     source->part_of_vertex = std::move(kept[0].part_of_vertex);
-    source->warnings.push_back(
-        fmt::format("{}: {} are no parts, but cut others or speak to a slicer; left out. `openfab "
-                    "import` makes a world of the file in which negative bodies cut",
-                    source->origin.file, others));
+    source->warnings.push_back(fmt::format(messages::kBodiesThatCut, source->origin.file, others));
 }
 
 }  // namespace openfab::mesh

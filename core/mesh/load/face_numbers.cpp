@@ -9,6 +9,8 @@
 #include <optional>
 #include <set>
 
+#include "mesh/model/messages.h"
+
 namespace openfab::mesh {
 namespace {
 
@@ -72,9 +74,8 @@ class Numberer {
             if (found != nullptr && value != it->second) {
                 return error_at(
                     source_.origin.location(triangle),
-                    fmt::format("the face is in group `{}` ({}) and in `{}` ({}) of \"groups\"",
-                                *found, value, name, it->second),
-                    "a face has one value");
+                    fmt::format(messages::kFaceInTwoGroups, *found, value, name, it->second),
+                    messages::kFaceInTwoGroupsHelp);
             }
             value = it->second;
             found = &name;
@@ -83,11 +84,8 @@ class Numberer {
         std::string list;
         for (const std::string& name : names)
             list += fmt::format("{}`{}`", list.empty() ? "" : ", ", name);
-        return error_at(
-            source_.origin.location(triangle),
-            fmt::format("the face is in group {}, which \"groups\" of mesh `{}` does not map", list,
-                        options_.name),
-            all_names());
+        return error_at(source_.origin.location(triangle),
+                        fmt::format(messages::kGroupNotMapped, list, options_.name), all_names());
     }
 
     std::string all_names() const {
@@ -96,12 +94,12 @@ class Numberer {
             names.insert(group.names.begin(), group.names.end());
             if (!group.material.empty()) names.insert(group.material);
         }
-        if (names.empty()) return "the file names no groups";
+        if (names.empty()) return messages::kFileNamesNoGroups;
         constexpr size_t kMost = 12;
-        std::string text = "the file has ";
+        std::string text = messages::kFileHas;
         size_t shown = 0;
         for (const std::string& name : names) {
-            if (shown == kMost) return text + fmt::format(" and {} more", names.size() - kMost);
+            if (shown == kMost) return text + fmt::format(messages::kAndMore, names.size() - kMost);
             text += fmt::format("{}`{}`", shown++ == 0 ? "" : ", ", name);
         }
         return text;
@@ -221,9 +219,9 @@ void part_bare_faces(MeshSource* source) {
         g = known->second;
     }
     if (count == 0) return;
-    source->leave_out("pictures of faces without texture coordinates",
+    source->leave_out(messages::kPicturesWithoutCoordinates,
                       source->origin.str(static_cast<int32_t>(first)),
-                      "give all faces coordinates, or `--mapping box`");
+                      messages::kPicturesWithoutCoordinatesHelp);
 }
 
 void complete_attributes(const std::vector<Look>& looks, MeshSource* source) {
@@ -260,10 +258,9 @@ void complete_attributes(const std::vector<Look>& looks, MeshSource* source) {
                 0, [](size_t) { return false; }, &a);
             return false;
         }
-        source->warnings.push_back(fmt::format(
-            "{}: some faces of mesh `{}` have no `{}`, this one first; the "
-            "attribute is dropped",
-            source->origin.str(static_cast<int32_t>(lacking)), source->mesh.name, a.name));
+        source->warnings.push_back(fmt::format(messages::kAttributeOfSomeFaces,
+                                               source->origin.str(static_cast<int32_t>(lacking)),
+                                               source->mesh.name, a.name));
         return true;
     });
 }

@@ -11,6 +11,7 @@
 #include "mesh/check/mesh_intersections.h"
 #include "mesh/load/face_numbers.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/model/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -37,19 +38,17 @@ void look_for_intersections(MeshSource* source) {
     source->checks.intersections = found.pairs;
     source->checks.all_intersections = found.all;
     if (found.pairs == 0) return;
-    source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` intersects itself: {}{} pair{} of triangles cross, one at {}; its "
-        "volume is printed once, but distances count inner surfaces, too. "
-        "Unite its pieces if that matters",
-        source->origin.str(found.first), source->mesh.name, found.all ? "" : "at least ",
-        found.pairs, found.pairs == 1 ? "" : "s", source->location(found.point)));
+    source->warnings.push_back(
+        fmt::format(messages::kIntersectsItself, source->origin.str(found.first), source->mesh.name,
+                    found.all ? "" : messages::kAtLeast, found.pairs, found.pairs == 1 ? "" : "s",
+                    source->location(found.point)));
 }
 
 }  // namespace
 
 Unit unit_of(MeshSource* source, const MeshOptions& options) {
-    if (options.unit_mm) return {*options.unit_mm, "as asked"};
-    if (source->unit_mm > 0) return {source->unit_mm, "as the file says"};
+    if (options.unit_mm) return {*options.unit_mm, messages::kUnitAsAsked};
+    if (source->unit_mm > 0) return {source->unit_mm, messages::kUnitOfFile};
     Box3d box;
     for (const auto& t : source->mesh.triangles) {
         for (int32_t v : t)
@@ -58,12 +57,10 @@ Unit unit_of(MeshSource* source, const MeshOptions& options) {
     const Vec3d size = box.empty() ? Vec3d{} : box.size();
     const double largest = std::max({size.x, size.y, size.z});
     // Nobody prints a part below a millimetre, and many programs write metres.
-    if (!(largest > 0 && largest < 1)) return {1, "assumed, as the file says none"};
-    source->warnings.push_back(fmt::format(
-        "{}: mesh `{}` is {:.4g} x {:.4g} x {:.4g} in a unit that the file does not give; "
-        "taken as metres. Set `unit` if it is another",
-        source->origin.file, options.name, size.x, size.y, size.z));
-    return {1000, "guessed from the size"};
+    if (!(largest > 0 && largest < 1)) return {1, messages::kUnitAssumed};
+    source->warnings.push_back(fmt::format(messages::kUnitGuessed, source->origin.file,
+                                           options.name, size.x, size.y, size.z));
+    return {1000, messages::kUnitFromSize};
 }
 
 Result<LoadedMesh> finish_mesh(MeshSource source, const std::vector<Look>& looks, const Unit& unit,

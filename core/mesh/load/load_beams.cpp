@@ -6,6 +6,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "mesh/model/messages.h"
 #include "mesh/read/beams_npz.h"
 #include "mesh/read/beams_text.h"
 #include "mesh/read/threemf_beams.h"
@@ -43,8 +44,8 @@ Result<ReadBeams> parse(std::string_view bytes, const std::filesystem::path& fil
     if (is_threemf(file))
         return parse_threemf_beams(bytes, file.string(), options.body, options.memory_bytes);
     if (!options.body.empty())
-        return user_error(fmt::format("{}: lattices have names in 3MF files alone", file.string()),
-                          "leave out `body`");
+        return user_error(fmt::format(messages::kLatticeNamesOf3mf, file.string()),
+                          messages::kLatticeNamesOf3mfHelp);
     // Archives are told by their first bytes.
     if (lower_ascii(file.extension().string()) == ".npz" || bytes.starts_with("PK"))
         return parse_beams_npz(bytes, file.string(), options.memory_bytes);

@@ -18,6 +18,7 @@
 #include "mesh/load/face_numbers.h"
 #include "mesh/load/finish_mesh.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/model/messages.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/obj.h"
 #include "mesh/read/ply.h"
@@ -52,8 +53,7 @@ const Format* find_format(const fs::path& file) {
 }
 
 Error no_format(const fs::path& file) {
-    return user_error(fmt::format("{} does not have the extension of a mesh; supported: {}",
-                                  file.string(), mesh_formats()));
+    return user_error(fmt::format(messages::kNoMeshExtension, file.string(), mesh_formats()));
 }
 
 /// A file that was read, with its bodies.
@@ -126,9 +126,9 @@ Error no_body(const ReadFile& file, const MeshOptions& options) {
     std::vector<std::string> names;
     for (const FoundBody& body : file.found.bodies)
         names.push_back(body.name);
-    return user_error(fmt::format("{} has no body `{}`, which mesh `{}` is to be",
-                                  file.source.origin.file, options.body, options.name),
-                      suggest(options.body, names));
+    return user_error(
+        fmt::format(messages::kNoBodyOfMesh, file.source.origin.file, options.body, options.name),
+        suggest(options.body, names));
 }
 
 /// The index of the body that is asked for; -1: there is none.
@@ -197,10 +197,7 @@ void find_depths(const ReadFile& file, LoadedBodies* out) {
     }
     const std::optional<Nesting> nesting = find_nesting(file.source.mesh, pieces, count);
     if (!nesting) {
-        out->warnings.push_back(fmt::format(
-            "{}: it has so many bodies behind each other along x that it takes too long to find "
-            "which lie in others; set their priorities by hand",
-            file.source.origin.file));
+        out->warnings.push_back(fmt::format(messages::kTooManyBodies, file.source.origin.file));
         return;
     }
     for (size_t b = 0; b < out->bodies.size(); ++b)
@@ -234,14 +231,14 @@ void keep_printed(const ReadFile& file, LoadedBodies* out) {
     });
     for (size_t b = 0; b < found.size(); ++b) {
         if (found[b].role == BodyRole::kNotPrinted) {
-            out->left_out.push_back({fmt::format("`{}`, which is not printed", found[b].name),
+            out->left_out.push_back({fmt::format(messages::kBodyNotPrinted, found[b].name),
                                      {},
-                                     "make it a part in the program that wrote it",
+                                     messages::kBodyNotPrintedHelp,
                                      1});
         } else if (found[b].flat && any_solid) {
-            out->left_out.push_back({fmt::format("`{}`, which encloses no volume", found[b].name),
+            out->left_out.push_back({fmt::format(messages::kBodyWithoutVolume, found[b].name),
                                      {},
-                                     "give it a thickness",
+                                     messages::kBodyWithoutVolumeHelp,
                                      1});
         } else {
             place[b] = static_cast<int32_t>(kept);

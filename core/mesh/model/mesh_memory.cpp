@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "mesh/model/messages.h"
+
 namespace openfab::mesh {
 namespace {
 
@@ -58,10 +60,8 @@ int64_t growing_bytes(int64_t held) {
 
 Error too_large_to_read(const std::string& file, int64_t triangles, int64_t needed,
                         int64_t allowed) {
-    return user_error(fmt::format(
-        "{}: reading a mesh of {} triangles takes {} MB, and {} MB are allowed; allow more with "
-        "`--memory`, or use a simpler mesh",
-        file, triangles, needed / kMegabyte + 1, allowed / kMegabyte));
+    return user_error(fmt::format(messages::kTooLargeToRead, file, triangles,
+                                  needed / kMegabyte + 1, allowed / kMegabyte));
 }
 
 }  // namespace openfab::mesh

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "mesh/model/messages.h"
+
 namespace openfab::mesh {
 
 SourceLocation MeshOrigin::location(int32_t triangle) const {
@@ -15,16 +17,17 @@ std::string MeshSource::location(const Vec3d& mm) const {
     std::string text = fmt::format("({:.6g}, {:.6g}, {:.6g}) mm", mm.x, mm.y, mm.z);
     if (unit_mm <= 0 || unit_mm == 1) return text;
     const Vec3d file = mm * (1 / unit_mm);
-    return text + fmt::format(" (in the file ({:.6g}, {:.6g}, {:.6g}))", file.x, file.y, file.z);
+    return text + fmt::format(messages::kPlaceInFile, file.x, file.y, file.z);
 }
 
 std::string describe(const LeftOut& left_out) {
     std::string where;
     if (left_out.count > 1) where = fmt::format("{} times", left_out.count);
     if (!left_out.place.empty()) {
-        where += fmt::format("{}{}", left_out.count > 1 ? ", first at " : "at ", left_out.place);
+        where +=
+            fmt::format("{}{}", left_out.count > 1 ? messages::kFirstAt : "at ", left_out.place);
     }
-    return fmt::format("{}{} left out{}", left_out.what,
+    return fmt::format(messages::kLeftOut, left_out.what,
                        where.empty() ? "" : fmt::format(" ({})", where),
                        left_out.remedy.empty() ? "" : "; " + left_out.remedy);
 }

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/check.h"
+#include "mesh/model/messages.h"
 #include "mesh/model/polygon.h"
 
 namespace openfab::mesh {
@@ -182,21 +183,20 @@ Result<void> check_outlines(const std::vector<Outline>& outlines) {
     std::vector<Side> sides;
     for (size_t o = 0; o < outlines.size(); ++o) {
         const size_t count = outlines[o].size();
-        if (count < 3) return user_error("the polygon has fewer than 3 corners");
+        if (count < 3) return user_error(messages::kPolygonFewerThan3Corners);
         for (size_t c = 0; c < count; ++c) {
             const size_t next = (c + 1) % count;
             const Point2& p = outlines[o][c];
             if (p == outlines[o][next])
-                return user_error(
-                    fmt::format("the polygon is twice in a row at ({}, {})", p.x, p.y),
-                    "give each corner once; the last is joined to the first");
+                return user_error(fmt::format(messages::kPolygonTwiceAtCorner, p.x, p.y),
+                                  messages::kPolygonTwiceAtCornerHelp);
             sides.push_back({o, c, next});
         }
     }
     if (sides.size() > kMostOutlineCorners) {
-        return user_error(fmt::format("the polygon has {} corners; at most {} are allowed",
-                                      sides.size(), kMostOutlineCorners),
-                          "make a mesh of it, and give its file");
+        return user_error(
+            fmt::format(messages::kPolygonTooManyCorners, sides.size(), kMostOutlineCorners),
+            messages::kPolygonTooManyCornersHelp);
     }
     for (size_t i = 0; i < sides.size(); ++i) {
         const Point2& a = outlines[sides[i].outline][sides[i].corner];
@@ -214,10 +214,8 @@ Result<void> check_outlines(const std::vector<Outline>& outlines) {
                 meet = segments_meet(a, b, c, d);
             }
             if (meet)
-                return user_error(
-                    fmt::format("the polygon meets itself: the side from ({}, {}) to ({}, {}) and "
-                                "that from ({}, {}) to ({}, {})",
-                                a.x, a.y, b.x, b.y, c.x, c.y, d.x, d.y));
+                return user_error(fmt::format(messages::kPolygonMeetsItself, a.x, a.y, b.x, b.y,
+                                              c.x, c.y, d.x, d.y));
         }
     }
     return {};

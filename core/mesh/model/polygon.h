@@ -13,8 +13,6 @@ namespace openfab::mesh {
 /// Limit of the corner comparisons that triangulate makes for the concave polygons of one file: a
 /// few seconds' worth. Typical polygons take a few dozen per corner.
 constexpr int64_t kTriangulationEffort = 200'000'000;
-constexpr const char* kTooMuchEffort = "the concave polygons up to here have too many corners";
-constexpr const char* kSplitPolygons = "split them into triangles where the mesh is made";
 
 /// Splits a polygon of n >= 3 corners, nearly flat, into n - 2 triangles of corner numbers that
 /// keep its direction: a fan from corner 0 if it is convex, else ears clipped in order. Depends on

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/near_miss.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/npy_array.h"
 #include "mesh/read/zip_file.h"
 
@@ -47,7 +48,7 @@ class BeamsNpz {
             std::vector<std::string> names;
             for (const std::string& one : zip_.names())
                 names.push_back(one.ends_with(".npy") ? one.substr(0, one.size() - 4) : one);
-            fail(name, "it is not in the archive", suggest(name, names));
+            fail(name, messages::kNotInArchive, suggest(name, names));
             return false;
         }
         Result<std::string> read = zip_.read(name + ".npy", std::max<int64_t>(memory_left_, 0));
@@ -64,7 +65,7 @@ class BeamsNpz {
     bool take(const std::string& name, size_t bytes) {
         memory_left_ -= static_cast<int64_t>(bytes);
         if (memory_left_ < 0)
-            fail(name, "it takes more memory than is allowed", "allow more with `--memory`");
+            fail(name, messages::kMoreMemoryThanAllowed, messages::kAllowMoreMemory);
         return memory_left_ >= 0;
     }
 
@@ -73,8 +74,8 @@ class BeamsNpz {
         NpyArray array;
         if (!open("nodes", &bytes, &array)) return;
         if (array.shape().size() != 2 || array.shape()[1] != 3 || array.shape()[0] > kMostBeams)
-            return fail("nodes", fmt::format("it has the shape {}", array.shape_text()),
-                        "it is (n, 3), places in mm");
+            return fail("nodes", fmt::format(messages::kNodesShape, array.shape_text()),
+                        messages::kNodesShapeHelp);
         const int64_t n = array.shape()[0];
         if (!take("nodes", static_cast<size_t>(n) * sizeof(Vec3d))) return;
         beams().nodes.resize(static_cast<size_t>(n));
@@ -82,8 +83,7 @@ class BeamsNpz {
             for (int a = 0; a < 3; ++a) {
                 const double x = array.at(3 * i + a);
                 if (!(std::fabs(x) <= kFarthest))
-                    return fail("nodes",
-                                fmt::format("node {} lies at {:g}, beyond {:g}", i, x, kFarthest));
+                    return fail("nodes", fmt::format(messages::kNodeTooFar, i, x, kFarthest));
                 beams().nodes[static_cast<size_t>(i)][a] = x;
             }
         }
@@ -96,20 +96,19 @@ class BeamsNpz {
         if (array.shape().size() != 2 || array.shape()[1] != 2 || array.shape()[0] > kMostBeams ||
             array.is_float())
             return fail("struts",
-                        fmt::format("it has the shape {}{}", array.shape_text(),
-                                    array.is_float() ? " of floats" : ""),
-                        "it is (m, 2), integers, the numbers of nodes");
+                        fmt::format(messages::kStrutsShape, array.shape_text(),
+                                    array.is_float() ? messages::kOfFloats : ""),
+                        messages::kOfFloatsHelp);
         const int64_t m = array.shape()[0];
-        if (m == 0) return fail("struts", "it is empty");
+        if (m == 0) return fail("struts", messages::kArrayEmpty);
         if (!take("struts", static_cast<size_t>(m) * sizeof(Beam))) return;
         beams().beams.resize(static_cast<size_t>(m));
         for (int64_t i = 0; i < m; ++i) {
             for (size_t e = 0; e < 2; ++e) {
                 const double node = array.at(2 * i + static_cast<int64_t>(e));
                 if (!(node >= 0 && node < static_cast<double>(beams().nodes.size())))
-                    return fail("struts",
-                                fmt::format("strut {} has the node {:.0f}; there are {}, from 0", i,
-                                            node, beams().nodes.size()));
+                    return fail("struts", fmt::format(messages::kStrutOfUnknownNode, i, node,
+                                                      beams().nodes.size()));
                 beams().beams[static_cast<size_t>(i)].nodes[e] = static_cast<int32_t>(node);
             }
         }
@@ -126,13 +125,12 @@ class BeamsNpz {
         const bool of_nodes = !one && shape.size() == 1 && shape[0] == n;
         const bool of_ends = shape.size() == 2 && shape[0] == m && shape[1] == 2;
         if (!one && !of_nodes && !of_ends)
-            return fail(
-                "radii", fmt::format("it has the shape {}", array.shape_text()),
-                fmt::format("it is ({},), of nodes, ({}, 2), of the ends of struts, or one", n, m));
+            return fail("radii", fmt::format(messages::kNodesShape, array.shape_text()),
+                        fmt::format(messages::kRadiiShape, n, m));
         for (int64_t i = 0; i < array.size(); ++i) {
             const double r = array.at(i);
             if (!(r >= 0 && r <= kFarthest))
-                return fail("radii", fmt::format("a radius is {:g}", r), "it is 0 or more, in mm");
+                return fail("radii", fmt::format(messages::kRadiusWrong, r), messages::kRadiusHelp);
         }
         for (int64_t i = 0; i < m; ++i) {
             Beam& beam = beams().beams[static_cast<size_t>(i)];
@@ -144,23 +142,18 @@ class BeamsNpz {
             }
             if (beam.nodes[0] == beam.nodes[1]) {
                 if (beam.radii[0] != beam.radii[1])
-                    return fail("radii",
-                                fmt::format("strut {} joins node {} to itself, a ball, with two "
-                                            "radii",
-                                            i, beam.nodes[0]));
+                    return fail("radii", fmt::format(messages::kStrutOfTwoRadii, i, beam.nodes[0]));
             }
             if (!(beam.radii[0] > 0 || beam.radii[1] > 0))
-                return fail(
-                    "radii",
-                    fmt::format("strut {} has the radius 0 at both ends, and so no inside", i));
+                return fail("radii", fmt::format(messages::kStrutWithoutRadius, i));
         }
     }
 
     void attributes() {
         for (const std::string& entry : zip_.names()) {
             if (!entry.ends_with(".npy")) {
-                out_.warnings.push_back(fmt::format("{}: `{}` is no array of NumPy and is left out",
-                                                    file_, entry.substr(0, 80)));
+                out_.warnings.push_back(
+                    fmt::format(messages::kNoArrayLeftOut, file_, entry.substr(0, 80)));
                 continue;
             }
             const std::string name = entry.substr(0, entry.size() - 4);
@@ -182,15 +175,12 @@ class BeamsNpz {
             array.is_float() && !shape.empty() && shape.size() <= 2 && shape[0] == n;
         const bool of_struts = !array.is_float() && shape.size() == 1 && shape[0] == m;
         if ((!of_nodes && !of_struts) || components < 1 || components > 4)
-            return fail(
-                name,
-                fmt::format("it has the shape {} of {}", array.shape_text(),
-                            array.is_float() ? "floats" : "integers"),
-                fmt::format("an attribute is floats ({},) or ({}, 2 to 4), of nodes, or integers "
-                            "({},), of struts",
-                            n, n, m));
+            return fail(name,
+                        fmt::format(messages::kAttributeShape, array.shape_text(),
+                                    array.is_float() ? "floats" : "integers"),
+                        fmt::format(messages::kAttributeShapeHelp, n, n, m));
         if (beams().attributes.size() == kMostAttributes)
-            return fail(name, fmt::format("more than {} attributes", kMostAttributes));
+            return fail(name, fmt::format(messages::kMoreThanAttributes, kMostAttributes));
         if (!take(name, static_cast<size_t>(array.size()) * sizeof(float))) return;
         BeamAttribute made;
         made.name = name;
@@ -202,8 +192,7 @@ class BeamsNpz {
                 of_struts
                     ? std::fabs(value) <= 2147483647.0
                     : std::fabs(value) <= static_cast<double>(std::numeric_limits<float>::max());
-            if (!fits)
-                return fail(name, fmt::format("a value is {:g}, not finite or too large", value));
+            if (!fits) return fail(name, fmt::format(messages::kValueNotFiniteTooLarge, value));
             if (of_struts) {
                 made.ints.push_back(static_cast<int32_t>(value));
             } else {
@@ -222,10 +211,7 @@ class BeamsNpz {
         const auto unused = std::ranges::count(used, false);
         if (unused > 0)
             out_.warnings.push_back(
-                fmt::format("{}: {} of {} nodes have no strut and are not printed; a strut from a "
-                            "node to itself "
-                            "makes a ball of it",
-                            file_, unused, used.size()));
+                fmt::format(messages::kNodesWithoutStrut, file_, unused, used.size()));
     }
 
     const ZipFile& zip_;

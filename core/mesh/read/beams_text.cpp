@@ -11,6 +11,7 @@
 #include "base/near_miss.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 
@@ -52,7 +53,7 @@ class BeamsText {
             } else {
                 static const std::vector<std::string> kWords = {"node", "strut", "ball", "ends",
                                                                 "attribute"};
-                problem_ = {fmt::format("a line begins with `{}`", word.substr(0, 40)),
+                problem_ = {fmt::format(messages::kLineBeginsWith, word.substr(0, 40)),
                             suggest(word.substr(0, 40), kWords)};
             }
             if (!problem_.empty()) break;
@@ -60,8 +61,8 @@ class BeamsText {
         if (problem_.empty()) check_nodes();
         if (!problem_.empty()) return problem_.at({file_, line_, line_ > 0 ? 1 : 0});
         if (beams().beams.empty()) {
-            return user_error(fmt::format("{}: the file holds no strut and no ball", file_),
-                              "a line `strut 0 1` joins the nodes 0 and 1");
+            return user_error(fmt::format(messages::kNoStrutNoBall, file_),
+                              messages::kNoStrutNoBallHelp);
         }
         warn_of_unused();
         return std::move(out_);
@@ -74,8 +75,7 @@ class BeamsText {
         // Vectors grow by doubling, with the old one beside the new.
         memory_left_ -= 3 * static_cast<int64_t>(bytes);
         if (memory_left_ >= 0) return true;
-        problem_ = {"the beams up to here take more memory than is allowed",
-                    "allow more with `--memory`"};
+        problem_ = {messages::kBeamsTakeTooMuch, messages::kAllowMoreMemory};
         return false;
     }
 
@@ -91,7 +91,7 @@ class BeamsText {
                 return false;
             }
             if (numbers_.size() > 4 * kMostAttributes + 4) {
-                problem_ = {"the line has too many numbers"};
+                problem_ = {messages::kTooManyNumbers};
                 return false;
             }
             numbers_.push_back(value);
@@ -101,27 +101,26 @@ class BeamsText {
     void attribute(std::string_view row) {
         const std::string name(next_word(&row)), type(next_word(&row));
         if (name.empty() || type.empty() || !next_word(&row).empty()) {
-            problem_ = {"an attribute has a name and a type", "as `attribute heat float`"};
+            problem_ = {messages::kAttributeNameAndType, messages::kAttributeNameAndTypeHelp};
             return;
         }
         if (!beams().nodes.empty() || !beams().beams.empty()) {
-            problem_ = {
-                fmt::format("attribute `{}` comes after a node or a strut", name.substr(0, 40)),
-                "attributes come first"};
+            problem_ = {fmt::format(messages::kAttributeAfterNode, name.substr(0, 40)),
+                        messages::kAttributeAfterNodeHelp};
             return;
         }
         for (const BeamAttribute& other : beams().attributes) {
             if (other.name == name)
-                problem_ = {fmt::format("attribute `{}` is there twice", name.substr(0, 40))};
+                problem_ = {fmt::format(messages::kAttributeTwice, name.substr(0, 40))};
         }
         static const std::vector<std::string> kTypes = {"float", "float2", "float3", "float4",
                                                         "int"};
         const auto found = std::ranges::find(kTypes, type);
         if (found == kTypes.end())
-            problem_ = {fmt::format("an attribute is of type `{}`", type.substr(0, 40)),
-                        "it is one of `float`, `float2`, `float3`, `float4` and `int`"};
+            problem_ = {fmt::format(messages::kAttributeOfType, type.substr(0, 40)),
+                        messages::kAttributeOfTypeHelp};
         if (beams().attributes.size() == kMostAttributes)
-            problem_ = {fmt::format("more than {} attributes", kMostAttributes)};
+            problem_ = {fmt::format(messages::kMoreThanAttributes, kMostAttributes)};
         if (!problem_.empty()) return;
         BeamAttribute made;
         made.name = name;
@@ -138,15 +137,14 @@ class BeamsText {
         const auto end = [&](const std::string& word) {
             const auto found = std::ranges::find(kEnds, word);
             if (found == kEnds.end())
-                problem_ = {fmt::format("struts end in `{}`", word.substr(0, 40)),
-                            "they end in `ball`, `flat` or `dome`"};
+                problem_ = {fmt::format(messages::kStrutEnds, word.substr(0, 40)),
+                            messages::kStrutEndsHelp};
             return static_cast<BeamEnd>(found - kEnds.begin());
         };
         const BeamEnd one = end(first), other = second.empty() ? one : end(second);
         if (!problem_.empty()) return;
         if ((one == BeamEnd::kBall) != (other == BeamEnd::kBall) || !next_word(&row).empty()) {
-            problem_ = {"both ends of a strut are balls, or each is `flat` or `dome`",
-                        "as `ends ball` or `ends flat dome`"};
+            problem_ = {messages::kBothStrutEnds, messages::kBothStrutEndsHelp};
             return;
         }
         ends_ = {one, other};
@@ -156,24 +154,21 @@ class BeamsText {
         if (!numbers(row)) return;
         const size_t wanted = 4 + static_cast<size_t>(floats_);
         if (numbers_.size() != wanted) {
-            problem_ = {
-                fmt::format("a node of {} numbers", numbers_.size()),
-                floats_ == 0
-                    ? "it has 4: x, y, z and a radius, in mm"
-                    : fmt::format("it has {}: x, y, z, a radius in mm, and {} of attributes",
-                                  wanted, floats_)};
+            problem_ = {fmt::format(messages::kNodeNumbers, numbers_.size()),
+                        floats_ == 0
+                            ? messages::kNodeNumbersHelp
+                            : fmt::format(messages::kNodeNumbersAttributesHelp, wanted, floats_)};
             return;
         }
         for (size_t a = 0; a < 3; ++a) {
             if (!(std::fabs(numbers_[a]) <= kFarthest)) {
-                problem_ = {
-                    fmt::format("a node lies at {:g}, beyond {:g}", numbers_[a], kFarthest)};
+                problem_ = {fmt::format(messages::kNodeLiesTooFar, numbers_[a], kFarthest)};
                 return;
             }
         }
         if (!is_radius(numbers_[3])) return;
         if (beams().nodes.size() == static_cast<size_t>(kMostBeams)) {
-            problem_ = {fmt::format("more than {} nodes", kMostBeams)};
+            problem_ = {fmt::format(messages::kMoreThanNodes, kMostBeams)};
             return;
         }
         if (!take_memory(sizeof(Vec3d) + sizeof(float) * (1 + static_cast<size_t>(floats_)) + 1))
@@ -190,14 +185,14 @@ class BeamsText {
 
     bool is_radius(double r) {
         if (r >= 0 && r <= kFarthest) return true;
-        problem_ = {fmt::format("a radius is {:g}", r), "it is 0 or more, in mm"};
+        problem_ = {fmt::format(messages::kRadiusWrong, r), messages::kRadiusHelp};
         return false;
     }
 
     bool node_number(double value, int32_t* out) {
         if (value != std::floor(value) || value < 0 || value > static_cast<double>(kMostBeams)) {
-            problem_ = {fmt::format("`{:g}` is not the number of a node", value),
-                        "nodes count from 0, in the order of the file"};
+            problem_ = {fmt::format(messages::kNoNumberOfNode, value),
+                        messages::kNodesCountFromZero};
             return false;
         }
         *out = static_cast<int32_t>(value);
@@ -213,12 +208,9 @@ class BeamsText {
         const auto ints = static_cast<size_t>(ints_);
         const bool own = numbers_.size() == 4 + ints;
         if (!own && numbers_.size() != 2 + ints) {
-            problem_ = {fmt::format("a strut of {} numbers", numbers_.size()),
-                        ints == 0
-                            ? "it has the numbers of two nodes, and maybe two radii"
-                            : fmt::format("it has the numbers of two nodes, maybe two radii, and "
-                                          "{} of attributes",
-                                          ints)};
+            problem_ = {fmt::format(messages::kStrutNumbers, numbers_.size()),
+                        ints == 0 ? messages::kStrutNumbersHelp
+                                  : fmt::format(messages::kStrutNumbersAttributesHelp, ints)};
             return;
         }
         Beam beam;
@@ -230,12 +222,12 @@ class BeamsText {
             beam.radii[e] = own ? static_cast<float>(numbers_[2 + e]) : -1.0f;
         }
         if (beam.nodes[0] == beam.nodes[1]) {
-            problem_ = {fmt::format("a strut joins node {} to itself", beam.nodes[0]),
-                        fmt::format("write `ball {}`", beam.nodes[0])};
+            problem_ = {fmt::format(messages::kStrutJoinsItself, beam.nodes[0]),
+                        fmt::format(messages::kStrutJoinsItselfHelp, beam.nodes[0])};
             return;
         }
         if (own && beam.radii[0] == 0 && beam.radii[1] == 0) {
-            problem_ = {"a strut has the radius 0 at both ends, and so no inside"};
+            problem_ = {messages::kAStrutWithoutRadius};
             return;
         }
         add(beam, own ? 4 : 2);
@@ -244,11 +236,9 @@ class BeamsText {
     void ball(std::string_view row) {
         if (!numbers(row)) return;
         if (numbers_.size() != 1 + static_cast<size_t>(ints_)) {
-            problem_ = {
-                fmt::format("a ball of {} numbers", numbers_.size()),
-                ints_ == 0
-                    ? "it has one, of a node"
-                    : fmt::format("it has the number of a node, and {} of attributes", ints_)};
+            problem_ = {fmt::format(messages::kBallNumbers, numbers_.size()),
+                        ints_ == 0 ? messages::kBallNumbersHelp
+                                   : fmt::format(messages::kBallNumbersAttributesHelp, ints_)};
             return;
         }
         Beam beam;
@@ -261,7 +251,7 @@ class BeamsText {
     /// Adds a beam, whose int attributes are numbers from `from`.
     void add(const Beam& beam, size_t from) {
         if (beams().beams.size() == static_cast<size_t>(kMostBeams)) {
-            problem_ = {fmt::format("more than {} beams", kMostBeams)};
+            problem_ = {fmt::format(messages::kMoreThanBeams, kMostBeams)};
             return;
         }
         if (!take_memory(sizeof beam + sizeof(int32_t) * (1 + static_cast<size_t>(ints_)))) return;
@@ -271,8 +261,8 @@ class BeamsText {
             if (!to.is_int) continue;
             const double value = numbers_[from++];
             if (value != std::floor(value) || std::fabs(value) > 2147483647.0) {
-                problem_ = {fmt::format("`{:g}` of attribute `{}` is not a whole number", value,
-                                        to.name.substr(0, 40))};
+                problem_ = {
+                    fmt::format(messages::kAttributeNotWholeNumber, value, to.name.substr(0, 40))};
                 return;
             }
             to.ints.push_back(static_cast<int32_t>(value));
@@ -283,9 +273,8 @@ class BeamsText {
     void check_nodes() {
         if (highest_ >= static_cast<int64_t>(beams().nodes.size())) {
             line_ = highest_line_;
-            problem_ = {
-                fmt::format("there is no node {}; the file has {}", highest_, beams().nodes.size()),
-                "nodes count from 0, in the order of the file"};
+            problem_ = {fmt::format(messages::kNoSuchNode, highest_, beams().nodes.size()),
+                        messages::kNodesCountFromZero};
             return;
         }
         for (size_t i = 0; i < beams().beams.size(); ++i) {
@@ -297,10 +286,9 @@ class BeamsText {
             }
             if (beam.radii[0] > 0 || beam.radii[1] > 0) continue;
             line_ = lines_[i];
-            problem_ = {
-                beam.nodes[0] == beam.nodes[1]
-                    ? std::string("a ball has the radius 0, and so no inside")
-                    : std::string("a strut has the radius 0 at both ends, and so no inside")};
+            problem_ = {beam.nodes[0] == beam.nodes[1]
+                            ? std::string(messages::kBallWithoutRadius)
+                            : std::string(messages::kAStrutWithoutRadius)};
             return;
         }
     }
@@ -309,10 +297,8 @@ class BeamsText {
         const auto unused = std::ranges::count(used_, 0);
         if (unused == 0) return;
         const auto first = std::ranges::find(used_, 0) - used_.begin();
-        out_.warnings.push_back(fmt::format(
-            "{}: {} of {} nodes have no strut and are not printed, node {} first; a line `ball {}` "
-            "makes a ball of it",
-            file_, unused, used_.size(), first, first));
+        out_.warnings.push_back(fmt::format(messages::kNodesWithoutStrutFirst, file_, unused,
+                                            used_.size(), first, first));
     }
 
     const std::string file_;

@@ -9,6 +9,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -61,7 +62,7 @@ fs::path with_slashes(std::string_view name) {
 Result<fs::path> find_beside(const fs::path& mesh, const fs::path& folder, std::string_view name) {
     constexpr size_t kLongest = 4096;
     if (name.empty() || name.size() > kLongest || name.find('\0') != std::string_view::npos)
-        return user_error("not the name of a file");
+        return user_error(messages::kNoNameOfFile);
     const fs::path root = without_links(folder_of(mesh));
     const fs::path named = with_slashes(name);
     std::error_code ignored;
@@ -78,8 +79,8 @@ Result<fs::path> find_beside(const fs::path& mesh, const fs::path& folder, std::
         elsewhere = true;
     }
     if (elsewhere || !is_below(without_links(folder / named), root))
-        return user_error("it is not below the mesh's folder", "put a copy beside the mesh");
-    return user_error("there is no such file", "put it beside the mesh");
+        return user_error(messages::kNotBelowFolder, messages::kNotBelowFolderHelp);
+    return user_error(messages::kNoSuchFile, messages::kNoSuchFileHelp);
 }
 
 void read_beside(const fs::path& mesh, std::span<const std::string> sources, int64_t memory_bytes,

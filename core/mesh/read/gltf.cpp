@@ -17,6 +17,7 @@
 #include "mesh/read/gltf_looks.h"
 #include "mesh/read/gltf_scene.h"
 #include "mesh/read/gltf_skin.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -36,8 +37,7 @@ class GltfReader {
         scene_ = gltf_scene(&gltf_, &mesh_);
         const JsonValue* meshes = gltf_member(&gltf_.root(), "meshes");
         if (scene_.placements.empty() && meshes != nullptr && gltf_.ok())
-            gltf_.fail(*meshes, "no node of the default scene shows a mesh",
-                       "put the meshes into the scene, and export again");
+            gltf_.fail(*meshes, messages::kNoNodeShowsAMesh, messages::kNoNodeShowsAMeshHelp);
         // Counts first: nodes may repeat a mesh, so the file's size is no bound.
         for (const GltfPlacement& placement : scene_.placements)
             count(placement);
@@ -113,14 +113,12 @@ class GltfReader {
             }
         }
         if (primitives_ > kMaxPrimitives)
-            return gltf_.fail(primitive, fmt::format("the nodes have more than {} primitives with "
-                                                     "their attributes",
-                                                     kMaxPrimitives));
+            return gltf_.fail(primitive, fmt::format(messages::kTooManyPrimitives, kMaxPrimitives));
         const bool strip = mode != nullptr && mode->number != 4;
         counts_.vertices += instances * vertices;
         counts_.triangles += instances * (strip ? corners : corners / 3);
         if (counts_.vertices > kMaxVertices || counts_.triangles > kMaxTriangles)
-            return gltf_.fail(primitive, "the meshes of all nodes have too many triangles");
+            return gltf_.fail(primitive, messages::kTooManyTrianglesOfNodes);
         counts_.values += instances * kept * vertices * 4;
         // State while reading: numbers as doubles (those of a morph target and of joints, too), and
         // the value of each vertex.
@@ -135,20 +133,18 @@ class GltfReader {
         const JsonValue* mesh = gltf_.item("meshes", gltf_.integer(node, "mesh", 0), "a node");
         if (mesh == nullptr) return;
         const JsonMember* primitives = mesh->find("primitives");
-        if (primitives == nullptr) return gltf_.fail(*mesh, "the mesh has no `primitives`");
+        if (primitives == nullptr) return gltf_.fail(*mesh, messages::kMeshNoPrimitives);
         std::string name = name_of(node);
         if (name.empty()) name = name_of(*mesh);
         tell_of_mesh(placement, *mesh);
         const std::vector<Affine3d> joints = gltf_joints(&gltf_, scene_, placement);
         if (joints.empty() && node.find("skin") != nullptr)
-            mesh_.leave_out("a skin whose skeleton is not in the scene",
-                            gltf_.place_of("node", node),
-                            "the mesh is as it was modelled; put the skeleton into the scene");
+            mesh_.leave_out(messages::kSkeletonNotInScene, gltf_.place_of("node", node),
+                            messages::kSkeletonNotInSceneHelp);
         for (const Affine3d& transform : gltf_instances(&gltf_, placement)) {
             if (joints.empty() && determinant(transform) == 0) {
-                mesh_.leave_out("an instance that is scaled to nothing",
-                                gltf_.place_of("node", node),
-                                "none is needed if it was to be hidden");
+                mesh_.leave_out(messages::kInstanceScaledToNothing, gltf_.place_of("node", node),
+                                messages::kScaledToNothingHelp);
                 continue;
             }
             add_body(primitives->value, name, placement, joints, transform);
@@ -166,8 +162,8 @@ class GltfReader {
         const JsonValue& node = *placement.node;
         const JsonValue* primitives = gltf_member(&mesh, "primitives");
         if (!primitives->items.empty() && primitives->items[0].find("targets") != nullptr)
-            mesh_.leave_out("the morph targets of a mesh", place_of(node, mesh),
-                            "the mesh is printed with the weights that the file gives");
+            mesh_.leave_out(messages::kMorphTargets, place_of(node, mesh),
+                            messages::kMorphTargetsHelp);
         const JsonValue* weights = gltf_member(&node, "weights");
         if (weights == nullptr) weights = gltf_member(&mesh, "weights");
         weights_.clear();
@@ -181,9 +177,8 @@ class GltfReader {
                   const Affine3d& transform) {
         mesh_.begin_part();
         if (mesh_.group_bytes() > gltf_.memory_left())
-            return gltf_.fail(*placement.node,
-                              "the names of nodes and materials take more memory than is allowed",
-                              "allow more with `--memory`");
+            return gltf_.fail(*placement.node, messages::kGltfNamesTakeTooMuch,
+                              messages::kAllowMoreMemory);
         FaceGroup group;
         if (!name.empty()) group.names.push_back(name);
         group.body = static_cast<int32_t>(mesh_.bodies().size());
@@ -204,8 +199,8 @@ class GltfReader {
         const int64_t mode = gltf_.integer(primitive, "mode", 4, 6);
         if (mode >= 4) return gltf_.ok();
         const std::string place = gltf_.place_of("node", node);
-        if (mode == 0) mesh_.leave_out("the points of a mesh", place, "they have no volume");
-        if (mode > 0) mesh_.leave_out("the lines of a mesh", place, "they have no volume");
+        if (mode == 0) mesh_.leave_out(messages::kPointsOfMesh, place, messages::kHaveNoVolume);
+        if (mode > 0) mesh_.leave_out(messages::kLinesOfMesh, place, messages::kHaveNoVolume);
         return false;
     }
 
@@ -214,8 +209,7 @@ class GltfReader {
         constexpr size_t kLongest = 1000;
         std::string name = GltfFile::text(thing, "name");
         if (name.size() <= kLongest) return name;
-        gltf_.fail(thing, fmt::format("a name of {} bytes; at most {} are possible", name.size(),
-                                      kLongest));
+        gltf_.fail(thing, fmt::format(messages::kNameTooLong, name.size(), kLongest));
         return {};
     }
 
@@ -230,11 +224,10 @@ class GltfReader {
         const int64_t mode = gltf_.integer(primitive, "mode", 4, 6);
         const JsonValue* attributes = gltf_member(&primitive, "attributes");
         if (gltf_member(attributes, "POSITION") == nullptr)
-            return gltf_.fail(primitive, "the primitive has no POSITION");
+            return gltf_.fail(primitive, messages::kPrimitiveNoPosition);
         if (is_only_compressed(primitive, *attributes))
-            return gltf_.fail(primitive,
-                              "the mesh is compressed with Draco, and the file has no other form",
-                              "export it without compression");
+            return gltf_.fail(primitive, messages::kCompressedWithDraco,
+                              messages::kExportWithoutCompression);
         const std::optional<GltfArray> positions = array_of(primitive, "POSITION", 3);
         if (!positions) return;
         const std::vector<int64_t> corners = corners_of(primitive, *positions);
@@ -247,8 +240,7 @@ class GltfReader {
             const double* p = &positions->values[v * 3];
             const Vec3d placed = moves->at(v).apply({p[0], p[1], p[2]});
             if (!is_position(placed.x, placed.y, placed.z))
-                return gltf_.fail(primitive,
-                                  fmt::format("vertex {} is not finite or too far away", v));
+                return gltf_.fail(primitive, fmt::format(messages::kVertexTooFar, v));
             mesh_.add_vertex(placed);
         }
         std::vector<Source> sources;
@@ -280,9 +272,8 @@ class GltfReader {
             const std::optional<GltfArray> moved = plain_array(targets->items[t], key, components);
             if (!moved) return {};
             if (moved->count() != base->count()) {
-                gltf_.fail(targets->items[t], fmt::format("{} of a morph target has {} values for "
-                                                          "{} vertices",
-                                                          key, moved->count(), base->count()));
+                gltf_.fail(targets->items[t], fmt::format(messages::kMorphTargetValues, key,
+                                                          moved->count(), base->count()));
                 return {};
             }
             const size_t shared = std::min(base->components, moved->components);
@@ -302,8 +293,8 @@ class GltfReader {
                         key == "COLOR_0" ? GltfFile::Use::kShares : GltfFile::Use::kNumbers);
         if (!array || !gltf_.ok()) return {};
         if (components != 0 && array->components != components) {
-            gltf_.fail(attributes, fmt::format("{} has {} components", key, array->components),
-                       fmt::format("it must have {}", components));
+            gltf_.fail(attributes, fmt::format(messages::kWrongComponents, key, array->components),
+                       fmt::format(messages::kWrongComponentsHelp, components));
             return {};
         }
         return std::move(*array);
@@ -322,8 +313,8 @@ class GltfReader {
         if (!indices || !gltf_.ok()) return {};
         for (double index : indices->values) {
             if (index >= static_cast<double>(positions.count())) {
-                gltf_.fail(primitive, fmt::format("an index refers to vertex {}, but there are {}",
-                                                  index, positions.count()));
+                gltf_.fail(primitive,
+                           fmt::format(messages::kIndexOfNoVertex, index, positions.count()));
                 return {};
             }
             corners.push_back(static_cast<int64_t>(index));
@@ -353,10 +344,10 @@ class GltfReader {
         const std::optional<GltfArray> array = array_of(primitive, member.key, kinds.components());
         if (!array) return;
         if (array->count() != vertices)
-            return gltf_.fail(member.value, fmt::format("{} has {} values for {} vertices",
-                                                        member.key, array->count(), vertices));
+            return gltf_.fail(member.value, fmt::format(messages::kWrongValues, member.key,
+                                                        array->count(), vertices));
         if (kinds.colour && array->components < 3)
-            return gltf_.fail(member.value, "COLOR_0 must have 3 or 4 components");
+            return gltf_.fail(member.value, messages::kColorComponents);
         if (kinds.colour && skin.is_transparent) tell_of_transparency(*array, skin);
         for (const GltfTarget& target : targets)
             add_values(*array, member, target, moves, skin, sources);
@@ -370,10 +361,9 @@ class GltfReader {
             mesh_.attribute(target.name, static_cast<int32_t>(kept));
         if (!attribute)
             return mesh_.leave_out(
-                fmt::format("an attribute `{}` of {} components", member.key.substr(0, 40), kept),
+                fmt::format(messages::kAttributeComponents, member.key.substr(0, 40), kept),
                 fmt::format("{}:{}:{}", name_, member.line, member.column),
-                fmt::format("it has others elsewhere, or is one of more than {}",
-                            MeshAssembly::kMaxAttributes));
+                fmt::format(messages::kAttributeComponentsHelp, MeshAssembly::kMaxAttributes));
         const auto has_it = [&](const Source& s) { return s.attribute == *attribute; };
         if (std::any_of(sources->begin(), sources->end(), has_it)) return tell_of_attribute(member);
         const double side = moves.mirrors() ? -1 : 1;
@@ -408,23 +398,23 @@ class GltfReader {
     /// Tangents serve normal maps, joints and weights skins, which are told.
     void tell_of_attribute(const JsonMember& member) {
         if (member.key == fmt::format("JOINTS_{}", kMaxJointSets))
-            mesh_.leave_out(fmt::format("joints of a vertex beyond {}", 4 * kMaxJointSets),
+            mesh_.leave_out(fmt::format(messages::kJointsBeyond, 4 * kMaxJointSets),
                             fmt::format("{}:{}:{}", name_, member.line, member.column),
-                            "export the mesh with fewer joints to a vertex");
+                            messages::kJointsBeyondHelp);
         for (const char* known : {"POSITION", "TANGENT", "JOINTS_", "WEIGHTS_"}) {
             if (member.key.starts_with(known)) return;
         }
-        mesh_.leave_out(fmt::format("the attribute `{}`", member.key.substr(0, 40)),
+        mesh_.leave_out(fmt::format(messages::kOwnAttribute, member.key.substr(0, 40)),
                         fmt::format("{}:{}:{}", name_, member.line, member.column),
-                        "attributes of one's own begin with `_` and have names that no other has");
+                        messages::kOwnAttributeHelp);
     }
 
     void tell_of_transparency(const GltfArray& colours, const GltfSkin& skin) {
         if (colours.components < 4) return;
         for (size_t v = 0; v < colours.count(); ++v) {
             if (colours.values[v * 4 + 3] >= 1) continue;
-            return mesh_.leave_out("the transparency of vertex colours", skin.place,
-                                   "give the material an alpha, or a picture with one");
+            return mesh_.leave_out(messages::kVertexTransparency, skin.place,
+                                   messages::kVertexTransparencyHelp);
         }
     }
 

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "mesh/read/gltf_file.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -60,7 +61,7 @@ double read_number(const char* raw, int64_t type) {
 }  // namespace
 
 GltfFile::View GltfFile::view(int64_t index, int64_t offset, const JsonValue& asked_by) {
-    const JsonValue* view = item("bufferViews", index, "an accessor");
+    const JsonValue* view = item("bufferViews", index, messages::kAnAccessor);
     if (view == nullptr) return {};
     const std::string* bytes = buffer(integer(*view, "buffer", 0));
     const int64_t start = integer(*view, "byteOffset", 0);
@@ -69,12 +70,11 @@ GltfFile::View GltfFile::view(int64_t index, int64_t offset, const JsonValue& as
     if (!ok()) return {};
     const auto size = static_cast<int64_t>(bytes->size());
     if (start > size || length > size - start) {
-        fail(*view, fmt::format("the buffer view ends at byte {} of a buffer of {} bytes",
-                                start + length, size));
+        fail(*view, fmt::format(messages::kBufferViewTooLong, start + length, size));
         return {};
     }
     if (offset > length) {
-        fail(asked_by, "the accessor starts past the end of its buffer view");
+        fail(asked_by, messages::kAccessorStartsPastEnd);
         return {};
     }
     return {std::string_view(*bytes).substr(static_cast<size_t>(start + offset),
@@ -90,8 +90,7 @@ void GltfFile::read_values(const View& view, size_t count, int64_t type, bool no
     const size_t room =
         view.bytes.size() < size ? 0 : 1 + (view.bytes.size() - size) / std::max(stride, size);
     if (stride < size || count > room) {
-        fail(at, fmt::format("the accessor needs {} elements of {} bytes, but there are {}", count,
-                             size, stride < size ? 0 : room));
+        fail(at, fmt::format(messages::kAccessorTooShort, count, size, stride < size ? 0 : room));
         return;
     }
     out->values.reserve(count * out->components);
@@ -109,18 +108,16 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     const auto count = static_cast<size_t>(integer(sparse, "count", 0));
     const JsonMember* indices = sparse.find("indices");
     const JsonMember* values = sparse.find("values");
-    if (indices == nullptr || values == nullptr)
-        return fail(sparse, "`sparse` has no `indices` and `values`");
+    if (indices == nullptr || values == nullptr) return fail(sparse, messages::kSparseIncomplete);
     // Each node that repeats the mesh reads them again, and is counted by the accessor.
     if (ok() && count > out->count())
-        return fail(sparse, fmt::format("`sparse` replaces {} elements of an accessor of {}", count,
-                                        out->count()));
+        return fail(sparse, fmt::format(messages::kSparseTooMany, count, out->count()));
     GltfArray targets;
     GltfArray replaced;
     replaced.components = out->components;
     const int64_t index_type = integer(indices->value, "componentType", 0);
     if (ok() && index_type != 5121 && index_type != 5123 && index_type != 5125)
-        fail(indices->value, "indices must be of an unsigned integer type");
+        fail(indices->value, messages::kIndicesUnsigned);
     const auto view_of = [&](const JsonValue& part) {
         return view(integer(part, "bufferView", 0), integer(part, "byteOffset", 0), part);
     };
@@ -134,7 +131,7 @@ void GltfFile::apply_sparse(const JsonValue& sparse, int64_t type, bool normaliz
     }
     for (size_t i = 0; i < count && ok(); ++i) {
         if (!(targets.values[i] < static_cast<double>(out->count())))
-            return fail(sparse, "a sparse index is past the end of its accessor");
+            return fail(sparse, messages::kSparseIndexPastEnd);
         const size_t to = static_cast<size_t>(targets.values[i]) * out->components;
         for (size_t c = 0; c < out->components; ++c)
             out->values[to + c] = replaced.values[i * out->components + c];
@@ -150,18 +147,18 @@ Result<GltfArray> GltfFile::array(int64_t accessor, Use use) {
     const auto* found = std::find(std::begin(kShapes), std::end(kShapes), shape);
     const bool matrices = use == Use::kMatrices;
     if (matrices ? shape != "MAT4" : found == std::end(kShapes))
-        fail(*value, fmt::format("the accessor's type is `{}`", shape.substr(0, 20)),
-             matrices ? "it must be MAT4" : "SCALAR and VEC2 to VEC4 are supported");
+        fail(*value, fmt::format(messages::kAccessorType, shape.substr(0, 20)),
+             matrices ? messages::kAccessorTypeMatrix : messages::kAccessorTypeHelp);
     out.components = matrices ? 16 : static_cast<size_t>(found - std::begin(kShapes)) + 1;
     const int64_t type = integer(*value, "componentType", 0);
     const int64_t count = integer(*value, "count", 0);
     if (ok() && find_type(type) == nullptr)
-        fail(*value, fmt::format("unknown componentType {}", type));
+        fail(*value, fmt::format(messages::kUnknownComponentType, type));
     if (ok() && use == Use::kIndices &&
         (out.components != 1 || (type != 5121 && type != 5123 && type != 5125)))
-        fail(*value, "indices must be SCALAR and of an unsigned integer type");
+        fail(*value, messages::kIndicesScalar);
     constexpr int64_t kFloat = 5126;
-    if (ok() && matrices && type != kFloat) fail(*value, "matrices must be of floats");
+    if (ok() && matrices && type != kFloat) fail(*value, messages::kMatricesOfFloats);
     const JsonMember* normalized = value->find("normalized");
     const bool is_normalized =
         use == Use::kShares || (normalized != nullptr && normalized->value.boolean);
@@ -171,7 +168,7 @@ Result<GltfArray> GltfFile::array(int64_t accessor, Use use) {
             view(integer(*value, "bufferView", 0), integer(*value, "byteOffset", 0), *value);
         if (ok()) read_values(v, static_cast<size_t>(count), type, is_normalized, *value, &out);
     } else if (count > kMaxZeros) {
-        fail(*value, fmt::format("an accessor of {} elements without a buffer view", count));
+        fail(*value, fmt::format(messages::kAccessorWithoutView, count));
     } else {
         out.values.resize(static_cast<size_t>(count) * out.components);
     }

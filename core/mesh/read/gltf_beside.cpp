@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/read/gltf_scene.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -42,33 +43,32 @@ class Teller {
 
     void tell() {
         tell_of_scenes();
-        tell_all(root("cameras"), "camera", "a camera", "a print is seen from all sides");
+        tell_all(root("cameras"), "camera", "a camera", messages::kSeenFromAllSides);
         const JsonValue* lights = gltf_extension(&gltf_.root(), "KHR_lights_punctual");
-        tell_all(gltf_member(lights, "lights"), "light", "a light", "a print is lit by the room");
-        tell_all(root("animations"), "animation", "an animation",
-                 "export the mesh in the pose that is to be printed");
+        tell_all(gltf_member(lights, "lights"), "light", "a light", messages::kLitByTheRoom);
+        tell_all(root("animations"), "animation", messages::kAnimation, messages::kAnimationHelp);
         const JsonValue* variants = gltf_extension(&gltf_.root(), "KHR_materials_variants");
-        tell_all(gltf_member(variants, "variants"), "variant", "a variant of the materials",
-                 "choose it where the file is made, and export again");
+        tell_all(gltf_member(variants, "variants"), "variant", messages::kVariantOfMaterials,
+                 messages::kChooseAndExportAgain);
         for (const JsonValue& node : items_of(root("nodes"))) {
             if (gltf_extension(&node, "MSFT_lod") != nullptr)
-                mesh_.leave_out("the coarser forms of a node (MSFT_lod)",
-                                gltf_.place_of("node", node), "the finest is printed");
+                mesh_.leave_out(messages::kCoarserForms, gltf_.place_of("node", node),
+                                messages::kCoarserFormsHelp);
         }
         for (const auto& [list, kind] :
              {std::pair{"scenes", "scene"}, std::pair{"nodes", "node"}, std::pair{"meshes", "mesh"},
               std::pair{"materials", "material"}}) {
             for (const JsonValue& item : items_of(root(list))) {
                 if (item.find("extras") != nullptr)
-                    mesh_.leave_out("what a program keeps for itself (`extras`)",
-                                    gltf_.place_of(kind, item), "glTF gives it no meaning");
+                    mesh_.leave_out(messages::kExtras, gltf_.place_of(kind, item),
+                                    messages::kExtrasHelp);
             }
         }
         for (const JsonValue& name : items_of(root("extensionsUsed"))) {
             if (std::find(std::begin(kKnown), std::end(kKnown), name.text) != std::end(kKnown))
                 continue;
-            mesh_.leave_out(fmt::format("what the extension `{}` says", name.text.substr(0, 60)),
-                            gltf_.place_of("extension", name), "export it without this extension");
+            mesh_.leave_out(fmt::format(messages::kExtensionOfGltf, name.text.substr(0, 60)),
+                            gltf_.place_of("extension", name), messages::kExportWithoutExtension);
         }
     }
 
@@ -86,9 +86,8 @@ class Teller {
         const double shown = chosen != nullptr ? chosen->number : 0;
         for (size_t s = 0; s < scenes.size(); ++s) {
             if (static_cast<double>(s) != shown)
-                mesh_.leave_out("a scene that is not the default one",
-                                gltf_.place_of("scene", scenes[s]),
-                                "choose it where the file is made, and export again");
+                mesh_.leave_out(messages::kOtherScene, gltf_.place_of("scene", scenes[s]),
+                                messages::kChooseAndExportAgain);
         }
         // Meshes of other scenes are told with these.
         if (scenes.size() > 1) return;
@@ -102,8 +101,8 @@ class Teller {
         }
         for (size_t m = 0; m < meshes.size(); ++m) {
             if (!used[m])
-                mesh_.leave_out("a mesh that no node places", gltf_.place_of("mesh", meshes[m]),
-                                "put it into the scene");
+                mesh_.leave_out(messages::kMeshNotPlaced, gltf_.place_of("mesh", meshes[m]),
+                                messages::kMeshNotPlacedHelp);
         }
     }
 

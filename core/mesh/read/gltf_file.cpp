@@ -11,6 +11,7 @@
 
 #include "base/base64.h"
 #include "base/input_file.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -109,11 +110,7 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
     std::string_view json = bytes;
     if (bytes.size() >= 12 && word_at(bytes, 0) == kMagic) {
         const uint32_t version = word_at(bytes, 4);
-        if (version != 2)
-            return user_error(
-                fmt::format("{}: glTF {}; this program reads glTF 2; open the file in "
-                            "a 3D editor that reads it, and export glTF 2.0",
-                            file, version));
+        if (version != 2) return user_error(fmt::format(messages::kOldGltf, file, version));
         json = {};
         // What stands behind the length that the file states is not glTF.
         if (const size_t stated = word_at(bytes, 8); stated >= 20 && stated < bytes.size())
@@ -122,16 +119,14 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
             const size_t length = word_at(bytes, at);
             const uint32_t kind = word_at(bytes, at + 4);
             if (length > bytes.size() - at - 8)
-                return user_error(fmt::format("{}: the file was cut short in a chunk", file));
+                return user_error(fmt::format(messages::kCutShortInChunk, file));
             const std::string_view chunk = bytes.substr(at + 8, length);
             if (kind == kJsonChunk && json.empty()) json = chunk;
             if (kind == kBinaryChunk && !out.binary_) {
                 out.memory_left_ -= static_cast<int64_t>(length);
                 if (out.memory_left_ < 0)
                     return user_error(
-                        fmt::format("{}: its binary chunk of {} MB takes more memory "
-                                    "than is allowed; allow more with `--memory`",
-                                    file, length / 1'000'000));
+                        fmt::format(messages::kChunkTakesTooMuch, file, length / 1'000'000));
                 out.binary_ = std::string(chunk);
             }
             at += 8 + length;
@@ -154,17 +149,13 @@ Result<void> GltfFile::check_version() {
     const JsonMember* asset = root_.is(JsonValue::Kind::kObject) ? root_.find("asset") : nullptr;
     const std::string version = asset != nullptr ? text(asset->value, "version") : "";
     if (!version.starts_with("2."))
-        return user_error(fmt::format("{}: not a glTF 2.0 file: `asset` has {}", file_,
-                                      version.empty() ? "no `version`"
-                                                      : "version " + version.substr(0, 20) +
-                                                            "; open it in a 3D editor that reads "
-                                                            "it, and export glTF 2.0"));
+        return user_error(fmt::format(
+            messages::kNotGltf2, file_,
+            version.empty() ? messages::kNoVersion
+                            : "version " + version.substr(0, 20) + messages::kNotGltf2Remedy));
     const std::string least = text(asset->value, "minVersion");
     if (!least.empty() && least != "2.0")
-        return user_error(
-            fmt::format("{}: the file needs a reader of glTF {}; this program reads "
-                        "glTF 2.0",
-                        file_, least.substr(0, 20)));
+        return user_error(fmt::format(messages::kNewerGltf, file_, least.substr(0, 20)));
     const JsonMember* required = root_.find("extensionsRequired");
     if (required == nullptr) return Ok{};
     const auto is_in = [](const auto& list, std::string_view name) {
@@ -173,12 +164,10 @@ Result<void> GltfFile::check_version() {
     for (const JsonValue& name : required->value.items) {
         // Looks have no say in where surfaces are: what cannot be shown is told.
         if (is_in(kPossible, name.text) || name.text.starts_with("KHR_materials_")) continue;
-        return error_at(
-            {file_, name.line, name.column},
-            fmt::format("the file requires `{}`, which is not supported", name.text.substr(0, 60)),
-            is_in(kCompressed, name.text)
-                ? "its meshes are compressed: export it without compression"
-                : "export it without this extension");
+        return error_at({file_, name.line, name.column},
+                        fmt::format(messages::kRequiresExtension, name.text.substr(0, 60)),
+                        is_in(kCompressed, name.text) ? messages::kRequiresCompression
+                                                      : messages::kExportWithoutExtension);
     }
     return Ok{};
 }
@@ -199,7 +188,7 @@ int64_t GltfFile::integer(const JsonValue& object, const char* key, int64_t othe
     const double value = m->value.number;
     if (!m->value.is(JsonValue::Kind::kNumber) || value != std::floor(value) || value < 0 ||
         value > static_cast<double>(most)) {
-        fail(m->value, fmt::format("`{}` is not a whole number from 0 to {}", key, most));
+        fail(m->value, fmt::format(messages::kNotWholeNumber, key, most));
         return 0;
     }
     return static_cast<int64_t>(value);
@@ -214,7 +203,7 @@ std::optional<std::vector<double>> GltfFile::numbers(const JsonValue& object, co
         if (item.is(JsonValue::Kind::kNumber)) out.push_back(item.number);
     }
     if (out.size() == count && m->value.items.size() == count) return out;
-    fail(m->value, fmt::format("`{}` is not an array of {} numbers", key, count));
+    fail(m->value, fmt::format(messages::kNotArrayOfNumbers, key, count));
     return {};
 }
 
@@ -223,7 +212,7 @@ const JsonValue* GltfFile::item(const char* key, int64_t index, const char* aske
     const size_t count = list != nullptr ? list->value.items.size() : 0;
     if (index < 0 || static_cast<size_t>(index) >= count) {
         fail(list != nullptr ? list->value : root_,
-             fmt::format("{} refers to {} {}, but there are {}", asked_by, key, index, count));
+             fmt::format(messages::kRefersToNone, asked_by, key, index, count));
         return nullptr;
     }
     return &list->value.items[index];
@@ -234,7 +223,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
         std::clamp<int64_t>(memory_left_, 0, static_cast<int64_t>(kLargestBuffer)));
     if (uri.starts_with("data:")) {
         if (uri.size() / 4 * 3 > allowed) {
-            fail(at, "the data takes more memory than is allowed", "allow more with `--memory`");
+            fail(at, messages::kDataTakesTooMuch, messages::kAllowMoreMemory);
             return {};
         }
         std::string_view data;
@@ -245,7 +234,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
             bytes = encoded ? decode_percent(data) : std::string();
             if (base64) bytes = decode_base64(encoded ? bytes : data);
         }
-        if (bytes.empty()) fail(at, "the data is not valid base64");
+        if (bytes.empty()) fail(at, messages::kNotBase64);
         memory_left_ -= static_cast<int64_t>(bytes.size());
         return bytes;
     }
@@ -260,8 +249,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
         break;
     }
     if (!relative) {
-        fail(at, fmt::format("the file `{}` must be in the folder of the mesh, or below",
-                             uri.substr(0, 200)));
+        fail(at, fmt::format(messages::kFileOutsideFolder, uri.substr(0, 200)));
         return {};
     }
     const fs::path path = folder / *relative;
@@ -278,9 +266,7 @@ std::string GltfFile::load_uri(const JsonValue& at, const std::string& uri) {
 
 bool GltfFile::take_memory(size_t bytes, const JsonValue& at) {
     memory_left_ -= static_cast<int64_t>(bytes);
-    if (memory_left_ < 0)
-        fail(at, "the names of nodes and materials take more memory than is allowed",
-             "allow more with `--memory`");
+    if (memory_left_ < 0) fail(at, messages::kGltfNamesTakeTooMuch, messages::kAllowMoreMemory);
     return ok();
 }
 
@@ -332,13 +318,13 @@ Result<std::string> GltfFile::image(const JsonValue& image) {
         bytes = load_uri(image, uri);
         memory_left_ += static_cast<int64_t>(bytes.size());
     } else if (image.find("bufferView") == nullptr) {
-        fail(image, "the image has neither `uri` nor `bufferView`");
+        fail(image, messages::kImageWithoutSource);
     } else {
-        const JsonValue* found = item("bufferViews", integer(image, "bufferView", 0), "an image");
+        const JsonValue* found =
+            item("bufferViews", integer(image, "bufferView", 0), messages::kAnImage);
         const int64_t length = found != nullptr ? integer(*found, "byteLength", 0) : 0;
         const View of = found != nullptr ? view(integer(image, "bufferView", 0), 0, image) : View{};
-        if (ok() && length > memory_left_)
-            fail(image, "the image takes more memory than is allowed; allow more with `--memory`");
+        if (ok() && length > memory_left_) fail(image, messages::kImageTakesTooMuch);
         if (ok()) bytes = std::string(of.bytes.substr(0, static_cast<size_t>(length)));
     }
     if (!ok()) return error();
@@ -346,7 +332,7 @@ Result<std::string> GltfFile::image(const JsonValue& image) {
 }
 
 const std::string* GltfFile::buffer(int64_t index) {
-    const JsonValue* buffer = item("buffers", index, "a buffer view");
+    const JsonValue* buffer = item("buffers", index, messages::kABufferView);
     if (buffer == nullptr) return nullptr;
     std::optional<std::string>& bytes = buffers_[index];
     if (!bytes) {
@@ -355,12 +341,11 @@ const std::string* GltfFile::buffer(int64_t index) {
             uri.empty() && (gltf_extension(buffer, kCompressed[1]) != nullptr ||
                             gltf_extension(buffer, kCompressed[2]) != nullptr);
         if (is_stand_in) {
-            fail(*buffer, "the meshes are compressed with meshopt, and the file has no other form",
-                 "export it without compression");
+            fail(*buffer, messages::kCompressedWithMeshopt, messages::kExportWithoutCompression);
         } else if (uri.empty() && index == 0 && binary_) {
             bytes = std::move(*binary_);
         } else if (uri.empty()) {
-            fail(*buffer, "the buffer has no `uri`, and the file no binary chunk for it");
+            fail(*buffer, messages::kBufferWithoutSource);
         } else {
             bytes = load_uri(*buffer, uri);
         }

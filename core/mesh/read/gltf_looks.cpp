@@ -8,6 +8,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "mesh/read/messages.h"
+
 namespace openfab::mesh {
 namespace {
 
@@ -26,44 +28,62 @@ struct Effect {
     double neutral;
     const char* remedy;
 };
-constexpr char kGive[] = "give the object a material of that kind";
-constexpr char kShine[] = "a print shines as its material does; varnish it";
 constexpr Effect kEffects[] = {
     {"KHR_materials_transmission",
-     "the transmission of a material",
+     messages::kTransmissionMaterial,
      {"transmissionFactor"},
      0,
-     "give the object a clear material"},
+     messages::kClearMaterial},
     {"KHR_materials_diffuse_transmission",
-     "the diffuse transmission of a material",
+     messages::kDiffuseTransmissionMaterial,
      {"diffuseTransmissionFactor"},
      0,
-     "give the object a translucent material"},
+     messages::kTranslucentMaterial},
     {"KHR_materials_volume",
-     "the absorption in a material",
+     messages::kAbsorptionMaterial,
      {"thicknessFactor"},
      0,
-     "give the object a clear material of that colour"},
+     messages::kClearMaterialOfColour},
     {"KHR_materials_volume_scatter",
-     "the scattering in a material",
+     messages::kScatteringMaterial,
      {"multiscatterColor", "multiscatterColorFactor"},
      0,
-     "give the object a translucent material"},
-    {"KHR_materials_ior", "the refraction of a material", {"ior"}, 1.5, kGive},
-    {"KHR_materials_dispersion", "the dispersion of a material", {"dispersion"}, 0, kGive},
-    {"KHR_materials_clearcoat", "the clear coat of a material", {"clearcoatFactor"}, 0, kShine},
-    {"KHR_materials_sheen", "the sheen of a material", {"sheenColorFactor"}, 0, kShine},
+     messages::kTranslucentMaterial},
+    {"KHR_materials_ior",
+     messages::kRefractionMaterial,
+     {"ior"},
+     1.5,
+     messages::kMaterialOfThatKind},
+    {"KHR_materials_dispersion",
+     messages::kDispersionMaterial,
+     {"dispersion"},
+     0,
+     messages::kMaterialOfThatKind},
+    {"KHR_materials_clearcoat",
+     messages::kClearCoatMaterial,
+     {"clearcoatFactor"},
+     0,
+     messages::kShinesAsItsMaterial},
+    {"KHR_materials_sheen",
+     messages::kSheenMaterial,
+     {"sheenColorFactor"},
+     0,
+     messages::kShinesAsItsMaterial},
     {"KHR_materials_specular",
-     "the specular colour of a material",
+     messages::kSpecularColourMaterial,
      {"specularFactor", "specularColorFactor"},
      1,
-     kShine},
+     messages::kShinesAsItsMaterial},
     {"KHR_materials_iridescence",
-     "the iridescence of a material",
+     messages::kIridescenceMaterial,
      {"iridescenceFactor"},
      0,
-     kShine},
-    {"KHR_materials_anisotropy", "the anisotropy of a material", {"anisotropyStrength"}, 0, kShine},
+     messages::kShinesAsItsMaterial},
+    {"KHR_materials_anisotropy",
+     messages::kAnisotropyMaterial,
+     {"anisotropyStrength"},
+     0,
+     messages::kShinesAsItsMaterial},
 };
 
 bool is_black(const Rgba& colour) {
@@ -143,8 +163,8 @@ GltfSkin GltfLooks::of(const JsonValue& primitive) {
     if (!is_new) return out;
     look.vertex_colors = colours;
     if (look.picture && !key.picture) {
-        mesh_.leave_out("the picture of a mesh without texture coordinates for it", out.place,
-                        "unwrap the mesh, and export again");
+        mesh_.leave_out(messages::kPictureWithoutCoordinates, out.place,
+                        messages::kPictureWithoutCoordinatesHelp);
         look.picture.reset();
     }
     constexpr size_t kNode = 100;  // of the map
@@ -170,8 +190,7 @@ void GltfLooks::read_material(const JsonValue& value, int64_t index, GltfMateria
     constexpr size_t kLongest = 1000;
     out->name = GltfFile::text(value, "name");
     if (out->name.size() > kLongest)
-        return gltf_.fail(value, fmt::format("a name of {} bytes; at most {} are possible",
-                                             out->name.size(), kLongest));
+        return gltf_.fail(value, fmt::format(messages::kNameTooLong, out->name.size(), kLongest));
     if (out->name.empty()) out->name = fmt::format("material {}", index);
     out->look.name = out->name;
     out->place = gltf_.place_of("material", value);
@@ -229,8 +248,7 @@ void GltfLooks::read_colour(const JsonValue& value, GltfMaterial* out) {
             picture = gltf_member(&value, "emissiveTexture");
             of_picture = "emissiveTexture";
         } else {
-            mesh_.leave_out("the light that a material emits", out->place,
-                            "a print does not shine; paint it into the colour");
+            mesh_.leave_out(messages::kLightEmitted, out->place, messages::kLightEmittedHelp);
         }
     }
     if (!gltf_.ok()) return;
@@ -298,11 +316,10 @@ std::optional<int64_t> GltfLooks::source_of(const JsonValue& texture,
             return gltf_.integer(*extension, "source", 0);
     }
     if (gltf_extension(&texture, "KHR_texture_basisu") != nullptr) {
-        mesh_.leave_out("a picture in KTX 2 (KHR_texture_basisu)", material.place,
-                        "export it with PNG or JPEG");
+        mesh_.leave_out(messages::kPictureInKtx2, material.place, messages::kPictureInKtx2Help);
     } else {
-        mesh_.leave_out("a texture without a picture", material.place,
-                        "export it with its picture");
+        mesh_.leave_out(messages::kTextureWithoutPicture, material.place,
+                        messages::kTextureWithoutPictureHelp);
     }
     return {};
 }
@@ -330,8 +347,8 @@ void GltfLooks::read_alpha(const JsonValue& value, GltfMaterial* out) {
     Look& look = out->look;
     out->is_transparent = mode == "BLEND" || mode == "MASK";
     if (!mode.empty() && mode != "OPAQUE" && !out->is_transparent)
-        mesh_.leave_out(fmt::format("the transparency `{}` of a material", mode.substr(0, 20)),
-                        out->place, "glTF has OPAQUE, MASK and BLEND");
+        mesh_.leave_out(fmt::format(messages::kTransparencyMode, mode.substr(0, 20)), out->place,
+                        messages::kTransparencyModeHelp);
     if (mode == "BLEND") {
         if (look.picture) look.picture->alpha = PictureUse::Alpha::kBlend;
         return;
@@ -355,14 +372,15 @@ void GltfLooks::tell_what_is_not_printed(const JsonValue& value, const GltfMater
     const auto tell = [&](const char* what, const char* remedy) {
         mesh_.leave_out(what, material.place, remedy);
     };
-    constexpr char kMap[] = "only colours are printed; bake it into the colour, or model it";
-    if (value.find("normalTexture") != nullptr) tell("the normal map of a material", kMap);
-    if (value.find("occlusionTexture") != nullptr) tell("the occlusion map of a material", kMap);
+    if (value.find("normalTexture") != nullptr)
+        tell(messages::kNormalMapMaterial, messages::kOnlyColoursPrinted);
+    if (value.find("occlusionTexture") != nullptr)
+        tell(messages::kOcclusionMapMaterial, messages::kOnlyColoursPrinted);
     const JsonValue* pbr = gltf_member(&value, "pbrMetallicRoughness");
     if (gltf_member(pbr, "metallicRoughnessTexture") != nullptr)
-        tell("the map of metal and roughness of a material", kShine);
+        tell(messages::kMapMetalRoughness, messages::kShinesAsItsMaterial);
     if (gltf_member(gltf_extension(&value, kSpecular), "specularGlossinessTexture") != nullptr)
-        tell("the map of specular colour and glossiness of a material", kShine);
+        tell(messages::kMapSpecularGlossiness, messages::kShinesAsItsMaterial);
     for (const Effect& effect : kEffects) {
         const JsonValue* extension = gltf_extension(&value, effect.extension);
         if (extension != nullptr && does_something(*extension, effect))

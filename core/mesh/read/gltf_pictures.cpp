@@ -10,6 +10,7 @@
 
 #include "mesh/read/gltf.h"
 #include "mesh/read/gltf_file.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 
@@ -29,7 +30,7 @@ Result<void> read_gltf_pictures(const std::filesystem::path& file,
         int64_t image = -1;
         const auto [stop, wrong] = std::from_chars(source.data(), end, image);
         if (wrong != std::errc() || stop != end)
-            return internal_error(fmt::format("`{}` is no picture of a glTF file", source));
+            return internal_error(fmt::format(messages::kNoPictureOfGltf, source));
         take(i, gltf->image_at(image));
     }
     return Ok{};

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/affine.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -62,13 +63,13 @@ class Scene {
     };
 
     void use(const Visit& visit) {
-        const JsonValue* node = gltf_.item("nodes", visit.node, "a scene or node");
+        const JsonValue* node = gltf_.item("nodes", visit.node, messages::kASceneOrNode);
         if (node == nullptr || !mark_visited(visit.node, *node)) return;
         const JsonValue* visible =
             gltf_member(gltf_extension(node, "KHR_node_visibility"), "visible");
         if (visible != nullptr && visible->is(Kind::kBool) && !visible->boolean)
-            return mesh_.leave_out("a hidden node, with those below it",
-                                   gltf_.place_of("node", *node), "show it, and export again");
+            return mesh_.leave_out(messages::kHiddenNode, gltf_.place_of("node", *node),
+                                   messages::kHiddenNodeHelp);
         const Affine3d transform = product(visit.transform, transform_of(*node));
         out_.transforms[static_cast<size_t>(visit.node)] = transform;
         if (node->find("mesh") != nullptr) place(*node, transform, visit.assembly);
@@ -80,8 +81,8 @@ class Scene {
     void place(const JsonValue& node, const Affine3d& transform, int32_t assembly) {
         // A skin places its mesh by its skeleton.
         if (determinant(transform) == 0 && node.find("skin") == nullptr)
-            return mesh_.leave_out("a mesh that is scaled to nothing", gltf_.place_of("node", node),
-                                   "none is needed if it was to be hidden");
+            return mesh_.leave_out(messages::kMeshScaledToNothing, gltf_.place_of("node", node),
+                                   messages::kScaledToNothingHelp);
         GltfPlacement placement{&node, transform, assembly, 1};
         if (const JsonValue* instancing = gltf_extension(&node, kInstancing)) {
             const JsonValue* attributes = gltf_member(instancing, "attributes");
@@ -102,8 +103,8 @@ class Scene {
             if (std::find(std::begin(kInstanceKeys), std::end(kInstanceKeys), m.key) !=
                 std::end(kInstanceKeys))
                 continue;
-            mesh_.leave_out(fmt::format("the attribute `{}` of instances", m.key.substr(0, 40)),
-                            gltf_.place_of("node", node), "place the mesh by nodes of its own");
+            mesh_.leave_out(fmt::format(messages::kAttributeOfInstances, m.key.substr(0, 40)),
+                            gltf_.place_of("node", node), messages::kAttributeOfInstancesHelp);
         }
     }
 
@@ -114,7 +115,7 @@ class Scene {
         for (const JsonValue& item : list->value.items) {
             if (!item.is(Kind::kNumber) || !(item.number >= 0 && item.number < 1e9) ||
                 item.number != std::floor(item.number)) {
-                gltf_.fail(item, fmt::format("`{}` holds something other than indices", key));
+                gltf_.fail(item, fmt::format(messages::kNotIndices, key));
                 return {};
             }
             out.push_back(static_cast<int64_t>(item.number));
@@ -150,7 +151,8 @@ class Scene {
     bool mark_visited(int64_t index, const JsonValue& node) {
         const auto at = static_cast<size_t>(index);
         if (visited_[at]) {
-            gltf_.fail(node, fmt::format("node {} has two parents", index), "nodes must be a tree");
+            gltf_.fail(node, fmt::format(messages::kNodeTwoParents, index),
+                       messages::kNodeTwoParentsHelp);
             return false;
         }
         visited_[at] = true;
@@ -184,10 +186,10 @@ std::vector<double> instance_values(GltfFile* gltf, const JsonValue& attributes,
         gltf->array(gltf->integer(attributes, key, 0), GltfFile::Use::kNumbers);
     if (!array || !gltf->ok()) return {};
     if (array->components != components || array->count() != static_cast<size_t>(instances)) {
-        gltf->fail(attributes,
-                   fmt::format("{} of instances has {} values of {} numbers", key, array->count(),
-                               array->components),
-                   fmt::format("{} of {} are needed", instances, components));
+        gltf->fail(
+            attributes,
+            fmt::format(messages::kValuesOfInstances, key, array->count(), array->components),
+            fmt::format(messages::kValuesOfInstancesHelp, instances, components));
         return {};
     }
     return std::move(array->values);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/affine.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -33,8 +34,8 @@ std::vector<Affine3d> gltf_joints(GltfFile* gltf, const GltfScene& scene,
         if (!read || !gltf->ok()) return {};
         to_joints = std::move(read->values);
         if (to_joints.size() / 16 < joints->items.size()) {
-            gltf->fail(*skin, fmt::format("a skin of {} joints has {} inverse bind matrices",
-                                          joints->items.size(), to_joints.size() / 16));
+            gltf->fail(*skin, fmt::format(messages::kSkinMatrices, joints->items.size(),
+                                          to_joints.size() / 16));
             return {};
         }
     }
@@ -73,16 +74,14 @@ Result<GltfSkinning> GltfSkinning::read(GltfFile* gltf, const JsonValue& primiti
         if (!gltf->ok()) return gltf->error();
         for (const GltfArray* array : {&*of, &*by}) {
             if (array->components == 4 && array->count() == vertices) continue;
-            gltf->fail(*attributes,
-                       fmt::format("{} and {} have {} values of {} components for {} "
-                                   "vertices",
-                                   followed, shares, array->count(), array->components, vertices));
+            gltf->fail(*attributes, fmt::format(messages::kJointValues, followed, shares,
+                                                array->count(), array->components, vertices));
             return gltf->error();
         }
         for (const double joint : of->values) {
             if (joint >= 0 && joint < static_cast<double>(joints.size())) continue;
-            gltf->fail(*attributes, fmt::format("{} refers to joint {}, but there are {}", followed,
-                                                joint, joints.size()));
+            gltf->fail(*attributes,
+                       fmt::format(messages::kRefersToNoJoint, followed, joint, joints.size()));
             return gltf->error();
         }
         out.followed_.push_back(std::move(*of));

@@ -14,6 +14,7 @@
 #include "base/scan_number.h"
 #include "base/text.h"
 #include "mesh/read/beside_files.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -131,19 +132,16 @@ class LibraryReader {
         if (dark && !look.picture && glow_map_) picture(read_map(*glow_map_));
         if (dark && !look.picture && glow_ && *glow_ != Rgb{}) look.color = glow_;
         if (!look.picture && ambient_map_) {
-            tell("an ambient picture (`map_Ka`)", "name it in `map_Kd`");
+            tell(messages::kAmbientPicture, messages::kAmbientPictureHelp);
         }
         if (transparency_ && !opacity_) {
             // Some programs write 1 for what is opaque.
             look.alpha = *transparency_ >= 1 ? 1 : 1 - *transparency_;
-            if (*transparency_ >= 1)
-                tell("a transparency `Tr` of 1, which programs read in two ways: it is opaque here",
-                     "write `d`");
+            if (*transparency_ >= 1) tell(messages::kTransparencyTrOne, "write `d`");
         }
         if (opacity_) look.alpha = *opacity_;
         if (opacity_map_ && (!look.picture || *opacity_map_ != color_map_)) {
-            tell("a picture of opacity (`map_d`)",
-                 "save it as the alpha of the picture of `map_Kd`");
+            tell(messages::kPictureOfOpacity, messages::kPictureOfOpacityHelp);
         }
         return std::move(now_);
     }
@@ -177,14 +175,13 @@ class LibraryReader {
         std::string_view rest = line;
         const std::string first = lower_ascii(std::string(take_first(&rest)));
         if (first == "spectral" || first == "xyz") {
-            tell(fmt::format("a colour as `{} {}`", word, first), "write it as red green blue");
+            tell(fmt::format(messages::kColourAs, word, first), messages::kColourAsHelp);
             return {};
         }
         Rgb rgb{};
         double given = 0;
         if (!scan_number(first, &rgb[0]).empty()) {
-            tell(fmt::format("a colour `{}` that is no number", word),
-                 "write it as red green blue, 0 … 1");
+            tell(fmt::format(messages::kColourNoNumber, word), messages::kColourNoNumberHelp);
             return {};
         }
         // One number is grey.
@@ -198,7 +195,7 @@ class LibraryReader {
         const bool bytes = largest > 1 && largest <= 255 &&
                            std::all_of(rgb.begin(), rgb.end(),
                                        [](double c) { return c >= 0 && c == std::floor(c); });
-        if (bytes) tell("the range of a colour: it is taken as 0 … 255", "write colours as 0 … 1");
+        if (bytes) tell(messages::kRangeOfColour, messages::kRangeOfColourHelp);
         for (double& channel : rgb)
             channel = srgb_to_linear(std::clamp(bytes ? channel / 255 : channel, 0.0, 1.0));
         return rgb;
@@ -220,7 +217,7 @@ class LibraryReader {
             glow_ = color(line, "Ke");
         } else if (word == "d") {
             if (line.starts_with("-halo"))
-                tell("an opacity that depends on the direction (`d -halo`)", "write `d` alone");
+                tell(messages::kOpacityOfDirection, messages::kOpacityOfDirectionHelp);
             opacity_ = fraction(line);
         } else if (word == "tr") {
             transparency_ = fraction(line);
@@ -235,24 +232,21 @@ class LibraryReader {
             opacity_map_ = std::string(line);
         } else if (word == "map_bump" || word == "bump" || word == "norm" || word == "map_norm" ||
                    word == "map_kn") {
-            tell(fmt::format("a bump or normal map (`{}`)", word),
-                 "relief is printed from the mesh, or from a fablet with `@Surface`");
+            tell(fmt::format(messages::kBumpMap, word), messages::kBumpMapHelp);
         } else if (word == "disp" || word == "map_disp") {
-            tell("a displacement map (`disp`)",
-                 "displace the surface in a fablet with `@Surface`, or apply it to the mesh");
+            tell(messages::kDisplacementMap, messages::kDisplacementMapHelp);
         } else if (word == "decal") {
-            tell("a `decal`", "paint it into the picture of `map_Kd`");
+            tell("a `decal`", messages::kPaintIntoMapKd);
         } else if (word == "tf") {
             const std::optional<Rgb> filter = color(line, "Tf");
             if (filter && *filter != Rgb{1, 1, 1})
-                tell("the colour that shines through (`Tf`)", "print with a material that has it");
+                tell(messages::kColourThatShinesThrough, messages::kColourThatShinesThroughHelp);
         } else if (word.starts_with("map_") || word == "refl") {
             if (word != "map_aat")
-                tell(fmt::format("a picture of gloss or reflection (`{}`)", word),
-                     "gloss is that of the material it is printed with");
+                tell(fmt::format(messages::kPictureOfGloss, word), messages::kPictureOfGlossHelp);
         } else if (!is_silent(word)) {
-            tell(fmt::format("the statement `{}` of a material", printable(word.substr(0, 40))),
-                 "it is not one of MTL");
+            tell(fmt::format(messages::kStatementOfMaterial, printable(word.substr(0, 40))),
+                 messages::kStatementOfMaterialHelp);
         }
     }
 
@@ -280,8 +274,7 @@ class LibraryReader {
         now_.scale = map.scale;
         now_.offset = map.offset;
         for (const std::string_view option : map.changes)
-            tell(fmt::format("the option `{}` of a picture", option),
-                 "apply it to the picture in a paint program");
+            tell(fmt::format(messages::kOptionOfPicture, option), messages::kOptionOfPictureHelp);
     }
 
     const fs::path& mesh_;
@@ -338,8 +331,7 @@ Result<void> MtlLibraries::add(std::string_view names, const std::string& place)
     if (names.empty() || known_.size() > kMostLibraries) return Ok{};
     if (!known_.insert(std::string(names)).second) return Ok{};
     if (known_.size() > kMostLibraries)
-        return user_error(
-            fmt::format("{}: more than {} material libraries", mesh_.string(), kMostLibraries));
+        return user_error(fmt::format(messages::kTooManyLibraries, mesh_.string(), kMostLibraries));
     const auto find = [&](std::string_view name) {
         return find_beside(mesh_, folder_of(mesh_), without_quotes(name));
     };
@@ -380,8 +372,8 @@ Result<void> MtlLibraries::add(std::string_view names, const std::string& place)
     for (const std::string_view name : missing) {
         missing_.insert(std::string(name));
         const Result<fs::path> path = find(name);
-        out_.leave_out(fmt::format("the material library `{}`: {}", printable(name.substr(0, 200)),
-                                   path ? "it is not read" : path.error().message),
+        out_.leave_out(fmt::format(messages::kMaterialLibrary, printable(name.substr(0, 200)),
+                                   path ? messages::kLibraryNotRead : path.error().message),
                        place, path ? "" : path.error().help);
     }
     return Ok{};
@@ -390,9 +382,7 @@ Result<void> MtlLibraries::add(std::string_view names, const std::string& place)
 Result<void> MtlLibraries::read(const fs::path& library) {
     if (!read_.insert(library).second) return Ok{};
     const auto too_much = [&] {
-        return user_error(fmt::format(
-            "{}: its materials take more memory than is left; allow more with `--memory`",
-            library.string()));
+        return user_error(fmt::format(messages::kMaterialsTakeTooMuch, library.string()));
     };
     const int64_t left = memory_bytes_ - bytes_;
     if (left <= 0) return too_much();
@@ -403,7 +393,7 @@ Result<void> MtlLibraries::read(const fs::path& library) {
     const Complaint wide = bytes ? not_utf8(*bytes) : Complaint();
     if (!bytes || !wide.empty()) {
         missing_.insert(library.string());
-        out_.leave_out(fmt::format("the material library `{}`: {}", library.string(),
+        out_.leave_out(fmt::format(messages::kMaterialLibrary, library.string(),
                                    bytes ? wide.what : bytes.error().text()),
                        library.string(), bytes ? wide.help : "");
         return Ok{};
@@ -423,8 +413,8 @@ Result<void> MtlLibraries::read(const fs::path& library) {
             materials_.push_back(std::move(*material));
         } else {
             // The first one counts, as in other programs.
-            out_.leave_out("a second material of one name in the libraries", library.string(),
-                           "give materials different names");
+            out_.leave_out(messages::kSecondMaterialOfName, library.string(),
+                           messages::kSecondMaterialOfNameHelp);
         }
     };
     std::string_view text = plain.text();

@@ -9,6 +9,8 @@
 #include <charconv>
 #include <cstring>
 
+#include "mesh/read/messages.h"
+
 namespace openfab::mesh {
 
 namespace {
@@ -53,19 +55,19 @@ double load(const char* from) {
 
 Complaint NpyArray::parse(std::string_view bytes, NpyArray* out) {
     constexpr std::string_view kMagic = "\x93NUMPY";
-    if (bytes.size() < 12 || !bytes.starts_with(kMagic)) return "it is no array of NumPy";
+    if (bytes.size() < 12 || !bytes.starts_with(kMagic)) return messages::kNoArrayOfNumPy;
     const auto byte = [&](size_t i) { return static_cast<size_t>(static_cast<uint8_t>(bytes[i])); };
     const bool long_header = byte(6) >= 2;
     const size_t begin = long_header ? 12 : 10;
     size_t length = byte(8) | byte(9) << 8;
     if (long_header) length |= byte(10) << 16 | byte(11) << 24;
-    if (length > bytes.size() - begin) return "its header is cut short";
+    if (length > bytes.size() - begin) return messages::kArrayHeaderCutShort;
     const std::string_view header = bytes.substr(begin, length);
     const std::string_view type = value_of(header, "descr");
     const std::string_view order = value_of(header, "fortran_order");
     std::vector<int64_t> shape;
     if (type.size() < 5 || order.empty() || !read_shape(value_of(header, "shape"), &shape))
-        return "its header is no header of an array";
+        return messages::kArrayHeaderWrong;
     const char end = type[1], kind = type[2];
     const int32_t width = type[3] - '0';
     const bool fine =
@@ -73,17 +75,17 @@ Complaint NpyArray::parse(std::string_view bytes, NpyArray* out) {
         ((kind == 'i' || kind == 'u') && (width == 1 || width == 2 || width == 4 || width == 8)) ||
         (kind == 'b' && width == 1);
     if (type[0] != '\'' || type[4] != '\'' || !fine || (end != '<' && end != '|'))
-        return {fmt::format("its numbers are of type {}", type.substr(0, type.find(','))),
-                "float32, float64 and integers are read, little-endian"};
+        return {fmt::format(messages::kArrayNumbersType, type.substr(0, type.find(','))),
+                messages::kArrayNumbersTypeHelp};
     if (!order.starts_with("False"))
-        return {"its first index is the fastest", "numpy.ascontiguousarray turns it"};
+        return {messages::kArrayFirstIndexFastest, messages::kArrayFirstIndexFastestHelp};
     int64_t size = 1;
     const int64_t most = static_cast<int64_t>(bytes.size() - begin - length) / width;
     for (const int64_t n : shape) {
-        if (n > 0 && size > most / n) return "it is cut short";
+        if (n > 0 && size > most / n) return messages::kArrayCutShort;
         size *= n;
     }
-    if (size > most) return "it is cut short";
+    if (size > most) return messages::kArrayCutShort;
     out->shape_ = std::move(shape);
     out->size_ = size;
     out->kind_ = kind;

@@ -13,8 +13,10 @@
 
 #include "base/plain_text.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/model/messages.h"
 #include "mesh/model/polygon.h"
 #include "mesh/read/beside_files.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/obj_attributes.h"
 #include "mesh/read/obj_lines.h"
 #include "mesh/read/obj_names.h"
@@ -62,9 +64,8 @@ class ObjReader {
         if (!add_looks()) return *error_;
         tell_left_out();
         if (out_.mesh.triangles.empty() && found(ObjLeftOut::kSurfaces).count > 0) {
-            return error_at({file_, found(ObjLeftOut::kSurfaces).line, 1},
-                            "the file has free-form curves or surfaces, and no faces",
-                            "export it as a mesh of polygons");
+            return error_at({file_, found(ObjLeftOut::kSurfaces).line, 1}, messages::kOnlyFreeForm,
+                            messages::kOnlyFreeFormHelp);
         }
         return std::move(out_);
     }
@@ -153,7 +154,7 @@ class ObjReader {
         if (begin == end) return;
         const size_t left = kMaxObjElements - mesh_.triangles.size();
         if (end - begin > left) {
-            error_ = error_at({file_, piece.lines[begin + left], 1}, "too many faces");
+            error_ = error_at({file_, piece.lines[begin + left], 1}, messages::kTooManyFaces);
             return;
         }
         const auto add = [&](const auto& from, auto* to) {
@@ -189,7 +190,7 @@ class ObjReader {
     }
 
     void add_polygon(const ObjCut& cut, const ObjCorner* corners) {
-        if (mesh_.triangles.size() >= kMaxObjElements) return fail(cut, "too many faces");
+        if (mesh_.triangles.size() >= kMaxObjElements) return fail(cut, messages::kTooManyFaces);
         corners_.assign(corners, corners + cut.corners);
         // Two quads may share both ends of a diagonal; the second uses its other one, or four
         // triangles would meet there.
@@ -201,7 +202,7 @@ class ObjReader {
         for (const ObjCorner& c : corners_)
             points.push_back(mesh_.positions[c.v]);
         const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort_);
-        if (triangles.empty()) return fail(cut, kTooMuchEffort, kSplitPolygons);
+        if (triangles.empty()) return fail(cut, messages::kTooMuchEffort, messages::kSplitPolygons);
         for (const auto& t : triangles) {
             const auto at = [&](size_t i) -> const ObjCorner& { return corners_[t[i]]; };
             mesh_.triangles.push_back({at(0).v, at(1).v, at(2).v});
@@ -268,23 +269,17 @@ class ObjReader {
             ObjLeftOut found;
             const char *what, *remedy;
         } kTexts[] = {
-            {ObjLeftOut::kNormals, "normals of corners that the file does not have",
-             "the faces' own are used"},
-            {ObjLeftOut::kUv, "texture coordinates of corners that the file does not have",
-             "export the mesh with its texture coordinates"},
-            {ObjLeftOut::kPoints, "points (`p`)", "make them solid: small spheres"},
-            {ObjLeftOut::kLines, "lines (`l`)", "make them solid: thin tubes"},
-            {ObjLeftOut::kSurfaces, "free-form curves and surfaces", "export them as polygons"},
-            {ObjLeftOut::kParameters, "points of parameter space (`vp`), of free-form surfaces",
-             "export these as polygons"},
-            {ObjLeftOut::kWeights, "weights of vertices other than 1, of free-form surfaces",
-             "export these as polygons"},
-            {ObjLeftOut::kMaps, "texture maps by `usemap` or `maplib`",
-             "name the picture in the material, by `map_Kd`"},
-            {ObjLeftOut::kCalls, "files or commands that the file calls (`call`, `csh`)",
-             "put their contents into the file"},
-            {ObjLeftOut::kPolypaint, "lines of polypaint (`#MRGB`)",
-             "export the mesh as PLY with colours of vertices"}};
+            {ObjLeftOut::kNormals, messages::kNormalsMissing, messages::kNormalsMissingHelp},
+            {ObjLeftOut::kUv, messages::kCoordinatesMissing, messages::kCoordinatesMissingHelp},
+            {ObjLeftOut::kPoints, "points (`p`)", messages::kPointsMadeSolid},
+            {ObjLeftOut::kLines, "lines (`l`)", messages::kPointsMadeSolidHelp},
+            {ObjLeftOut::kSurfaces, messages::kFreeForm, messages::kFreeFormHelp},
+            {ObjLeftOut::kParameters, messages::kPointsOfParameterSpace,
+             messages::kExportAsPolygons},
+            {ObjLeftOut::kWeights, messages::kWeightsOfVertices, messages::kExportAsPolygons},
+            {ObjLeftOut::kMaps, messages::kTextureMapsUsemap, messages::kTextureMapsUsemapHelp},
+            {ObjLeftOut::kCalls, messages::kFilesCalled, messages::kFilesCalledHelp},
+            {ObjLeftOut::kPolypaint, messages::kLinesOfPolypaint, messages::kLinesOfPolypaintHelp}};
         for (const auto& text : kTexts) {
             const ObjFound& left = found(text.found);
             if (left.count == 0) continue;

@@ -11,6 +11,7 @@
 
 #include "base/color.h"
 #include "base/text.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -31,8 +32,7 @@ void linearise(const std::string& file, std::vector<float>* colors, MeshSource* 
                          : largest <= 65535                       ? 65535
                                                                   : 1;
     if (range == 1 && outside) {
-        source->warnings.push_back(fmt::format(
-            "{}: colours of vertices beyond 0 … 1, up to {:.4g}, are clamped", file, largest));
+        source->warnings.push_back(fmt::format(messages::kColoursBeyondOne, file, largest));
     }
     tbb::parallel_for(tbb::blocked_range<size_t>(0, colors->size(), 4096), [&](const auto& part) {
         float last = 0, last_linear = 0;  // neighbours are often alike
@@ -101,18 +101,17 @@ void add_obj_colors(std::vector<float> colors, const std::string& file, MeshSour
     out.values = std::move(colors);
     mesh.attributes.push_back(std::move(out));
     if (bare > 0) {
-        source->left_out.push_back(
-            {"vertices without a colour beside those that have one: they are white",
-             source->origin.str(first_bare), "give all vertices of the object colours", bare});
+        source->left_out.push_back({messages::kVerticesWithoutColour,
+                                    source->origin.str(first_bare),
+                                    messages::kVerticesWithoutColourHelp, bare});
     }
     for (size_t i = 0; i < looks.size(); ++i) {
         if (colored[i] == 0) continue;
         Look& look = looks[i];
         if (look.color && !look.picture && !is_grey(*look.color)) {
             source->leave_out(
-                fmt::format("the colour of material `{}`, whose vertices have colours",
-                            printable(look.name)),
-                file, "remove the colours of the vertices if the material's is right");
+                fmt::format(messages::kColourOfColouredVertices, printable(look.name)), file,
+                messages::kColourOfColouredVerticesHelp);
         }
         look.color = {1, 1, 1};
         look.vertex_colors = true;

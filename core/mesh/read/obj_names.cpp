@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/obj_lines.h"
 
 namespace openfab::mesh {
@@ -69,7 +70,7 @@ Result<void> ObjNames::take(std::string_view word, std::string_view rest,
         }
         if (groups_.size() >= kMaxObjCorners) {
             return error_at({file_, line, 1},
-                            fmt::format("a face in more than {} groups", kMaxObjCorners));
+                            fmt::format(messages::kFaceInTooManyGroups, kMaxObjCorners));
         }
         groups_number_ = number_of(groups_, &groups_numbers_);
     }
@@ -166,16 +167,15 @@ void ObjNames::tell_unknown() {
         if (material_of_look_[look] != nullptr || material.name.empty()) continue;
         constexpr int kMostNamed = 100;
         if (named++ >= kMostNamed) {
-            out_.leave_out("the look of faces of further materials, which no library has",
+            out_.leave_out(messages::kFurtherMaterialsWithoutLook,
                            SourceLocation{file_, material.line, 1}.str(),
-                           "add them to the library");
+                           messages::kFurtherMaterialsWithoutLookHelp);
             continue;
         }
         out_.left_out.push_back(
-            {fmt::format("the look of faces of material `{}`, which no library has",
-                         printable(material.name)),
-             SourceLocation{file_, material.line, 1}.str(),
-             "add the material to the library, or rename it in `usemtl`", faces[look]});
+            {fmt::format(messages::kMaterialWithoutLook, printable(material.name)),
+             SourceLocation{file_, material.line, 1}.str(), messages::kMaterialWithoutLookHelp,
+             faces[look]});
     }
 }
 

@@ -11,6 +11,7 @@
 
 #include "base/scan_number.h"
 #include "base/text.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -125,8 +126,8 @@ class PieceReader {
         } else if (const std::optional<ObjLeftOut> what = ignored(word)) {
             if (*what != ObjLeftOut::kCount) leave_out(*what);
         } else {
-            fail(word, fmt::format("unknown statement `{}`", word.substr(0, 40)),
-                 "is it an OBJ file?");
+            fail(word, fmt::format(messages::kUnknownStatement, word.substr(0, 40)),
+                 messages::kUnknownStatementHelp);
         }
     }
 
@@ -153,9 +154,10 @@ class PieceReader {
     }
 
     void wrong_count(size_t least, size_t most) {
-        fail(tokens_[0], fmt::format("`{}` has {} numbers", tokens_[0], tokens_.size() - 1),
-             fmt::format("it takes {}", least == most ? fmt::format("{}", least)
-                                                      : fmt::format("{} to {}", least, most)));
+        fail(tokens_[0], fmt::format(messages::kStatementNumbers, tokens_[0], tokens_.size() - 1),
+             fmt::format(
+                 messages::kStatementNumbersHelp,
+                 least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most)));
     }
 
     void vertex() {
@@ -165,7 +167,7 @@ class PieceReader {
         for (size_t i = 0; i < count; ++i) {
             if (!number(tokens_[i + 1], &v[i])) return;
         }
-        if (vertices() >= kMaxObjElements) return fail(tokens_[0], "too many vertices");
+        if (vertices() >= kMaxObjElements) return fail(tokens_[0], messages::kTooManyVertices);
         out_.positions.push_back({v[0], v[1], v[2]});
         const bool weighted = count == 4 || count == 7;
         if (weighted && v[3] != 1) leave_out(ObjLeftOut::kWeights);
@@ -185,8 +187,8 @@ class PieceReader {
         const auto [end, code] =
             std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (code != std::errc() || end != digits.data() + digits.size()) {
-            fail(token, fmt::format("`{}` is not a corner", token.substr(0, 40)),
-                 "write it as v, v/vt, v//vn or v/vt/vn");
+            fail(token, fmt::format(messages::kNotACorner, token.substr(0, 40)),
+                 messages::kNotACornerHelp);
             return false;
         }
         const auto n = static_cast<int64_t>(count);
@@ -196,8 +198,7 @@ class PieceReader {
                 leave_out(*lost);
                 return true;
             }
-            fail(token, fmt::format("`{}` refers to vertex {}, but there are {} so far",
-                                    token.substr(0, 40), value, n));
+            fail(token, fmt::format(messages::kCornerOfNoVertex, token.substr(0, 40), value, n));
             return false;
         }
         *out = static_cast<int32_t>(index);
@@ -223,11 +224,10 @@ class PieceReader {
     void face() {
         const size_t count = tokens_.size() - 1;
         if (count < 3)
-            return fail(tokens_[0], fmt::format("a face with {} corners", count),
-                        "it needs 3 or more");
+            return fail(tokens_[0], fmt::format(messages::kFaceOfTooFewCorners, count),
+                        messages::kFaceOfTooFewCornersHelp);
         if (count > kMaxObjCorners)
-            return fail(tokens_[0],
-                        fmt::format("a face with more than {} corners", kMaxObjCorners));
+            return fail(tokens_[0], fmt::format(messages::kFaceOfTooManyCorners, kMaxObjCorners));
         corners_.assign(count, {});
         for (size_t i = 0; i < count; ++i) {
             if (!corner(tokens_[i + 1], &corners_[i])) return;

@@ -15,8 +15,10 @@
 #include "base/scan_number.h"
 #include "base/text.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/model/messages.h"
 #include "mesh/model/polygon.h"
 #include "mesh/read/beside_files.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/ply_header.h"
 #include "mesh/read/ply_looks.h"
 
@@ -56,7 +58,7 @@ class Values {
   private:
     Complaint next_binary(PlyType type, double* out) {
         const size_t size = ply_type_bytes(type);
-        if (bytes_.size() - at_ < size) return {"the file ends here", "it was cut short"};
+        if (bytes_.size() - at_ < size) return {messages::kFileEndsHere, messages::kWasCutShort};
         char raw[8] = {};
         std::memcpy(raw, bytes_.data() + at_, size);
         if (header_.big_endian) std::reverse(raw, raw + size);
@@ -101,7 +103,7 @@ class Values {
         while (at_ < bytes_.size() && !is_space(bytes_[at_]))
             ++at_;
         const std::string_view token = bytes_.substr(start, at_ - start);
-        if (token.empty()) return {"the file ends here", "it was cut short"};
+        if (token.empty()) return {messages::kFileEndsHere, messages::kWasCutShort};
         if (!is_ply_integer(type)) {
             if (token == "nan" || token == "-nan" || token == "NaN") {
                 *out = NAN;
@@ -198,10 +200,8 @@ class PlyReader {
         };
         const bool has_faces = has("face") || has("tristrips");
         if (!has("vertex") || !has_faces)
-            return user_error(fmt::format(
-                "{}: the file has no element `{}`; a mesh needs `vertex` and `face` (points are "
-                "not supported)",
-                file_, has_faces ? "vertex" : "face"));
+            return user_error(
+                fmt::format(messages::kNoSuchElement, file_, has_faces ? "vertex" : "face"));
         for (const PlyElement& element : header_.elements) {
             if (element.properties.empty()) continue;
             const bool strips = element.name == "tristrips" && !has("face");
@@ -214,7 +214,7 @@ class PlyReader {
             if (is_used || element.count == 0) continue;
             out_.left_out.push_back(
                 {fmt::format("elements `{}`", printable(element.name.substr(0, 40))), file_,
-                 "only vertices and faces are read", element.count});
+                 messages::kOtherElementsHelp, element.count});
         }
         if (Result<void> fine = check_corners(); !fine) return fine.error();
         if (Result<void> done = triangulate_faces(); !done) return done.error();
@@ -280,16 +280,14 @@ class PlyReader {
             return wrong;
         const std::string name = property.name.substr(0, 40);
         if (length < 0 || length > static_cast<double>(most)) {
-            return fmt::format("the list `{}` has {} values; 0 to {} are possible", name, length,
-                               most);
+            return fmt::format(messages::kListLength, name, length, most);
         }
         if (length > static_cast<double>(values_.most_left(property.type))) {
-            return fmt::format("the file ends before the {} values of the list `{}`", length, name);
+            return fmt::format(messages::kListPastEnd, length, name);
         }
         // Twice, since growing copies the list.
         if (2 * length * sizeof(double) > static_cast<double>(memory_bytes_))
-            return fmt::format("the list `{}` of {} values takes more memory than is allowed", name,
-                               length);
+            return fmt::format(messages::kListTakesTooMuch, name, length);
         out->resize(static_cast<size_t>(length));
         for (double& value : *out) {
             if (Complaint wrong = values_.next(property.type, &value); !wrong.empty()) return wrong;
@@ -343,7 +341,7 @@ class PlyReader {
             if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z')
                 axes += !property.is_list;
         }
-        if (axes != 3) return user_error(fmt::format("{}: vertices have no x, y and z", file_));
+        if (axes != 3) return user_error(fmt::format(messages::kVerticesWithoutPositions, file_));
         if (is_plain(element)) return plain_vertices(element);
         for (int64_t i = 0; i < element.count; ++i) {
             Vec3d p;
@@ -361,8 +359,7 @@ class PlyReader {
                 if (!wrong.empty()) return error(element, i, wrong);
             }
             if (Result<void> fits = check_memory(i); !fits) return fits;
-            if (!is_position(p.x, p.y, p.z))
-                return error(element, i, "the position is not finite or too large");
+            if (!is_position(p.x, p.y, p.z)) return error(element, i, messages::kPositionTooLarge);
             out_.mesh.positions.push_back(p);
         }
         return Ok{};
@@ -392,8 +389,7 @@ class PlyReader {
             float p[3];
             std::memcpy(p, from + 12 * i, sizeof p);
             if (!is_position(p[0], p[1], p[2]))
-                return error(element, static_cast<int64_t>(i),
-                             "the position is not finite or too large");
+                return error(element, static_cast<int64_t>(i), messages::kPositionTooLarge);
             out_.mesh.positions[i] = {p[0], p[1], p[2]};
         }
         return Ok{};
@@ -434,7 +430,7 @@ class PlyReader {
             if (p.is_list && p.name == "texcoord") uvs = &p;
         }
         if (corners == nullptr || !is_ply_integer(corners->type))
-            return user_error(fmt::format("{}: faces have no list `vertex_indices`", file_));
+            return user_error(fmt::format(messages::kFacesWithoutIndices, file_));
         if (plain_triangles(element)) return Ok{};
         for (int64_t i = 0; i < element.count; ++i) {
             size_t column = 0;
@@ -448,8 +444,7 @@ class PlyReader {
                     for (double v : list_)
                         face_corners_.push_back(static_cast<int64_t>(v));
                     face_ends_.push_back(face_corners_.size());
-                    if (wrong.empty() && list_.size() < 3)
-                        wrong = "a face with fewer than 3 corners";
+                    if (wrong.empty() && list_.size() < 3) wrong = messages::kFaceBelowThreeCorners;
                 } else if (&property == uvs) {
                     wrong = list(property, kMaxCorners * 2, &uv);
                 } else if (property.is_list) {
@@ -513,21 +508,20 @@ class PlyReader {
 
     Result<void> check_corners() const {
         if (face_corners_.size() > kMaxTriangles)
-            return user_error(fmt::format("{}: too many faces", file_));
+            return user_error(fmt::format(messages::kFileOfTooManyFaces, file_));
         const auto count = static_cast<int64_t>(out_.mesh.positions.size());
         for (size_t t = 0; t < out_.mesh.triangles.size(); ++t) {
             for (const int32_t v : out_.mesh.triangles[t]) {
                 if (v >= count)
                     return user_error(
-                        fmt::format("{}: face {}: the face refers to vertex {}, but there are {}",
-                                    file_, t, v, count));
+                        fmt::format(messages::kFaceNumberOfNoVertex, file_, t, v, count));
             }
         }
         for (size_t f = 0, c = 0; f < face_ends_.size(); ++f) {
             for (; c < face_ends_[f]; ++c) {
                 if (face_corners_[c] >= 0 && face_corners_[c] < count) continue;
-                return face_error(f, fmt::format("the face refers to vertex {}, but there are {}",
-                                                 face_corners_[c], count));
+                return face_error(f,
+                                  fmt::format(messages::kFaceOfNoVertex, face_corners_[c], count));
             }
         }
         return Ok{};
@@ -563,7 +557,8 @@ class PlyReader {
                 add({0, 1, 2});
             } else {
                 const std::vector<std::array<int32_t, 3>> triangles = triangulate(points, &effort);
-                if (triangles.empty()) return face_error(f, {kTooMuchEffort, kSplitPolygons});
+                if (triangles.empty())
+                    return face_error(f, {messages::kTooMuchEffort, messages::kSplitPolygons});
                 for (const auto& t : triangles)
                     add(t);
             }
@@ -602,9 +597,8 @@ class PlyReader {
             const auto clear = std::count_if(columns[i].values.begin(), columns[i].values.end(),
                                              [&](double value) { return value < full; });
             if (clear == 0) continue;
-            out_.left_out.push_back({"transparent colours (`alpha`)", file_,
-                                     "print with a clear material, in a fablet of your own",
-                                     clear});
+            out_.left_out.push_back(
+                {messages::kTransparentColours, file_, messages::kTransparentColoursHelp, clear});
         }
     }
 
@@ -619,8 +613,7 @@ class PlyReader {
             at += vector.columns;
             if (std::string why = objection(vector, parts, element); !why.empty()) {
                 out_.warnings.push_back(
-                    fmt::format("{}: property `{}` of element `{}` {}; left out", file_,
-                                vector.name, element, why));
+                    fmt::format(messages::kPropertyLeftOut, file_, vector.name, element, why));
                 continue;
             }
             const bool is_int = std::string_view(element) == "face" &&
@@ -632,11 +625,9 @@ class PlyReader {
 
     std::string objection(const Vector& vector, const std::vector<Column>& parts,
                           const char* element) const {
-        if (out_.mesh.find(vector.name) != nullptr)
-            return "has the name of an attribute that the mesh has already";
+        if (out_.mesh.find(vector.name) != nullptr) return messages::kNameOfOtherAttribute;
         for (const Column& part : parts) {
-            if (part.odd >= 0)
-                return fmt::format("is not finite or too large at {} {}", element, part.odd);
+            if (part.odd >= 0) return fmt::format(messages::kValueTooLargeAt, element, part.odd);
         }
         return {};
     }

@@ -10,6 +10,7 @@
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "base/text.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -43,7 +44,7 @@ class HeaderReader {
 
     Result<PlyHeader> read() {
         if (!next_line() || words_.size() != 1 || words_[0] != "ply")
-            return error("not a PLY file: it does not start with `ply`");
+            return error(messages::kNotPly);
         bool has_format = false;
         while (next_line()) {
             if (words_.empty() || words_[0] == "obj_info") continue;
@@ -52,7 +53,7 @@ class HeaderReader {
                 continue;
             }
             if (words_[0] == "end_header") {
-                if (!has_format) return error("the header ends without a `format`");
+                if (!has_format) return error(messages::kHeaderWithoutFormat);
                 out_.body = at_;
                 out_.body_line = line_ + 1;
                 return std::move(out_);
@@ -66,11 +67,11 @@ class HeaderReader {
             } else if (words_[0] == "property") {
                 done = property();
             } else {
-                done = error(fmt::format("unknown statement `{}` in the header", shown(words_[0])));
+                done = error(fmt::format(messages::kUnknownHeaderStatement, shown(words_[0])));
             }
             if (!done) return done.error();
         }
-        return error("the head has no `end_header`", "the file was cut short");
+        return error(messages::kHeaderWithoutEnd, messages::kHeaderWithoutEndHelp);
     }
 
   private:
@@ -113,50 +114,48 @@ class HeaderReader {
     }
 
     Result<void> format() {
-        if (words_.size() != 3 || words_[2] != "1.0")
-            return error("`format` must be ascii, binary_little_endian or binary_big_endian, 1.0");
+        if (words_.size() != 3 || words_[2] != "1.0") return error(messages::kFormatStatement);
         out_.ascii = words_[1] == "ascii";
         out_.big_endian = words_[1] == "binary_big_endian";
         if (!out_.ascii && !out_.big_endian && words_[1] != "binary_little_endian")
-            return error(fmt::format("unknown format `{}`", shown(words_[1])));
+            return error(fmt::format(messages::kUnknownFormat, shown(words_[1])));
         return Ok{};
     }
 
     Result<void> element() {
-        if (words_.size() != 3) return error("`element` takes a name and a number");
+        if (words_.size() != 3) return error(messages::kElementStatement);
         PlyElement element;
         element.name = words_[1];
         const std::string wrong = scan_integer(words_[2], 0, kMaxElements, &element.count);
         if (!wrong.empty()) return error(wrong);
-        if (out_.elements.size() >= kMaxProperties) return error("too many elements");
+        if (out_.elements.size() >= kMaxProperties) return error(messages::kTooManyElements);
         for (const PlyElement& other : out_.elements) {
             if (other.name == element.name)
-                return error(fmt::format("a second element `{}`", shown(element.name)));
+                return error(fmt::format(messages::kSecondElement, shown(element.name)));
         }
         out_.elements.push_back(std::move(element));
         return Ok{};
     }
 
     Result<void> property() {
-        if (out_.elements.empty()) return error("a `property` before the first `element`");
+        if (out_.elements.empty()) return error(messages::kPropertyBeforeElement);
         PlyElement& element = out_.elements.back();
         PlyProperty property;
         property.is_list = words_.size() == 5 && words_[1] == "list";
-        if (!property.is_list && words_.size() != 3)
-            return error("`property` takes a type and a name, or list, two types and a name");
+        if (!property.is_list && words_.size() != 3) return error(messages::kPropertyStatement);
         for (size_t i = property.is_list ? 2 : 1; i + 1 < words_.size(); ++i) {
             const std::optional<PlyType> type = type_named(words_[i]);
-            if (!type) return error(fmt::format("unknown type `{}`", shown(words_[i])));
+            if (!type) return error(fmt::format(messages::kUnknownType, shown(words_[i])));
             if (property.is_list && i == 2) property.count_type = *type;
             property.type = *type;
         }
         property.name = words_.back();
         if (property.is_list && !is_ply_integer(property.count_type))
-            return error("the length of a list must be of an integer type");
-        if (element.properties.size() >= kMaxProperties) return error("too many properties");
+            return error(messages::kListLengthType);
+        if (element.properties.size() >= kMaxProperties) return error(messages::kTooManyProperties);
         for (const PlyProperty& other : element.properties) {
             if (other.name == property.name)
-                return error(fmt::format("a second property `{}`", shown(property.name)));
+                return error(fmt::format(messages::kSecondProperty, shown(property.name)));
         }
         element.properties.push_back(std::move(property));
         return Ok{};

@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "mesh/read/beside_files.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -40,12 +41,8 @@ void add_ply_looks(const PlyHeader& header, MeshSource* source) {
     const MeshAttribute* numbers = picture_numbers(mesh);
     if (uv == nullptr) {
         for (const std::string& picture : header.pictures)
-            source->leave_out(
-                fmt::format("the picture `{}`, since there are no texture coordinates",
-                            printable(picture)),
-                source->origin.file,
-                "export the mesh with them, or import it with `--picture` and "
-                "`--mapping`");
+            source->leave_out(fmt::format(messages::kPictureNeedsCoordinates, printable(picture)),
+                              source->origin.file, messages::kPictureNeedsCoordinatesHelp);
     }
     const size_t pictures = uv != nullptr ? header.pictures.size() : 0;
     if (pictures == 0 && colors == nullptr) return;
@@ -88,19 +85,16 @@ void add_ply_looks(const PlyHeader& header, MeshSource* source) {
         source->face_groups.push_back(group_of(look));
     }
     if (unknown > 0) {
-        source->left_out.push_back(
-            {fmt::format("the picture of faces whose number is beyond the {} of the header",
-                         pictures),
-             source->origin.str(first_unknown), "name each picture by `comment TextureFile`",
-             unknown});
+        source->left_out.push_back({fmt::format(messages::kPictureBeyondHeader, pictures),
+                                    source->origin.str(first_unknown),
+                                    messages::kPictureBeyondHeaderHelp, unknown});
     }
     for (size_t i = 0; i < pictures; ++i) {
         if (groups[i] < 0) {
             source->leave_out(
-                fmt::format("the picture `{}`, which no face uses", printable(header.pictures[i])),
+                fmt::format(messages::kPictureNotUsed, printable(header.pictures[i])),
                 source->origin.file,
-                numbers == nullptr ? "faces need a property `texnumber`"
-                                   : "does `texnumber` of the faces count from 0?");
+                numbers == nullptr ? messages::kPictureNotUsedHelp : messages::kPictureCountHelp);
         }
     }
 }

@@ -13,6 +13,7 @@
 #include "base/scan_number.h"
 #include "base/text.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -115,8 +116,8 @@ Result<void> add_colors(std::string_view bytes, int64_t memory_bytes,
         out->mesh.attributes.push_back(std::move(color));
     }
     if (colors.is_transparent()) {
-        out->leave_out("the transparency of the header's colour", out->origin.file,
-                       "print the object with a clear material");
+        out->leave_out(messages::kTransparencyOfHeader, out->origin.file,
+                       messages::kTransparencyOfHeaderHelp);
     }
     out->looks.push_back(std::move(look));
     return Ok{};
@@ -126,10 +127,8 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
                                 int64_t memory_bytes) {
     const uint32_t count = facets_of(bytes);
     if ((bytes.size() - kHeader) / kFacet < count) {
-        return user_error(
-            fmt::format("{}: binary STL that declares {} triangles but ends after {}; it was cut "
-                        "short, or is not STL",
-                        file, count, (bytes.size() - kHeader) / kFacet));
+        return user_error(fmt::format(messages::kBinaryStlCutShort, file, count,
+                                      (bytes.size() - kHeader) / kFacet));
     }
     const int64_t needed = mesh_bytes({int64_t{count} * 3, count, count, 0, 0});
     if (needed > memory_bytes) return too_large_to_read(file, count, needed, memory_bytes);
@@ -150,8 +149,7 @@ Result<MeshSource> parse_binary(std::string_view bytes, const std::string& file,
         std::memcpy(&value, facet + 48, sizeof value);
         for (size_t i = 0; i < 9; i += 3) {
             if (!is_position(corners[i], corners[i + 1], corners[i + 2])) {
-                return user_error(
-                    fmt::format("{}: triangle {} has a corner that is not finite", file, t + 1));
+                return user_error(fmt::format(messages::kCornerNotFinite, file, t + 1));
             }
             out.mesh.positions.push_back({corners[i], corners[i + 1], corners[i + 2]});
         }
@@ -245,8 +243,7 @@ class AsciiReader {
             } else if (equal_ignoring_case(word, "facet") && in_solid) {
                 done = facet();
             } else {
-                done = words_.error(
-                    fmt::format("`{}` where `facet` or `endsolid` should be", word.substr(0, 40)));
+                done = words_.error(fmt::format(messages::kOtherWordThanFacet, word.substr(0, 40)));
             }
             if (!done) return done.error();
             MeshCounts counts = counts_of(out_);
@@ -263,9 +260,9 @@ class AsciiReader {
         const std::string_view word = words_.next();
         if (equal_ignoring_case(word, wanted)) return Ok{};
         if (word.empty())
-            return words_.error(fmt::format("the file ends where `{}` should be", wanted),
-                                "it was cut short");
-        return words_.error(fmt::format("`{}` where `{}` should be", word.substr(0, 40), wanted));
+            return words_.error(fmt::format(messages::kEndsBeforeWord, wanted),
+                                messages::kWasCutShort);
+        return words_.error(fmt::format(messages::kOtherWord, word.substr(0, 40), wanted));
     }
 
     Result<Vec3d> numbers() {
@@ -347,10 +344,7 @@ Result<MeshSource> parse_stl(std::string_view bytes, const std::string& file,
     if (const Complaint wide = not_utf8(bytes); !wide.empty() && !has_size_of_binary(bytes))
         return wide.at({file, 1, 1});
     if (bytes.size() < kHeader) {
-        return user_error(fmt::format(
-            "{}: not an STL file: it neither starts with `solid` nor is as long as a binary "
-            "header ({} bytes)",
-            file, kHeader));
+        return user_error(fmt::format(messages::kNotStl, file, kHeader));
     }
     return parse_binary(bytes, file, memory_bytes);
 }

@@ -13,6 +13,7 @@
 #include "base/scan_number.h"
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_displaced.h"
 #include "mesh/read/threemf_looks.h"
 #include "mesh/read/threemf_model.h"
@@ -53,12 +54,12 @@ class ThreemfReader {
         place_all(root, &ThreemfReader::add_mesh);
         if (error_) return *error_;
         if (root->model.build.empty())
-            mesh_.warnings().push_back(fmt::format("{}: the build has no items", file_));
+            mesh_.warnings().push_back(fmt::format(messages::kBuildNoItems, file_));
         if (mesh_.triangles() == 0 && told_.list().size() > beside) {
             const LeftOut& first = told_.list()[beside];
-            return user_error(fmt::format("{}: nothing is left to print without {} ({})", file_,
-                                          first.what, first.place),
-                              first.remedy);
+            return user_error(
+                fmt::format(messages::kNothingLeftToPrint, file_, first.what, first.place),
+                first.remedy);
         }
         MeshSource source = mesh_.finish(file_, root->model.unit_mm);
         source.left_out = std::move(told_.list());
@@ -134,9 +135,8 @@ class ThreemfReader {
         std::vector<std::string> names;
         for (const ThreemfPlacement& item : root->model.build) {
             if (!item.printable) {
-                leave_out("items of the build that are switched off",
-                          fmt::format("object {}", item.object),
-                          "switch them on in the slicer if they shall be printed");
+                leave_out(messages::kItemsSwitchedOff, fmt::format("object {}", item.object),
+                          messages::kSwitchThemOn);
                 mark_placed(root, item);
                 continue;
             }
@@ -166,8 +166,8 @@ class ThreemfReader {
         for (const auto& [path, each] : parts_) {
             for (const auto& [id, object] : each.model.objects) {
                 if (object.triangles.empty() || placed_.count(&object) > 0) continue;
-                leave_out("objects that the build does not place", name_of(object, id),
-                          "add them to the build if they shall be printed");
+                leave_out(messages::kObjectsNotPlaced, name_of(object, id),
+                          messages::kObjectsNotPlacedHelp);
             }
         }
         placed_.clear();
@@ -179,9 +179,9 @@ class ThreemfReader {
     }
 
     void leave_out(const ThreemfVolume& volume, const std::string& object) {
-        leave_out(volume.extruder > 0 ? volume.kind + " that name an extruder" : volume.kind,
+        leave_out(volume.extruder > 0 ? volume.kind + messages::kThatNameAnExtruder : volume.kind,
                   volume.name.empty() ? object : fmt::format("volume `{}`", volume.name),
-                  "they only say something to the slicer; make parts of them to print them");
+                  messages::kSlicerVolumeHelp);
     }
 
     static std::string name_of(const ThreemfObject& object, int64_t id) {
@@ -192,18 +192,14 @@ class ThreemfReader {
     /// Calls `use` for the object and all of its components; `at` is where its holder is.
     void place(ThreemfPart* from, const ThreemfPlacement& placement, Place at, Use use) {
         if (error_) return;
-        if (at.depth > kMaxDepth)
-            return fail(
-                fmt::format("objects are nested more than {} deep, or in themselves", kMaxDepth));
+        if (at.depth > kMaxDepth) return fail(fmt::format(messages::kNestedTooDeep, kMaxDepth));
         if (++placements_ > kMaxPlacements)
-            return fail(fmt::format("more than {} objects are placed", kMaxPlacements));
+            return fail(fmt::format(messages::kTooManyObjects, kMaxPlacements));
         ThreemfPart* in = placement.path.empty() ? from : part(from->name, placement.path);
         if (in == nullptr) return;
         const auto it = in->model.objects.find(placement.object);
         if (it == in->model.objects.end())
-            return fail(
-                fmt::format("an item or component refers to object {}, which does not exist",
-                            placement.object));
+            return fail(fmt::format(messages::kNoSuchObject, placement.object));
         const ThreemfObject& object = it->second;
         if (is_counting_) placed_.insert(&object);
         // An item without components is its only volume.
@@ -240,19 +236,16 @@ class ThreemfReader {
             return volume->role != BodyRole::kNotPrinted;
         }
         if (!object.helper.empty()) {
-            leave_out(object.helper, name, "they only say something to the slicer");
+            leave_out(object.helper, name, messages::kOnlyForTheSlicer);
             return false;
         }
         if (object.type != "model") {
-            leave_out(fmt::format("objects of type `{}`", object.type), name,
-                      "objects of type `model` are printed; change the type if this is a part");
+            leave_out(fmt::format(messages::kObjectsOfType, object.type), name,
+                      messages::kObjectTypeHelp);
             return false;
         }
         if (object.stand_in)
-            fail(fmt::format("the mesh of {} is a stand-in (meshresolution `lowres`) for slices, "
-                             "which are not read",
-                             name),
-                 "export it with full resolution");
+            fail(fmt::format(messages::kMeshIsAStandIn, name), messages::kMeshIsAStandInHelp);
         return true;
     }
 
@@ -263,15 +256,13 @@ class ThreemfReader {
         if (object.shape == Shape::kDifference) {
             // What is cut out of something that is itself cut out would be there.
             if (at.role == BodyRole::kNegative)
-                return fail(
-                    fmt::format("{} is cut out of another, and is cut itself", name_of(object, id)),
-                    "unite or cut the meshes in the program that made them");
+                return fail(fmt::format(messages::kCutAndCutting, name_of(object, id)),
+                            messages::kCutAndCuttingHelp);
             at.assembly = assemblies_++;
         }
         if (object.shape == Shape::kOther)
-            return fail(fmt::format("{} is an intersection of others, which is not supported",
-                                    name_of(object, id)),
-                        "intersect the meshes in the program that made them");
+            return fail(fmt::format(messages::kIntersectionOfOthers, name_of(object, id)),
+                        messages::kIntersectionOfOthersHelp);
         bool is_first = true;
         for (const ThreemfPlacement& component : object.components) {
             if (object.shape == Shape::kDifference && !is_first) at.role = BodyRole::kNegative;
@@ -328,7 +319,7 @@ class ThreemfReader {
                 piece.triangles.empty() ? vertices : std::min(vertices, 3 * triangles);
         }
         if (counts_.triangles > kMaxTriangles || counts_.vertices > kMaxTriangles)
-            fail("the build has too many triangles");
+            fail(messages::kBuildTooManyTriangles);
     }
 
     /// Checks that the counted mesh fits in memory beside the models, and can then be checked.
@@ -387,7 +378,7 @@ class ThreemfReader {
         if (number >= 0) return number;
         const Vec3d p = at.transform.apply(object.vertices[static_cast<size_t>(v)]);
         if (!is_position(p.x, p.y, p.z))
-            fail(fmt::format("a vertex of object `{}` is not finite or too far away", object.name));
+            fail(fmt::format(messages::kObjectVertexTooFar, object.name));
         return number = mesh_.add_vertex(p);
     }
 
@@ -435,10 +426,7 @@ class ThreemfReader {
         const int64_t named = of.group >= 0 ? of.group : object.displaced->group;
         const auto group = all.groups.find(all.group_of(named));
         if (group == all.groups.end())
-            return fail(
-                fmt::format("a triangle of object `{}` refers to the displacement {}, which "
-                            "does not exist",
-                            object.name, named));
+            return fail(fmt::format(messages::kNoSuchDisplacement, object.name, named));
         const auto directions = all.directions.find(group->second.directions);
         const double number = static_cast<double>(std::distance(all.groups.begin(), group) + 1);
         std::array<int32_t, 3> places{}, ways{};
@@ -450,9 +438,7 @@ class ThreemfReader {
                                    directions->second.size();
             if (!known)
                 return fail(
-                    fmt::format("a triangle of object `{}` refers to the point {} of the "
-                                "displacement {}, or that to a direction, which do not exist",
-                                object.name, point, group->first));
+                    fmt::format(messages::kNoSuchDisplacedPoint, object.name, point, group->first));
             const auto [values, fresh] =
                 displaced_.try_emplace({group->first, static_cast<int64_t>(point)}, -1, -1);
             if (fresh) {
@@ -473,10 +459,7 @@ class ThreemfReader {
     void check_names() {
         const int64_t bytes = mesh_.group_bytes() + body_bytes_ + looks_.bytes();
         // Allocators round up.
-        if (bytes + bytes / 16 > memory_bytes_)
-            fail(
-                "the names and materials of the objects take more memory than is allowed; allow "
-                "more with `--memory`");
+        if (bytes + bytes / 16 > memory_bytes_) fail(messages::kThreemfNamesTakeTooMuch);
     }
 
     int32_t add_body(const std::string& own_name, const Place& at) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/near_miss.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_build.h"
 #include "mesh/read/threemf_model.h"
 #include "mesh/read/zip_file.h"
@@ -38,9 +39,8 @@ class LatticeReader {
         out_.has_meshes |= !object.triangles.empty() && object.type == "model";
         if (object.lattice == nullptr) return {};
         if (object.type != "model") {
-            told_.add(fmt::format("lattices of type `{}`", object.type.substr(0, 40)),
-                      lattice_place(one.name),
-                      "objects of type `model` are printed; change the type if this is a part");
+            told_.add(fmt::format(messages::kLatticesOfType, object.type.substr(0, 40)),
+                      lattice_place(one.name), messages::kObjectTypeHelp);
             return {};
         }
         Result<ThreemfBeams> made =
@@ -102,8 +102,8 @@ Result<ReadBeams> parse_threemf_beams(std::string_view bytes, const std::string&
     Result<ReadThreemfBeams> read = parse_threemf_beams(bytes, file, memory_bytes);
     if (!read) return read.error();
     if (read->lattices.empty())
-        return user_error(fmt::format("{}: the build places no lattice of beams", file),
-                          "`file` instead of `beams` reads its meshes");
+        return user_error(fmt::format(messages::kNoLatticePlaced, file),
+                          messages::kNoLatticePlacedHelp);
     ReadBeams out;
     out.unit_mm = read->unit_mm;
     for (const LeftOut& left : read->left_out)
@@ -114,7 +114,7 @@ Result<ReadBeams> parse_threemf_beams(std::string_view bytes, const std::string&
         if (body.empty() || one.name == body) append(one, &out.beams);
     }
     if (out.beams.beams.empty())
-        return user_error(fmt::format("{}: no lattice is called `{}`", file, body.substr(0, 80)),
+        return user_error(fmt::format(messages::kNoLatticeOfName, file, body.substr(0, 80)),
                           suggest(body.substr(0, 80), names));
     return out;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/affine.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 
@@ -42,9 +43,8 @@ Result<void> ThreemfBuild::each(const std::function<Result<void>(const ThreemfPl
     placements_ = 0;
     for (const ThreemfPlacement& item : (*model)->build) {
         if (!item.printable) {
-            told_.add("items of the build that are switched off",
-                      fmt::format("object {}", item.object),
-                      "switch them on in the slicer if they shall be printed");
+            told_.add(messages::kItemsSwitchedOff, fmt::format("object {}", item.object),
+                      messages::kSwitchThemOn);
             continue;
         }
         const Result<void> placed =
@@ -75,11 +75,9 @@ Result<const ThreemfModel*> ThreemfBuild::part(const std::string& from, const st
 Result<void> ThreemfBuild::place(const ThreemfModel& from, const std::string& path,
                                  const ThreemfPlacement& placement, const Affine3d& at,
                                  size_t depth, const std::string& holder) {
-    if (depth > kMostDepth)
-        return error(
-            fmt::format("objects are nested more than {} deep, or in themselves", kMostDepth));
+    if (depth > kMostDepth) return error(fmt::format(messages::kNestedTooDeep, kMostDepth));
     if (++placements_ > kMostPlacements)
-        return error(fmt::format("more than {} objects are placed", kMostPlacements));
+        return error(fmt::format(messages::kTooManyObjects, kMostPlacements));
     const ThreemfModel* in = &from;
     if (!placement.path.empty()) {
         const Result<const ThreemfModel*> other = part(path, placement.path);
@@ -88,8 +86,7 @@ Result<void> ThreemfBuild::place(const ThreemfModel& from, const std::string& pa
     }
     const auto it = in->objects.find(placement.object);
     if (it == in->objects.end())
-        return error(fmt::format("an item or component refers to object {}, which does not exist",
-                                 placement.object));
+        return error(fmt::format(messages::kNoSuchObject, placement.object));
     const ThreemfObject& object = it->second;
     const ThreemfPlaced placed{in, placement.object, &object, product(at, placement.transform),
                                object.name.empty() ? holder : object.name};

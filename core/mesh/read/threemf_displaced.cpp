@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "base/scan_number.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
@@ -20,7 +21,7 @@ constexpr std::string_view kElements[] = {"displacement2d", "normvectorgroup", "
 Complaint read_number(const XmlAttributes& a, const char* key, bool needed, double* out) {
     const char* text = a.find(key);
     if (text == nullptr)
-        return needed ? Complaint(fmt::format("`{}` is missing", key)) : Complaint();
+        return needed ? Complaint(fmt::format(messages::kAttributeMissing, key)) : Complaint();
     const std::string wrong = scan_number(trim_threemf(text), out);
     return wrong.empty() ? Complaint() : Complaint(fmt::format("`{}`: {}", key, wrong));
 }
@@ -28,22 +29,22 @@ Complaint read_number(const XmlAttributes& a, const char* key, bool needed, doub
 Complaint read_index(const XmlAttributes& a, const char* key, bool needed, int64_t* out) {
     const char* text = a.find(key);
     if (text == nullptr)
-        return needed ? Complaint(fmt::format("`{}` is missing", key)) : Complaint();
+        return needed ? Complaint(fmt::format(messages::kAttributeMissing, key)) : Complaint();
     const std::string wrong = scan_integer(trim_threemf(text), 0, INT32_MAX, out);
     return wrong.empty() ? Complaint() : Complaint(fmt::format("`{}`: {}", key, wrong));
 }
 
 Complaint read_map(const XmlAttributes& a, ThreemfDisplacementMap* out) {
     const char* path = a.find("path");
-    if (path == nullptr) return "`path` is missing";
+    if (path == nullptr) return messages::kPathMissing;
     out->path = std::string_view(path).substr(0, 1000);
     const char* channel = a.find("channel");
     constexpr std::string_view kChannels = "RGBA";
     const std::string_view letter = trim_threemf(channel != nullptr ? channel : "G");
     const size_t at = letter.size() == 1 ? kChannels.find(letter) : std::string_view::npos;
     if (at == std::string_view::npos)
-        return {fmt::format("unknown channel `{}`", letter.substr(0, 40)),
-                "there are `R`, `G`, `B` and `A`"};
+        return {fmt::format(messages::kUnknownChannel, letter.substr(0, 40)),
+                messages::kUnknownChannelHelp};
     out->channel = static_cast<int>(at);
     const char* filter = a.find("filter");
     out->nearest = filter != nullptr && trim_threemf(filter) == "nearest";
@@ -60,8 +61,8 @@ Complaint read_map(const XmlAttributes& a, ThreemfDisplacementMap* out) {
         } else if (style == "none") {
             out->wrap[axis] = PictureWrap::kNone;
         } else {
-            return {fmt::format("unknown tile style `{}`", style.substr(0, 40)),
-                    "there are `wrap`, `mirror`, `clamp` and `none`"};
+            return {fmt::format(messages::kUnknownTileStyle, style.substr(0, 40)),
+                    messages::kTileStyles};
         }
     }
     return {};
@@ -80,7 +81,8 @@ Complaint read_point(const XmlAttributes& a, ThreemfDisplacementPoint* out) {
     if (wrong.empty()) wrong = read_number(a, "v", true, &out->v);
     if (wrong.empty()) wrong = read_number(a, "f", false, &out->factor);
     if (wrong.empty()) wrong = read_index(a, "n", true, &out->direction);
-    if (wrong.empty() && out->factor < 0) return fmt::format("`f` is {:g}, below 0", out->factor);
+    if (wrong.empty() && out->factor < 0)
+        return fmt::format(messages::kFactorBelowZero, out->factor);
     return wrong;
 }
 
@@ -114,7 +116,7 @@ Complaint ThreemfDisplacementReader::read(std::string_view name, const XmlAttrib
         if (wrong.empty()) wrong = read_number(a, "y", true, &n.y);
         if (wrong.empty()) wrong = read_number(a, "z", true, &n.z);
         if (!wrong.empty()) return wrong;
-        if (!(length(n) > 0)) return "a direction has no length";
+        if (!(length(n) > 0)) return messages::kDirectionWithoutLength;
         directions_->push_back(n * (1 / length(n)));
         return {};
     }
@@ -126,7 +128,7 @@ Complaint ThreemfDisplacementReader::read(std::string_view name, const XmlAttrib
     int64_t id = 0;
     if (Complaint wrong = read_index(a, "id", true, &id); !wrong.empty()) return wrong;
     if (out->maps.contains(id) || out->directions.contains(id) || out->groups.contains(id))
-        return fmt::format("a second displacement resource with the id {}", id);
+        return fmt::format(messages::kSecondDisplacement, id);
     take(sizeof(ThreemfDisplacementGroup) + kNode);
     if (name == "normvectorgroup") {
         directions_ = &out->directions[id];

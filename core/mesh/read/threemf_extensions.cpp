@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
@@ -47,8 +48,7 @@ Complaint check_threemf_extensions(const XmlAttributes& model) {
     // Each is searched for among all attributes.
     constexpr size_t kMostExtensions = 64;
     if (prefixes.size() > kMostExtensions)
-        return fmt::format("the file requires {} extensions; at most {} are possible",
-                           prefixes.size(), kMostExtensions);
+        return fmt::format(messages::kTooManyExtensions, prefixes.size(), kMostExtensions);
     for (const std::string_view prefix : prefixes) {
         const char* address = model.find_exact(fmt::format("xmlns:{}", prefix));
         const std::string_view known = address != nullptr ? address : "";
@@ -56,9 +56,9 @@ Complaint check_threemf_extensions(const XmlAttributes& model) {
             std::begin(kExtensions), std::end(kExtensions),
             [&](std::string_view one) { return known.find(one) != std::string_view::npos; });
         if (!fine)
-            return {fmt::format("the file requires the extension `{}`, which is not supported",
+            return {fmt::format(messages::kRequiresThreemfExtension,
                                 known.empty() ? prefix : known.substr(0, 120)),
-                    "export it as plain meshes"};
+                    messages::kRequiresThreemfExtensionHelp};
     }
     return {};
 }
@@ -70,16 +70,15 @@ bool is_left_out_of_threemf(std::string_view element, const std::string& place, 
     if (any(kWithout)) return false;
     if (any(kSilent)) return true;
     if (element == "volumedata") {
-        told->add("volumetric data inside meshes", place,
-                  "it is of a draft of 3MF; write it as a resource that the mesh names");
+        told->add(messages::kVolumetricDataInsideMeshes, place,
+                  messages::kVolumetricDataInsideMeshesHelp);
         return true;
     }
     if (element.ends_with("displayproperties")) {
-        told->add("gloss, metal and translucency of materials", place,
-                  "the specification asks printers to ignore them; choose materials by hand");
+        told->add(messages::kGlossOfMaterials, place, messages::kGlossOfMaterialsHelp);
     } else {
         told->add(fmt::format("elements `{}`", element.substr(0, 40)), place,
-                  "they belong to an extension of 3MF that is not read");
+                  messages::kOtherExtension);
     }
     return true;
 }

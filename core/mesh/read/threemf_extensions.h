@@ -14,12 +14,6 @@
 
 namespace openfab::mesh {
 
-/// What readers of meshes alone tell of, and `openfab import` takes.
-inline constexpr const char* kLevelSets = "objects that are level sets";
-inline constexpr const char* kVolumetricData = "volumetric data of meshes";
-inline constexpr const char* kDisplacements = "displacements of meshes";
-inline constexpr const char* kImportRemedy = "`openfab import` makes a fablet of them";
-
 /// What is left out of a file, each kind of thing once.
 class ThreemfTold {
   public:

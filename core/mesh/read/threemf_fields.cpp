@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/scan_number.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
@@ -22,8 +23,8 @@ Complaint read_text(const XmlAttributes& a, const char* key, std::string* out) {
     const char* text = a.find(key);
     *out = text != nullptr ? trim_threemf(text) : std::string_view();
     if (out->size() <= kLongest) return {};
-    return {fmt::format("`{}` has {} bytes", key, out->size()),
-            fmt::format("at most {} are possible", kLongest)};
+    return {fmt::format(messages::kTooManyBytes, key, out->size()),
+            fmt::format(messages::kAtMost, kLongest)};
 }
 
 Complaint read_number(const XmlAttributes& a, const char* key, double* out) {
@@ -36,7 +37,7 @@ Complaint read_number(const XmlAttributes& a, const char* key, double* out) {
 Complaint read_id(const XmlAttributes& a, const char* key, bool needed, int64_t* out) {
     const char* text = a.find(key);
     if (text == nullptr)
-        return needed ? Complaint(fmt::format("`{}` is missing", key)) : Complaint();
+        return needed ? Complaint(fmt::format(messages::kAttributeMissing, key)) : Complaint();
     const std::string wrong = scan_integer(trim_threemf(text), 0, INT32_MAX, out);
     return wrong.empty() ? Complaint() : Complaint(fmt::format("`{}`: {}", key, wrong));
 }
@@ -58,10 +59,10 @@ Complaint first_of(std::initializer_list<Complaint> all) {
 Complaint read_numbers(const XmlAttributes& a, const char* key, size_t count,
                        std::vector<double>* out) {
     const char* text = a.find(key);
-    if (text == nullptr) return fmt::format("`{}` is missing", key);
+    if (text == nullptr) return fmt::format(messages::kAttributeMissing, key);
     const std::vector<std::string_view> words = threemf_words(text);
     if (words.size() != count)
-        return fmt::format("`{}` has {} numbers instead of {}", key, words.size(), count);
+        return fmt::format(messages::kOtherNumberOfNumbers, key, words.size(), count);
     for (const std::string_view word : words) {
         double value = 0;
         if (std::string wrong = scan_number(word, &value); !wrong.empty()) return wrong;
@@ -99,8 +100,8 @@ Complaint read_tile(const XmlAttributes& a, const char* key, PictureWrap* out) {
     } else if (style == "clamp") {
         *out = PictureWrap::kClamp;
     } else {
-        return {fmt::format("unknown tile style `{}`", style.substr(0, 40)),
-                "of volumes there are `wrap`, `mirror` and `clamp`"};
+        return {fmt::format(messages::kUnknownTileStyle, style.substr(0, 40)),
+                messages::kVolumeTileStyleHelp};
     }
     return {};
 }
@@ -129,8 +130,7 @@ bool ThreemfFieldsReader::takes(std::string_view name) const {
 }
 
 Complaint ThreemfFieldsReader::start(std::string_view name, const XmlAttributes& a) {
-    if (++depth_ > kDeepest)
-        return fmt::format("elements of a function are nested more than {} deep", kDeepest);
+    if (++depth_ > kDeepest) return fmt::format(messages::kFunctionNestedTooDeep, kDeepest);
     switch (within_) {
         case Within::kNothing:
             return begin(name, a);
@@ -159,7 +159,7 @@ Complaint ThreemfFieldsReader::begin(std::string_view name, const XmlAttributes&
     if (Complaint wrong = read_id(a, "id", true, &id); !wrong.empty()) return wrong;
     constexpr size_t kNode = 64;
     if (out_.functions.contains(id) || out_.images.contains(id) || out_.volumes.contains(id))
-        return fmt::format("a second resource with the id {}", id);
+        return fmt::format(messages::kSecondResource, id);
     if (name == "image3d") {
         take(sizeof(ThreemfImage) + kNode);
         within_ = Within::kImage;
@@ -187,8 +187,8 @@ Complaint ThreemfFieldsReader::image_function(const XmlAttributes& a, ThreemfFun
     const char* filter = a.find("filter");
     const std::string_view written = trim_threemf(filter != nullptr ? filter : "linear");
     if (written != "linear" && written != "nearest")
-        return {fmt::format("unknown filter `{}`", written.substr(0, 40)),
-                "there are `linear` and `nearest`"};
+        return {fmt::format(messages::kUnknownFilter, written.substr(0, 40)),
+                messages::kUnknownFilterHelp};
     out->nearest = written == "nearest";
     // The specification's own example spells these otherwise than its table.
     const char* image = a.find("image3did") != nullptr ? "image3did" : "image3dID";
@@ -274,7 +274,7 @@ Complaint ThreemfFieldsReader::in_image(std::string_view name, const XmlAttribut
 Complaint ThreemfFieldsReader::in_volume(std::string_view name, const XmlAttributes& a) {
     if (name == "composite") {
         const Complaint wrong = read_id(a, "basematerialid", false, &volume_->materials);
-        return wrong.empty() && volume_->materials < 0 ? Complaint("`basematerialid` is missing")
+        return wrong.empty() && volume_->materials < 0 ? Complaint(messages::kBaseMaterialMissing)
                                                        : wrong;
     }
     const bool mixed = name == "materialmapping", property = name == "property";

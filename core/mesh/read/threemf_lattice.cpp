@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "base/scan_number.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
@@ -22,13 +23,13 @@ Complaint read_number(const XmlAttributes& a, const char* key, double* out) {
     if (text == nullptr) return {};
     const std::string wrong = scan_number(trim_threemf(text), out);
     if (!wrong.empty()) return fmt::format("`{}`: {}", key, wrong);
-    if (*out < 0) return fmt::format("`{}` is {:g}, below 0", key, *out);
+    if (*out < 0) return fmt::format(messages::kBelowZero, key, *out);
     return {};
 }
 
 Complaint read_index(const XmlAttributes& a, const char* key, int32_t* out) {
     const char* text = a.find(key);
-    if (text == nullptr) return fmt::format("`{}` is missing", key);
+    if (text == nullptr) return fmt::format(messages::kAttributeMissing, key);
     int64_t value = 0;
     const std::string wrong = scan_integer(trim_threemf(text), 0, INT32_MAX, &value);
     *out = static_cast<int32_t>(value);
@@ -46,8 +47,7 @@ Complaint read_cap(const XmlAttributes& a, const char* key, ThreemfCap* out) {
     } else if (cap == "butt") {
         *out = ThreemfCap::kButt;
     } else {
-        return {fmt::format("`{}` is `{}`", key, cap.substr(0, 40)),
-                "there are `sphere`, `hemisphere` and `butt`"};
+        return {fmt::format("`{}` is `{}`", key, cap.substr(0, 40)), messages::kCapHelp};
     }
     return {};
 }
@@ -105,16 +105,15 @@ Complaint ThreemfLatticeReader::begin(const XmlAttributes& a, ThreemfLattice* ou
     if (out->clipping.empty()) out->clipping = text("clipping");
     if (out->clipping == "none") out->clipping.clear();
     if (!out->clipping.empty() && out->clipping != "inside" && out->clipping != "outside")
-        return {fmt::format("`clippingmode` is `{}`", out->clipping.substr(0, 40)),
-                "there are `none`, `inside` and `outside`"};
+        return {fmt::format(messages::kClippingMode, out->clipping.substr(0, 40)),
+                messages::kClippingModeHelp};
     out->has_representation = a.find("representationmesh") != nullptr;
     out->has_properties = a.find("pid") != nullptr;
     const std::string balls = text("ballmode");
     if (balls == "mixed") out->all_balls = ThreemfLattice::Balls::kListed;
     if (balls == "all") out->all_balls = ThreemfLattice::Balls::kAll;
     if (!balls.empty() && balls != "mixed" && balls != "all" && balls != "none")
-        return {fmt::format("`ballmode` is `{}`", balls.substr(0, 40)),
-                "there are `none`, `mixed` and `all`"};
+        return {fmt::format(messages::kBallMode, balls.substr(0, 40)), messages::kBallModeHelp};
     return {};
 }
 
@@ -131,9 +130,9 @@ Complaint ThreemfLatticeReader::beam(const XmlAttributes& a, ThreemfLattice* out
     if (wrong.empty()) wrong = read_cap(a, "cap1", &beam.caps[0]);
     if (wrong.empty()) wrong = read_cap(a, "cap2", &beam.caps[1]);
     if (wrong.empty() && !(first > 0 && second > 0))
-        wrong = {"a beam has the radius 0", "give it `r1`, or the lattice a `radius`"};
+        wrong = {messages::kBeamWithoutRadius, messages::kBeamWithoutRadiusHelp};
     if (wrong.empty() && beam.vertices[0] == beam.vertices[1])
-        wrong = fmt::format("a beam joins vertex {} to itself", beam.vertices[0]);
+        wrong = fmt::format(messages::kBeamJoinsItself, beam.vertices[0]);
     out->has_properties |= a.find("p1") != nullptr;
     if (wrong.empty()) out->beams.push_back(beam);
     return wrong;
@@ -145,7 +144,7 @@ Complaint ThreemfLatticeReader::ball(const XmlAttributes& a, ThreemfLattice* out
     Complaint wrong = read_index(a, "vindex", &vertex);
     if (wrong.empty()) wrong = read_number(a, "r", &radius);
     if (wrong.empty() && !(radius > 0))
-        wrong = {"a ball has the radius 0", "give it `r`, or the lattice a `ballradius`"};
+        wrong = {messages::kLatticeBallWithoutRadius, messages::kLatticeBallWithoutRadiusHelp};
     out->has_properties |= a.find("p") != nullptr;
     if (wrong.empty()) out->balls.emplace_back(vertex, static_cast<float>(radius));
     return wrong;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "base/similarity.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 
@@ -47,11 +48,8 @@ class LatticeBeams {
         const ThreemfLattice& lattice = *object.lattice;
         const double scale = even_scale(map);
         if (!(scale > 0))
-            return fail(
-                fmt::format("the lattice of {} is scaled, and not alike in all directions, so that "
-                            "its beams are not round",
-                            lattice_place(name)),
-                "apply the scale in the program that made it");
+            return fail(fmt::format(messages::kLatticeScaledUnevenly, lattice_place(name)),
+                        messages::kLatticeScaledUnevenlyHelp);
         tell(lattice, name);
         const size_t held =
             object.vertices.size() * sizeof(Vec3d) +
@@ -59,8 +57,7 @@ class LatticeBeams {
             object.vertices.size() * 64;
         *memory_bytes_ -= static_cast<int64_t>(held);
         if (*memory_bytes_ < 0)
-            return fail("its lattices take more memory than is allowed",
-                        "allow more with `--memory`");
+            return fail(messages::kLatticesTakeTooMuch, messages::kAllowMoreMemory);
         const std::vector<int32_t> sets = sets_of(lattice);
         std::set<std::pair<int32_t, float>> balls;
         BeamAttribute numbers{"set", true, 1, {}, {}};
@@ -98,8 +95,7 @@ class LatticeBeams {
         add_balls(object, map, scale, &balls, out, &numbers);
         if (error_) return;
         if (shorter > 0)
-            told_->add("beams shorter than `minlength`", lattice_place(name),
-                       "the specification has readers ignore them");
+            told_->add(messages::kShortBeams, lattice_place(name), messages::kShortBeamsHelp);
         if (out->beams.empty()) return;
         // Without sets, too: the stock fablet reads it.
         out->attributes.push_back(std::move(numbers));
@@ -123,8 +119,7 @@ class LatticeBeams {
             }
         }
         if (lattice.all_balls != ThreemfLattice::Balls::kAll || error_) return;
-        if (!(lattice.ball_radius > 0))
-            return fail("a lattice has `ballmode` all, and no `ballradius`");
+        if (!(lattice.ball_radius > 0)) return fail(messages::kNoBallRadius);
         for (const auto& [vertex, n] : std::map<int32_t, int32_t>(nodes_.begin(), nodes_.end())) {
             if (!listed.contains(n)) put(n, lattice.ball_radius);
         }
@@ -133,8 +128,7 @@ class LatticeBeams {
     /// Returns the number of a vertex among the nodes, adding it on first use.
     int32_t node(const ThreemfObject& object, int32_t vertex, const Affine3d& map, Beams* out) {
         if (vertex < 0 || static_cast<size_t>(vertex) >= object.vertices.size()) {
-            fail(fmt::format("a beam or ball refers to vertex {}, but there are {}", vertex,
-                             object.vertices.size()));
+            fail(fmt::format(messages::kBeamOfNoVertex, vertex, object.vertices.size()));
             return 0;
         }
         const auto [it, fresh] =
@@ -143,7 +137,7 @@ class LatticeBeams {
         const Vec3d p = map.apply(object.vertices[static_cast<size_t>(vertex)]);
         for (int a = 0; a < 3; ++a) {
             if (!(std::fabs(p[a]) <= kFarthest))
-                fail(fmt::format("a node of a lattice lies at {:g}, beyond {:g}", p[a], kFarthest));
+                fail(fmt::format(messages::kNodeLatticeLiesBeyond, p[a], kFarthest));
         }
         out->nodes.push_back(p);
         return it->second;
@@ -162,14 +156,14 @@ class LatticeBeams {
 
     void tell(const ThreemfLattice& lattice, const std::string& name) {
         if (!lattice.clipping.empty())
-            told_->add(fmt::format("the mesh that clips a lattice, mode `{}`", lattice.clipping),
-                       lattice_place(name), "clip the beams in the program that made them");
+            told_->add(fmt::format(messages::kMeshThatClips, lattice.clipping), lattice_place(name),
+                       messages::kMeshThatClipsHelp);
         if (lattice.has_representation)
-            told_->add("meshes that represent lattices", lattice_place(name),
-                       "they are for display alone");
+            told_->add(messages::kMeshesOfLattices, lattice_place(name),
+                       messages::kMeshesOfLatticesHelp);
         if (lattice.has_properties)
-            told_->add("colours and materials of beams", lattice_place(name),
-                       "put the beams in sets, which a fablet tells apart by `@nearest int set`");
+            told_->add(messages::kColoursOfBeams, lattice_place(name),
+                       messages::kColoursOfBeamsHelp);
     }
 
     std::string file_;
@@ -182,7 +176,7 @@ class LatticeBeams {
 }  // namespace
 
 std::string lattice_place(const std::string& name) {
-    return name.empty() ? "an object without a name" : fmt::format("object `{}`", name);
+    return name.empty() ? messages::kObjectWithoutName : fmt::format("object `{}`", name);
 }
 
 Result<ThreemfBeams> lattice_beams(const ThreemfObject& object, const Affine3d& map,

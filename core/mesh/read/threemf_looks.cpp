@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/read/messages.h"
+
 namespace openfab::mesh {
 namespace {
 
@@ -146,8 +148,8 @@ int32_t ThreemfLooks::composite(ThreemfPart* part, int64_t id, const Picks& pick
     const auto [known, fresh] = added.gradients.try_emplace(steps, kNew);
     if (fresh) {
         if (added.gradients.size() == 1)
-            told_.add("gradients of composite materials", place_of(*part, id),
-                      "each triangle has the mean of its corners, in steps of 5 %");
+            told_.add(messages::kCompositeGradients, place_of(*part, id),
+                      messages::kCompositeGradientsHelp);
         const int sum = std::max(1, [&] {
             int total = 0;
             for (const int step : steps)
@@ -199,8 +201,8 @@ int32_t ThreemfLooks::picture(ThreemfPart* part, int64_t id) {
     if (index != kNew) return index;
     const auto it = part->model.textures.find(group.source);
     if (it == part->model.textures.end()) {
-        told_.add("pictures that the file does not define", place_of(*part, id),
-                  "export the file again with its textures");
+        told_.add(messages::kPicturesNotDefined, place_of(*part, id),
+                  messages::kPicturesNotDefinedHelp);
         return index = -1;
     }
     const ThreemfTexture& texture = it->second;
@@ -259,8 +261,7 @@ ThreemfFace ThreemfLooks::multi(ThreemfPart* part, int64_t id, const Picks& pick
                 break;
         }
         if (!fine && missing_.emplace(part->name, -1 - id).second)
-            told_.add("layers of multi-properties beyond a material, a colour and a picture",
-                      place_of(*part, id), "paint them into one picture");
+            told_.add(messages::kTooManyLayers, place_of(*part, id), messages::kTooManyLayersHelp);
     }
     if (blend.is_colored) {
         std::optional<std::array<double, 3>> under;
@@ -439,8 +440,8 @@ int32_t ThreemfLooks::add(Look look) {
 
 void ThreemfLooks::miss(const ThreemfPart& part, int64_t id) {
     if (!missing_.emplace(part.name, id).second) return;
-    told_.add("properties of triangles that the file does not define", place_of(part, id),
-              "export the file again with its materials");
+    told_.add(messages::kPropertiesNotDefined, place_of(part, id),
+              messages::kPropertiesNotDefinedHelp);
 }
 
 }  // namespace openfab::mesh

@@ -9,6 +9,7 @@
 
 #include "base/scan_number.h"
 #include "base/xml.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_displaced.h"
 #include "mesh/read/threemf_extensions.h"
 #include "mesh/read/threemf_text.h"
@@ -35,7 +36,7 @@ class ModelReader : public XmlHandler {
         }
         Complaint wrong = read(name, a);
         if (wrong.empty() && memory_bytes_ < 0)
-            return {"the model takes more memory than is allowed", "allow more with `--memory`"};
+            return {messages::kModelTakesTooMuch, messages::kAllowMoreMemory};
         return wrong;
     }
 
@@ -101,9 +102,7 @@ class ModelReader : public XmlHandler {
             for (const ThreemfTriangle& t : object.triangles) {
                 const int32_t most = std::max({t.vertices[0], t.vertices[1], t.vertices[2]});
                 if (most >= count)
-                    return fmt::format(
-                        "a triangle of object {} refers to vertex {}, but there are {}", id, most,
-                        count);
+                    return fmt::format(messages::kTriangleOfNoVertex, id, most, count);
             }
         }
         return {};
@@ -128,15 +127,15 @@ class ModelReader : public XmlHandler {
     static Complaint too_long(const std::string& name) {
         constexpr size_t kLongest = 1000;
         if (name.size() <= kLongest) return {};
-        return {fmt::format("a name of {} bytes", name.size()),
-                fmt::format("at most {} are possible", kLongest)};
+        return {fmt::format(messages::kLongName, name.size()),
+                fmt::format(messages::kAtMost, kLongest)};
     }
 
     double number(const XmlAttributes& a, const char* key) {
         const char* text = a.find(key);
         double value = 0;
         if (text == nullptr) {
-            wrong_ = fmt::format("`{}` is missing", key);
+            wrong_ = fmt::format(messages::kAttributeMissing, key);
         } else if (const std::string wrong = scan_number(trim_threemf(text), &value);
                    !wrong.empty()) {
             wrong_ = wrong;
@@ -156,7 +155,7 @@ class ModelReader : public XmlHandler {
 
     int64_t needed_integer(const XmlAttributes& a, const char* key) {
         const int64_t value = integer(a, key, -1);
-        if (value < 0 && wrong_.empty()) wrong_ = fmt::format("`{}` is missing", key);
+        if (value < 0 && wrong_.empty()) wrong_ = fmt::format(messages::kAttributeMissing, key);
         return value;
     }
 
@@ -176,7 +175,7 @@ class ModelReader : public XmlHandler {
             model.unit_mm = size;
             found = true;
         }
-        if (!found) return fmt::format("unknown unit `{}`", unit.substr(0, 40));
+        if (!found) return fmt::format(messages::kUnknownUnit, unit.substr(0, 40));
         return check_threemf_extensions(a);
     }
 
@@ -184,7 +183,7 @@ class ModelReader : public XmlHandler {
         const int64_t id = needed_integer(a, "id");
         if (!wrong_.empty()) return wrong_;
         const auto [it, fresh] = model.groups.try_emplace(id);
-        if (!fresh) return fmt::format("a second resource with the id {}", id);
+        if (!fresh) return fmt::format(messages::kSecondResource, id);
         take<ThreemfGroup>({});
         group_ = &it->second;
         group_->kind = kind;
@@ -204,8 +203,8 @@ class ModelReader : public XmlHandler {
         // Each composite searches all of them.
         constexpr size_t kMaxMaterials = 256;
         if (wrong.empty() && group_->layers.size() > kMaxMaterials)
-            return {fmt::format("composites of {} materials", group_->layers.size()),
-                    fmt::format("at most {} are possible", kMaxMaterials)};
+            return {fmt::format(messages::kTooManyComposites, group_->layers.size()),
+                    fmt::format(messages::kAtMost, kMaxMaterials)};
         return wrong.empty() ? Complaint(wrong_) : wrong;
     }
 
@@ -215,15 +214,15 @@ class ModelReader : public XmlHandler {
         // Each triangle searches all of them.
         constexpr size_t kMaxLayers = 16;
         if (wrong.empty() && group_->layers.size() > kMaxLayers)
-            return {fmt::format("multiproperties of {} layers", group_->layers.size()),
-                    fmt::format("at most {} are possible", kMaxLayers)};
+            return {fmt::format(messages::kTooManyMultiproperties, group_->layers.size()),
+                    fmt::format(messages::kAtMost, kMaxLayers)};
         if (!wrong.empty()) return wrong;
         const std::string methods = attribute(a, "blendmethods");
         for (const std::string_view method : threemf_words(methods)) {
             if (group_->multiplied.size() == kMaxLayers) break;
             if (method != "mix" && method != "multiply")
-                return {fmt::format("unknown blend method `{}`", method.substr(0, 40)),
-                        "there are `mix` and `multiply`"};
+                return {fmt::format(messages::kUnknownBlendMethod, method.substr(0, 40)),
+                        messages::kUnknownBlendMethodHelp};
             group_->multiplied.push_back(method == "multiply");
         }
         return {};
@@ -257,8 +256,8 @@ class ModelReader : public XmlHandler {
         const std::string written = attribute(a, "color");
         const std::optional<ThreemfColor> value = parse_threemf_color(written);
         if (!value)
-            return {fmt::format("`{}` is not a colour", written.substr(0, 40)),
-                    "write it as #rrggbb"};
+            return {fmt::format(messages::kNotAColour, written.substr(0, 40)),
+                    messages::kNotAColourHelp};
         add(&group_->values, *value);
         return {};
     }
@@ -267,7 +266,7 @@ class ModelReader : public XmlHandler {
         const int64_t id = needed_integer(a, "id");
         if (!wrong_.empty()) return wrong_;
         const auto [it, fresh] = model.textures.try_emplace(id);
-        if (!fresh) return fmt::format("a second texture with the id {}", id);
+        if (!fresh) return fmt::format(messages::kSecondTexture, id);
         ThreemfTexture& texture = it->second;
         texture.path = attribute(a, "path");
         take<ThreemfTexture>(texture.path);
@@ -283,8 +282,8 @@ class ModelReader : public XmlHandler {
             } else if (style == "none") {
                 texture.wrap[axis] = PictureWrap::kNone;
             } else {
-                return {fmt::format("unknown tile style `{}`", style.substr(0, 40)),
-                        "there are `wrap`, `mirror`, `clamp` and `none`"};
+                return {fmt::format(messages::kUnknownTileStyle, style.substr(0, 40)),
+                        messages::kTileStyles};
             }
         }
         return {};
@@ -307,7 +306,7 @@ class ModelReader : public XmlHandler {
             if (shares.size() == group_->layers.size()) break;
             double value = 0;
             if (std::string wrong = scan_number(word, &value); !wrong.empty()) return wrong;
-            if (value < 0) return fmt::format("`{}` is not a share", word.substr(0, 40));
+            if (value < 0) return fmt::format(messages::kNotAShare, word.substr(0, 40));
             sum += add(&shares, value);
         }
         while (shares.size() < group_->layers.size())
@@ -328,7 +327,7 @@ class ModelReader : public XmlHandler {
         const int64_t property = integer(a, "pindex", 0);
         if (!wrong_.empty()) return wrong_;
         const auto [it, fresh] = model.objects.try_emplace(id);
-        if (!fresh) return fmt::format("a second object with the id {}", id);
+        if (!fresh) return fmt::format(messages::kSecondObject, id);
         object_ = &it->second;
         object_id_ = id;
         told_paint_ = {};
@@ -342,15 +341,14 @@ class ModelReader : public XmlHandler {
         if (a.find("slicestackid") != nullptr) {
             object_->stand_in = attribute(a, "meshresolution") == "lowres";
             if (!object_->stand_in)
-                told_.add("slices of objects", place(), "their meshes are printed instead");
+                told_.add(messages::kSlicesOfObjects, place(), messages::kSlicesOfObjectsHelp);
         }
         return {};
     }
 
     Complaint lattice(std::string_view name, const XmlAttributes& a) {
         if (name == "beamlattice") {
-            told_.add("lattices of beams", place(),
-                      "a mesh of the world that names the file as `beams` prints them");
+            told_.add(messages::kLatticesOfBeams, place(), messages::kLatticesOfBeamsHelp);
             object_->lattice = std::make_shared<ThreemfLattice>();
         }
         if (object_->lattice == nullptr) return {};
@@ -359,7 +357,7 @@ class ModelReader : public XmlHandler {
 
     /// Which programs that read meshes alone tell of.
     Complaint level_set(const XmlAttributes& a) {
-        told_.add(kLevelSets, place(), kImportRemedy);
+        told_.add(messages::kLevelSets, place(), messages::kImportRemedy);
         object_->level_set = std::make_shared<ThreemfLevelSet>();
         memory_bytes_ -= static_cast<int64_t>(sizeof(ThreemfLevelSet));
         return ThreemfFieldsReader::read_level_set(a, object_->level_set.get());
@@ -374,14 +372,15 @@ class ModelReader : public XmlHandler {
     bool is_displaced() const { return object_ != nullptr && object_->displaced != nullptr; }
 
     void begin_displaced() {
-        told_.add(kDisplacements, place(), kImportRemedy);
+        told_.add(messages::kDisplacements, place(), messages::kImportRemedy);
         object_->displaced = std::make_shared<ThreemfDisplaced>();
     }
 
     void volume_of_mesh(const XmlAttributes& a) {
         if (object_ == nullptr) return;
         object_->volume = integer(a, "volumeid", -1);
-        if (object_->volume >= 0) told_.add(kVolumetricData, place(), kImportRemedy);
+        if (object_->volume >= 0)
+            told_.add(messages::kVolumetricData, place(), messages::kImportRemedy);
     }
 
     /// Names where something is, for people.
@@ -404,7 +403,7 @@ class ModelReader : public XmlHandler {
         a.each([&](std::string_view name, const char* value) { attribute_of(name, value, &t); });
         for (size_t c = 0; c < 3; ++c) {
             if (t.vertices[c] < 0 && wrong_.empty())
-                wrong_ = fmt::format("`v{}` is missing", c + 1);
+                wrong_ = fmt::format(messages::kCornerMissing, c + 1);
             // One for all corners unless the others have their own.
             if (t.properties[c] < 0) t.properties[c] = t.properties[0];
         }
@@ -428,11 +427,11 @@ class ModelReader : public XmlHandler {
         } else if (name == "paint_color" || name == "mmu_segmentation") {
             paint(value);
         } else if (name == "paint_supports" || name == "custom_supports") {
-            tell_paint(0, "painted supports of a slicer");
+            tell_paint(0, messages::kPaintedSupports);
         } else if (name == "paint_seam" || name == "custom_seam") {
-            tell_paint(1, "painted seams of a slicer");
+            tell_paint(1, messages::kPaintedSeams);
         } else if (name == "paint_fuzzy_skin" || name == "fuzzy_skin") {
-            tell_paint(2, "painted fuzzy skin of a slicer");
+            tell_paint(2, messages::kPaintedFuzzySkin);
         }
     }
 
@@ -456,7 +455,7 @@ class ModelReader : public XmlHandler {
     void tell_paint(size_t kind, const char* what) {
         if (told_paint_[kind]) return;
         told_paint_[kind] = true;
-        told_.add(what, place(), "they say how a filament printer prints the part");
+        told_.add(what, place(), messages::kPaintForFilaments);
     }
 
     Complaint component(const XmlAttributes& a) {
@@ -492,10 +491,10 @@ class ModelReader : public XmlHandler {
     void end_value() {
         if (key_.empty() || object_ == nullptr) return;
         static constexpr std::pair<std::string_view, const char*> kHelpers[] = {
-            {"support_mesh", "meshes for supports (Cura)"},
-            {"anti_overhang_mesh", "support blockers (Cura)"},
-            {"infill_mesh", "meshes that change the infill (Cura)"},
-            {"cutting_mesh", "meshes that change the settings of others (Cura)"}};
+            {"support_mesh", messages::kSupportMeshesOfCura},
+            {"anti_overhang_mesh", messages::kSupportBlockersOfCura},
+            {"infill_mesh", messages::kInfillMeshesOfCura},
+            {"cutting_mesh", messages::kSettingsMeshesOfCura}};
         const std::string_view value = trim_threemf(value_);
         for (const auto& [key, what] : kHelpers) {
             if (key == key_ && (value == "True" || value == "true" || value == "1"))
@@ -517,7 +516,7 @@ class ModelReader : public XmlHandler {
         if (const char* written = a.find("transform")) {
             std::array<double, kMaxTransform> m{};
             const std::vector<std::string_view> words = threemf_words(written);
-            if (words.size() != m.size()) return "`transform` must have 12 numbers";
+            if (words.size() != m.size()) return messages::kTransformNumbers;
             for (size_t i = 0; i < m.size(); ++i) {
                 if (std::string wrong = scan_number(words[i], &m[i]); !wrong.empty()) return wrong;
             }

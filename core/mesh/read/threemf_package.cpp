@@ -6,6 +6,7 @@
 
 #include "base/input_file.h"
 #include "base/xml.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf.h"
 
 namespace openfab::mesh {
@@ -46,7 +47,7 @@ Result<Relationships> parse_relationships(std::string_view text, const std::stri
     Relationships found;
     const Result<void> parsed = parse_xml(text, fmt::format("{}: _rels/.rels", file), &found);
     if (!parsed) return parsed.error();
-    if (found.model.empty()) return user_error(fmt::format("{}: the file has no model", file));
+    if (found.model.empty()) return user_error(fmt::format(messages::kNoModel, file));
     return found;
 }
 
@@ -55,11 +56,8 @@ Result<Relationships> parse_relationships(std::string_view text, const std::stri
 Result<std::string> ThreemfPackage::read(const ZipFile& zip, const std::string& name,
                                          const std::string& file, int64_t memory_bytes) const {
     if (encrypted.count(ZipFile::key(name)) != 0)
-        return user_error(
-            fmt::format(
-                "{}: `{}` in the archive is encrypted (secure content), which is not supported",
-                file, name),
-            "export it without encryption");
+        return user_error(fmt::format(messages::kEncryptedArchive, file, name),
+                          messages::kEncryptedArchiveHelp);
     return zip.read(name, memory_bytes);
 }
 

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/read/messages.h"
+
 namespace openfab::mesh {
 namespace {
 
@@ -52,8 +54,7 @@ class Painter {
                 if (!wrong_.empty()) return error();
                 object_.filaments[static_cast<size_t>(triangle)] = static_cast<int16_t>(filament);
             } else if (interpolates) {
-                told->add("paint on parts of triangles that have colours of their corners, too",
-                          place_, "remove one of them");
+                told->add(messages::kPaintAndColours, place_, messages::kPaintAndColoursHelp);
             } else if (corners[0] != corners[1] && corners[1] != corners[2] &&
                        corners[2] != corners[0]) {
                 leaves.emplace_back(triangle, std::vector<Leaf>());
@@ -67,8 +68,7 @@ class Painter {
 
   private:
     Error error() const {
-        return user_error(
-            fmt::format("{}: the paint of triangle {} {}", place_, triangle_, wrong_));
+        return user_error(fmt::format(messages::kPaintWrong, place_, triangle_, wrong_));
     }
 
     static bool is_divided(const std::string& code) {
@@ -85,11 +85,11 @@ class Painter {
     /// Digits are read from the last to the first.
     int next() {
         if (code_.empty()) {
-            if (wrong_.empty()) wrong_ = "ends too early";
+            if (wrong_.empty()) wrong_ = messages::kPaintEndsTooEarly;
             return 0;
         }
         const char c = code_.back();
-        if (digit(c) == 0 && c != '0' && wrong_.empty()) wrong_ = "is not hexadecimal";
+        if (digit(c) == 0 && c != '0' && wrong_.empty()) wrong_ = messages::kPaintNotHexadecimal;
         code_.pop_back();
         return digit(c);
     }
@@ -101,7 +101,7 @@ class Painter {
         int filament = 3;
         for (int more = next();; more = next()) {
             filament += more;
-            if (filament > kMostFilaments) wrong_ = "names a filament that cannot be";
+            if (filament > kMostFilaments) wrong_ = messages::kPaintOfNoFilament;
             if (more != 15 || !wrong_.empty()) return filament;
         }
     }
@@ -112,9 +112,8 @@ class Painter {
     void decode(const Corners& corners, int depth, std::vector<Leaf>* out) {
         const int code = next();
         const auto side = static_cast<size_t>(code >> 2);
-        if (depth > kMaxDepth) wrong_ = "divides it too finely";
-        if ((code & 3) != 0 && side == 3 && wrong_.empty())
-            wrong_ = "names a side that is not there";
+        if (depth > kMaxDepth) wrong_ = messages::kPaintTooFine;
+        if ((code & 3) != 0 && side == 3 && wrong_.empty()) wrong_ = messages::kPaintOfNoSide;
         if (!wrong_.empty()) return;
         if ((code & 3) == 0) {
             const int filament = leaf(code);
@@ -221,8 +220,7 @@ class Painter {
     /// Lists double, and are copied then.
     void take(size_t bytes) {
         memory_bytes_ -= static_cast<int64_t>(3 * bytes);
-        if (memory_bytes_ < 0 && wrong_.empty())
-            wrong_ = "takes more memory than is allowed; allow more with `--memory`";
+        if (memory_bytes_ < 0 && wrong_.empty()) wrong_ = messages::kPaintTakesTooMuch;
     }
 
     ThreemfObject& object_;

@@ -11,6 +11,7 @@
 #include "base/scan_number.h"
 #include "base/text.h"
 #include "base/xml.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -28,9 +29,9 @@ struct VolumeKind {
 constexpr VolumeKind kVolumeKinds[] = {
     {"ModelPart", "normal_part", BodyRole::kPart, ""},
     {"NegativeVolume", "negative_part", BodyRole::kNegative, ""},
-    {"ParameterModifier", "modifier_part", BodyRole::kNotPrinted, "modifier volumes of a slicer"},
-    {"SupportEnforcer", "support_enforcer", BodyRole::kNotPrinted, "support enforcers of a slicer"},
-    {"SupportBlocker", "support_blocker", BodyRole::kNotPrinted, "support blockers of a slicer"},
+    {"ParameterModifier", "modifier_part", BodyRole::kNotPrinted, messages::kModifierVolumes},
+    {"SupportEnforcer", "support_enforcer", BodyRole::kNotPrinted, messages::kSupportEnforcers},
+    {"SupportBlocker", "support_blocker", BodyRole::kNotPrinted, messages::kSupportBlockers},
 };
 
 /// The file that says what objects consist of.
@@ -72,7 +73,7 @@ class ObjectsReader : public XmlHandler {
     Complaint take(size_t bytes) {
         memory_bytes_ -= static_cast<int64_t>(3 * bytes);
         if (memory_bytes_ >= 0) return {};
-        return {"the project takes more memory than is allowed", "allow more with `--memory`"};
+        return {messages::kProjectTakesTooMuch, messages::kAllowMoreMemory};
     }
 
     Complaint begin_object(const XmlAttributes& a) {
@@ -90,8 +91,8 @@ class ObjectsReader : public XmlHandler {
         // Each placement of the object goes through all of them.
         constexpr size_t kMostVolumes = 4096;
         if (object_->volumes.size() == kMostVolumes)
-            return {fmt::format("an object of more than {} volumes", kMostVolumes),
-                    "unite some of them in the slicer"};
+            return {fmt::format(messages::kTooManyVolumes, kMostVolumes),
+                    messages::kTooManyVolumesHelp};
         object_->volumes.push_back(std::move(volume));
         volume_ = &object_->volumes.back();
         if (const std::string kind = attribute(a, "subtype"); !kind.empty()) set_kind(kind);
@@ -105,8 +106,7 @@ class ObjectsReader : public XmlHandler {
             volume_->kind = one.name;
             return;
         }
-        told_.add(fmt::format("what volumes of type `{}` are for", kind), file_,
-                  "they are printed as parts");
+        told_.add(fmt::format(messages::kVolumesOfType, kind), file_, messages::kVolumesOfTypeHelp);
     }
 
     Complaint metadata(const XmlAttributes& a) {
@@ -274,10 +274,8 @@ class ProjectReader {
             if (!parsed) return parsed.error();
             project_.objects = std::move(reader.objects);
             if (reader.plates > 1)
-                told_.add(fmt::format("the division of objects into {} plates", reader.plates),
-                          name,
-                          "they are imported side by side; delete from the world what shall not be "
-                          "printed");
+                told_.add(fmt::format(messages::kDivisionIntoPlates, reader.plates), name,
+                          messages::kDivisionIntoPlatesHelp);
             return Ok{};
         });
     }
@@ -287,8 +285,7 @@ class ProjectReader {
                                           "Metadata/Slic3r_PE.config",
                                           "Metadata/SuperSlicer.config", "Metadata/Slic3r.config"};
         return first_of(kNames, [&](std::string_view text, const char* name) -> Result<void> {
-            told_.add("settings of a slicer", name,
-                      "layers, infill and walls of filament printers have no meaning here");
+            told_.add(messages::kSlicerSettings, name, messages::kSlicerSettingsHelp);
             const bool is_json = trimmed(text).starts_with('{');
             const Result<Settings> settings = is_json
                                                   ? parse_settings(text, path(name), memory_bytes_)
@@ -307,8 +304,7 @@ class ProjectReader {
             const Result<void> parsed = parse_xml(text, path(name), &reader);
             if (!parsed) return parsed.error();
             for (int64_t i = 0; i < reader.changes; ++i)
-                told_.add("changes of the filament at a height", name,
-                          "choose materials by height in a fablet");
+                told_.add(messages::kFilamentChanges, name, messages::kFilamentChangesHelp);
             return Ok{};
         });
     }
@@ -317,19 +313,15 @@ class ProjectReader {
     void tell_of_cura() {
         const char* const preferences = "Cura/preferences.cfg";
         if (zip_.has(preferences))
-            told_.add(
-                "settings of a slicer", preferences,
-                "colours of filaments are not read from there; choose materials in the world");
+            told_.add(messages::kSlicerSettings, preferences, messages::kFilamentColours);
     }
 
     void tell_of_resin() {
         const char* const holes = "Metadata/Slic3r_PE_sla_drain_holes.txt";
-        if (zip_.has(holes))
-            told_.add("drain holes of a slicer", holes,
-                      "cut them in the program that made the mesh");
+        if (zip_.has(holes)) told_.add(messages::kDrainHoles, holes, messages::kDrainHolesHelp);
         const char* const points = "Metadata/Slic3r_PE_sla_support_points.txt";
         if (zip_.has(points))
-            told_.add("support points of a slicer", points, "choose supports in the world");
+            told_.add(messages::kSupportPoints, points, messages::kSupportPointsHelp);
     }
 
     const ZipFile& zip_;

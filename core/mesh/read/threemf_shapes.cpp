@@ -6,6 +6,8 @@
 
 #include <utility>
 
+#include "mesh/read/messages.h"
+
 namespace openfab::mesh {
 
 Result<ReadThreemfShapes> parse_threemf_shapes(std::string_view bytes, const std::string& file,
@@ -21,16 +23,15 @@ Result<ReadThreemfShapes> parse_threemf_shapes(std::string_view bytes, const std
     const auto take = [&](const ThreemfPlaced& one) -> Result<void> {
         const ThreemfObject& object = *one.object;
         if (object.level_set != nullptr && object.type != "model") {
-            told.add(fmt::format("level sets of type `{}`", object.type.substr(0, 40)), one.place(),
-                     "objects of type `model` are printed; change the type if this is a part");
+            told.add(fmt::format(messages::kLevelSetsOfType, object.type.substr(0, 40)),
+                     one.place(), messages::kObjectTypeHelp);
             return {};
         }
         if (object.level_set != nullptr || object.volume >= 0 || object.displaced != nullptr) {
             memory_bytes -= static_cast<int64_t>(3 * (sizeof one + one.name.size()));
             if (memory_bytes < 0)
-                return user_error(
-                    fmt::format("{}: its level sets take more memory than is allowed", file),
-                    "allow more with `--memory`");
+                return user_error(fmt::format(messages::kLevelSetsTakeTooMuch, file),
+                                  messages::kAllowMoreMemory);
         }
         if (object.level_set != nullptr) out.level_sets.push_back(one);
         const bool has_mesh = !object.triangles.empty() && object.type == "model";

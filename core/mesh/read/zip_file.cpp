@@ -18,6 +18,7 @@
 
 #include "base/text.h"
 #include "mesh/read/beside_files.h"
+#include "mesh/read/messages.h"
 
 namespace openfab::mesh {
 namespace {
@@ -113,9 +114,7 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
     out.bytes_ = bytes;
     out.file_ = file;
     const std::optional<uint64_t> end = find_end(bytes);
-    if (!end)
-        return user_error(
-            fmt::format("{}: not a ZIP archive, or cut short: it has no directory", file));
+    if (!end) return user_error(fmt::format(messages::kNotZip, file));
     uint64_t count = number_at<uint16_t>(bytes, *end + 10);
     uint64_t at = number_at<uint32_t>(bytes, *end + 16);
     if ((count == 0xffff || at == 0xffffffff) && *end >= 20 &&
@@ -127,7 +126,7 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
     uint64_t packed = 0, unpacked = 0, largest = 0;
     for (uint64_t i = 0; i < count; ++i) {
         if (number_at<uint32_t>(bytes, at) != 0x02014b50 || bytes.size() - at < kCentralSize)
-            return user_error(fmt::format("{}: the archive's directory is damaged", file));
+            return user_error(fmt::format(messages::kDirectoryDamaged, file));
         Entry entry;
         entry.encrypted = (number_at<uint16_t>(bytes, at + 8) & 1) != 0;
         entry.method = number_at<uint16_t>(bytes, at + 10);
@@ -139,15 +138,13 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
         const size_t comment = number_at<uint16_t>(bytes, at + 32);
         entry.offset = number_at<uint32_t>(bytes, at + 42);
         if (bytes.size() - at - kCentralSize < name + extra + comment)
-            return user_error(fmt::format("{}: the archive's directory is damaged", file));
+            return user_error(fmt::format(messages::kDirectoryDamaged, file));
         read_zip64(bytes.substr(at + kCentralSize + name, extra), &entry.size, &entry.compressed,
                    &entry.offset);
         // Disjoint entries fill the file at most; otherwise they overlap, and a small file could
         // expand many times.
         if (entry.compressed > bytes.size() - packed)
-            return user_error(fmt::format(
-                "{}: the archive's directory is damaged: its entries are larger than the file",
-                file));
+            return user_error(fmt::format(messages::kEntriesTooLarge, file));
         packed += entry.compressed;
         unpacked += std::min(entry.size, kLargest);
         largest = std::max(largest, std::min(entry.size, kLargest));
@@ -159,9 +156,7 @@ Result<ZipFile> ZipFile::open(std::string_view bytes, const std::string& file) {
     // much.
     if (unpacked - largest > kLargeEntry && (unpacked - largest) / kTightest > bytes.size()) {
         return user_error(
-            fmt::format("{}: the archive unpacks to {} times its size, as no mesh does; compress "
-                        "it again if that is intended",
-                        file, unpacked / bytes.size()));
+            fmt::format(messages::kArchiveUnpacksTooFar, file, unpacked / bytes.size()));
     }
     return out;
 }
@@ -179,37 +174,32 @@ std::vector<std::string> ZipFile::names() const {
 
 Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const {
     const auto error = [&](const std::string& what) {
-        return user_error(fmt::format("{}: `{}` in the archive {}", file_, name, what));
+        return user_error(fmt::format(messages::kEntryWrong, file_, name, what));
     };
     const auto it = entries_.find(key(name));
-    if (it == entries_.end()) return error("is missing");
+    if (it == entries_.end()) return error(messages::kEntryMissing);
     const Entry& entry = it->second;
-    if (entry.encrypted) return error("is encrypted, which is not supported");
+    if (entry.encrypted) return error(messages::kEntryEncrypted);
     if (entry.method != 0 && entry.method != 8)
-        return error(
-            fmt::format("is packed by method {}; stored and deflated are supported", entry.method));
+        return error(fmt::format(messages::kEntryMethod, entry.method));
     const uint64_t start = entry.offset + kLocalSize +
                            number_at<uint16_t>(bytes_, entry.offset + 26) +
                            number_at<uint16_t>(bytes_, entry.offset + 28);
     if (entry.offset >= bytes_.size() || number_at<uint32_t>(bytes_, entry.offset) != 0x04034b50 ||
         start > bytes_.size() || entry.compressed > bytes_.size() - start)
-        return error("is damaged, or the archive was cut short");
+        return error(messages::kEntryCutShort);
     const std::string_view packed = bytes_.substr(start, entry.compressed);
     if (limit < 0 || entry.size > static_cast<uint64_t>(limit)) {
-        return error(
-            fmt::format("unpacks to {} MB, and {} MB are allowed; allow more with "
-                        "`--memory`",
-                        entry.size / 1'000'000 + 1, std::max<int64_t>(limit, 0) / 1'000'000));
+        return error(fmt::format(messages::kEntryTakesTooMuch, entry.size / 1'000'000 + 1,
+                                 std::max<int64_t>(limit, 0) / 1'000'000));
     }
     // Deflate's ratio is at most 1032: a larger size is false.
     if (entry.size > packed.size() * 1032 + 64 ||
         (entry.method == 0 && entry.size != packed.size()))
-        return error("is damaged: it cannot be as large as it says");
+        return error(messages::kEntryTooLarge);
     if (entry.size > kLargeEntry && entry.size / kTightest > packed.size()) {
-        return error(
-            fmt::format("unpacks to {} times its size, as no mesh does; compress it again if "
-                        "that is intended",
-                        entry.size / std::max<size_t>(packed.size(), 1)));
+        return error(fmt::format(messages::kEntryUnpacksTooFar,
+                                 entry.size / std::max<size_t>(packed.size(), 1)));
     }
     std::string out(entry.size, '\0');
     if (entry.method == 0) {
@@ -217,15 +207,15 @@ Result<std::string> ZipFile::read(const std::string& name, int64_t limit) const 
     } else {
         const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)>
             decompressor(libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
-        if (decompressor == nullptr) return outside_error("out of memory");
+        if (decompressor == nullptr) return outside_error(messages::kOutOfMemory);
         size_t size = 0;
         if (libdeflate_deflate_decompress(decompressor.get(), packed.data(), packed.size(),
                                           out.data(), out.size(), &size) != LIBDEFLATE_SUCCESS ||
             size != out.size())
-            return error("is damaged");
+            return error(messages::kEntryDamaged);
     }
     if (libdeflate_crc32(0, out.data(), out.size()) != entry.checksum)
-        return error("is damaged: its checksum is wrong");
+        return error(messages::kEntryChecksum);
     return out;
 }
 

@@ -5,6 +5,7 @@
 
 #include "mesh/load/load_beams.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +14,9 @@
 
 #include "mesh/read/beams_npz.h"
 #include "mesh/read/beams_text.h"
+#include "mesh/read/messages.h"
 #include "mesh/read/threemf_beams.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/threemf_package.h"
 
 namespace openfab::mesh {
@@ -57,32 +60,31 @@ TEST(BeamsText, ReadsNodesStrutsBallsAndAttributes) {
 
 TEST(BeamsText, SaysWhatIsWrongAndWhere) {
     const std::string two = "node 0 0 0 1\nnode 5 0 0 1\n";
-    EXPECT_EQ(
-        problem(two + "strut 0 2"),
-        "a.txt:3:1: there is no node 2; the file has 2; nodes count from 0, in the order of the "
-        "file");
+    EXPECT_EQ(problem(two + "strut 0 2"), "a.txt:3:1: " + fmt::format(messages::kNoSuchNode, 2, 2) +
+                                              "; " + messages::kNodesCountFromZero);
     EXPECT_NE(problem(two + "strut 0 x").find("a.txt:3:1: `x` is not a number"), std::string::npos);
-    EXPECT_NE(problem(two + "strut 0").find("a strut of 1 numbers"), std::string::npos);
-    EXPECT_NE(problem(two + "strut 1 1").find("joins node 1 to itself; write `ball 1`"),
-              std::string::npos);
-    EXPECT_NE(problem(two + "srut 0 1").find("a line begins with `srut`"), std::string::npos);
-    EXPECT_NE(problem(two + "strut 0 1.5").find("`1.5` is not the number of a node"),
-              std::string::npos);
-    EXPECT_NE(problem("node 0 0 0").find("a node of 3 numbers"), std::string::npos);
-    EXPECT_NE(problem("node 0 0 0 -1").find("a radius is -1"), std::string::npos);
-    EXPECT_NE(problem("node 0 0 2e6 1").find("beyond 1e+06"), std::string::npos);
-    EXPECT_NE(problem("node 0 0 0 0\nnode 1 0 0 0\nstrut 0 1")
-                  .find("a.txt:3:1: a strut has the radius 0"),
-              std::string::npos);
-    EXPECT_NE(problem(two).find("holds no strut and no ball"), std::string::npos);
-    EXPECT_NE(problem("").find("holds no strut and no ball"), std::string::npos);
-    EXPECT_NE(problem(two + "attribute heat float").find("comes after a node"), std::string::npos);
-    EXPECT_NE(problem("attribute heat double").find("of type `double`"), std::string::npos);
-    EXPECT_NE(
-        problem("attribute heat float\nnode 0 0 0 1").find("it has 5: x, y, z, a radius in mm"),
-        std::string::npos);
-    EXPECT_NE(problem("attribute k int\n" + two + "strut 0 1 0.5").find("`0.5` of attribute `k`"),
-              std::string::npos);
+    EXPECT_THAT(problem(two + "strut 0"), testing::Says(messages::kStrutNumbers, 1));
+    EXPECT_THAT(problem(two + "strut 1 1"),
+                ::testing::AllOf(testing::Says(messages::kStrutJoinsItself, 1),
+                                 testing::Says(messages::kStrutJoinsItselfHelp, 1)));
+    EXPECT_THAT(problem(two + "srut 0 1"), testing::Says(messages::kLineBeginsWith, "srut"));
+    EXPECT_THAT(problem(two + "strut 0 1.5"), testing::Says(messages::kNoNumberOfNode, "1.5"));
+    EXPECT_THAT(problem("node 0 0 0"), testing::Says(messages::kNodeNumbers, 3));
+    EXPECT_THAT(problem("node 0 0 0 -1"), testing::Says(messages::kRadiusWrong, "-1*"));
+    EXPECT_THAT(problem("node 0 0 2e6 1"), testing::Says(messages::kNodeLiesTooFar, "*", "1e+06"));
+    EXPECT_THAT(problem("node 0 0 0 0\nnode 1 0 0 0\nstrut 0 1"),
+                ::testing::AllOf(::testing::HasSubstr("a.txt:3:1: "),
+                                 testing::Says(messages::kAStrutWithoutRadius)));
+    EXPECT_THAT(problem(two), testing::Says(messages::kNoStrutNoBall));
+    EXPECT_THAT(problem(""), testing::Says(messages::kNoStrutNoBall));
+    EXPECT_THAT(problem(two + "attribute heat float"),
+                testing::Says(messages::kAttributeAfterNode));
+    EXPECT_THAT(problem("attribute heat double"),
+                testing::Says(messages::kAttributeOfType, "double"));
+    EXPECT_THAT(problem("attribute heat float\nnode 0 0 0 1"),
+                testing::Says(messages::kNodeNumbersAttributesHelp, 5));
+    EXPECT_THAT(problem("attribute k int\n" + two + "strut 0 1 0.5"),
+                testing::Says(messages::kAttributeNotWholeNumber, "0.5", "k"));
     EXPECT_FALSE(parse_beams(two + "strut 0 1", "a.txt", 200));
 }
 
@@ -96,13 +98,14 @@ TEST(BeamsText, StrutsEndAsTheLineBeforeThemSays) {
     ASSERT_EQ(read->beams.beams.size(), wanted.size());
     for (size_t i = 0; i < wanted.size(); ++i)
         EXPECT_EQ(read->beams.beams[i].ends, wanted[i]) << i;
-    EXPECT_NE(problem("ends round").find("struts end in `round`; they end in `ball`, `flat`"),
-              std::string::npos);
-    EXPECT_NE(problem("ends").find("struts end in ``"), std::string::npos);
-    EXPECT_NE(problem("ends ball flat").find("a.txt:1:1: both ends of a strut are balls, or each"),
-              std::string::npos);
-    EXPECT_NE(problem("ends flat flat flat").find("as `ends ball` or `ends flat dome`"),
-              std::string::npos);
+    EXPECT_THAT(problem("ends round"),
+                ::testing::AllOf(testing::Says(messages::kStrutEnds, "round"),
+                                 testing::Says(messages::kStrutEndsHelp)));
+    EXPECT_THAT(problem("ends"), testing::Says(messages::kStrutEnds));
+    EXPECT_THAT(problem("ends ball flat"),
+                ::testing::AllOf(::testing::HasSubstr("a.txt:1:1: "),
+                                 testing::Says(messages::kBothStrutEnds)));
+    EXPECT_THAT(problem("ends flat flat flat"), testing::Says(messages::kBothStrutEndsHelp));
 }
 
 TEST(BeamsText, TellsOfNodesThatNothingUses) {
@@ -110,9 +113,8 @@ TEST(BeamsText, TellsOfNodesThatNothingUses) {
         parse_beams("node 0 0 0 1\nnode 5 0 0 1\nnode 9 9 9 1\nstrut 1 0", "a.txt", kMemory);
     ASSERT_TRUE(read);
     ASSERT_EQ(read->warnings.size(), 1u);
-    EXPECT_NE(
-        read->warnings[0].find("1 of 3 nodes have no strut and are not printed, node 2 first"),
-        std::string::npos);
+    EXPECT_THAT(read->warnings[0],
+                testing::Says(messages::kNodesWithoutStrutFirst, "*", "*1", 3, 2));
 }
 
 TEST(BeamsNpz, ReadsArrays) {
@@ -176,7 +178,7 @@ TEST(BeamLattice, ReadsBeamsCapsBallsAndSets) {
     EXPECT_EQ(beams[5].radii[0], 6.0f);
     EXPECT_EQ(net.beams.attributes[0].ints, (std::vector<int32_t>{0, 1, 1, 1, 0, 0}));
     ASSERT_EQ(read->left_out.size(), 1u);
-    EXPECT_NE(read->left_out[0].what.find("clips a lattice, mode `inside`"), std::string::npos);
+    EXPECT_THAT(read->left_out[0].what, testing::Says(messages::kMeshThatClips, "inside"));
 }
 
 std::string lattice_problem(const std::string& bytes) {
@@ -187,27 +189,22 @@ std::string lattice_problem(const std::string& bytes) {
 TEST(BeamLattice, SaysWhatIsWrong) {
     const std::string beam = R"(<b:beams><b:beam v1="0" v2="1"/></b:beams>)";
     EXPECT_EQ(lattice_problem(lattice(R"(radius="1" minlength="0")", beam)), "");
-    EXPECT_NE(
-        lattice_problem(lattice(R"(radius="0" minlength="0")", beam)).find("has the radius 0"),
-        std::string::npos);
-    EXPECT_NE(
-        lattice_problem(lattice(R"(radius="1")", R"(<b:beams><b:beam v1="0" v2="9"/></b:beams>)"))
-            .find("refers to vertex 9, but there are 3"),
-        std::string::npos);
+    EXPECT_THAT(lattice_problem(lattice(R"(radius="0" minlength="0")", beam)),
+                testing::Says(messages::kBeamWithoutRadius));
+    EXPECT_THAT(
+        lattice_problem(lattice(R"(radius="1")", R"(<b:beams><b:beam v1="0" v2="9"/></b:beams>)")),
+        testing::Says(messages::kBeamOfNoVertex, 9, 3));
     EXPECT_NE(lattice_problem(lattice(R"(radius="1" cap="round")", beam)).find("`cap` is `round`"),
               std::string::npos);
-    EXPECT_NE(
-        lattice_problem(lattice(R"(radius="1" clippingmode="some")", beam)).find("`clippingmode`"),
-        std::string::npos);
-    EXPECT_NE(lattice_problem(lattice(R"(radius="1" minlength="100")", beam))
-                  .find("places no lattice of beams"),
-              std::string::npos);
+    EXPECT_THAT(lattice_problem(lattice(R"(radius="1" clippingmode="some")", beam)),
+                testing::Says(messages::kClippingMode));
+    EXPECT_THAT(lattice_problem(lattice(R"(radius="1" minlength="100")", beam)),
+                testing::Says(messages::kNoLatticePlaced));
     std::string stretched = lattice(R"(radius="1")", beam);
-    EXPECT_NE(lattice_problem(threemf_package(threemf_model(
-                                  R"(<object id="1">)" + threemf_cube(0, 1) + "</object>",
-                                  R"(<item objectid="1"/>)")))
-                  .find("places no lattice of beams"),
-              std::string::npos);
+    EXPECT_THAT(
+        lattice_problem(threemf_package(threemf_model(
+            R"(<object id="1">)" + threemf_cube(0, 1) + "</object>", R"(<item objectid="1"/>)"))),
+        testing::Says(messages::kNoLatticePlaced));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include "mesh/model/mesh_source.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::mesh {
 
@@ -25,7 +26,7 @@ struct Feature {
     const char* name;
     std::string mesh;
     std::vector<std::pair<std::string, std::string>> beside;
-    /// What must be told, and how often; empty: nothing is told.
+    /// The message that must be told, and how often; empty: nothing is told.
     std::string told;
     int64_t count = 0;
     /// Whether it was carried over.
@@ -58,11 +59,11 @@ inline void check_features(Read read, const std::string& name,
         if (feature.told.empty()) {
             EXPECT_EQ(told, "");
         } else {
-            EXPECT_NE(told.find(feature.told), std::string::npos) << told;
+            EXPECT_THAT(told, testing::Says(feature.told));
         }
         for (const LeftOut& left : source->left_out) {
             EXPECT_FALSE(left.what.empty() || left.place.empty() || left.remedy.empty()) << told;
-            if (left.what.find(feature.told) != std::string::npos && feature.count > 0) {
+            if (testing::says(left.what, feature.told) && feature.count > 0) {
                 EXPECT_EQ(left.count, feature.count) << told;
             }
         }

@@ -9,7 +9,9 @@
 #include <functional>
 
 #include "mesh/read/gltf.h"
+#include "mesh/read/messages.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -299,7 +301,7 @@ std::vector<Feature> features() {
          is_plain({1, 1, 1}, 1)},
         {"emissive beside a colour",
          with_material(R"("emissiveFactor": [1, 1, 0], )" + factor("[0.5, 0, 0, 1]")),
-         {"the light that a material emits"},
+         {messages::kLightEmitted},
          is_plain({0.5, 0, 0})},
         {"emissive alone",
          with_material(R"("emissiveFactor": [0.5, 0.5, 0], "extensions":
@@ -314,38 +316,38 @@ std::vector<Feature> features() {
         {"metal and roughness",
          with_material(R"("pbrMetallicRoughness": {"metallicFactor": 0.5, "roughnessFactor": 0.5,
              "metallicRoughnessTexture": {"index": 0}})"),
-         {"the map of metal and roughness of a material"},
+         {messages::kMapMetalRoughness},
          is_plain({1, 1, 1})},
         {"normalTexture",
          with_material(R"("normalTexture": {"index": 0})"),
-         {"the normal map of a material"},
+         {messages::kNormalMapMaterial},
          is_plain({1, 1, 1})},
         {"occlusionTexture",
          with_material(R"("occlusionTexture": {"index": 0})"),
-         {"the occlusion map of a material"},
+         {messages::kOcclusionMapMaterial},
          is_plain({1, 1, 1})},
         effect("KHR_materials_unlit", "{}", nullptr),
         effect("KHR_materials_transmission", R"({"transmissionFactor": 1})",
-               "the transmission of a material"),
+               messages::kTransmissionMaterial),
         effect("KHR_materials_diffuse_transmission", R"({"diffuseTransmissionFactor": 1})",
-               "the diffuse transmission of a material"),
-        effect("KHR_materials_volume", R"({"thicknessFactor": 1})", "the absorption in a material"),
+               messages::kDiffuseTransmissionMaterial),
+        effect("KHR_materials_volume", R"({"thicknessFactor": 1})", messages::kAbsorptionMaterial),
         effect("KHR_materials_volume_scatter", R"({"multiscatterColor": [1, 1, 1]})",
-               "the scattering in a material"),
-        effect("KHR_materials_ior", R"({"ior": 1.8})", "the refraction of a material"),
+               messages::kScatteringMaterial),
+        effect("KHR_materials_ior", R"({"ior": 1.8})", messages::kRefractionMaterial),
         effect("KHR_materials_ior", R"({"ior": 1.5})", nullptr),
-        effect("KHR_materials_dispersion", R"({"dispersion": 1})", "the dispersion of a material"),
+        effect("KHR_materials_dispersion", R"({"dispersion": 1})", messages::kDispersionMaterial),
         effect("KHR_materials_clearcoat", R"({"clearcoatTexture": {"index": 0}})",
-               "the clear coat of a material"),
+               messages::kClearCoatMaterial),
         effect("KHR_materials_clearcoat", R"({"clearcoatFactor": 0})", nullptr),
         effect("KHR_materials_sheen", R"({"sheenColorFactor": [0, 1, 0]})",
-               "the sheen of a material"),
+               messages::kSheenMaterial),
         effect("KHR_materials_specular", R"({"specularColorFactor": [1, 0, 1]})",
-               "the specular colour of a material"),
+               messages::kSpecularColourMaterial),
         effect("KHR_materials_iridescence", R"({"iridescenceFactor": 1})",
-               "the iridescence of a material"),
+               messages::kIridescenceMaterial),
         effect("KHR_materials_anisotropy", R"({"anisotropyStrength": 1})",
-               "the anisotropy of a material"),
+               messages::kAnisotropyMaterial),
         {"KHR_materials_pbrSpecularGlossiness",
          with_material(R"("extensions": {"KHR_materials_pbrSpecularGlossiness":
              {"diffuseFactor": [1, 0.2, 0, 1]}})"),
@@ -354,7 +356,7 @@ std::vector<Feature> features() {
         {"its picture",
          with_material(R"("extensions": {"KHR_materials_pbrSpecularGlossiness":
              {"diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 0}}})"),
-         {"the map of specular colour and glossiness of a material"},
+         {messages::kMapSpecularGlossiness},
          shows("a b.png")},
         {"its metal",
          with_material(R"("extensions": {"KHR_materials_pbrSpecularGlossiness":
@@ -364,7 +366,7 @@ std::vector<Feature> features() {
         {"KHR_materials_variants",
          with(&File::more, R"(, "extensionsUsed": ["KHR_materials_variants"],
              "extensions": {"KHR_materials_variants": {"variants": [{"name": "a"}, {"name": "b"}]}})"),
-         {"a variant of the materials"},
+         {messages::kVariantOfMaterials},
          is_plain({1, 1, 1})},
 
         // Pictures.
@@ -415,7 +417,7 @@ std::vector<Feature> features() {
         {"KHR_texture_basisu",
          and_more(with_picture(), &File::textures,
                   R"({"extensions": {"KHR_texture_basisu": {"source": 0}}})"),
-         {"a picture in KTX 2 (KHR_texture_basisu)"},
+         {messages::kPictureInKtx2},
          is_plain({1, 1, 1})},
         {"KHR_texture_basisu beside PNG",
          and_more(with_picture(), &File::textures,
@@ -424,11 +426,11 @@ std::vector<Feature> features() {
          shows("a b.png")},
         {"texture without a source",
          and_more(with_picture(), &File::textures, "{}"),
-         {"a texture without a picture"},
+         {messages::kTextureWithoutPicture},
          is_plain({1, 1, 1})},
         {"no coordinates",
          and_more(with_picture(), &File::attributes, R"("POSITION": 0)"),
-         {"the picture of a mesh without texture coordinates for it"},
+         {messages::kPictureWithoutCoordinates},
          is_plain({1, 1, 1})},
 
         // Attributes. The first corner is at (0, 0, 0), with the coordinates 0, 0.
@@ -445,7 +447,7 @@ std::vector<Feature> features() {
                  has_value("uv0", {0, 1})})},
         {"texCoord that is not there",
          with_picture(R"(, "texCoord": 1)"),
-         {"the picture of a mesh without texture coordinates for it"},
+         {messages::kPictureWithoutCoordinates},
          has_value("uv", {0, 1})},
         {"KHR_texture_transform",
          and_more(with_picture(R"(, "texCoord": 3, "extensions": {"KHR_texture_transform":
@@ -494,11 +496,11 @@ std::vector<Feature> features() {
          has_value("color", {1, 0.2f, 0})},
         {"alpha of COLOR_0",
          with_colours(kClearColours, R"("alphaMode": "BLEND")"),
-         {"the transparency of vertex colours"},
+         {messages::kVertexTransparency},
          has_value("color", {1, 0.2f, 0})},
         {"COLOR_1",
          with(&File::attributes, R"("POSITION": 0, "COLOR_1": 4, "TANGENT": 4, "WEIGHTS_0": 4)"),
-         {"the attribute `COLOR_1`"},
+         {fmt::format(messages::kOwnAttribute, "COLOR_1")},
          is_plain({1, 1, 1})},
         {"one's own",
          with(&File::attributes, R"("POSITION": 0, "_Heat": 2)"),
@@ -506,11 +508,11 @@ std::vector<Feature> features() {
          has_value("heat", {0, 0})},
         {"two that differ by case",
          with(&File::attributes, R"("POSITION": 0, "_Heat": 2, "_HEAT": 3)"),
-         {"the attribute `_HEAT`"},
+         {fmt::format(messages::kOwnAttribute, "_HEAT")},
          has_value("heat", {0, 0})},
         {"one's own of the name of ours",
          with(&File::attributes, R"("POSITION": 0, "TEXCOORD_0": 2, "_UV": 3, "_N": 1)"),
-         {"the attribute `_UV`"},
+         {fmt::format(messages::kOwnAttribute, "_UV")},
          has_value("uv", {0, 1})},
 
         // Primitives.
@@ -519,23 +521,23 @@ std::vector<Feature> features() {
              &File::primitives,
              R"({"attributes": {"POSITION": 0}, "mode": 0}, {"attributes": {"POSITION": 0}, "mode": 3},
                  {"attributes": {"POSITION": 0}, "indices": 5})"),
-         {"the points of a mesh", "the lines of a mesh"},
+         {messages::kPointsOfMesh, messages::kLinesOfMesh},
          are_bodies({"box"})},
         {"morph targets at rest",
          with(&File::primitive, R"(, "targets": [{"POSITION": 9}])"),
-         {"the morph targets of a mesh"},
+         {messages::kMorphTargets},
          are_bodies({"box"})},
         {"weights of the mesh",
          and_more(with(&File::primitive, R"(, "targets": [{"POSITION": 9}])"), &File::mesh,
                   R"(, "weights": [0.5])"),
-         {"the morph targets of a mesh"},
+         {messages::kMorphTargets},
          [](const MeshSource& s) {
              EXPECT_EQ(s.mesh.positions.at(0), (Vec3d{0, 0, 1}));
          }},
         {"weights of the node",
          and_more(with(&File::primitive, R"(, "targets": [{"POSITION": 9}])"), &File::nodes,
                   R"({"mesh": 0, "weights": [1]})"),
-         {"the morph targets of a mesh"},
+         {messages::kMorphTargets},
          [](const MeshSource& s) {
              EXPECT_EQ(s.mesh.positions.at(0), (Vec3d{0, 0, 2}));
          }},
@@ -562,7 +564,7 @@ std::vector<Feature> features() {
         {"EXT_mesh_gpu_instancing",
          with(&File::nodes, R"({"mesh": 0, "name": "box", "extensions": {"EXT_mesh_gpu_instancing":
              {"attributes": {"TRANSLATION": 6, "ROTATION": 7, "SCALE": 8, "_ID": 0}}}})"),
-         {"the attribute `_ID` of instances"},
+         {fmt::format(messages::kAttributeOfInstances, "_ID")},
          [](const MeshSource& s) {
              are_bodies({"box", "box", "box"})(s);
              Box3d boxes[3];
@@ -581,13 +583,13 @@ std::vector<Feature> features() {
          and_more(
              with(&File::nodes, R"({"mesh": 0, "name": "box"}, {"mesh": 0, "scale": [0, 1, 1]})"),
              &File::scenes, R"({"nodes": [0, 1]})"),
-         {"a mesh that is scaled to nothing"},
+         {messages::kMeshScaledToNothing},
          are_bodies({"box"})},
         {"KHR_node_visibility",
          and_more(with(&File::nodes, R"({"mesh": 0, "name": "box"}, {"children": [2], "extensions":
              {"KHR_node_visibility": {"visible": false}}}, {"mesh": 0})"),
                   &File::scenes, R"({"nodes": [0, 1]})"),
-         {"a hidden node, with those below it"},
+         {messages::kHiddenNode},
          are_bodies({"box"})},
         // One joint stays, the other goes up by two: half of each.
         {"skin",
@@ -600,7 +602,7 @@ std::vector<Feature> features() {
          }},
         {"a skin without its skeleton",
          skinned(R"({"nodes": [0]})"),
-         {"a skin whose skeleton is not in the scene"},
+         {messages::kSkeletonNotInScene},
          [](const MeshSource& s) {
              EXPECT_EQ(s.mesh.positions.at(0), (Vec3d{100, 0, 0}));
          }},
@@ -611,31 +613,31 @@ std::vector<Feature> features() {
         {"MSFT_lod",
          with(&File::nodes, R"({"mesh": 0, "name": "box", "extensions": {"MSFT_lod": {"ids": [1]}}},
              {"mesh": 0})"),
-         {"the coarser forms of a node (MSFT_lod)"},
+         {messages::kCoarserForms},
          are_bodies({"box"})},
 
         // The file.
         {"other scenes",
          with(&File::scenes, R"({"nodes": [0]}, {"name": "b"}, {})"),
-         {"a scene that is not the default one"},
+         {messages::kOtherScene},
          are_bodies({"box"})},
         {"a mesh that is nowhere",
          with(&File::mesh, R"(}, {"name": "spare", "primitives": [])"),
-         {"a mesh that no node places"},
+         {messages::kMeshNotPlaced},
          are_bodies({"box"})},
         {"cameras, lights, animations",
          with(&File::more, R"(, "cameras": [{}], "animations": [{"name": "walk"}],
              "extensionsUsed": ["KHR_lights_punctual", "KHR_xmp_json_ld"],
              "extensions": {"KHR_lights_punctual": {"lights": [{}]}, "KHR_xmp_json_ld": {}})"),
-         {"a camera", "a light", "an animation"},
+         {"a camera", "a light", messages::kAnimation},
          are_bodies({"box"})},
         {"extras",
          with(&File::mesh, R"(, "extras": {"a": 1})"),
-         {"what a program keeps for itself (`extras`)"},
+         {messages::kExtras},
          are_bodies({"box"})},
         {"an unknown extension",
          with(&File::more, R"(, "extensionsUsed": ["ACME_holes"])"),
-         {"what the extension `ACME_holes` says"},
+         {fmt::format(messages::kExtensionOfGltf, "ACME_holes")},
          are_bodies({"box"})},
         {"required ones that are read",
          with(&File::more, R"(, "extensionsRequired": ["KHR_mesh_quantization",
@@ -730,20 +732,18 @@ TEST(GltfFeatures, CompressedMeshesAndOldFilesAreRefused) {
     };
     EXPECT_THAT(
         refused(with(&File::more, R"(, "extensionsRequired": ["EXT_meshopt_compression"])")),
-        ::testing::HasSubstr("export it without compression"));
+        testing::Says(messages::kExportWithoutCompression));
     File draco = with(&File::attributes, R"("POSITION": 11)");
     draco.primitive = R"(, "extensions": {"KHR_draco_mesh_compression": {"bufferView": 0}})";
-    EXPECT_THAT(refused(draco), ::testing::HasSubstr("the mesh is compressed with Draco"));
-    EXPECT_THAT(refused(with(&File::nodes, "{}")),
-                ::testing::HasSubstr("no node of the default scene shows a mesh"));
+    EXPECT_THAT(refused(draco), testing::Says(messages::kCompressedWithDraco));
+    EXPECT_THAT(refused(with(&File::nodes, "{}")), testing::Says(messages::kNoNodeShowsAMesh));
     std::string old = File().glb();
     old[4] = 1;
-    EXPECT_THAT(parse_gltf(old, "a.glb").error().text(),
-                ::testing::HasSubstr("glTF 1; this program reads glTF 2"));
+    EXPECT_THAT(parse_gltf(old, "a.glb").error().text(), testing::Says(messages::kOldGltf, "*", 1));
     EXPECT_THAT(parse_gltf(R"({"asset": {"version": "2.1", "minVersion": "2.1"}})", "a.gltf")
                     .error()
                     .text(),
-                ::testing::HasSubstr("needs a reader of glTF 2.1"));
+                testing::Says(messages::kNewerGltf, "*", "2.1*"));
 }
 
 TEST(GltfFeatures, ContainersMayHaveMoreThanTheirChunks) {
@@ -786,8 +786,8 @@ TEST(GltfFeatures, PicturesAreFetchedByTheirSources) {
     EXPECT_EQ(found[4], "four");
     EXPECT_EQ(found[5], "five");
     EXPECT_EQ(found[6].size(), 96u);
-    EXPECT_THAT(found[7], ::testing::HasSubstr("must be in the folder of the mesh"));
-    EXPECT_THAT(found[8], ::testing::HasSubstr("neither `uri` nor `bufferView`"));
+    EXPECT_THAT(found[7], testing::Says(messages::kFileOutsideFolder));
+    EXPECT_THAT(found[8], testing::Says(messages::kImageWithoutSource));
     EXPECT_EQ(found[9], "one");
 }
 

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include "mesh/model/messages.h"
+#include "mesh/read/messages.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -114,7 +117,7 @@ TEST(Gltf, PlacesNodesInMillimetresWithZUp) {
     ASSERT_TRUE(loaded) << loaded.error().text();
     const Mesh& mesh = loaded->mesh;
     EXPECT_EQ(loaded->unit_mm, 1000);
-    EXPECT_EQ(loaded->unit_note, "as the file says");
+    EXPECT_EQ(loaded->unit_note, messages::kUnitOfFile);
     EXPECT_TRUE(loaded->warnings.empty());
     EXPECT_EQ(mesh.triangles.size(), 24u);
     EXPECT_EQ(mesh.positions.size(), 16u);
@@ -232,24 +235,19 @@ TEST(Gltf, ReadsStripsFansAndSparseAccessors) {
 TEST(Gltf, NamesWhatIsWrong) {
     const std::string good = box_glb();
     EXPECT_EQ(parse_error(good.substr(0, good.size() - 8), "a.glb"),
-              "a.glb: the file was cut short in a chunk");
+              fmt::format(messages::kCutShortInChunk, "a.glb"));
     EXPECT_NE(parse_error(swapped(good, "\"2.0\"", "\"1.0\""), "a.glb").find("version 1.0"),
               std::string::npos);
-    EXPECT_NE(parse_error(swapped(good, "\"indices\": 5", "\"indices\": 9"), "a.glb")
-                  .find("a mesh refers to accessors 9, but there are 6"),
-              std::string::npos);
-    EXPECT_NE(parse_error(swapped(good, "\"indices\": 5", "\"indices\": 4"), "a.glb")
-                  .find("indices must be SCALAR and of an unsigned integer type"),
-              std::string::npos);
-    EXPECT_NE(parse_error(swapped(good, "\"count\": 36", "\"count\": 37"), "a.glb")
-                  .find("needs 37 elements of 2 bytes, but there are 36"),
-              std::string::npos);
-    EXPECT_NE(parse_error(swapped(good, "\"children\": [1, 2]", "\"children\": [1, 1]"), "a.glb")
-                  .find("node 1 has two parents"),
-              std::string::npos);
-    EXPECT_NE(parse_error(swapped(good, "\"children\": [1, 2]", "\"children\": [1, 0]"), "a.glb")
-                  .find("node 0 has two parents"),
-              std::string::npos);
+    EXPECT_THAT(parse_error(swapped(good, "\"indices\": 5", "\"indices\": 9"), "a.glb"),
+                testing::Says(messages::kRefersToNone, "*a mesh", "accessors", 9, "6*"));
+    EXPECT_THAT(parse_error(swapped(good, "\"indices\": 5", "\"indices\": 4"), "a.glb"),
+                testing::Says(messages::kIndicesScalar));
+    EXPECT_THAT(parse_error(swapped(good, "\"count\": 36", "\"count\": 37"), "a.glb"),
+                testing::Says(messages::kAccessorTooShort, 37, 2, "36*"));
+    EXPECT_THAT(parse_error(swapped(good, "\"children\": [1, 2]", "\"children\": [1, 1]"), "a.glb"),
+                testing::Says(messages::kNodeTwoParents, 1));
+    EXPECT_THAT(parse_error(swapped(good, "\"children\": [1, 2]", "\"children\": [1, 0]"), "a.glb"),
+                testing::Says(messages::kNodeTwoParents, 0));
     const std::string draco =
         box_glb(std::string(kNodes) + R"(, "extensionsRequired": ["KHR_draco_mesh_compression"])");
     EXPECT_NE(parse_error(draco, "a.glb").find("requires `KHR_draco_mesh_compression`"),

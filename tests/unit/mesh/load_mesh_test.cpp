@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "mesh/model/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -19,19 +21,17 @@ TEST(LoadMesh, GuessesMetresWithAWarning) {
     const Result<LoadedMesh> small = parse_bytes(tetrahedron(0.05), "a.obj");
     ASSERT_TRUE(small);
     EXPECT_EQ(small->unit_mm, 1000);
-    EXPECT_EQ(small->unit_note, "guessed from the size");
+    EXPECT_EQ(small->unit_note, messages::kUnitFromSize);
     EXPECT_EQ(small->mesh.positions[1], (Vec3d{50, 0, 0}));
-    EXPECT_EQ(small->warnings,
-              (std::vector<std::string>{
-                  "a.obj: mesh `part` is 0.05 x 0.05 x 0.05 in a unit that the file does not give; "
-                  "taken as metres. Set `unit` if it is another"}));
+    EXPECT_EQ(small->warnings, (std::vector<std::string>{fmt::format(
+                                   messages::kUnitGuessed, "a.obj", "part", 0.05, 0.05, 0.05)}));
     MeshOptions options;
     options.unit_mm = 1;
     const Result<LoadedMesh> as_asked = parse_bytes(tetrahedron(0.05), "a.obj", options);
     ASSERT_TRUE(as_asked);
     EXPECT_EQ(as_asked->mesh.positions[1], (Vec3d{0.05, 0, 0}));
     ASSERT_EQ(as_asked->warnings.size(), 1u);
-    EXPECT_NE(as_asked->warnings[0].find("check its `unit`"), std::string::npos);
+    EXPECT_THAT(as_asked->warnings[0], testing::Says(messages::kMeshSizeUnlikely));
     const Result<LoadedMesh> usual = parse_bytes(tetrahedron(50), "a.obj");
     ASSERT_TRUE(usual);
     EXPECT_EQ(usual->unit_mm, 1);
@@ -79,8 +79,7 @@ TEST(LoadMesh, RefusesOtherExtensions) {
     EXPECT_TRUE(is_mesh_file("X.PLY"));
     EXPECT_FALSE(is_mesh_file("x.step"));
     EXPECT_FALSE(is_mesh_file("obj"));
-    EXPECT_TRUE(
-        parse_error("", "a.step").starts_with("a.step does not have the extension of a mesh"));
+    EXPECT_THAT(parse_error("", "a.step"), testing::Says(messages::kNoMeshExtension, "*a.step"));
     const Result<LoadedMesh> missing = load_mesh("nowhere/a.stl", {});
     ASSERT_FALSE(missing);
     EXPECT_EQ(missing.error().code, ErrorCode::kUserInput);

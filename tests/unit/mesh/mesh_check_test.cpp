@@ -7,7 +7,9 @@
 
 #include "mesh/check/mesh_intersections.h"
 #include "mesh/check/triangle_tree.h"
+#include "mesh/model/messages.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -51,24 +53,19 @@ TEST(MeshCheck, TurnsAMeshThatIsInsideOutAsAWhole) {
     EXPECT_EQ(hollow.checks.turned, 2);
     EXPECT_EQ(hollow.checks.cavities, 1);
     EXPECT_EQ(hollow.checks.nested, 0);
-    EXPECT_EQ(hollow.warnings,
-              (std::vector<std::string>{"m: mesh `part` has 2 shells inside out "
-                                        "(clockwise seen from outside); flipped"}));
+    EXPECT_EQ(hollow.warnings, (std::vector<std::string>{fmt::format(messages::kShellsInsideOut,
+                                                                     "m", "part", "2 shells")}));
 }
 
 TEST(MeshCheck, NamesShellsThatCutNothingOut) {
     MeshSource nested = source_of(joined({box({0, 0, 0}, 10), box({2, 3, 4}, 5)}));
     ASSERT_TRUE(prepare_mesh(&nested));
     EXPECT_EQ(nested.checks.nested, 1);
-    EXPECT_EQ(nested.warnings,
-              (std::vector<std::string>{
-                  "m: mesh `part` has a shell inside another that cuts nothing out, at (" +
-                  fmt::format(
-                      "{}, {}, {}",
-                      nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].x,
-                      nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].y,
-                      nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])].z) +
-                  ") mm; for a cavity, flip its triangles"}));
+    const Vec3d& at = nested.mesh.positions[static_cast<size_t>(nested.mesh.triangles[12][0])];
+    EXPECT_EQ(
+        nested.warnings,
+        (std::vector<std::string>{fmt::format(messages::kShellsInsideShells, "m", "part", "a shell",
+                                              fmt::format("({}, {}, {}) mm", at.x, at.y, at.z))}));
     // A solid in the cavity of another is fine.
     MeshSource rattle =
         source_of(joined({box({0, 0, 0}, 10), box({2, 2, 2}, 6, false), box({4, 4, 4}, 2)}));
@@ -98,8 +95,7 @@ TEST(MeshCheck, LeavesOutDuplicatesAndPairsThatCancel) {
     EXPECT_EQ(twice.mesh.triangles.size(), 12u);
     EXPECT_EQ(twice.checks.duplicates, 1);
     ASSERT_EQ(twice.warnings.size(), 1u);
-    EXPECT_NE(twice.warnings[0].find("1 triangle over the corners of another; left out"),
-              std::string::npos);
+    EXPECT_THAT(twice.warnings[0], testing::Says(messages::kRepeatedTriangles, "*", "*", "*1"));
     // An inner wall without thickness: both sides are dropped.
     Mesh wall = box({0, 0, 0}, 10);
     wall.triangles.push_back({0, 2, 5});

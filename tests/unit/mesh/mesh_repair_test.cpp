@@ -15,9 +15,11 @@
 
 #include "mesh/check/mesh_check.h"
 #include "mesh/load/load_mesh.h"
+#include "mesh/model/messages.h"
 #include "mesh/model/primitives.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
 #include "world/world.h"
 
 namespace openfab::mesh {
@@ -29,7 +31,7 @@ constexpr int kRounds = 12;
 constexpr int kRounds = 30;
 #endif
 
-using ::testing::HasSubstr;
+using ::testing::AllOf;
 namespace fs = std::filesystem;
 
 /// Generalised winding number, by the solid angle of each triangle (Van Oosterom and Strackee).
@@ -257,8 +259,9 @@ TEST(MeshRepair, TellsWhatItDid) {
     MeshSource source = source_of(open);
     ASSERT_TRUE(prepare_mesh(&source, true));
     ASSERT_EQ(source.warnings.size(), 1u);
-    EXPECT_THAT(source.warnings[0], HasSubstr("4 open edges; repaired, 1 hole closed, the widest "
-                                              "14.14 mm across at (5, 0, 0) mm"));
+    EXPECT_THAT(source.warnings[0],
+                AllOf(testing::Says(messages::kNotClosedRepaired, "m.obj", "m", "4 open edges"),
+                      testing::Says(messages::kHolesClosed, 1, "", "14.14", "(5, 0, 0) mm")));
 }
 
 TEST(MeshRepair, FlatSheetsAreStillRefused) {
@@ -268,7 +271,7 @@ TEST(MeshRepair, FlatSheetsAreStillRefused) {
     MeshSource source = source_of(sheet);
     Result<void> done = prepare_mesh(&source, true);
     ASSERT_FALSE(done);
-    EXPECT_THAT(done.error().text(), HasSubstr("encloses no volume"));
+    EXPECT_THAT(done.error().text(), testing::Says(messages::kEnclosesNoVolume));
 }
 
 /// One object that requests it is enough.
@@ -297,13 +300,13 @@ TEST(MeshRepair, IsAskedForByAnObject) {
     folder.write("f.fl", "");
     const Result<world::World> refused = load("");
     ASSERT_FALSE(refused);
-    EXPECT_THAT(refused.error().text(), HasSubstr(R"(`"repair": "winding"`)"));
+    EXPECT_THAT(refused.error().text(), testing::Says(messages::kNotClosedHelp));
     const Result<world::World> world = load(R"(, "repair": "winding")");
     ASSERT_TRUE(world) << world.error().text();
     ASSERT_EQ(world->meshes.size(), 1u);
     EXPECT_TRUE(count_edges(world->meshes[0]).fine());
     ASSERT_EQ(world->warnings.size(), 1u);
-    EXPECT_THAT(world->warnings[0], HasSubstr("repaired"));
+    EXPECT_THAT(world->warnings[0], testing::Says(messages::kNotClosedRepaired));
 }
 
 TEST(MeshRepair, BrokenMeshesOfOthers) {
@@ -316,7 +319,7 @@ TEST(MeshRepair, BrokenMeshesOfOthers) {
         Result<LoadedMesh> mesh = load_mesh(entry.path(), options);
         if (options.name == "flat_sheet") {
             ASSERT_FALSE(mesh);
-            EXPECT_THAT(mesh.error().text(), HasSubstr("encloses no volume"));
+            EXPECT_THAT(mesh.error().text(), testing::Says(messages::kEnclosesNoVolume));
             continue;
         }
         ASSERT_TRUE(mesh) << mesh.error().text();

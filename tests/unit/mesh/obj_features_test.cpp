@@ -4,8 +4,12 @@
 // What OBJ files and their material libraries can hold, by the specifications of both and by what
 // programs write: each is carried over, or told.
 
+#include <fmt/format.h>
+
+#include "mesh/read/messages.h"
 #include "mesh/read/obj.h"
 
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/features.h"
 
 namespace openfab::mesh {
@@ -60,7 +64,7 @@ TEST(ObjFeatures, OfMaterialLibraries) {
                     [](const MeshSource& m) { return look_of(m, 0).alpha == 0.75; }),
          of_library("d before Tr", "Tr 1\nd 1\n", "",
                     [](const MeshSource& m) { return look_of(m, 0).alpha == 1; }),
-         of_library("Tr of 1", "Tr 1\n", "`Tr` of 1",
+         of_library("Tr of 1", "Tr 1\n", messages::kTransparencyTrOne,
                     [](const MeshSource& m) { return look_of(m, 0).alpha == 1; }),
          of_library("halo", "d -halo 0.5\n", "`d -halo`", {}),
          of_library("gloss is silent", "Ka 1 1 1\nKs 1 1 1\nNs 10\nNi 1\nillum 2\nTf 1 1 1\n", "",
@@ -148,13 +152,13 @@ TEST(ObjFeatures, OfMaterialLibraries) {
          {"one of several missing",
           with_material("b.mtl a.mtl"),
           {{"a.mtl", red}},
-          "library `b.mtl`",
+          messages::kMaterialLibrary,
           1,
           is_red},
          {"missing",
           with_material("b.mtl"),
           {},
-          "library `b.mtl`",
+          messages::kMaterialLibrary,
           1,
           [](const MeshSource& m) { return look_of(m, 0).name == "red" && !look_of(m, 0).color; }},
          {"outside",
@@ -205,7 +209,7 @@ TEST(ObjFeatures, OfMaterialLibraries) {
          {"a second one of its name",
           with_material(),
           {{"a.mtl", red + "newmtl red\nKd 0 1 0\n"}},
-          "a second material",
+          messages::kSecondMaterialOfName,
           1,
           is_red},
          {"unused materials are not told",
@@ -258,7 +262,7 @@ TEST(ObjFeatures, OfStatements) {
          {"colours beyond 1",
           colored("0.5 0 0", "1.5 0 0") + kFaces,
           {},
-          "are clamped",
+          messages::kColoursBeyondOne,
           0,
           is(kHalf)},
          {"colours behind a weight",
@@ -270,7 +274,7 @@ TEST(ObjFeatures, OfStatements) {
          {"a vertex without colour",
           colored("", "0.5 0 0") + kFaces,
           {},
-          "without a colour",
+          messages::kVerticesWithoutColour,
           1,
           [=](const MeshSource& m) {
               return is(1)(m) && near(value_at(m, "color", 0, 1, 0), kHalf);
@@ -293,7 +297,7 @@ TEST(ObjFeatures, OfStatements) {
          {"colours and a material's",
           "mtllib a.mtl\n" + colored("0 0.5 0", "0 1 0") + "usemtl red\n" + kFaces,
           {{"a.mtl", "newmtl red\nKd 1 0 0\n"}},
-          "the colour of material `red`",
+          fmt::format(messages::kColourOfColouredVertices, "red"),
           1,
           [](const MeshSource& m) {
               return look_of(m, 0).vertex_colors && near(value_at(m, "color", 0, 0, 1), kHalf);
@@ -317,13 +321,13 @@ TEST(ObjFeatures, OfStatements) {
          {"curves",
           kPoints + "cstype bezier\ndeg 2\ncurv 0 1 1 2 3\nparm u 0 1\nend\n" + kFaces,
           {},
-          "free-form",
+          messages::kFreeForm,
           1,
           has_faces},
          {"surfaces",
           kPoints + "cstype rat bspline\nsurf 0 1 0 1 1 2 3 4\nend\n" + kFaces,
           {},
-          "free-form",
+          messages::kFreeForm,
           1,
           has_faces},
          {"calls", kPoints + kFaces + "call b.obj\n", {}, "`call`", 1, has_faces},
@@ -337,13 +341,13 @@ TEST(ObjFeatures, OfStatements) {
          {"normal that is not there",
           kPoints + "f 1//1 3//1 2//1\n",
           {},
-          "normals of corners",
+          messages::kNormalsMissing,
           3,
           [](const MeshSource& m) { return value_at(m, "n", 0, 0, 0) == -1; }},
          {"texture coordinate that is not there",
           kPointsAndUv + "f 1/1 3/3 2/9\nf 1/1 2/2 4/3\n",
           {},
-          "texture coordinates of corners",
+          messages::kCoordinatesMissing,
           1,
           [](const MeshSource& m) {
               return value_at(m, "uv", 0, 2, 0) == -1 && value_at(m, "uv", 1, 1, 0) == 1;
@@ -428,9 +432,9 @@ TEST(ObjFeatures, RefuseWhatIsNotText) {
                                 "2\0",
                                 10)),
               "m.obj:1:1: the file is text in UTF-16; save it as UTF-8");
-    EXPECT_EQ(error(kPoints + "surf 0 1 0 1 1 2 3 4\n"),
-              "m.obj:5:1: the file has free-form curves or surfaces, and no faces; export it as a "
-              "mesh of polygons");
+    EXPECT_EQ(
+        error(kPoints + "surf 0 1 0 1 1 2 3 4\n"),
+        std::string("m.obj:5:1: ") + messages::kOnlyFreeForm + "; " + messages::kOnlyFreeFormHelp);
 }
 
 TEST(ObjFeatures, PicturesStandInTheMeshsFolder) {
@@ -452,15 +456,17 @@ TEST(ObjFeatures, PicturesStandInTheMeshsFolder) {
                                   }));
     EXPECT_EQ(got,
               (std::vector<std::string>{
-                  "one", "two", "it is not below the mesh's folder; put a copy beside the mesh",
-                  "there is no such file; put it beside the mesh", "", "two", "three", "three",
-                  "there is no such file; put it beside the mesh"}));
+                  "one", "two",
+                  std::string(messages::kNotBelowFolder) + "; " + messages::kNotBelowFolderHelp,
+                  std::string(messages::kNoSuchFile) + "; " + messages::kNoSuchFileHelp, "", "two",
+                  "three", "three",
+                  std::string(messages::kNoSuchFile) + "; " + messages::kNoSuchFileHelp}));
     got.clear();
     ASSERT_TRUE(read_obj_pictures(folder.path() / "m.obj", sources, 2,
                                   [&](size_t, Result<std::string> bytes) {
                                       got.push_back(bytes ? *bytes : bytes.error().text());
                                   }));
-    EXPECT_NE(got[0].find("larger than"), std::string::npos);
+    EXPECT_THAT(got[0], ::testing::HasSubstr("larger than"));
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/read/obj.h"
 #include "mesh/load/load_mesh.h"
+#include "mesh/model/messages.h"
+#include "mesh/read/messages.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -15,6 +17,7 @@
 #include "mesh/read/obj_lines.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::mesh {
 namespace {
@@ -101,55 +104,55 @@ TEST(Obj, NamesTheLineOfWhatIsWrong) {
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 1e400 0 0")),
               "m.obj:3:3: `1e400` is not finite or too large");
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 0")),
-              "m.obj:3:1: `v` has 2 numbers; it takes 3 to 7");
+              "m.obj:3:1: " + fmt::format(messages::kStatementNumbers, "v", 2) + "; " +
+                  fmt::format(messages::kStatementNumbersHelp, "3 to 7"));
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 9/1/2")),
-              "m.obj:23:3: `9/1/2` refers to vertex 9, but there are 8 so far");
+              "m.obj:23:3: " + fmt::format(messages::kCornerOfNoVertex, "9/1/2", 9, 8));
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 0/1/2")),
-              "m.obj:23:3: `0/1/2` refers to vertex 0, but there are 8 so far");
+              "m.obj:23:3: " + fmt::format(messages::kCornerOfNoVertex, "0/1/2", 0, 8));
     EXPECT_EQ(error_of(replaced(kCube, "-2/4/-2", "-9/4/-2")),
-              "m.obj:29:3: `-9/4/-2` refers to vertex -9, but there are 8 so far");
+              "m.obj:29:3: " + fmt::format(messages::kCornerOfNoVertex, "-9/4/-2", "-9", 8));
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2", "f 5;1;2")),
-              "m.obj:23:3: `5;1;2` is not a corner; write it as v, v/vt, v//vn or v/vt/vn");
+              "m.obj:23:3: " + fmt::format(messages::kNotACorner, "5;1;2") + "; " +
+                  messages::kNotACornerHelp);
     EXPECT_EQ(error_of(replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 5 6")),
-              "m.obj:23:1: a face with 2 corners; it needs 3 or more");
-    EXPECT_TRUE(error_of("solid ascii stl\n").starts_with("m.obj:1:1: unknown statement `solid`"));
-    EXPECT_EQ(error_of(""), "m.obj: mesh `part` has no faces");
+              "m.obj:23:1: " + fmt::format(messages::kFaceOfTooFewCorners, 2) + "; " +
+                  messages::kFaceOfTooFewCornersHelp);
+    EXPECT_THAT(error_of("solid ascii stl\n"),
+                ::testing::AllOf(::testing::HasSubstr("m.obj:1:1: "),
+                                 testing::Says(messages::kUnknownStatement, "solid")));
+    EXPECT_EQ(error_of(""), fmt::format(messages::kMeshNoFaces, "m.obj", "part"));
 }
 
 TEST(Obj, MapsGroupsOrListsThem) {
     MeshOptions o = options();
     o.groups = {{"front", 0}, {"back", 1}};
     EXPECT_EQ(error_of(kCube, o),
-              "m.obj:26:1: the face is in group `sides`, `white`, which \"groups\" of mesh `part` "
-              "does not map; the "
-              "file has `back`, `front`, `sides`, `white`");
+              "m.obj:26:1: " + fmt::format(messages::kGroupNotMapped, "`sides`, `white`", "part") +
+                  "; the file has `back`, `front`, `sides`, `white`");
     o.groups = {{"front", 0}, {"back", 1}, {"white", 4}};
     ASSERT_EQ(error_of(kCube, o), "no error");
     o.groups = {{"front", 0}, {"back", 1}, {"sides", 2}, {"white", 4}};
     EXPECT_EQ(error_of(kCube, o),
-              "m.obj:26:1: the face is in group `sides` (2) and in `white` (4) of \"groups\"; a "
-              "face has one value");
+              "m.obj:26:1: " + fmt::format(messages::kFaceInTwoGroups, "sides", 2, "white", 4) +
+                  "; " + messages::kFaceInTwoGroupsHelp);
 }
 
 TEST(Obj, RefusesOpenMeshesWithCountsAndAPlace) {
     const std::string open = replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2\n", "");
-    EXPECT_EQ(
-        error_of(open),
-        "m.obj:25:1: mesh `part` is not a closed surface: 4 open edges, one from (10, 0, 10) mm "
-        "to (0, 0, 10) mm; "
-        "close it so that each edge has two triangles that run along it in opposite directions, "
-        "or let `\"repair\": \"winding\"` of its object do that "
-        "(`openfab import --repair winding` writes it)");
+    EXPECT_EQ(error_of(open), "m.obj:25:1: " +
+                                  fmt::format(messages::kNotClosed, "part", "4 open edges",
+                                              "(10, 0, 10) mm", "(0, 0, 10) mm") +
+                                  "; " + messages::kNotClosedHelp);
     const std::string turned =
         replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 8/1/2 7/2/2 6/3/2 5/4/2");
     EXPECT_NE(error_of(turned).find("4 inconsistently oriented edges"), std::string::npos);
     const std::string fin = std::string(kCube) + "v 5 5 20\nf 5 6 9\n";
     EXPECT_NE(error_of(fin).find("2 open edges, 1 non-manifold edge, one"), std::string::npos)
         << error_of(fin);
-    EXPECT_NE(error_of("v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\nf 3 2 1\n").find("encloses no volume"),
-              std::string::npos);
-    EXPECT_NE(error_of("v 0 0 0\nv 5 0 0\nf 1 2 2\n").find("has no face with an area"),
-              std::string::npos);
+    EXPECT_THAT(error_of("v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\nf 3 2 1\n"),
+                testing::Says(messages::kEnclosesNoVolume));
+    EXPECT_THAT(error_of("v 0 0 0\nv 5 0 0\nf 1 2 2\n"), testing::Says(messages::kNoFaceWithArea));
 }
 
 TEST(Obj, WeldsEqualPositionsOnlyWhereTheMeshIsOpen) {
@@ -210,8 +213,8 @@ TEST(Obj, TurnsInsideOutShellsButKeepsCavities) {
     ASSERT_TRUE(turned);
     EXPECT_NEAR(testing::signed_volume(turned->mesh), 1000, 1e-9);
     ASSERT_EQ(turned->warnings.size(), 1u);
-    EXPECT_NE(turned->warnings[0].find("m.obj:9:1: mesh `part` has a shell inside out"),
-              std::string::npos);
+    EXPECT_THAT(turned->warnings[0],
+                testing::Says(messages::kShellsInsideOut, "*m.obj:9:1", "part", "a shell"));
 
     // Side by side, one of them inverted.
     const Result<LoadedMesh> beside = parse(box_text(0, 10, true, 1) + box_text(12, 18, false, 9));
@@ -225,9 +228,9 @@ TEST(Obj, WarnsAboutOddSizesAndLeftOutAttributes) {
     const Result<LoadedMesh> large = parse(kCube, o);
     ASSERT_TRUE(large);
     ASSERT_EQ(large->warnings.size(), 1u);
-    EXPECT_NE(large->warnings[0].find("check its `unit`"), std::string::npos);
+    EXPECT_THAT(large->warnings[0], testing::Says(messages::kMeshSizeUnlikely));
     o.unit_mm = 1e6;
-    EXPECT_NE(error_of(kCube, o).find("at most 100 m"), std::string::npos);
+    EXPECT_THAT(error_of(kCube, o), testing::Says(messages::kMeshTooLargeHelp));
 
     const Result<LoadedMesh> partial =
         parse(replaced(kCube, "f 5/1/2 6/2/2 7/3/2 8/4/2", "f 5//2 6//2 7//2 8//2"));
@@ -235,8 +238,8 @@ TEST(Obj, WarnsAboutOddSizesAndLeftOutAttributes) {
     EXPECT_EQ(partial->mesh.find("uv"), nullptr);
     EXPECT_NE(partial->mesh.find("n"), nullptr);
     ASSERT_EQ(partial->warnings.size(), 1u);
-    EXPECT_TRUE(
-        partial->warnings[0].starts_with("m.obj:23:1: some faces of mesh `part` have no `uv`"));
+    EXPECT_THAT(partial->warnings[0],
+                testing::Says(messages::kAttributeOfSomeFaces, "*m.obj:23:1", "part", "uv"));
 }
 
 TEST(Polygon, TriangulatesConcaveOnesWithoutOverlap) {
@@ -271,7 +274,8 @@ TEST(Obj, ReadsTheUnitOfAComment) {
         EXPECT_EQ(unit(other), "assumed, as the file says none 1") << other;
     MeshOptions given = options();
     given.unit_mm = 1;
-    EXPECT_EQ(parse(std::string("# Units: cm\n") + kCube, given)->unit_note, "as asked");
+    EXPECT_EQ(parse(std::string("# Units: cm\n") + kCube, given)->unit_note,
+              messages::kUnitAsAsked);
 }
 
 TEST(Obj, NamesPlacesAsTheFileHasThem) {
@@ -280,7 +284,8 @@ TEST(Obj, NamesPlacesAsTheFileHasThem) {
     open = replaced(open, "f 1/1/1 4/4/1 3/3/1 2/2/1\n", "");
     EXPECT_NE(error_of(open).find(" mm (in the file ("), std::string::npos) << error_of(open);
     open = replaced(open, "# Units: cm", "# Units: mm");
-    EXPECT_EQ(error_of(open).find("(in the file"), std::string::npos) << error_of(open);
+    EXPECT_THAT(error_of(open), ::testing::Not(testing::Says(messages::kPlaceInFile)))
+        << error_of(open);
 }
 
 /// Same as triangulate, but tests everything again for each triangle.
@@ -485,10 +490,9 @@ TEST(Obj, ReadsLongTextsAsShortOnes) {
         ASSERT_EQ(read->origin.lines[t], line);
         ASSERT_EQ(read->mesh.triangles[t++], (std::array<int32_t, 3>{b * 8, b * 8 + 1, b * 8 + 3}));
     }
-    EXPECT_EQ(
-        error_of(text + "  f 1 2 128001 4\nv x\n"),
-        fmt::format("m.obj:{}:9: `128001` refers to vertex 128001, but there are 128000 so far",
-                    line + 1));
+    EXPECT_EQ(error_of(text + "  f 1 2 128001 4\nv x\n"),
+              fmt::format("m.obj:{}:9: ", line + 1) +
+                  fmt::format(messages::kCornerOfNoVertex, 128001, 128001, 128000));
     // The first of several mistakes, whichever part is read first.
     const size_t middle = text.find("g row2");
     EXPECT_EQ(error_of(text.substr(0, middle) + "f 1 2\n" + text.substr(middle) + "v x\n"),

@@ -3,6 +3,7 @@
 
 // What PLY files hold in practice: each is carried over, or told.
 
+#include "mesh/read/messages.h"
 #include "mesh/read/ply.h"
 
 #include "tests/unit/mesh/features.h"
@@ -118,7 +119,7 @@ TEST(PlyFeatures, AreCarriedOverOrTold) {
           ply("", properties("uchar", {"red", "green", "blue"}), "128 0 0",
               properties("uchar", {"red", "green", "blue"}), "0 9 0"),
           {},
-          "left out",
+          messages::kPropertyLeftOut,
           0,
           is(kByte128)},
          {"picture and s t",
@@ -150,20 +151,20 @@ TEST(PlyFeatures, AreCarriedOverOrTold) {
           ply("comment TextureFile b.png\n" + picture, "", "", wedge + "property int texnumber\n",
               six + " 1"),
           {},
-          "`b.png`, which no face uses",
+          fmt::format(messages::kPictureNotUsed, "b.png"),
           1,
           shows("a.png")},
          {"number of no picture",
           ply(picture, "", "", wedge + "property int texnumber\n", six + " 7"),
           {},
-          "beyond the 1",
+          fmt::format(messages::kPictureBeyondHeader, 1),
           4,
           [](const MeshSource& m) { return look_of(m, 0).name == "none"; }},
          {"faces without a picture",
           ply(picture, properties("uchar", {"red", "green", "blue"}), "128 0 0",
               wedge + "property int texnumber\n", six + " -1"),
           {},
-          "no face uses",
+          messages::kPictureNotUsed,
           1,
           is(kByte128)},
          {"picture over colours",
@@ -176,7 +177,12 @@ TEST(PlyFeatures, AreCarriedOverOrTold) {
           [=](const MeshSource& m) {
               return is(kByte128)(m) && look_of(m, 0).picture && !look_of(m, 0).tinted;
           }},
-         {"picture without coordinates", ply(picture, "", ""), {}, "`a.png`, since", 1, has_faces},
+         {"picture without coordinates",
+          ply(picture, "", ""),
+          {},
+          fmt::format(messages::kPictureNeedsCoordinates, "a.png"),
+          1,
+          has_faces},
          {"edges",
           ply("", "", "", "", "", "element edge 2\nproperty int vertex1\n", "0\n1\n"),
           {},

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "mesh/read/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -146,23 +148,21 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST(Ply, NamesWhatIsWrong) {
     const std::string text = cube_ply(Kind::kAscii);
-    EXPECT_EQ(parse_error("plx\n", "a.ply"),
-              "a.ply:1:1: not a PLY file: it does not start with `ply`");
+    EXPECT_EQ(parse_error("plx\n", "a.ply"), std::string("a.ply:1:1: ") + messages::kNotPly);
     EXPECT_EQ(parse_error(replaced(text, "ascii 1.0", "binary 1.0"), "a.ply"),
-              "a.ply:2:1: unknown format `binary`");
+              "a.ply:2:1: " + fmt::format(messages::kUnknownFormat, "binary"));
     EXPECT_EQ(parse_error(replaced(text, "property double x", "property real x"), "a.ply"),
-              "a.ply:8:1: unknown type `real`");
+              "a.ply:8:1: " + fmt::format(messages::kUnknownType, "real"));
     EXPECT_EQ(parse_error(replaced(text, "element vertex 8", "element vertex many"), "a.ply"),
-              "a.ply:7:1: `many` is not a whole number from 0 to 200000000");
+              "a.ply:7:1: " + fmt::format(messages::kNotWholeNumber, "many", 200000000));
     EXPECT_EQ(parse_error(replaced(text, "vertex_indices", "corners"), "a.ply"),
-              "a.ply: faces have no list `vertex_indices`");
+              fmt::format(messages::kFacesWithoutIndices, "a.ply"));
     EXPECT_EQ(parse_error(replaced(text, "0 3 2 1 8", "0 3 2 8 8"), "a.ply"),
-              "a.ply:38:1: the face refers to vertex 8, but there are 8");
+              "a.ply:38:1: " + fmt::format(messages::kFaceOfNoVertex, 8, 8));
     EXPECT_EQ(parse_error(replaced(text, "4 0 3 2 1 8", "4 0 3 2 1.5 8"), "a.ply"),
               "a.ply:38:1: `1.5` is not a whole number from -2147483648 to 2147483647");
     EXPECT_EQ(parse_error(replaced(text, "element face", "element strip"), "a.ply"),
-              "a.ply: the file has no element `face`; a mesh needs `vertex` and `face` (points are "
-              "not supported)");
+              fmt::format(messages::kNoSuchElement, "a.ply", "face"));
     const std::string binary = cube_ply(Kind::kLittle);
     EXPECT_EQ(parse_error(binary.substr(0, binary.size() - 3), "a.ply"),
               "a.ply: face 5: the file ends here; it was cut short");
@@ -208,8 +208,8 @@ TEST(Ply, ReadsCornersAlone) {
     const auto little = [](uint8_t corners, int32_t last) {
         return parse_error(corners_only(Kind::kLittle, corners, last), "a.ply");
     };
-    EXPECT_EQ(little(3, 4), "a.ply: face 3: the face refers to vertex 4, but there are 4");
-    EXPECT_EQ(little(3, -1), "a.ply: face 3: the face refers to vertex -1, but there are 4");
+    EXPECT_EQ(little(3, 4), fmt::format(messages::kFaceNumberOfNoVertex, "a.ply", 3, 4, 4));
+    EXPECT_EQ(little(3, -1), fmt::format(messages::kFaceNumberOfNoVertex, "a.ply", 3, "-1", 4));
     EXPECT_EQ(little(4, 3),
               "a.ply: face 3: the file ends before the 4 values of the list `vertex_indices`");
     EXPECT_EQ(little(2, 3), "a.ply: face 3: a face with fewer than 3 corners");
@@ -225,14 +225,14 @@ TEST(Ply, LeavesOutWhatIsNoAttribute) {
     const Result<LoadedMesh> nan = parse_bytes(replaced(text, " 24.5 ", " nan "), "a.ply");
     ASSERT_TRUE(nan) << nan.error().text();
     EXPECT_EQ(nan->mesh.find("temperature"), nullptr);
-    EXPECT_EQ(nan->warnings, (std::vector<std::string>{
-                                 "a.ply: property `temperature` of element `vertex` is not finite "
-                                 "or too large at vertex 4; left out"}));
+    EXPECT_EQ(nan->warnings, (std::vector<std::string>{fmt::format(
+                                 messages::kPropertyLeftOut, "a.ply", "temperature", "vertex",
+                                 fmt::format(messages::kValueTooLargeAt, "vertex", 4))}));
     const Result<LoadedMesh> twice =
         parse_bytes(replaced(text, "float weight", "float temperature"), "a.ply");
     ASSERT_TRUE(twice);
     ASSERT_EQ(twice->warnings.size(), 1u);
-    EXPECT_NE(twice->warnings[0].find("has the name of an attribute"), std::string::npos);
+    EXPECT_THAT(twice->warnings[0], testing::Says(messages::kNameOfOtherAttribute));
 }
 
 /// A truncated list after one of large doubles, which are no valid corners.

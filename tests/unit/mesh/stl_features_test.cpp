@@ -3,6 +3,7 @@
 
 // What STL files hold in practice: each is carried over, or told.
 
+#include "mesh/read/messages.h"
 #include "mesh/read/stl.h"
 
 #include <cstring>
@@ -140,7 +141,7 @@ TEST(StlFeatures, AreCarriedOverOrTold) {
          {"transparency of the header",
           binary(clear, {0x8000, 0x8000}),
           {},
-          "transparency",
+          messages::kTransparencyOfHeader,
           1,
           {}}});
 }

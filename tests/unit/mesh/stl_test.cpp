@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "mesh/model/messages.h"
+#include "mesh/read/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
 
 namespace openfab::mesh {
@@ -80,19 +83,20 @@ TEST(Stl, NamesWhatIsWrong) {
     EXPECT_TRUE(parse_error(bad, "a.stl").ends_with("`1O` is not a number"));
     EXPECT_TRUE(parse_error(bad, "a.stl").starts_with("a.stl:"));
     EXPECT_EQ(parse_error(text.substr(0, text.find("endloop")), "a.stl"),
-              "a.stl:7:5: the file ends where `endloop` should be; it was cut short");
+              "a.stl:7:5: " + fmt::format(messages::kEndsBeforeWord, "endloop") + "; " +
+                  messages::kWasCutShort);
     EXPECT_EQ(parse_error("solid x\n  frog\n", "a.stl"),
-              "a.stl:2:3: `frog` where `facet` or `endsolid` should be");
-    EXPECT_EQ(parse_error("solid x\nendsolid x\n", "a.stl"), "a.stl: mesh `part` has no faces");
+              "a.stl:2:3: " + fmt::format(messages::kOtherWordThanFacet, "frog"));
+    EXPECT_EQ(parse_error("solid x\nendsolid x\n", "a.stl"),
+              fmt::format(messages::kMeshNoFaces, "a.stl", "part"));
     const std::string binary = binary_stl(testing::cube(10));
     EXPECT_EQ(parse_error(binary.substr(0, 300), "a.stl"),
-              "a.stl: binary STL that declares 12 triangles but ends after 4; it was cut short, or "
-              "is not STL");
-    EXPECT_NE(parse_error("nothing", "a.stl").find("not an STL file"), std::string::npos);
+              fmt::format(messages::kBinaryStlCutShort, "a.stl", 12, 4));
+    EXPECT_THAT(parse_error("nothing", "a.stl"), testing::Says(messages::kNotStl));
     std::string infinite = binary;
     const float inf = HUGE_VALF;
     std::memcpy(infinite.data() + 84 + 50 + 12, &inf, 4);
-    EXPECT_EQ(parse_error(infinite, "a.stl"), "a.stl: triangle 2 has a corner that is not finite");
+    EXPECT_EQ(parse_error(infinite, "a.stl"), fmt::format(messages::kCornerNotFinite, "a.stl", 2));
 }
 
 TEST(Stl, SurvivesDamage) {

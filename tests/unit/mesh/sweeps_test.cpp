@@ -5,6 +5,7 @@
 // to rounding, every mesh is closed, and what is no area is refused with its place.
 
 #include "mesh/model/sweeps.h"
+#include "mesh/model/messages.h"
 
 #include <gmock/gmock.h>
 
@@ -14,6 +15,7 @@
 #include <random>
 
 #include "tests/support/meshes/meshes.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::mesh {
 namespace {
@@ -136,19 +138,24 @@ TEST(Outlines, WhatIsNoAreaIsRefused) {
     EXPECT_EQ(refusal({square, {{1, 1}, {2, 1}, {2, 2}}}), "fine");
     EXPECT_EQ(refusal({square, {{5, 0}, {6, 0}, {6, 1}}}), "fine") << "two parts";
     EXPECT_EQ(refusal({{{0, 0}, {2, 0}, {4, 0}, {4, 4}}}), "fine") << "a corner on a side's way";
-    EXPECT_THAT(refusal({{{0, 0}, {1, 1}}}), HasSubstr("fewer than 3 corners"));
-    EXPECT_THAT(refusal({{{0, 0}, {4, 0}, {4, 4}, {0, 0}}}), HasSubstr("twice in a row at (0, 0)"));
-    const char* const kMeets = "the polygon meets itself";
-    EXPECT_THAT(refusal({{{0, 0}, {4, 4}, {4, 0}, {0, 4}}}), HasSubstr(kMeets));
-    EXPECT_THAT(refusal({{{0, 0}, {4, 0}, {2, 0}}}), HasSubstr(kMeets)) << "back along itself";
-    EXPECT_THAT(refusal({{{0, 0}, {4, 0}, {4, 4}, {2, 0}, {0, 4}}}), HasSubstr(kMeets))
+    EXPECT_THAT(refusal({{{0, 0}, {1, 1}}}), testing::Says(messages::kPolygonFewerThan3Corners));
+    EXPECT_THAT(refusal({{{0, 0}, {4, 0}, {4, 4}, {0, 0}}}),
+                testing::Says(messages::kPolygonTwiceAtCorner, 0, 0));
+    EXPECT_THAT(refusal({{{0, 0}, {4, 4}, {4, 0}, {0, 4}}}),
+                testing::Says(messages::kPolygonMeetsItself));
+    EXPECT_THAT(refusal({{{0, 0}, {4, 0}, {2, 0}}}), testing::Says(messages::kPolygonMeetsItself))
+        << "back along itself";
+    EXPECT_THAT(refusal({{{0, 0}, {4, 0}, {4, 4}, {2, 0}, {0, 4}}}),
+                testing::Says(messages::kPolygonMeetsItself))
         << "touches";
-    EXPECT_THAT(refusal({square, {{3, 3}, {6, 3}, {6, 6}}}), HasSubstr(kMeets));
-    EXPECT_THAT(refusal({square, square}), HasSubstr(kMeets));
-    EXPECT_THAT(refusal({Outline(kMostOutlineCorners + 1, {0, 0})}), HasSubstr("twice in a row"));
+    EXPECT_THAT(refusal({square, {{3, 3}, {6, 3}, {6, 6}}}),
+                testing::Says(messages::kPolygonMeetsItself));
+    EXPECT_THAT(refusal({square, square}), testing::Says(messages::kPolygonMeetsItself));
+    EXPECT_THAT(refusal({Outline(kMostOutlineCorners + 1, {0, 0})}),
+                testing::Says(messages::kPolygonTwiceAtCorner));
     Random random(3);
     EXPECT_THAT(refusal({star(&random, {0, 0}, 1, 2, kMostOutlineCorners + 1)}),
-                HasSubstr("2001 corners"));
+                testing::Says(messages::kPolygonTooManyCorners, "*2001"));
 }
 
 TEST(Sweeps, ARevolutionHasItsVolume) {

@@ -3,6 +3,9 @@
 
 // Extensions of 3MF, types of objects, and packages: what is read, what is told, what is refused.
 
+#include <fmt/format.h>
+
+#include "mesh/read/messages.h"
 #include "tests/unit/mesh/threemf_package.h"
 
 namespace openfab::mesh {
@@ -31,11 +34,8 @@ TEST(ThreemfExtensions, LeavesOutObjectsThatAreNoModels) {
             resources += object(id, fmt::format(R"(name="{}{}" type="{}")", type, i, type));
             build += fmt::format(R"(<item objectid="{}"/>)", id++);
         }
-        expected += fmt::format(
-            "objects of type `{0}` (2, object `{0}0`); objects of type `model` are printed; change "
-            "the type "
-            "if this is a part\n",
-            type);
+        expected += told_line(fmt::format(messages::kObjectsOfType, type),
+                              fmt::format("2, object `{}0`", type), messages::kObjectTypeHelp);
     }
     EXPECT_EQ(told_of(resources, build), expected);
 }
@@ -49,11 +49,11 @@ TEST(ThreemfExtensions, RefusesMeshesThatStandInForSlices) {
             kPlaced, R"(requiredextensions="s")"));
     };
     EXPECT_EQ(parse_error(package(R"(s:meshresolution="lowres")"), "a.3mf"),
-              "a.3mf: the mesh of object `part` is a stand-in (meshresolution `lowres`) for "
-              "slices, which are "
-              "not read; export it with full resolution");
-    EXPECT_EQ(told(read_source(package(R"(s:meshresolution="fullres")"))),
-              "slices of objects (1, object `part`); their meshes are printed instead\n");
+              "a.3mf: " + fmt::format(messages::kMeshIsAStandIn, "object `part`") + "; " +
+                  messages::kMeshIsAStandInHelp);
+    EXPECT_EQ(
+        told(read_source(package(R"(s:meshresolution="fullres")"))),
+        told_line(messages::kSlicesOfObjects, "1, object `part`", messages::kSlicesOfObjectsHelp));
 }
 
 TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
@@ -67,12 +67,10 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
     EXPECT_EQ(
         told_in_mesh(
             R"(<x:beamlattice minlength="1" radius="1"><x:beams><x:beam v1="0" v2="1"/></x:beams></x:beamlattice>)"),
-        "lattices of beams (1, object 9); a mesh of the world that names the file as `beams` "
-        "prints "
-        "them\n");
+        told_line(messages::kLatticesOfBeams, "1, object 9", messages::kLatticesOfBeamsHelp));
     EXPECT_EQ(told_in_mesh(R"(<x:volumedata><x:color transform="1"/></x:volumedata>)"),
-              "volumetric data inside meshes (1, object 9); it is of a draft of 3MF; write it as a "
-              "resource that the mesh names\n");
+              told_line(messages::kVolumetricDataInsideMeshes, "1, object 9",
+                        messages::kVolumetricDataInsideMeshesHelp));
     EXPECT_EQ(
         told_in_mesh(
             R"(<x:trianglesets><x:triangleset name="a"><x:ref index="1"/></x:triangleset></x:trianglesets>)"),
@@ -88,7 +86,7 @@ TEST(ThreemfExtensions, TellsOfElementsThatItDoesNotRead) {
         threemf_package(threemf_model("<object id=\"9\">" + displaced + "</object>", kPlaced)));
     EXPECT_EQ(source.mesh.triangles.size(), 12u);
     EXPECT_EQ(told(source),
-              "displacements of meshes (1, object 9); `openfab import` makes a fablet of them\n");
+              told_line(messages::kDisplacements, "1, object 9", messages::kImportRemedy));
 }
 
 TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
@@ -98,17 +96,16 @@ TEST(ThreemfExtensions, SaysWhatIsMissingWhereNothingIsLeft) {
                 R"(<object id="9" name="ball"><x:levelset functionid="2" meshid="1"/></object>)",
                 kPlaced)),
             "a.3mf"),
-        "a.3mf: nothing is left to print without objects that are level sets (object `ball`); "
-        "`openfab import` makes a fablet of them");
+        fmt::format(messages::kNothingLeftToPrint, "a.3mf", messages::kLevelSets, "object `ball`") +
+            "; " + messages::kImportRemedy);
     // Settings beside the model are no reason.
     const PackageFiles settings = {{"Metadata/Slic3r_PE.config", "; layer_height = 0.2"}};
-    EXPECT_EQ(
-        parse_error(
-            threemf_package(threemf_model(object(9, R"(type="support")"), kPlaced), settings),
-            "a.3mf"),
-        "a.3mf: nothing is left to print without objects of type `support` (object 9); objects of "
-        "type "
-        "`model` are printed; change the type if this is a part");
+    EXPECT_EQ(parse_error(
+                  threemf_package(threemf_model(object(9, R"(type="support")"), kPlaced), settings),
+                  "a.3mf"),
+              fmt::format(messages::kNothingLeftToPrint, "a.3mf",
+                          fmt::format(messages::kObjectsOfType, "support"), "object 9") +
+                  "; " + messages::kObjectTypeHelp);
 }
 
 TEST(ThreemfExtensions, RefusesExtensionsThatMustBeKnown) {
@@ -116,8 +113,9 @@ TEST(ThreemfExtensions, RefusesExtensionsThatMustBeKnown) {
         parse_error(
             threemf_package(threemf_model(object(9), kPlaced, R"(requiredextensions="m x")")),
             "a.3mf"),
-        "a.3mf: /3D/3dmodel.model:2:1: the file requires the extension "
-        "`http://example.org/extension/2026`, which is not supported; export it as plain meshes");
+        "a.3mf: /3D/3dmodel.model:2:1: " +
+            fmt::format(messages::kRequiresThreemfExtension, "http://example.org/extension/2026") +
+            "; " + messages::kRequiresThreemfExtensionHelp);
     EXPECT_EQ(parse_error(threemf_package(threemf_model(object(9), kPlaced,
                                                         R"(requiredextensions="m p s bo")")),
                           "a.3mf"),
@@ -148,10 +146,9 @@ TEST(ThreemfExtensions, CutsAndUnitesBooleanShapes) {
     ASSERT_EQ(source.bodies.size(), 4u);
     for (const Body& body : source.bodies)
         EXPECT_EQ(body.role, BodyRole::kPart);
-    EXPECT_EQ(
-        parse_error(shape(R"(operation="intersection")"), "a.3mf"),
-        "a.3mf: object `shape` is an intersection of others, which is not supported; intersect the "
-        "meshes in the program that made them");
+    EXPECT_EQ(parse_error(shape(R"(operation="intersection")"), "a.3mf"),
+              "a.3mf: " + fmt::format(messages::kIntersectionOfOthers, "object `shape`") + "; " +
+                  messages::kIntersectionOfOthersHelp);
 }
 
 TEST(ThreemfExtensions, RefusesEncryptedParts) {
@@ -168,9 +165,8 @@ TEST(ThreemfExtensions, RefusesEncryptedParts) {
                                                 {"3D/secret.model", "\x01\x02\x03"},
                                                 {"Secure/keystore.xml", store}}),
                           "a.3mf"),
-              "a.3mf: `3D/secret.model` in the archive is encrypted (secure content), which is not "
-              "supported; "
-              "export it without encryption");
+              fmt::format(messages::kEncryptedArchive, "a.3mf", "3D/secret.model") + "; " +
+                  messages::kEncryptedArchiveHelp);
 }
 
 /// The text in UTF-16, which starts with the mark of the order of its bytes.

@@ -4,6 +4,9 @@
 // What 3MF files hold, by the specifications of its core and extensions: each is carried over, or told.
 // How it is carried over is in the tests of looks, extensions and projects.
 
+#include <fmt/format.h>
+
+#include "mesh/read/messages.h"
 #include "tests/unit/mesh/features.h"
 #include "tests/unit/mesh/threemf_package.h"
 
@@ -112,20 +115,20 @@ std::vector<Feature> of_the_core() {
         {"an item that is switched off",
          cube("", "", "", kPlacedCube + R"(<item objectid="9" printable="0"/>)"),
          {},
-         "switched off",
+         messages::kItemsSwitchedOff,
          1,
          has("cube", 10)},
         {"an object that is no model",
          cube(R"(<object id="8" type="support">)" + threemf_cube(0, 20) + "</object>", "", "",
               kPlacedCube + R"(<item objectid="8"/>)"),
          {},
-         "objects of type `support`",
+         fmt::format(messages::kObjectsOfType, "support"),
          1,
          has("cube", 10)},
         {"an object that no item places",
          cube(R"(<object id="8" name="spare">)" + threemf_cube(0, 20) + "</object>"),
          {},
-         "objects that the build does not place",
+         messages::kObjectsNotPlaced,
          1,
          has("cube", 10)},
         {"a material", cube(kMaterials, R"(pid="1" p1="0")"), {}, "", 0, named("red")},
@@ -153,7 +156,7 @@ std::vector<Feature> of_the_core() {
         {"a property that is not there",
          cube(kMaterials, R"(pid="1" p1="7")"),
          {},
-         "properties of triangles that the file does not define",
+         messages::kPropertiesNotDefined,
          1,
          has("cube", 10)},
     };
@@ -217,7 +220,7 @@ std::vector<Feature> of_materials() {
          cube(R"(<m:texture2dgroup id="4" texid="3"><m:tex2coord u="0" v="0"/></m:texture2dgroup>)",
               R"(pid="4" p1="0")"),
          {},
-         "pictures that the file does not define",
+         messages::kPicturesNotDefined,
          1,
          {}},
         {"a composite",
@@ -250,15 +253,10 @@ std::vector<Feature> of_materials() {
          "",
          0,
          [](const MeshSource& m) { return look_of(m, 0).picture && look_of(m, 0).tinted; }},
-        {"a picture on a picture", multi("4 4"), {}, "layers of multi-properties", 0, {}},
-        {"gloss", gloss("pbspecular"), {}, "gloss, metal and translucency", 1, named("red")},
-        {"metal", gloss("pbmetallic"), {}, "gloss, metal and translucency", 1, named("red")},
-        {"translucency",
-         gloss("translucent"),
-         {},
-         "gloss, metal and translucency",
-         1,
-         named("red")},
+        {"a picture on a picture", multi("4 4"), {}, messages::kTooManyLayers, 0, {}},
+        {"gloss", gloss("pbspecular"), {}, messages::kGlossOfMaterials, 1, named("red")},
+        {"metal", gloss("pbmetallic"), {}, messages::kGlossOfMaterials, 1, named("red")},
+        {"translucency", gloss("translucent"), {}, messages::kGlossOfMaterials, 1, named("red")},
     };
 }
 
@@ -287,14 +285,19 @@ std::vector<Feature> of_other_extensions() {
         {"slices beside a mesh",
          cube(R"(<s:slicestack id="2"/>)", "", R"(s:slicestackid="2" s:meshresolution="fullres")"),
          {},
-         "slices of objects",
+         messages::kSlicesOfObjects,
          1,
          has("cube", 10)},
-        {"beams", with_mesh(R"(<x:beamlattice minlength="1"/>)"), {}, "lattices of beams", 1, {}},
+        {"beams",
+         with_mesh(R"(<x:beamlattice minlength="1"/>)"),
+         {},
+         messages::kLatticesOfBeams,
+         1,
+         {}},
         {"volumetric data",
          with_mesh("<x:volumedata/>"),
          {},
-         "volumetric data inside meshes",
+         messages::kVolumetricDataInsideMeshes,
          1,
          {}},
         {"functions", cube(R"(<x:implicitfunction id="2"/>)"), {}, "", 0, {}},
@@ -316,17 +319,17 @@ std::vector<Feature> of_other_extensions() {
          [](const MeshSource& m) {
              return m.bodies.size() == 2 && m.bodies[1].role == BodyRole::kPart;
          }},
-        {"settings of a slicer",
+        {"settings",
          cube("", "", "", kPlacedCube, "", {{"Metadata/Slic3r_PE.config", "; layer_height = 0.2"}}),
          {},
-         "settings of a slicer",
+         messages::kSlicerSettings,
          1,
          has("cube", 10)},
         {"painted supports",
          cube("", R"(slic3rpe:custom_supports="4")", "", kPlacedCube,
               R"(xmlns:slic3rpe="http://schemas.slic3r.org/3mf/2017/06")"),
          {},
-         "painted supports",
+         messages::kPaintedSupports,
          1,
          has("cube", 10)},
     };

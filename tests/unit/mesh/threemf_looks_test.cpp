@@ -4,6 +4,7 @@
 // How triangles of a 3MF look: materials, composites, colours, pictures, and layers of these.
 
 #include "base/color.h"
+#include "mesh/read/messages.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/unit/mesh/threemf_package.h"
 
@@ -122,10 +123,8 @@ TEST(ThreemfLooks, MixesComposites) {
     EXPECT_EQ(look_of(source, 2).color, (Color{{1, 0, 0}}));
     // Between corners there is the mean: (0.3 + 1 + 1) / 3, in steps of 0.05.
     EXPECT_NEAR(look_of(source, 3).mixture.at(0).second, 0.75, 1e-12);
-    EXPECT_EQ(
-        told(source),
-        "gradients of composite materials (1, 3D/3dmodel.model, group 5); each triangle has the "
-        "mean of its corners, in steps of 5 %\n");
+    EXPECT_EQ(told(source), told_line(messages::kCompositeGradients, "1, 3D/3dmodel.model, group 5",
+                                      messages::kCompositeGradientsHelp));
 }
 
 /// A cube of multi-properties: its layers, how they are blended, and picks of three corners.
@@ -219,9 +218,8 @@ TEST(ThreemfLooks, LaysPicturesAndColoursOnEachOther) {
 }
 
 TEST(ThreemfLooks, TellsOfLayersThatDoNotFit) {
-    const char* const expected =
-        "layers of multi-properties beyond a material, a colour and a picture (1, "
-        "3D/3dmodel.model, group 8); paint them into one picture\n";
+    const std::string expected = told_line(messages::kTooManyLayers, "1, 3D/3dmodel.model, group 8",
+                                           messages::kTooManyLayersHelp);
     EXPECT_EQ(told(multi("4 6", "", {"0 0"})), expected);  // two pictures
     EXPECT_EQ(told(multi("4 2", "", {"0 2"})), expected);  // half a colour over a picture
     EXPECT_EQ(told(multi("2 1", "", {"0 0"})), expected);  // a material that is not the lowest
@@ -263,17 +261,18 @@ TEST(ThreemfLooks, TellsOfPropertiesThatAreNotThere) {
         EXPECT_EQ(source.mesh.triangles.size(), 12u);
         return look_of(source, 0).name + ": " + told(source);
     };
-    const std::string why =
-        " properties of triangles that the file does not define (1, 3D/3dmodel.model, group ";
-    const std::string remedy = "); export the file again with its materials\n";
-    EXPECT_EQ(says(R"(pid="1" p1="3")"), "none:" + why + "1" + remedy);
-    EXPECT_EQ(says(R"(pid="2" p1="0" p2="4" p3="0")"), "none:" + why + "2" + remedy);
-    EXPECT_EQ(says(R"(pid="4" p1="9")"), "none:" + why + "4" + remedy);
-    EXPECT_EQ(says(R"(pid="70" p1="0")"), "none:" + why + "70" + remedy);
-    EXPECT_EQ(
-        says(R"(pid="6" p1="0")"),
-        "none: pictures that the file does not define (1, 3D/3dmodel.model, group 6); export the "
-        "file again with its textures\n");
+    const auto none = [](const std::string& group) {
+        return "none: " + told_line(messages::kPropertiesNotDefined,
+                                    "1, 3D/3dmodel.model, group " + group,
+                                    messages::kPropertiesNotDefinedHelp);
+    };
+    EXPECT_EQ(says(R"(pid="1" p1="3")"), none("1"));
+    EXPECT_EQ(says(R"(pid="2" p1="0" p2="4" p3="0")"), none("2"));
+    EXPECT_EQ(says(R"(pid="4" p1="9")"), none("4"));
+    EXPECT_EQ(says(R"(pid="70" p1="0")"), none("70"));
+    EXPECT_EQ(says(R"(pid="6" p1="0")"),
+              "none: " + told_line(messages::kPicturesNotDefined, "1, 3D/3dmodel.model, group 6",
+                                   messages::kPicturesNotDefinedHelp));
 }
 
 TEST(ThreemfLooks, CarriesFiltersAndTellsOfDisplayProperties) {
@@ -281,10 +280,8 @@ TEST(ThreemfLooks, CarriesFiltersAndTellsOfDisplayProperties) {
         R"(<m:texture2d id="3" path="/a.png" contenttype="image/png" filter="nearest"/><m:texture2dgroup id="4" texid="3"><m:tex2coord u="0" v="0"/></m:texture2dgroup>
 <m:pbmetallicdisplayproperties id="7"><m:pbmetallic name="gold" metallicness="1" roughness="0.2"/></m:pbmetallicdisplayproperties>)",
         {R"(pid="4" p1="0")"}));
-    EXPECT_EQ(told(source),
-              "gloss, metal and translucency of materials (1, a.3mf: /3D/3dmodel.model); the "
-              "specification "
-              "asks printers to ignore them; choose materials by hand\n");
+    EXPECT_EQ(told(source), told_line(messages::kGlossOfMaterials, "1, a.3mf: /3D/3dmodel.model",
+                                      messages::kGlossOfMaterialsHelp));
     EXPECT_TRUE(source.looks.at(0).picture->nearest);
 }
 

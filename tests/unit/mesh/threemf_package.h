@@ -87,11 +87,16 @@ inline std::vector<float> value_of(const MeshSource& source, const char* name, s
     return {first, first + a->components};
 }
 
+inline std::string told_line(const std::string& what, const std::string& count_and_place,
+                             const std::string& remedy) {
+    return what + " (" + count_and_place + "); " + remedy + "\n";
+}
+
 /// What is left out, one a line: `WHAT (COUNT, PLACE); REMEDY`.
 inline std::string told(const MeshSource& source) {
     std::string text;
     for (const LeftOut& one : source.left_out)
-        text += fmt::format("{} ({}, {}); {}\n", one.what, one.count, one.place, one.remedy);
+        text += told_line(one.what, fmt::format("{}, {}", one.count, one.place), one.remedy);
     return text;
 }
 

@@ -3,8 +3,12 @@
 
 // Projects of slicers, and what else a 3MF has beside its models: roles of bodies, paint, extruders.
 
+#include <fmt/format.h>
+
 #include <cmath>
 
+#include "mesh/read/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/threemf_package.h"
 
 namespace openfab::mesh {
@@ -108,19 +112,16 @@ TEST(ThreemfProject, ReadsVolumesOfPrusaSlicer) {
     EXPECT_EQ(look_of(source, 24).color, (Color{{0, 0, 1}}));
     EXPECT_TRUE(look_of(source, 0).is_material);
     EXPECT_EQ(source.groups[source.face_groups[0]].names, (std::vector<std::string>{"case"}));
-    const std::string why =
-        "they only say something to the slicer; make parts of them to print them\n";
-    EXPECT_EQ(
-        told(source),
-        "settings of a slicer (1, Metadata/Slic3r_PE.config); layers, infill and walls of filament "
-        "printers have no meaning here\n"
-        "modifier volumes of a slicer (2, volume `dense`); " +
-            why + "support enforcers of a slicer (2, case); " + why +
-            "support blockers of a slicer (2, case); " + why +
-            "modifier volumes of a slicer that name an extruder (2, volume `old`); " + why +
-            "items of the build that are switched off (1, object 9); switch them on in the slicer "
-            "if they "
-            "shall be printed\n");
+    const std::string why = messages::kSlicerVolumeHelp;
+    EXPECT_EQ(told(source),
+              told_line(messages::kSlicerSettings, "1, Metadata/Slic3r_PE.config",
+                        messages::kSlicerSettingsHelp) +
+                  told_line(messages::kModifierVolumes, "2, volume `dense`", why) +
+                  told_line(messages::kSupportEnforcers, "2, case", why) +
+                  told_line(messages::kSupportBlockers, "2, case", why) +
+                  told_line(std::string(messages::kModifierVolumes) + messages::kThatNameAnExtruder,
+                            "2, volume `old`", why) +
+                  told_line(messages::kItemsSwitchedOff, "1, object 9", messages::kSwitchThemOn));
 }
 
 TEST(ThreemfProject, ReadsPartsOfBambuStudio) {
@@ -164,20 +165,14 @@ TEST(ThreemfProject, ReadsPartsOfBambuStudio) {
               (std::vector<std::string>{"gear", "wheel"}));
     EXPECT_EQ(
         told(source),
-        "the division of objects into 2 plates (1, Metadata/model_settings.config); they are "
-        "imported "
-        "side by side; delete from the world what shall not be printed\n"
-        "settings of a slicer (1, Metadata/project_settings.config); layers, infill and walls of "
-        "filament printers have no meaning here\n"
-        "changes of the filament at a height (1, Metadata/custom_gcode_per_layer.xml); choose "
-        "materials "
-        "by height in a fablet\n"
-        "modifier volumes of a slicer (1, volume `soft`); they only say something to the slicer; "
-        "make "
-        "parts of them to print them\n"
-        "support blockers of a slicer (1, object 5); they only say something to the slicer; make "
-        "parts "
-        "of them to print them\n");
+        told_line(fmt::format(messages::kDivisionIntoPlates, 2),
+                  "1, Metadata/model_settings.config", messages::kDivisionIntoPlatesHelp) +
+            told_line(messages::kSlicerSettings, "1, Metadata/project_settings.config",
+                      messages::kSlicerSettingsHelp) +
+            told_line(messages::kFilamentChanges, "1, Metadata/custom_gcode_per_layer.xml",
+                      messages::kFilamentChangesHelp) +
+            told_line(messages::kModifierVolumes, "1, volume `soft`", messages::kSlicerVolumeHelp) +
+            told_line(messages::kSupportBlockers, "1, object 5", messages::kSlicerVolumeHelp));
 }
 
 /// Paint of a triangle whose three sides are halved.
@@ -330,14 +325,14 @@ TEST(ThreemfProject, RefusesDamagedProjects) {
             "a.3mf");
     };
     const std::string begin = "a.3mf: Metadata/Slic3r_PE_model.config:1:";
-    EXPECT_EQ(error(R"(<config><object id="9"><volume firstid="x" lastid="1"/></object></config>)"),
-              begin + "24: `firstid`: `x` is not a whole number from 0 to 2147483647");
+    EXPECT_EQ(
+        error(R"(<config><object id="9"><volume firstid="x" lastid="1"/></object></config>)"),
+        begin + "24: " + fmt::format(messages::kNotWholeNumber, "firstid`: `x", "2147483647"));
     EXPECT_EQ(error("<config><object"), begin + "9: unclosed token");
     std::string many = R"(<config><object id="9">)";
     for (int i = 0; i < 5000; ++i)
         many += R"(<volume firstid="0" lastid="1"/>)";
-    EXPECT_NE(error(many + "</object></config>").find("an object of more than 4096 volumes"),
-              std::string::npos);
+    EXPECT_THAT(error(many + "</object></config>"), testing::Says(messages::kTooManyVolumes, 4096));
 }
 
 TEST(ThreemfProject, RefusesDamagedPaint) {
@@ -350,13 +345,14 @@ TEST(ThreemfProject, RefusesDamagedPaint) {
                 kBuildItem)),
             "a.3mf");
     };
-    const std::string begin = "a.3mf: object `cube`: the paint of triangle 0 ";
-    EXPECT_EQ(error("81"), begin + "ends too early");
-    EXPECT_EQ(error("C"), begin + "ends too early");
-    EXPECT_EQ(error("8xC"), begin + "is not hexadecimal");
-    EXPECT_EQ(error("00D"), begin + "names a side that is not there");
-    EXPECT_EQ(error("0" + std::string(80, 'F') + "C"), begin + "names a filament that cannot be");
-    EXPECT_EQ(error(std::string(200, '1')), begin + "divides it too finely");
+    const std::string begin =
+        "a.3mf: " + fmt::format(messages::kPaintWrong, "object `cube`", 0, "");
+    EXPECT_EQ(error("81"), begin + messages::kPaintEndsTooEarly);
+    EXPECT_EQ(error("C"), begin + messages::kPaintEndsTooEarly);
+    EXPECT_EQ(error("8xC"), begin + messages::kPaintNotHexadecimal);
+    EXPECT_EQ(error("00D"), begin + messages::kPaintOfNoSide);
+    EXPECT_EQ(error("0" + std::string(80, 'F') + "C"), begin + messages::kPaintOfNoFilament);
+    EXPECT_EQ(error(std::string(200, '1')), begin + messages::kPaintTooFine);
 }
 
 TEST(ThreemfProject, LetsPropertiesOfTheFileWinOverPaint) {
@@ -373,10 +369,8 @@ TEST(ThreemfProject, LetsPropertiesOfTheFileWinOverPaint) {
     EXPECT_EQ(look_of(source, 0).name, "red");
     EXPECT_EQ(look_of(source, 1).name, "extruder 2");
     EXPECT_EQ(look_of(source, 4).name, "red");
-    EXPECT_EQ(told(source),
-              "paint on parts of triangles that have colours of their corners, too (1, a.3mf: "
-              "object `cube`); "
-              "remove one of them\n");
+    EXPECT_EQ(told(source), told_line(messages::kPaintAndColours, "1, a.3mf: object `cube`",
+                                      messages::kPaintAndColoursHelp));
 }
 
 TEST(ThreemfProject, TellsOfPaintForTheSlicer) {
@@ -387,10 +381,9 @@ TEST(ThreemfProject, TellsOfPaintForTheSlicer) {
                 {R"(paint_supports="4")", R"(paint_seam="8")", R"(paint_fuzzy_skin="4")", ""}) +
             "</object>",
         kBuildItem)));
-    const std::string why =
-        " (1, object `cube`); they say how a filament printer prints the part\n";
-    EXPECT_EQ(told(source), "painted supports of a slicer" + why + "painted seams of a slicer" +
-                                why + "painted fuzzy skin of a slicer" + why);
+    const std::string why = told_line("", "1, object `cube`", messages::kPaintForFilaments);
+    EXPECT_EQ(told(source), messages::kPaintedSupports + why + messages::kPaintedSeams + why +
+                                messages::kPaintedFuzzySkin + why);
 }
 
 TEST(ThreemfProject, ReadsWhatObjectsAreForInCura) {
@@ -415,14 +408,13 @@ TEST(ThreemfProject, ReadsWhatObjectsAreForInCura) {
             R"(<item objectid="1"/><item objectid="2"/><item objectid="3"/><item objectid="4"/><item objectid="5"/><item objectid="6"/>)"),
         {{"Cura/preferences.cfg", "[general]"}}));
     EXPECT_EQ(bodies(source), "o1: part of 1000 mm3, extruder 2, in 0\n");
-    const std::string why = "); they only say something to the slicer\n";
-    EXPECT_EQ(told(source),
-              "settings of a slicer (1, Cura/preferences.cfg); colours of filaments are not read "
-              "from there; choose materials in the world\nmeshes that change the settings of "
-              "others (Cura) (1, object `o2`" +
-                  why + "meshes that change the infill (Cura) (1, object `o3`" + why +
-                  "support blockers (Cura) (1, object `o4`" + why +
-                  "meshes for supports (Cura) (2, object `o5`" + why);
+    const std::string why = messages::kOnlyForTheSlicer;
+    EXPECT_EQ(told(source), told_line(messages::kSlicerSettings, "1, Cura/preferences.cfg",
+                                      messages::kFilamentColours) +
+                                told_line(messages::kSettingsMeshesOfCura, "1, object `o2`", why) +
+                                told_line(messages::kInfillMeshesOfCura, "1, object `o3`", why) +
+                                told_line(messages::kSupportBlockersOfCura, "1, object `o4`", why) +
+                                told_line(messages::kSupportMeshesOfCura, "2, object `o5`", why));
 }
 
 }  // namespace

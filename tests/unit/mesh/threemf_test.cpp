@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "mesh/read/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/threemf_package.h"
 
 namespace openfab::mesh {
@@ -89,12 +91,11 @@ TEST(Threemf, MakesABodyOfEachPlacedObject) {
     EXPECT_EQ(&body_of(source, 12), &source.bodies[1]);
     EXPECT_EQ(source.groups[source.face_groups[0]].names,
               (std::vector<std::string>{"pair", "box"}));
-    EXPECT_EQ(
-        told(source),
-        "objects of type `support` (1, object 2); objects of type `model` are printed; change the "
-        "type if this is a part\n"
-        "pictures that the file does not define (1, 3D/3dmodel.model, group 7); export the file "
-        "again with its textures\n");
+    EXPECT_EQ(told(source),
+              told_line(fmt::format(messages::kObjectsOfType, "support"), "1, object 2",
+                        messages::kObjectTypeHelp) +
+                  told_line(messages::kPicturesNotDefined, "1, 3D/3dmodel.model, group 7",
+                            messages::kPicturesNotDefinedHelp));
 }
 
 TEST(Threemf, ReadsColorsAndTextureCoordinates) {
@@ -145,32 +146,29 @@ std::string with(const std::string& from, const std::string& to) {
 }
 
 TEST(Threemf, NamesWhatIsWrong) {
-    EXPECT_NE(parse_error("PK but no more", "a.3mf").find("not a ZIP archive"), std::string::npos);
+    EXPECT_THAT(parse_error("PK but no more", "a.3mf"), testing::Says(messages::kNotZip));
     const std::string good = package(two_boxes());
-    EXPECT_NE(parse_error(good.substr(0, good.size() - 30), "a.3mf").find("not a ZIP archive"),
-              std::string::npos);
-    EXPECT_EQ(
-        parse_error(with("v1=\"0\"", "v1=\"8\""), "a.3mf"),
-        "a.3mf: /3D/3dmodel.model: a triangle of object 1 refers to vertex 8, but there are 8");
+    EXPECT_THAT(parse_error(good.substr(0, good.size() - 30), "a.3mf"),
+                testing::Says(messages::kNotZip));
+    EXPECT_EQ(parse_error(with("v1=\"0\"", "v1=\"8\""), "a.3mf"),
+              "a.3mf: /3D/3dmodel.model: " + fmt::format(messages::kTriangleOfNoVertex, 1, 8, 8));
     EXPECT_EQ(parse_error(with("unit=\"centimeter\"", "unit=\"cubit\""), "a.3mf"),
-              "a.3mf: /3D/3dmodel.model:2:1: unknown unit `cubit`");
-    EXPECT_NE(parse_error(with("\"m p\"", "\"m q\""), "a.3mf").find("requires the extension `q`"),
-              std::string::npos);
+              "a.3mf: /3D/3dmodel.model:2:1: " + fmt::format(messages::kUnknownUnit, "cubit"));
+    EXPECT_THAT(parse_error(with("\"m p\"", "\"m q\""), "a.3mf"),
+                testing::Says(messages::kRequiresThreemfExtension, "q"));
     EXPECT_NE(parse_error(with("</vertices>", "</vertexes>"), "a.3mf").find("mismatched tag"),
               std::string::npos);
-    EXPECT_NE(parse_error(with("<item objectid=\"3\"", "<item objectid=\"4\""), "a.3mf")
-                  .find("refers to object 4, which does not exist"),
-              std::string::npos);
-    EXPECT_NE(
-        parse_error(with("<component objectid=\"1\"/>", "<component objectid=\"3\"/>"), "a.3mf")
-            .find("nested more than 32 deep"),
-        std::string::npos);
+    EXPECT_THAT(parse_error(with("<item objectid=\"3\"", "<item objectid=\"4\""), "a.3mf"),
+                testing::Says(messages::kNoSuchObject, 4));
+    EXPECT_THAT(
+        parse_error(with("<component objectid=\"1\"/>", "<component objectid=\"3\"/>"), "a.3mf"),
+        testing::Says(messages::kNestedTooDeep, 32));
     EXPECT_NE(parse_error(with("<model ", "<!DOCTYPE model [<!ENTITY a \"b\">]><model "), "a.3mf")
                   .find("a document type"),
               std::string::npos);
     std::string damaged = good;
     damaged[damaged.find("3D/3dmodel.model") + 200] ^= 0x55;
-    EXPECT_NE(parse_error(damaged, "a.3mf").find("is damaged"), std::string::npos);
+    EXPECT_THAT(parse_error(damaged, "a.3mf"), testing::Says(messages::kEntryDamaged));
 }
 
 TEST(Threemf, ComponentsThatMultiplyAreRefused) {
@@ -181,8 +179,8 @@ TEST(Threemf, ComponentsThatMultiplyAreRefused) {
             R"(<object id="{0}"><components><component objectid="{1}"/><component objectid="{1}"/></components></object>)",
             i, i - 1);
     model += R"(</resources><build><item objectid="130"/></build></model>)";
-    EXPECT_NE(parse_error(package(model), "a.3mf").find("more than 100000 objects are placed"),
-              std::string::npos);
+    EXPECT_THAT(parse_error(package(model), "a.3mf"),
+                testing::Says(messages::kTooManyObjects, 100000));
 }
 
 TEST(Threemf, SurvivesDamage) {

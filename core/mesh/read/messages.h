@@ -1,0 +1,14 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// The texts of messages.def and of threemf_messages.def as constants; `fmt::format(messages::kName, …)` checks what they take.
+
+namespace openfab::mesh::messages {
+
+#define OPENFAB_MESSAGE(name, text) inline constexpr char name[] = text;
+#include "mesh/read/messages.def"
+#include "mesh/read/threemf_messages.def"
+#undef OPENFAB_MESSAGE
+
+}  // namespace openfab::mesh::messages
