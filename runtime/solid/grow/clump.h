@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -126,6 +127,10 @@ class ClumpSource {
     virtual bool has_bodies() const { return false; }
     /// As of a Solid, of what bodies are made of.
     virtual Result<void> status() const { return {}; }
+    /// Returns an error of the user's, with the place that this was made of.
+    virtual Error complaint(const std::string& what, const std::string& help) const {
+        return user_error(what, help);
+    }
     virtual void set_stop(const std::atomic<bool>* /*stop*/) const {}
     /// Takes a budget, of which bodies may need a part; returns the rest, for clumps.
     virtual size_t share_bytes(size_t bytes) const { return bytes; }

@@ -12,6 +12,8 @@ namespace {
 
 /// Voxels along x of a tile that is gathered at once, in strips of BeamCoverage::kLargest rows.
 constexpr int32_t kGathered = 128;
+/// Beams of a tile that is not halved: its tree stays in the caches of the processor, and threads need little memory.
+constexpr size_t kFew = size_t{1} << 14;
 
 }  // namespace
 
@@ -29,34 +31,52 @@ void GrowCoverage::cover(int32_t slab, const Columns& columns, const std::atomic
         for (int32_t x = columns.x0; x < columns.x1; x += kGathered) {
             if (grown_.failed() || (stop != nullptr && stop->load(std::memory_order_relaxed)))
                 return;
-            const Columns tile{x, y, std::min(x + kGathered, columns.x1),
-                               std::min(y + BeamCoverage::kLargest, columns.y1)};
-            const Vec3i lowest = Vec3i{x, y, kSlabSlices * slab} - base_;
-            Box3f box = frame_.box(
-                lowest, lowest + Vec3i{kGathered - 1, BeamCoverage::kLargest - 1, kSlabSlices - 1});
-            const float margin = grown_.slack(box.hi, 0);
-            box.lo = box.lo - Vec3f{margin, margin, margin};
-            box.hi = box.hi + Vec3f{margin, margin, margin};
-            tools->gathered.clear();
-            grown_.collect(box, &tools->gathered);
-            if (tools->gathered.beams.empty()) continue;
-            tools->local.set(tools->gathered, grown_.center(), nullptr);
-            if (!tools->local.empty()) {
-                BeamCoverage(tools->local.tree(), frame_, box_, base_)
-                    .cover(slab, tile, stop, &tools->of_beams, out);
-            }
-            if (!tools->gathered.bodies.empty()) {
-                std::vector<BodyBox> bodies;
-                for (const GrownBeam& place : tools->gathered.beams) {
-                    if (place.body >= 0)
-                        bodies.push_back({&tools->gathered.bodies[static_cast<size_t>(place.body)],
-                                          {place.end[0], place.end[1]}});
-                }
-                for (int32_t left = tile.x0; left < tile.x1; left += BeamCoverage::kLargest)
-                    cover_bodies(slab, {left, tile.y0}, BeamCoverage::kLargest, bodies, tile, out);
-            }
+            cover_tile(slab,
+                       {x, y, std::min(x + kGathered, columns.x1),
+                        std::min(y + BeamCoverage::kLargest, columns.y1)},
+                       stop, tools, out);
         }
     }
+}
+
+/// Halves a tile where beams crowd.
+void GrowCoverage::cover_tile(int32_t slab, const Columns& tile, const std::atomic<bool>* stop,
+                              Tools* tools, voxel::SlabMask* out) const {
+    const int32_t width = tile.x1 - tile.x0, height = tile.y1 - tile.y0;
+    const Vec3i lowest = Vec3i{tile.x0, tile.y0, kSlabSlices * slab} - base_;
+    Box3f box = frame_.box(lowest, lowest + Vec3i{width - 1, height - 1, kSlabSlices - 1});
+    const float margin = grown_.slack(box.hi, 0);
+    box.lo = box.lo - Vec3f{margin, margin, margin};
+    box.hi = box.hi + Vec3f{margin, margin, margin};
+    tools->gathered.clear();
+    if (width <= 8 && height <= 8) {
+        grown_.collect(box, &tools->gathered);
+    } else if (!grown_.collect_few(box, kFew, &tools->gathered) && !grown_.failed()) {
+        const auto half = [](int32_t side) { return (side / 2 + 7) & ~7; };
+        Columns one = tile, other = tile;
+        if (width >= height) {
+            one.x1 = other.x0 = tile.x0 + half(width);
+        } else {
+            one.y1 = other.y0 = tile.y0 + half(height);
+        }
+        cover_tile(slab, one, stop, tools, out);
+        return cover_tile(slab, other, stop, tools, out);
+    }
+    if (tools->gathered.beams.empty()) return;
+    tools->local.set(tools->gathered, grown_.center(), nullptr);
+    if (!tools->local.empty()) {
+        BeamCoverage(tools->local.tree(), frame_, box_, base_)
+            .cover(slab, tile, stop, &tools->of_beams, out);
+    }
+    if (tools->gathered.bodies.empty()) return;
+    std::vector<BodyBox> bodies;
+    for (const GrownBeam& place : tools->gathered.beams) {
+        if (place.body >= 0)
+            bodies.push_back({&tools->gathered.bodies[static_cast<size_t>(place.body)],
+                              {place.end[0], place.end[1]}});
+    }
+    for (int32_t left = tile.x0; left < tile.x1; left += BeamCoverage::kLargest)
+        cover_bodies(slab, {left, tile.y0}, BeamCoverage::kLargest, bodies, tile, out);
 }
 
 /// In tiles that are halved while a body's box touches them.

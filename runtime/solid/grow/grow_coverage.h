@@ -31,6 +31,8 @@ class GrowCoverage {
     };
     void cover(int32_t slab, const Columns& columns, const std::atomic<bool>* stop, Tools* tools,
                voxel::SlabMask* out) const;
+    void cover_tile(int32_t slab, const Columns& tile, const std::atomic<bool>* stop, Tools* tools,
+                    voxel::SlabMask* out) const;
     struct BodyBox {
         const GrownBody* body;
         Box3f box;  ///< part space

@@ -317,6 +317,15 @@ class GrowEngine final : public nearest::Engine {
         oldest->key = key;
         oldest->used = ++mine->uses;
         take(mine->gathered, oldest);
+        // Where beams crowd, few regions are kept.
+        size_t kept = 0;
+        for (const GrowScratch::Region& region : mine->regions)
+            kept += region.beams.size();
+        for (GrowScratch::Region& region : mine->regions) {
+            if (kept <= GrowScratch::kMostKept || &region == oldest) continue;
+            kept -= region.beams.size();
+            region = {};
+        }
         return oldest;
     }
 

@@ -34,6 +34,7 @@ class GrowScratch final : public nearest::Engine::Scratch {
         std::unique_ptr<nearest::Engine::Scratch> scratch;
     };
     static constexpr size_t kRegions = 8;
+    static constexpr size_t kMostKept = size_t{1} << 16;  ///< beams of all, but for the last
     std::array<Region, kRegions> regions;
     Region around;            ///< of a block, with those that do not touch it
     Region* asked = nullptr;  ///< that the last block was answered by

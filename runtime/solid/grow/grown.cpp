@@ -16,6 +16,8 @@ namespace {
 
 /// Beams of one tile of voxels; more are finer than the voxels by far.
 constexpr size_t kMostGathered = size_t{1} << 19;
+/// What is looked through for them; more takes seconds a tile, and is mostly a rule that never ends.
+constexpr size_t kMostOpened = size_t{1} << 23;
 constexpr size_t kShards = 4;  // few: a clump may be large
 
 /// Returns the signed distance of a point to a box: nothing in the box has a lesser one.
@@ -176,10 +178,21 @@ bool Grown::visit(const Clump& clump, const Reaches& reaches, const Open& open_b
     return true;
 }
 
+void Grown::note_crowd(const Bud& last) const {
+    const Vec3f at = last.bound.center();
+    note(source_->complaint(
+        fmt::format("more than {} nodes have bounds that reach the same few voxels, of those that "
+                    "grow around ({:.4g}, "
+                    "{:.4g}, {:.4g}) mm on level {}",
+                    kMostOpened, at.x, at.y, at.z, last.level + 1),
+        "let `children` become 0 where beams are smaller than voxels, and give nodes a tighter "
+        "`reach` or `box`"));
+}
+
 /// Returns whether these are too many for one place, after an error.
 bool Grown::full(size_t beams, const GrownBeam& last) const {
     if (beams < kMostGathered) return false;
-    note(user_error(
+    note(source_->complaint(
         fmt::format("more than {} beams lie within a few voxels at ({:.4g}, {:.4g}, {:.4g}) mm, on "
                     "level {}",
                     kMostGathered, last.end[0].x, last.end[0].y, last.end[0].z, last.level),
@@ -187,7 +200,7 @@ bool Grown::full(size_t beams, const GrownBeam& last) const {
     return true;
 }
 
-bool Grown::collect(const Box3f& box, bool make, GatheredBeams* out) const {
+bool Grown::collect(const Box3f& box, bool make, size_t most, GatheredBeams* out) const {
     Box3f asked;
     for (int a = 0; a < 3; ++a) {
         asked.lo[a] = std::nextafter(
@@ -198,16 +211,22 @@ bool Grown::collect(const Box3f& box, bool make, GatheredBeams* out) const {
     const Clump* root = this->root();
     if (root == nullptr) return false;
     const BeamValues values = source_->values();
-    return visit(
-        *root, [&](const Box3f& b) { return b.overlaps(asked) && !failed(); },
+    size_t opened = 0;
+    const auto few = [&] { return out->beams.size() < most; };
+    const bool all = visit(
+        *root, [&](const Box3f& b) { return b.overlaps(asked) && few() && !failed(); },
         [&](const Bud& bud, std::span<const uint32_t> state) {
-            return make ? get(bud, state) : find(bud, state);
+            ClumpPtr clump = make ? get(bud, state) : find(bud, state);
+            if (clump != nullptr) opened += clump->beams.size() + clump->buds.size();
+            if (opened > kMostOpened) note_crowd(bud);
+            return clump;
         },
         [&](const Clump& clump, size_t beam) {
-            if (box_of(clump.beams[beam]).overlaps(asked) &&
+            if (few() && box_of(clump.beams[beam]).overlaps(asked) &&
                 !full(out->beams.size(), clump.beams[beam]))
                 out->add(clump, beam, values);
         });
+    return all && few();
 }
 
 float Grown::slack(const Vec3f& p, float d) const {

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -38,10 +39,14 @@ class Grown {
     const Vec3d& center() const { return center_; }
 
     /// Appends the beams whose boxes touch a box, part-local. Nothing more after an error.
-    void collect(const Box3f& box, GatheredBeams* out) const { collect(box, true, out); }
+    void collect(const Box3f& box, GatheredBeams* out) const { collect(box, true, kNoLimit, out); }
+    /// Likewise, but ends once there are this many; returns whether there are fewer.
+    bool collect_few(const Box3f& box, size_t most, GatheredBeams* out) const {
+        return collect(box, true, most, out);
+    }
     /// Likewise, but makes no clumps; returns whether all were there.
     bool collect_kept(const Box3f& box, GatheredBeams* out) const {
-        return collect(box, false, out);
+        return collect(box, false, kNoLimit, out);
     }
     /// Appends the beams within a signed distance of a point, part-local, and a few more.
     void collect(const Vec3f& p, float limit, GatheredBeams* out) const;
@@ -72,7 +77,8 @@ class Grown {
 
     /// Returns the first clump, which is kept: all searches begin there. Null after an error.
     const Clump* root() const;
-    bool collect(const Box3f& box, bool make, GatheredBeams* out) const;
+    static constexpr size_t kNoLimit = std::numeric_limits<size_t>::max();
+    bool collect(const Box3f& box, bool make, size_t most, GatheredBeams* out) const;
     /// Returns the clump of a bud if it is kept.
     ClumpPtr find(const Bud& bud, std::span<const uint32_t> state) const;
     /// Returns it in any case; null after an error.
@@ -82,6 +88,7 @@ class Grown {
                const Take& take) const;
     void search(const Clump& clump, Search* best) const;
     bool full(size_t beams, const GrownBeam& last) const;
+    void note_crowd(const Bud& last) const;
 
     const std::unique_ptr<const ClumpSource> source_;
     const Vec3d center_;

@@ -26,6 +26,8 @@ constexpr int32_t kMostChildren = 1 << 16;
 /// Levels of a rule without a depth; deeper ones are taken for rules that never end.
 constexpr int32_t kMostLevels = 1000;
 
+constexpr const char* kLetItEnd = "let `children` become 0: `attr.level` tells how deep a node is";
+
 /// Where the members that mean something begin, in components; -1: there is none.
 struct Roles {
     int32_t end = -1, radius = -1, children = -1, reach = -1, box = -1, flat = -1;
@@ -109,6 +111,12 @@ class RuleSource final : public BodySource {
             const Vec3d at_part = p + stage.mesh->center_part_mm;
             box_.add(vec_cast<float>(at_part));
         }
+    }
+
+    Error complaint(const std::string& what, const std::string& help) const override {
+        return error_at(
+            stage_.location,
+            fmt::format("the rule `{}` of `{}`: {}", stage_.fablet->name, stage_.name, what), help);
     }
 
     BeamValues values() const override {
@@ -284,7 +292,14 @@ class RuleSource final : public BodySource {
         }
         const bool is_beam = beam.radius[0] > 0 || beam.radius[1] > 0;
         if (is_beam) {
-            if (!holds(within, box_of(beam)))
+            if (const Box3f box = box_of(beam); !holds(within, box)) {
+                if (is_lost(box, beam.level))
+                    return error(
+                        where,
+                        fmt::format("is {:.2g} mm long, {} levels deep, and outside of the "
+                                    "bounds of a node that it grows of",
+                                    box.longest_side(), beam.level),
+                        kLetItEnd);
                 return error(where,
                              fmt::format("is from {} to {} with radius {:.4g}, outside of {} to {}",
                                          text(beam.end[0]), text(beam.end[1]),
@@ -294,6 +309,7 @@ class RuleSource final : public BodySource {
                                  ? "make the world's `box_mm` larger"
                                  : "that is the box of a node that it grows of, by its `reach` or "
                                    "`box`, or the world's `box_mm`: make it larger");
+            }
             take_values(node, *level, out);
             out->beams.push_back(beam);
         }
@@ -310,7 +326,7 @@ class RuleSource final : public BodySource {
                          "let some of them grow of nodes in between");
         if (level->level >= kMostLevels)
             return error(where, fmt::format("has children, {} levels deep", level->level),
-                         "let `children` become 0: `attr.level` tells how deep a node is");
+                         kLetItEnd);
         if (Result<void> fine = bound_children(where, within, node, level); !fine) return fine;
         level->children[node] = children;
         level->nodes.push_back(node);
@@ -390,6 +406,12 @@ class RuleSource final : public BodySource {
             box.lo[a] = std::max(box.lo[a], within.lo[a]);
             box.hi[a] = std::min(box.hi[a], within.hi[a]);
         }
+        if (box.empty() && is_lost(box_of(where.beam), where.beam.level))
+            return error(where,
+                         fmt::format("has children, {} levels deep, outside of the bounds of a "
+                                     "node that it grows of",
+                                     where.beam.level),
+                         kLetItEnd);
         if (box.empty())
             return error(
                 where, fmt::format("grows outside of {} to {}", text(within.lo), text(within.hi)),
@@ -399,15 +421,22 @@ class RuleSource final : public BodySource {
         return {};
     }
 
+    /// Returns whether a box is so small, many levels deep, that its rule rather never ends than lies about its
+    /// bounds, which turns that are rounded leave at last.
+    static bool is_lost(const Box3f& box, int32_t level) {
+        constexpr int32_t kDeep = 20;
+        float largest = 0;
+        for (int a = 0; a < 3; ++a)
+            largest = std::max({largest, std::fabs(box.lo[a]), std::fabs(box.hi[a])});
+        return level >= kDeep && box.longest_side() <= largest * 0x1p-10f;
+    }
+
     Error error(const Where& where, const std::string& what, const std::string& help) const {
         const std::string who = where.beam.level == 0
                                     ? std::string("its first node")
                                     : fmt::format("child {} on level {}, at {} mm,", where.child,
                                                   where.beam.level, text(where.beam.end[0]));
-        return error_at(stage_.location,
-                        fmt::format("the rule `{}` of `{}`: {} {}", stage_.fablet->name,
-                                    stage_.name, who, what),
-                        help);
+        return complaint(fmt::format("{} {}", who, what), help);
     }
 
     const part::Part& stage_;
