@@ -7,6 +7,7 @@
 
 #include "base/near_miss.h"
 #include "world/build_reader.h"
+#include "world/messages.h"
 #include "world/transforms_file.h"
 
 namespace openfab::world {
@@ -19,8 +20,8 @@ std::vector<Placement> BuildReader::with_pieces(const JsonValue& value, const st
     if (piece == nullptr) {
         if (explode != nullptr) {
             json_.fail_at(explode->line, explode->column,
-                          fmt::format("{} has `explode_mm`, and no `piece`", what),
-                          "it moves the pieces of `\"piece\": \"all\"` apart");
+                          fmt::format(messages::kExplodeWithoutPiece, what),
+                          messages::kExplodeWithoutPieceHelp);
         }
         return {std::move(placement)};
     }
@@ -28,9 +29,8 @@ std::vector<Placement> BuildReader::with_pieces(const JsonValue& value, const st
     if (!json_.ok()) return {};
     const Object& object = world_.objects[placement.object];
     if (object.pieces == nullptr) {
-        json_.fail(piece->value,
-                   fmt::format("object `{}` has no piece `{}`: it is not cut", object.name, name),
-                   "cut it by its `pieces`, which `openfab split` finds");
+        json_.fail(piece->value, fmt::format(messages::kPieceOfUncutObject, object.name, name),
+                   messages::kPieceOfUncutObjectHelp);
         return {};
     }
     double gap = 0;
@@ -50,8 +50,8 @@ std::vector<Placement> BuildReader::with_pieces(const JsonValue& value, const st
         out.back().transform.t = pieces::apart(regions[i], gap);
     }
     if (out.empty()) {
-        json_.fail(piece->value, fmt::format("object `{}` has no piece `{}`", object.name, name),
-                   suggest(name, names) + "; `all` are all of them");
+        json_.fail(piece->value, fmt::format(messages::kNoSuchPiece, object.name, name),
+                   suggest(name, names) + messages::kAllAreAllOfThem);
     }
     return memory_for(value, out, 1) ? out : std::vector<Placement>{};
 }

@@ -14,6 +14,7 @@
 #include "base/polar.h"
 #include "base/rotation.h"
 #include "pieces/extent.h"
+#include "world/messages.h"
 #include "world/transforms_file.h"
 #include "world/uniform_values.h"
 
@@ -40,7 +41,7 @@ Vec3d one_or_three(const JsonValue& value, const std::string& what, double least
     for (size_t i = 0; i < 3 && json->ok(); ++i) {
         if (n[i] < least)
             json->fail(value.items[i], fmt::format("{} has {:.6g}", what, n[i]),
-                       fmt::format("at least {:.6g} is possible", least));
+                       fmt::format(messages::kAtLeast, least));
     }
     return {n[0], n[1], n[2]};
 }
@@ -105,10 +106,7 @@ void BuildReader::read(const JsonValue* groups, const JsonValue& build,
         std::move(item.begin(), item.end(), std::back_inserter(world_.build));
     if (written_.changed() > 0) {
         world_.warnings.push_back(
-            fmt::format("{} transforms are rotations, or have the scale of others, to the four or "
-                        "five decimals they are written with: they are taken as exact, so that "
-                        "placements share a shape",
-                        written_.changed()));
+            fmt::format(messages::kTransformsAlikeToFour, written_.changed()));
     }
 }
 
@@ -127,7 +125,7 @@ std::vector<std::vector<Placement>> BuildReader::each_item(const JsonValue& list
         json_.fail(
             list,
             fmt::format("`{}` is {}", what, list.is(Kind::kArray) ? "empty" : list.kind_name()),
-            "it must be an array of one or more placements");
+            messages::kMustBePlacements);
         return out;
     }
     size_t count = 0;
@@ -171,8 +169,8 @@ void BuildReader::arrange(const JsonValue& value, std::vector<std::vector<Placem
 bool BuildReader::room_for(const JsonValue& value, size_t count) {
     if (!json_.ok()) return false;
     if (count <= kMostPlacements) return true;
-    json_.fail(value, fmt::format("this makes {} placements", count),
-               fmt::format("at most {} are possible", kMostPlacements));
+    json_.fail(value, fmt::format(messages::kTooManyPlacements, count),
+               fmt::format(messages::kAtMost, kMostPlacements));
     return false;
 }
 
@@ -193,12 +191,10 @@ bool BuildReader::memory_for(const JsonValue& value, const std::vector<Placement
 bool BuildReader::take_memory(const JsonValue& value, double bytes) {
     made_bytes_ += bytes;
     if (made_bytes_ <= static_cast<double>(memory_bytes_)) return true;
-    json_.fail(
-        value,
-        fmt::format(
-            "the placements so far, with their uniforms, take {:.0f} MB, and {:.0f} MB are allowed",
-            made_bytes_ / 1e6, static_cast<double>(memory_bytes_) / 1e6),
-        "allow more with `--memory`");
+    json_.fail(value,
+               fmt::format(messages::kPlacementsTakeTooMuch, made_bytes_ / 1e6,
+                           static_cast<double>(memory_bytes_) / 1e6),
+               messages::kAllowMoreMemory);
     return false;
 }
 
@@ -216,16 +212,14 @@ void BuildReader::placement(const JsonValue& value, const std::string& what,
     const JsonMember* file = value.find("transforms");
     if (many != nullptr && file != nullptr) {
         return json_.fail_at(file->line, file->column,
-                             fmt::format("{} has `grid` and `transforms`", what),
-                             "it is one or the other");
+                             fmt::format(messages::kGridAndTransforms, what),
+                             messages::kOneOrTheOther);
     }
     if (many != nullptr) grid(many->value, what, &placed);
     if (file != nullptr) copies(file->value, what, &placed);
     made_ += placed.size();
     if (made_ > kMostMade)
-        return json_.fail(value, fmt::format("the groups of this world hold more than {} "
-                                             "placements, counted again in each group",
-                                             kMostMade));
+        return json_.fail(value, fmt::format(messages::kGroupsHoldTooMuch, kMostMade));
     if (!room_for(value, out->size() + placed.size())) return;
     out->insert(out->end(), std::make_move_iterator(placed.begin()),
                 std::make_move_iterator(placed.end()));
@@ -236,11 +230,11 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     const JsonMember* object = value.find("object");
     const JsonMember* of_group = value.find("group");
     if ((object != nullptr) == (of_group != nullptr)) {
-        json_.fail(value,
-                   fmt::format("{} has {}", what,
-                               object != nullptr ? "an `object` and a `group`"
-                                                 : "no `object` and no `group`"),
-                   "it places one of the two");
+        json_.fail(
+            value,
+            fmt::format("{} has {}", what,
+                        object != nullptr ? messages::kObjectAndGroup : messages::kNoObjectNoGroup),
+            messages::kNoObjectNoGroupHelp);
         return {};
     }
     const JsonMember* uniforms = value.find("uniforms");
@@ -256,7 +250,7 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     const std::string name = json_.string(object->value, fmt::format("`object` of {}", what));
     const auto found = objects_.find(name);
     if (json_.ok() && found == objects_.end())
-        json_.fail(object->value, fmt::format("no object is called `{}`", name),
+        json_.fail(object->value, fmt::format(messages::kNoSuchObject, name),
                    suggest(name, object_names(world_)));
     if (!json_.ok()) return {};
     Placement placement;
@@ -274,19 +268,18 @@ const std::vector<Placement>* BuildReader::group(const JsonValue& value, const s
         std::vector<std::string> names;
         for (const auto& [known, group] : groups_)
             names.push_back(known);
-        json_.fail(value, fmt::format("no group is called `{}`", name),
-                   names.empty() ? "the world has no `groups`" : suggest(name, names));
+        json_.fail(value, fmt::format(messages::kNoSuchGroup, name),
+                   names.empty() ? messages::kNoGroups : suggest(name, names));
         return nullptr;
     }
     Group& group = found->second;
     if (group.state == Group::kBeingRead) {
-        json_.fail(value, fmt::format("group `{}` holds itself", name));
+        json_.fail(value, fmt::format(messages::kGroupHoldsItself, name));
         return nullptr;
     }
     if (group.state == Group::kUnread) {
         if (depth_ == kDeepest) {
-            json_.fail(value,
-                       fmt::format("group `{}` is nested more than {} deep", name, kDeepest));
+            json_.fail(value, fmt::format(messages::kGroupNestedTooDeep, name, kDeepest));
             return nullptr;
         }
         ++depth_;
@@ -318,9 +311,8 @@ void BuildReader::override_group(const JsonValue& value, const std::string& what
             known == objects_.end() ? of_object.end() : of_object.find(known->second);
         if (found == of_object.end()) {
             return json_.fail_with(
-                error_at(binding.location,
-                         fmt::format("uniform `{}` of {} names no object of the group", key, what),
-                         "write `OBJECT.UNIFORM`, " + suggest(object, names)));
+                error_at(binding.location, fmt::format(messages::kUniformOfNoObject, key, what),
+                         messages::kUniformOfNoObjectHelp + suggest(object, names)));
         }
         if (!take_memory(value, static_cast<double>(binding_bytes(key, binding)) *
                                     static_cast<double>(found->second.size())))
@@ -340,8 +332,8 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
         const JsonMember* p = value.find(key);
         if (p == nullptr) continue;
         if (matrix != nullptr) {
-            json_.fail_at(p->line, p->column, fmt::format("{} has `matrix` and `{}`", what, key),
-                          "it is one or the other");
+            json_.fail_at(p->line, p->column, fmt::format(messages::kMatrixAndOther, what, key),
+                          messages::kOneOrTheOther);
             return out;
         }
         const std::string name = fmt::format("`{}` of {}", key, what);
@@ -369,9 +361,8 @@ BuildReader::Local BuildReader::transform(const JsonValue& value, const std::str
     if (const JsonMember* p = value.find("on_bed")) {
         out.on_bed = json_.boolean(p->value, fmt::format("`on_bed` of {}", what));
         if (out.on_bed && height_given && matrix == nullptr)
-            json_.fail(p->value,
-                       fmt::format("{} has a height in `translate_mm` and is `on_bed`", what),
-                       "give `translate_mm` two numbers");
+            json_.fail(p->value, fmt::format(messages::kHeightAndOnBed, what),
+                       messages::kHeightAndOnBedHelp);
     }
     if (!json_.ok()) return out;
     if (const Result<PolarFactors> polar = polar_factors(out.transform.m); !polar)
@@ -389,8 +380,7 @@ Affine3d BuildReader::matrix(const JsonValue& value, const std::string& what) {
                 n.push_back(v);
         }
     } else {
-        n = json_.numbers(value, what + " (3 rows of 4, or 12 numbers row by row)", 12,
-                          kFarthest_mm);
+        n = json_.numbers(value, what + messages::kRowsOfMatrix, 12, kFarthest_mm);
     }
     return affine_of_rows(n);
 }
@@ -404,9 +394,7 @@ void BuildReader::grid(const JsonValue& value, const std::string& what,
     const JsonMember* spacing = value.find("spacing_mm");
     const JsonMember* step = value.find("step_mm");
     if ((spacing != nullptr) == (step != nullptr)) {
-        return json_.fail(value, fmt::format("{} needs `spacing_mm` (the gap between copies) or "
-                                             "`step_mm` (from one copy to the next), not both",
-                                             name));
+        return json_.fail(value, fmt::format(messages::kGridNeedsSpacing, name));
     }
     const JsonValue& counts = value.find("count")->value;
     const bool three = counts.is(Kind::kArray) && counts.items.size() == 3;
@@ -476,10 +464,7 @@ Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& pla
     Box3d out;
     for (const Placement& p : placements) {
         if (looked_at_ > kMostLookedAt) {
-            json_.fail(
-                value,
-                "the placements of this build depend on the boxes of too many rotated meshes",
-                "rotate more of them alike, or place them by a `translate_mm` of three numbers");
+            json_.fail(value, messages::kTooManyRotatedMeshes, messages::kTooManyRotatedMeshesHelp);
             break;
         }
         const Box3d& turned = turned_box(p);

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <system_error>
 
+#include "world/messages.h"
+
 namespace openfab::world {
 
 Result<std::vector<std::filesystem::path>> fablet_sources(const World& world,
@@ -16,14 +18,13 @@ Result<std::vector<std::filesystem::path>> fablet_sources(const World& world,
         std::error_code ignored;
         if (!std::filesystem::exists(ref.source, ignored)) {
             return error_at(ref.source_location,
-                            fmt::format("the source `{}` of fablet `{}` does not exist",
-                                        ref.source.string(), name),
-                            "paths count from the world's folder");
+                            fmt::format(messages::kNoSuchSource, ref.source.string(), name),
+                            messages::kPathsCountFromWorld);
         }
         if (std::find(files.begin(), files.end(), ref.source) == files.end())
             files.push_back(ref.source);
     }
-    if (files.empty()) return user_error(fmt::format("{}: the world has no fablets", input));
+    if (files.empty()) return user_error(fmt::format(messages::kNoFablets, input));
     return files;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/near_miss.h"
+#include "world/messages.h"
 
 namespace openfab::world {
 
@@ -20,19 +21,19 @@ void JsonReader::fail_with(const Error& error) {
 
 bool JsonReader::object(const JsonValue& value, const KeySet& set, const std::string& what) {
     if (!value.is(JsonValue::Kind::kObject)) {
-        fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be an object");
+        fail(value, fmt::format("{} is {}", what, value.kind_name()), messages::kMustObject);
         return false;
     }
     const std::vector<std::string> known(set.keys.begin(), set.keys.end());
     for (const JsonMember& member : value.members) {
         if (std::find(known.begin(), known.end(), member.key) != known.end()) continue;
-        fail_at(member.line, member.column, fmt::format("unknown key `{}` in {}", member.key, what),
+        fail_at(member.line, member.column, fmt::format(messages::kUnknownKey, member.key, what),
                 suggest(member.key, known));
         return false;
     }
     for (std::string_view key : set.required) {
         if (value.find(key) != nullptr) continue;
-        fail(value, fmt::format("{} has no `{}`", what, key), "it is required");
+        fail(value, fmt::format(messages::kKeyMissing, what, key), messages::kIsRequired);
         return false;
     }
     return true;
@@ -40,22 +41,20 @@ bool JsonReader::object(const JsonValue& value, const KeySet& set, const std::st
 
 bool JsonReader::named_things(const JsonValue& value, const std::string& key) {
     if (!value.is(JsonValue::Kind::kObject)) {
-        fail(value, fmt::format("`{}` is {}", key, value.kind_name()),
-             "it must be an object of names");
+        fail(value, fmt::format("`{}` is {}", key, value.kind_name()), messages::kMustObjectNames);
         return false;
     }
     for (const JsonMember& member : value.members) {
         if (member.key.empty()) {
-            fail_at(member.line, member.column, fmt::format("an empty name in `{}`", key),
-                    "give it one");
+            fail_at(member.line, member.column, fmt::format(messages::kEmptyName, key),
+                    messages::kEmptyNameHelp);
             return false;
         }
         // Messages and stored locations repeat it.
         constexpr size_t kLongest = 1000;
         if (member.key.size() > kLongest) {
             fail_at(member.line, member.column,
-                    fmt::format("a name of {} bytes in `{}`; at most {} are possible",
-                                member.key.size(), key, kLongest));
+                    fmt::format(messages::kNameTooLong, member.key.size(), key, kLongest));
             return false;
         }
     }
@@ -64,25 +63,25 @@ bool JsonReader::named_things(const JsonValue& value, const std::string& key) {
 
 std::string JsonReader::string(const JsonValue& value, const std::string& what) {
     if (value.is(JsonValue::Kind::kString)) return value.text;
-    fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be a string");
+    fail(value, fmt::format("{} is {}", what, value.kind_name()), messages::kMustString);
     return {};
 }
 
 bool JsonReader::boolean(const JsonValue& value, const std::string& what) {
     if (value.is(JsonValue::Kind::kBool)) return value.boolean;
-    fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be true or false");
+    fail(value, fmt::format("{} is {}", what, value.kind_name()), messages::kMustTrueFalse);
     return false;
 }
 
 double JsonReader::number(const JsonValue& value, const std::string& what, double least,
                           double most) {
     if (!value.is(JsonValue::Kind::kNumber)) {
-        fail(value, fmt::format("{} is {}", what, value.kind_name()), "it must be a number");
+        fail(value, fmt::format("{} is {}", what, value.kind_name()), messages::kMustNumber);
         return least;
     }
     if (!(value.number >= least && value.number <= most)) {
         fail(value, fmt::format("{} is {:.6g}", what, value.number),
-             fmt::format("it must be between {:.6g} and {:.6g}", least, most));
+             fmt::format(messages::kMustBetween, least, most));
         return least;
     }
     return value.number;
@@ -92,7 +91,7 @@ int32_t JsonReader::integer(const JsonValue& value, const std::string& what, int
                             int32_t most) {
     const double number = this->number(value, what, least, most);
     if (number != std::floor(number)) {
-        fail(value, fmt::format("{} is {:.6g}", what, number), "it must be a whole number");
+        fail(value, fmt::format("{} is {:.6g}", what, number), messages::kMustWholeNumber);
         return least;
     }
     return static_cast<int32_t>(number);
@@ -103,10 +102,10 @@ std::vector<double> JsonReader::numbers(const JsonValue& value, const std::strin
     std::vector<double> out(count);
     if (!value.is(JsonValue::Kind::kArray) || value.items.size() != count) {
         const std::string found = value.is(JsonValue::Kind::kArray)
-                                      ? fmt::format("an array of {}", value.items.size())
+                                      ? fmt::format(messages::kArrayOf, value.items.size())
                                       : value.kind_name();
         fail(value, fmt::format("{} is {}", what, found),
-             fmt::format("it must be an array of {} numbers", count));
+             fmt::format(messages::kMustArrayNumbers, count));
         return out;
     }
     for (size_t i = 0; i < count; ++i) {
@@ -125,8 +124,8 @@ std::array<uint8_t, 4> JsonReader::color(const JsonValue& value, const std::stri
                         text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
     if (!digits) {
         fail(value, fmt::format("{} is `{}`", what, text),
-             fmt::format("write it as {}",
-                         alpha ? "#rrggbb or #rrggbbaa" : "#rrggbb (it is opaque)"));
+             fmt::format(messages::kWriteItAs,
+                         alpha ? messages::kColourForms : messages::kOpaqueColourForm));
         return out;
     }
     for (size_t i = 0; i * 2 + 1 < text.size(); ++i) {

@@ -10,6 +10,7 @@
 
 #include "base/near_miss.h"
 #include "pieces/extent.h"
+#include "world/messages.h"
 
 namespace openfab::world {
 
@@ -51,8 +52,8 @@ class PiecesReader {
     std::optional<Vec3d> direction(const JsonMember* m, const std::string& what) {
         const std::optional<Vec3d> v = vector(m, what);
         if (v && !(length(*v) > 1e-9)) {
-            json_.fail(m->value, fmt::format("`{}` of {} is no direction", m->key, what),
-                       "one of its numbers must not be 0");
+            json_.fail(m->value, fmt::format(messages::kNoDirection, m->key, what),
+                       messages::kNoDirectionHelp);
             return std::nullopt;
         }
         return v;
@@ -67,7 +68,7 @@ class PiecesReader {
 
     double needed(const JsonValue& value, const char* key, const std::string& what) {
         if (value.find(key) == nullptr) {
-            json_.fail(value, fmt::format("{} has no `{}`", what, key), "it is required");
+            json_.fail(value, fmt::format(messages::kKeyMissing, what, key), messages::kIsRequired);
             return 1;
         }
         return length_of(value, key, what, 1e-3, 0);
@@ -77,7 +78,7 @@ class PiecesReader {
     int32_t node(const JsonValue& value, const std::string& what, const std::string& path) {
         if (!json_.object(value, world_keys("cut"), what)) return -1;
         if (tree_.cuts.size() == kMostCuts) {
-            json_.fail(value, fmt::format("more than {} cuts", kMostCuts));
+            json_.fail(value, fmt::format(messages::kTooManyCuts, kMostCuts));
             return -1;
         }
         const size_t index = tree_.cuts.size();
@@ -110,12 +111,12 @@ class PiecesReader {
         const std::string name =
             m == nullptr ? path : json_.string(m->value, fmt::format("`{}` of {}", m->key, what));
         if (m != nullptr && (name.empty() || name == "all" || name.starts_with("dowel "))) {
-            json_.fail(m->value, fmt::format("a piece cannot be called `{}`", name),
-                       "`all` are all pieces, and dowels are numbered");
+            json_.fail(m->value, fmt::format(messages::kPieceCannotBeCalled, name),
+                       messages::kPieceCannotBeCalledHelp);
         }
         if (!names_.insert(name).second && m != nullptr)
-            json_.fail(m->value, fmt::format("two pieces are called `{}`", name),
-                       "give one of them another name");
+            json_.fail(m->value, fmt::format(messages::kTwoPiecesOfName, name),
+                       messages::kTwoPiecesOfNameHelp);
         tree_.pieces.push_back(name);
         return ~static_cast<int32_t>(tree_.pieces.size() - 1);
     }
@@ -126,11 +127,11 @@ class PiecesReader {
         if (m == nullptr || !json_.ok()) return nullptr;
         if (!m->value.is(Kind::kArray)) {
             json_.fail(m->value, fmt::format("`{}` of {} is {}", key, what, m->value.kind_name()),
-                       "it must be an array");
+                       messages::kMustArray);
             return nullptr;
         }
         if (m->value.items.size() > kMostOnCut) {
-            json_.fail(m->value, fmt::format("more than {} in `{}`", kMostOnCut, key));
+            json_.fail(m->value, fmt::format(messages::kMoreThanInList, kMostOnCut, key));
             return nullptr;
         }
         return &m->value.items;
@@ -152,17 +153,17 @@ class PiecesReader {
             const JsonMember* m = value.find(kKinds[i]);
             if (m == nullptr) continue;
             if (kind != nullptr) {
-                return json_.fail_at(m->line, m->column,
-                                     fmt::format("{} is a {} and a {}", what, kind->key, m->key),
-                                     "it is one of them, and its position");
+                return json_.fail_at(
+                    m->line, m->column,
+                    fmt::format(messages::kTwoConnectorsInOne, what, kind->key, m->key),
+                    messages::kTwoConnectorsInOneHelp);
             }
             kind = m;
             c.kind = static_cast<Connector::Kind>(i);
         }
         if (kind == nullptr) {
-            return json_.fail(value, fmt::format("{} is no connector", what),
-                              "give it a `peg`, `dowel`, `dovetail` or `magnet` with a position of "
-                              "three numbers, in mm of the mesh");
+            return json_.fail(value, fmt::format(messages::kNoConnector, what),
+                              messages::kNoConnectorHelp);
         }
         const bool dovetail = c.kind == Connector::Kind::kDovetail;
         const bool given = dovetail || c.kind == Connector::Kind::kPeg;
@@ -182,8 +183,8 @@ class PiecesReader {
             c.along = *along;
             if (length(cross(c.along, cut->normal)) < 1e-6 * length(c.along)) {
                 json_.fail(value.find("along")->value,
-                           fmt::format("`along` of {} is at a right angle to the cut", what),
-                           "a dovetail runs in the plane of the cut");
+                           fmt::format(messages::kAlongAtRightAngle, what),
+                           messages::kAlongAtRightAngleHelp);
             }
         }
         c.run_mm = length_of(value, "run_mm", what, 1e-3, c.run_mm);
@@ -195,7 +196,7 @@ class PiecesReader {
             for (const Material& material : world_.materials)
                 names.push_back(material.name);
             if (json_.ok() && std::find(names.begin(), names.end(), c.material) == names.end())
-                json_.fail(m->value, fmt::format("no material is called `{}`", c.material),
+                json_.fail(m->value, fmt::format(messages::kNoSuchMaterial, c.material),
                            suggest(c.material, names));
         }
         cut->connectors.push_back(std::move(c));
@@ -207,7 +208,8 @@ class PiecesReader {
             const JsonMember* m = value.find(key);
             if (m != nullptr) {
                 json_.fail_at(m->line, m->column,
-                              fmt::format("{}: a {} has no `{}`", what, kind, key), "leave it out");
+                              fmt::format(messages::kConnectorWithoutKey, what, kind, key),
+                              messages::kLeaveItOut);
             }
         }
     }
@@ -282,14 +284,8 @@ void check_pieces_hold_something(const mesh::Mesh& mesh, const ObjectPieces& pie
             lo = std::min(lo, at), hi = std::max(hi, at);
         }
         json->fail_with(error_at(
-            last.location,
-            fmt::format(
-                "piece `{}` of {} is empty: this cut, at {:.6g} mm along its normal, misses "
-                "what the cuts before it left",
-                region.name, what, last.offset_mm),
-            fmt::format("the mesh lies between {:.6g} and {:.6g} mm there; move `at_mm`, or remove "
-                        "the cut",
-                        lo, hi)));
+            last.location, fmt::format(messages::kPieceEmpty, region.name, what, last.offset_mm),
+            fmt::format(messages::kPieceEmptyHelp, lo, hi)));
         return;
     }
 }

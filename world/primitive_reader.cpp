@@ -9,6 +9,7 @@
 
 #include "mesh/model/primitives.h"
 #include "mesh/model/sweeps.h"
+#include "world/messages.h"
 #include "world/world_keys.h"
 
 namespace openfab::world {
@@ -42,20 +43,16 @@ const SizedPrimitive kSized[] = {
     {"cylinder", 2, 0, nullptr, [](const Sizes& s) { return mesh::make_cylinder(s[0], s[1]); }},
     {"plane", 2, 0, nullptr, [](const Sizes& s) { return mesh::make_plane(s[0], s[1]); }},
     {"cone", 3, 2,
-     [](const Sizes& s) {
-         return s[0] == 0 && s[1] == 0 ? Fault{" has no diameter above 0 mm"} : Fault{};
-     },
+     [](const Sizes& s) { return s[0] == 0 && s[1] == 0 ? Fault{messages::kNoDiameter} : Fault{}; },
      [](const Sizes& s) { return mesh::make_cone(s[0], s[1], s[2]); }},
     {"torus", 2, 0,
-     [](const Sizes& s) {
-         return s[1] < s[0] ? Fault{} : Fault{" has a section as wide as its ring, or wider"};
-     },
+     [](const Sizes& s) { return s[1] < s[0] ? Fault{} : Fault{messages::kSectionTooWide}; },
      [](const Sizes& s) { return mesh::make_torus(s[0], s[1]); }},
     {"capsule", 2, 0,
      [](const Sizes& s) {
-         return s[1] < s[0] ? Fault{" is shorter than its diameter",
-                                    "give the diameter, then the length with both ends"}
-                            : Fault{};
+         return s[1] < s[0]
+                    ? Fault{messages::kShorterThanDiameter, messages::kShorterThanDiameterHelp}
+                    : Fault{};
      },
      [](const Sizes& s) { return mesh::make_capsule(s[0], s[1]); }},
 };
@@ -81,7 +78,7 @@ class PrimitiveReader {
         Sizes out = json_.numbers(value, name, row.count, kLargestPrimitive_mm);
         for (size_t i = 0; i < row.count && json_.ok(); ++i) {
             if (!(out[i] > 0 || (i < row.may_be_zero && out[i] == 0)))
-                json_.fail(value.items[i], name + " has a size that is not above 0 mm");
+                json_.fail(value.items[i], name + messages::kSizeNotAboveZero);
         }
         return out;
     }
@@ -89,7 +86,7 @@ class PrimitiveReader {
     mesh::Outline outline(const JsonValue& value, const std::string& name) {
         mesh::Outline out;
         if (value.kind != JsonValue::Kind::kArray)
-            json_.fail(value, name + " is not a polygon", "write [[x, y], [x, y], [x, y]] in mm");
+            json_.fail(value, name + messages::kNotAPolygon, messages::kNotAPolygonHelp);
         for (const JsonValue& corner : value.items) {
             if (!json_.ok()) break;
             const std::vector<double> p =
@@ -103,8 +100,8 @@ class PrimitiveReader {
         if (!json_.object(value, world_keys("extrusion"), name)) return {};
         const JsonValue& polygons = value.find("polygons")->value;
         if (polygons.kind != JsonValue::Kind::kArray || polygons.items.empty()) {
-            json_.fail(polygons, "`polygons` of " + name + " is not an array of polygons",
-                       "write [[[x, y], [x, y], [x, y]]] in mm; one within another is a hole");
+            json_.fail(polygons, "`polygons` of " + name + messages::kNotPolygons,
+                       messages::kNotPolygonsHelp);
             return {};
         }
         std::vector<mesh::Outline> outlines;
@@ -120,8 +117,8 @@ class PrimitiveReader {
         mesh::Outline polygon = outline(value, name);
         for (size_t i = 0; i < polygon.size() && json_.ok(); ++i) {
             if (polygon[i].x < 0) {
-                json_.fail(value.items[i], name + " has a corner beyond the axis",
-                           "give [distance from the axis, z], the distance 0 or more");
+                json_.fail(value.items[i], name + messages::kCornerBeyondAxis,
+                           messages::kCornerBeyondAxisHelp);
             }
         }
         if (!check({polygon}, value, name)) return {};

@@ -7,6 +7,7 @@
 #include "base/json.h"
 #include "base/near_miss.h"
 #include "world/json_reader.h"
+#include "world/messages.h"
 #include "world/printer_profiles.h"
 
 namespace openfab::world {
@@ -37,13 +38,13 @@ void read_unknown(const JsonValue& root, JsonReader* json, Printer* out) {
     if (list == nullptr) return;
     if (!list->value.is(JsonValue::Kind::kObject)) {
         return json->fail(list->value,
-                          fmt::format("`unknown` is {}, not an object", list->value.kind_name()),
-                          "give it as {\"layer_time_s\": \"why it is not known\"}");
+                          fmt::format(messages::kUnknownNoObject, list->value.kind_name()),
+                          messages::kUnknownNoObjectHelp);
     }
     for (const JsonMember& entry : list->value.members) {
         if (root.find(entry.key) != nullptr) {
             json->fail_at(entry.line, entry.column,
-                          fmt::format("`{}` is given and unknown at once", entry.key));
+                          fmt::format(messages::kGivenAndUnknown, entry.key));
         }
         out->unknown.emplace_back(entry.key,
                                   json->string(entry.value, "`" + entry.key + "` of `unknown`"));
@@ -58,8 +59,7 @@ void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     const bool no_dpi = is_unknown(*out, "dpi"), no_layer = is_unknown(*out, "layer_um");
     const bool plane = dpi != nullptr || no_dpi, thickness = layer != nullptr || no_layer;
     if ((pitch != nullptr) == plane || plane != thickness) {
-        return json->fail(root, "the printer's pitch is not clear",
-                          "give `pitch_mm`, or `dpi` and `layer_um`");
+        return json->fail(root, messages::kPitchNotClear, messages::kPitchNotClearHelp);
     }
     if (pitch != nullptr) {
         const std::vector<double> n = json->numbers(pitch->value, "`pitch_mm`", 3, 1000);
@@ -78,7 +78,7 @@ void read_pitch(const JsonValue& root, JsonReader* json, Printer* out) {
     for (int axis = 0; axis < 3; ++axis) {
         if (pitch == nullptr && (axis == 2 ? no_layer : no_dpi)) continue;
         if (!(out->pitch_mm[axis] >= 1e-6 && out->pitch_mm[axis] <= 1000)) {
-            json->fail(culprit, "a pitch is not between 1e-6 and 1000 mm");
+            json->fail(culprit, messages::kPitchOutside);
         }
     }
 }
@@ -90,7 +90,7 @@ void read_list(const JsonValue& root, std::string_view key, JsonReader* json, Re
     if (list == nullptr) return;
     if (!list->value.is(JsonValue::Kind::kArray)) {
         return json->fail(list->value,
-                          fmt::format("`{}` is {}, not an array", key, list->value.kind_name()));
+                          fmt::format(messages::kNotAnArray, key, list->value.kind_name()));
     }
     for (const JsonValue& item : list->value.items)
         read(item);
@@ -125,8 +125,7 @@ void read_lists(const JsonValue& root, JsonReader* json, Printer* out) {
         read_list(item, "gives", json, [&](const JsonValue& figure) {
             source.gives.push_back(json->string(figure, "an item of `gives`"));
             if (json->ok() && root.find(source.gives.back()) == nullptr) {
-                json->fail(figure, fmt::format("the source gives `{}`, which the printer has not",
-                                               source.gives.back()));
+                json->fail(figure, fmt::format(messages::kSourceGivesTooMuch, source.gives.back()));
             }
         });
         out->sources.push_back(std::move(source));
@@ -140,7 +139,7 @@ void read_support_material(const JsonValue& value, JsonReader* json, SupportMate
     if (!json->object(value, keys, "the support material")) return;
     if (const JsonMember* p = value.find("name")) {
         out->name = json->string(p->value, "`name` of the support material");
-        if (out->name.empty()) json->fail(p->value, "the support material has no name");
+        if (out->name.empty()) json->fail(p->value, messages::kSupportWithoutName);
     }
     if (const JsonMember* p = value.find("key"))
         out->key = out->preview = json->color(p->value, "`key` of the support material", false);
@@ -171,7 +170,7 @@ Result<Printer> parse_printer(std::string_view text, const std::string& name) {
         const std::vector<double> n = json.numbers(p->value, "`build_volume_mm`", 3, 1e5);
         out.build_volume_mm = {n[0], n[1], n[2]};
         if (!(n[0] > 0 && n[1] > 0 && n[2] > 0))
-            json.fail(p->value, "`build_volume_mm` has a size that is not above 0");
+            json.fail(p->value, messages::kBuildVolumeNotAboveZero);
     }
     if (const JsonMember* p = root->find("max_materials")) {
         out.max_materials = json.integer(p->value, "`max_materials`", 1, 254);
@@ -209,9 +208,8 @@ Result<Printer> load_printer(const std::string& name_or_path) {
         if (profile.name == file) return parse_printer(profile.text, file);
     }
     if (!name_or_path.ends_with(kSuffix)) {
-        return user_error(
-            fmt::format("no printer is called `{}`, and it is not the path of a {} file; {}",
-                        name_or_path, kSuffix, suggest(name_or_path, printer_names())));
+        return user_error(fmt::format(messages::kNoSuchPrinter, name_or_path, kSuffix,
+                                      suggest(name_or_path, printer_names())));
     }
     const Result<std::string> text = read_text_file(name_or_path, kLargestPrinter);
     if (!text) return text.error();

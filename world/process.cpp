@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "world/json_reader.h"
+#include "world/messages.h"
 
 namespace openfab::world {
 
@@ -22,8 +23,7 @@ ByMaterial read_by_material(const JsonValue& value, JsonReader* json, const std:
     }
     if (!value.is(JsonValue::Kind::kObject)) {
         json->fail(value, fmt::format("{} is {}", what, value.kind_name()),
-                   "it must be a number, or an object with one for each material and `*` for the "
-                   "others");
+                   messages::kNumberOrOfMaterials);
         return out;
     }
     for (const JsonMember& member : value.members) {
@@ -64,8 +64,8 @@ Cost read_cost(const JsonValue& value, JsonReader* json) {
 std::vector<Vec2<int32_t>> read_nozzles(const JsonValue& value, JsonReader* json) {
     std::vector<Vec2<int32_t>> out;
     if (!value.is(JsonValue::Kind::kArray) || value.items.empty()) {
-        json->fail(value, fmt::format("`nozzles` is {}", value.kind_name()),
-                   "it must be an array of numbers from 0 on, and of ranges as [12, 20]");
+        json->fail(value, fmt::format(messages::kNozzlesNoArray, value.kind_name()),
+                   messages::kNozzlesNoArrayHelp);
         return out;
     }
     for (const JsonValue& item : value.items) {
@@ -75,15 +75,15 @@ std::vector<Vec2<int32_t>> read_nozzles(const JsonValue& value, JsonReader* json
             continue;
         }
         if (item.items.size() != 2) {
-            json->fail(item, "a range in `nozzles` does not have two numbers",
-                       "write the first and the last, as [12, 20]");
+            json->fail(item, messages::kRangeWithoutTwoNumbers,
+                       messages::kRangeWithoutTwoNumbersHelp);
             return out;
         }
         const int32_t first =
             json->integer(item.items[0], "a number in `nozzles`", 0, kMostNozzles);
         const int32_t last = json->integer(item.items[1], "a number in `nozzles`", 0, kMostNozzles);
         if (json->ok() && last < first)
-            json->fail(item, "a range in `nozzles` ends before it begins", "exchange its numbers");
+            json->fail(item, messages::kRangeEndsBeforeBegin, messages::kRangeEndsBeforeBeginHelp);
         out.push_back({first, last});
     }
     return out;
@@ -100,8 +100,8 @@ DeadNozzles read_dead(const JsonValue& value, JsonReader* json) {
     out.substitute = json->string(value.find("substitute")->value, "`substitute` of dead nozzles");
     if (json->ok() && out.material == out.substitute)
         json->fail(value.find("substitute")->value,
-                   fmt::format("`{}` cannot stand in for itself", out.material),
-                   "name another material");
+                   fmt::format(messages::kStandsInForItself, out.material),
+                   messages::kStandsInForItselfHelp);
     out.nozzles = read_nozzles(value.find("nozzles")->value, json);
     if (const JsonMember* p = value.find("head"))
         out.head = json->integer(p->value, "`head`", 1, kMostNozzles);
@@ -114,8 +114,8 @@ DeadNozzles read_dead(const JsonValue& value, JsonReader* json) {
     for (const Vec2<int32_t>& range : out.nozzles) {
         if (!json->ok() || out.head == 0 || range.y < out.head) continue;
         json->fail(value.find("nozzles")->value,
-                   fmt::format("there is no nozzle {} in a head of {}", range.y, out.head),
-                   "they are numbered from 0");
+                   fmt::format(messages::kNoSuchNozzle, range.y, out.head),
+                   messages::kNoSuchNozzleHelp);
     }
     return out;
 }
@@ -123,14 +123,14 @@ DeadNozzles read_dead(const JsonValue& value, JsonReader* json) {
 std::vector<DeadNozzles> read_dead_list(const JsonValue& value, JsonReader* json) {
     std::vector<DeadNozzles> out;
     if (!value.is(JsonValue::Kind::kArray)) {
-        json->fail(value, fmt::format("`dead` is {}", value.kind_name()),
-                   "it must be an array of objects with `material`, `nozzles` and `substitute`");
+        json->fail(value, fmt::format(messages::kDeadNoArray, value.kind_name()),
+                   messages::kDeadNoArrayHelp);
         return out;
     }
     constexpr size_t kMost = 10'000;
     if (value.items.size() > kMost)
-        json->fail(value, fmt::format("`dead` has {} entries", value.items.size()),
-                   fmt::format("at most {} are possible", kMost));
+        json->fail(value, fmt::format(messages::kTooManyDead, value.items.size()),
+                   fmt::format(messages::kAtMost, kMost));
     for (const JsonValue& item : value.items) {
         if (!json->ok()) break;
         out.push_back(read_dead(item, json));
@@ -147,7 +147,8 @@ Vec3d read_sigma(const JsonValue& value, JsonReader* json) {
     const std::vector<double> n = json->numbers(value, "`sigma_um`", 3, kMost_um);
     for (const double s : n) {
         if (s < 0)
-            json->fail(value, fmt::format("`sigma_um` has {:.6g}", s), "it cannot be negative");
+            json->fail(value, fmt::format(messages::kSigmaNegative, s),
+                       messages::kSigmaNegativeHelp);
     }
     return {n[0], n[1], n[2]};
 }
@@ -158,15 +159,14 @@ PairBleed read_pair(const JsonValue& value, JsonReader* json) {
     if (!json->object(value, keys, "an entry of `pairs`")) return out;
     const JsonValue& names = value.find("materials")->value;
     if (!names.is(JsonValue::Kind::kArray) || names.items.size() != 2) {
-        json->fail(names, "`materials` of a pair is not an array of two names",
-                   "write, say, [\"white\", \"black\"]");
+        json->fail(names, messages::kPairWithoutTwoNames, messages::kPairWithoutTwoNamesHelp);
         return out;
     }
     out.a = json->string(names.items[0], "a name in `materials`");
     out.b = json->string(names.items[1], "a name in `materials`");
     if (json->ok() && out.a == out.b && out.a != "*")
-        json->fail(names, fmt::format("`{}` does not bleed into itself", out.a),
-                   "name two materials");
+        json->fail(names, fmt::format(messages::kBleedsIntoItself, out.a),
+                   messages::kBleedsIntoItselfHelp);
     out.sigma_um = read_sigma(value.find("sigma_um")->value, json);
     return out;
 }
@@ -183,10 +183,8 @@ Bleed read_bleed(const JsonValue& value, JsonReader* json) {
     const JsonMember* pairs = value.find("pairs");
     if (pairs == nullptr) return out;
     if (!pairs->value.is(JsonValue::Kind::kArray) || pairs->value.items.size() > kMostPairs) {
-        json->fail(pairs->value, fmt::format("`pairs` is {}", pairs->value.kind_name()),
-                   fmt::format("it must be an array of at most {} objects with `materials` and "
-                               "`sigma_um`",
-                               kMostPairs));
+        json->fail(pairs->value, fmt::format(messages::kPairsNoArray, pairs->value.kind_name()),
+                   fmt::format(messages::kPairsNoArrayHelp, kMostPairs));
         return out;
     }
     for (const JsonValue& item : pairs->value.items) {
@@ -214,14 +212,15 @@ Checks read_checks(const JsonValue& value, JsonReader* json) {
         out.trapped_mm3 = json->number(p->value, "`trapped_mm3`", 0, kMost);
     const JsonMember* apart = value.find("apart");
     if (apart == nullptr) return out;
-    const char* rule = "it must be an array of pairs of names, as [[\"water\", \"salt\"]]";
+    const char* rule = messages::kMustBePairsOfNames;
     if (!apart->value.is(JsonValue::Kind::kArray)) {
-        json->fail(apart->value, fmt::format("`apart` is {}", apart->value.kind_name()), rule);
+        json->fail(apart->value, fmt::format(messages::kApartNoArray, apart->value.kind_name()),
+                   rule);
         return out;
     }
     for (const JsonValue& pair : apart->value.items) {
         if (!pair.is(JsonValue::Kind::kArray) || pair.items.size() != 2) {
-            json->fail(pair, "an entry of `apart` is no pair", rule);
+            json->fail(pair, messages::kEntryIsNoPair, rule);
             return out;
         }
         out.apart.emplace_back(json->string(pair.items[0], "a name in `apart`"),
@@ -239,8 +238,8 @@ Vec3d read_scale(const JsonValue& value, JsonReader* json) {
     const std::vector<double> n = json->numbers(value, "`scale`", 3, kMost);
     for (const double s : n) {
         if (s < kLeast)
-            json->fail(value, fmt::format("`scale` has {:.6g}", s),
-                       fmt::format("it must be between {} and {}", kLeast, kMost));
+            json->fail(value, fmt::format(messages::kScaleOutside, s),
+                       fmt::format(messages::kScaleOutsideHelp, kLeast, kMost));
     }
     return {n[0], n[1], n[2]};
 }
@@ -259,7 +258,8 @@ void read_process(const JsonValue& value, const std::filesystem::path& folder, J
     }
     if (const JsonMember* p = value.find("field")) {
         const std::string name = json->string(p->value, "`field`");
-        if (json->ok() && name.empty()) json->fail(p->value, "`field` is empty", "name a file");
+        if (json->ok() && name.empty())
+            json->fail(p->value, messages::kFieldEmpty, messages::kFieldEmptyHelp);
         out->field = folder / name;
     }
     if (const JsonMember* p = value.find("dead")) out->dead = read_dead_list(p->value, json);

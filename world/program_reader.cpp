@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "world/messages.h"
+
 namespace openfab::world {
 
 namespace {
@@ -13,16 +15,16 @@ using Attribute = ProgramRef::Attribute;
 
 std::vector<std::string> words(const JsonValue& value, const std::string& what, JsonReader* json) {
     if (value.kind != JsonValue::Kind::kArray || value.items.empty()) {
-        json->fail(value, what + " is not a list of words", "write [\"python3\", \"trees.py\"]");
+        json->fail(value, what + messages::kNotWords, messages::kNotWordsHelp);
         return {};
     }
     std::vector<std::string> out;
     for (const JsonValue& item : value.items) {
         out.push_back(json->string(item, "a word of " + what));
         if (json->ok() && out.back().find('\0') != std::string::npos)
-            json->fail(item, fmt::format("a word of {} has a zero byte", what));
+            json->fail(item, fmt::format(messages::kWordWithZero, what));
     }
-    if (json->ok() && out[0].empty()) json->fail(value.items[0], what + " has no first word");
+    if (json->ok() && out[0].empty()) json->fail(value.items[0], what + messages::kNoFirstWord);
     return out;
 }
 
@@ -42,8 +44,8 @@ std::vector<Attribute> attributes(const JsonValue& value, const std::string& wha
     for (const JsonMember& member : value.members) {
         if (!is_name(member.key)) {
             json->fail_at(member.line, member.column,
-                          fmt::format("an attribute of {} is called `{}`", what, member.key),
-                          "a fablet reads it by its name: letters, digits and `_`");
+                          fmt::format(messages::kAttributeName, what, member.key),
+                          messages::kAttributeNameHelp);
         }
         Attribute& attribute = out.emplace_back();
         const size_t type = json->choice(
@@ -73,8 +75,8 @@ std::shared_ptr<const ProgramRef> read_program(const JsonValue& mesh, const Json
     if (const JsonMember* p = mesh.find("places")) {
         out->places_location = json->location(p->value);
         if (p->value.kind != JsonValue::Kind::kArray)
-            json->fail(p->value, fmt::format("`places` of {} is no list", what),
-                       "list names of objects: [\"leaf\"]");
+            json->fail(p->value, fmt::format(messages::kPlacesNoList, what),
+                       messages::kPlacesNoListHelp);
         for (const JsonValue& item : p->value.items)
             out->places.push_back(json->string(item, "a name in `places` of " + what));
     }

@@ -11,6 +11,7 @@
 #include "base/plain_text.h"
 #include "base/polar.h"
 #include "base/scan_number.h"
+#include "world/messages.h"
 
 namespace openfab::world {
 namespace {
@@ -31,8 +32,8 @@ std::string numbers_of(std::string_view line, std::vector<double>* out) {
         double value = 0;
         if (std::string wrong = scan_number(token, &value); !wrong.empty()) return wrong;
         if (!(std::fabs(value) <= kFarthest_mm))
-            return fmt::format("`{}` is beyond {:.0f}", token.substr(0, 40), kFarthest_mm);
-        if (out->size() == 12) return "there are more than 12 numbers";
+            return fmt::format(messages::kNumberBeyond, token.substr(0, 40), kFarthest_mm);
+        if (out->size() == 12) return messages::kTooManyNumbers;
         out->push_back(value);
     }
 }
@@ -61,16 +62,15 @@ Result<std::vector<Affine3d>> parse_transforms(std::string_view bytes,
         if (const std::string wrong = numbers_of(row, &n); !wrong.empty()) return fail(wrong);
         if (n.empty()) continue;
         if (n.size() != 3 && n.size() != 12)
-            return fail(fmt::format("a transform of {} numbers", n.size()),
-                        "it has 3, a translation, or 12, a 3 x 4 matrix row by row");
-        if (out.size() == most) return fail(fmt::format("more than {} transforms", most));
+            return fail(fmt::format(messages::kTransformNumbers, n.size()),
+                        messages::kTransformNumbersHelp);
+        if (out.size() == most) return fail(fmt::format(messages::kTooManyTransforms, most));
         out.push_back(n.size() == 3 ? Affine3d{Affine3d{}.m, {n[0], n[1], n[2]}}
                                     : affine_of_rows(n));
         if (const Result<PolarFactors> polar = polar_factors(out.back().m); !polar)
             return fail(polar.error().message, polar.error().help);
     }
-    if (out.empty())
-        return user_error(fmt::format("{}: the file holds no transform", file.string()));
+    if (out.empty()) return user_error(fmt::format(messages::kNoTransform, file.string()));
     return out;
 }
 

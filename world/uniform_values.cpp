@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/near_miss.h"
+#include "world/messages.h"
 
 namespace openfab::world {
 namespace {
@@ -54,10 +55,8 @@ Result<std::vector<double>> curve_key(const JsonValue& value, const SourceLocati
     const bool flat =
         value.is(Kind::kArray) && flatten(value, 0, &numbers, &first, &kind, &culprit);
     if (!flat || first || kind != Kind::kNumber) {
-        return error_at({location.file, value.line, value.column},
-                        what + " has a key that is not an array of numbers",
-                        "a key is where it is and the value there, as `[0.5, 2]`, or three of a "
-                        "colour, as `[0.5, 1, 0, 0]`");
+        return error_at({location.file, value.line, value.column}, what + messages::kKeyNoNumbers,
+                        messages::kKeyNoNumbersHelp);
     }
     return std::get<std::vector<double>>(std::move(numbers.value));
 }
@@ -75,7 +74,7 @@ Result<UniformBinding> curve_binding(const JsonValue& value, const SourceLocatio
         if (m.key == "keys") {
             any = true;
             if (!m.value.is(Kind::kArray))
-                return error_at(at, fmt::format("`keys` of {} is not an array", what));
+                return error_at(at, fmt::format(messages::kKeysNoArray, what));
             for (const JsonValue& item : m.value.items) {
                 Result<std::vector<double>> key = curve_key(item, location, what);
                 if (!key) return key.error();
@@ -88,16 +87,17 @@ Result<UniformBinding> curve_binding(const JsonValue& value, const SourceLocatio
                     curve.interpolation = how;
             }
             if (!curve.interpolation) {
-                return error_at(at, fmt::format("`interpolation` of {} is none", what),
-                                "it is `step`, `linear` or `cubic`");
+                return error_at(at, fmt::format(messages::kInterpolationNone, what),
+                                messages::kInterpolationNoneHelp);
             }
         } else {
-            return error_at(at, fmt::format("{} has no `{}`", what, m.key), suggest(m.key, known));
+            return error_at(at, fmt::format(messages::kKeyMissing, what, m.key),
+                            suggest(m.key, known));
         }
     }
     if (!any) {
-        return error_at(location, what + " is an object without `keys`",
-                        "a curve is given as `{\"keys\": [[0, 1], [5, 2]]}`");
+        return error_at(location, what + messages::kObjectWithoutKeys,
+                        messages::kObjectWithoutKeysHelp);
     }
     out.value = std::move(curve);
     return out;
@@ -128,15 +128,13 @@ Result<UniformBinding> uniform_binding(const JsonValue& value, const SourceLocat
     if (!flatten(value, 0, &out, &first, &kind, &culprit)) {
         const bool mixed = !first && culprit->kind != kind && !culprit->is(Kind::kArray) &&
                            !culprit->is(Kind::kObject);
-        return error_at(
-            {location.file, culprit->line, culprit->column},
-            fmt::format(
-                "{} {}", what,
-                mixed ? "mixes kinds of values" : fmt::format("holds {}", culprit->kind_name())),
-            "it must be a number, a boolean, the name of a texture or material, an array of "
-            "these, or an object with the `keys` of a curve");
+        return error_at({location.file, culprit->line, culprit->column},
+                        fmt::format("{} {}", what,
+                                    mixed ? messages::kMixedValues
+                                          : fmt::format("holds {}", culprit->kind_name())),
+                        messages::kMixedValuesHelp);
     }
-    if (first) return error_at(location, what + " is an empty array", "give its values");
+    if (first) return error_at(location, what + messages::kEmptyArray, messages::kEmptyArrayHelp);
     return out;
 }
 

@@ -22,6 +22,7 @@
 #include "world/build_reader.h"
 #include "world/dither_ref.h"
 #include "world/json_reader.h"
+#include "world/messages.h"
 #include "world/nearly_equal_stretch.h"
 #include "world/pieces_reader.h"
 #include "world/primitive_reader.h"
@@ -88,10 +89,7 @@ class WorldReader {
         if (!json_.ok()) return json_.error();
         if (const size_t changed = equalise_stretches(&world_); changed > 0) {
             world_.warnings.push_back(
-                fmt::format("{} of {} placements are rotations, or have the scale of others, to "
-                            "six decimals only: "
-                            "they are taken as exact, so that they share a shape",
-                            changed, world_.build.size()));
+                fmt::format(messages::kTransformsAlikeToSix, changed, world_.build.size()));
         }
         world_.files = files_.take();
         world_.roots = files_.roots();
@@ -102,8 +100,8 @@ class WorldReader {
     void version(const JsonValue& value) {
         const double version = json_.number(value, "`openfab`", 0, 1e9);
         if (json_.ok() && version != 1) {
-            json_.fail(value, fmt::format("the world's version is {:.6g}", version),
-                       "this program reads version 1");
+            json_.fail(value, fmt::format(messages::kWorldVersion, version),
+                       messages::kWorldVersionHelp);
         }
     }
 
@@ -128,7 +126,7 @@ class WorldReader {
         } else if (value.is(Kind::kBool)) {
             world_.support.on = json_.boolean(value, "`support`");
         } else {
-            json_.fail(value, "`support` is neither true, false nor the name of a material");
+            json_.fail(value, messages::kSupportNeither);
         }
     }
 
@@ -156,7 +154,7 @@ class WorldReader {
             sizes.assign(3, json_.number(value, what, 1e-6, 1e6));
         }
         for (const double size : sizes) {
-            if (json_.ok() && !(size >= 1e-6)) json_.fail(value, what + " must be above 0");
+            if (json_.ok() && !(size >= 1e-6)) json_.fail(value, what + messages::kMustBeAboveZero);
         }
         return three(sizes);
     }
@@ -184,9 +182,8 @@ class WorldReader {
         material.key = material.preview = json_.color(key, "`key` of " + what, false);
         for (const Material& other : world_.materials) {
             if (other.key == material.key) {
-                json_.fail(key,
-                           fmt::format("{} has the key colour of material `{}`", what, other.name),
-                           "keys tell materials apart in slices and must differ");
+                json_.fail(key, fmt::format(messages::kSameKeyColour, what, other.name),
+                           messages::kSameKeyColourHelp);
             }
         }
         if (const JsonMember* p = m.value.find("preview")) {
@@ -201,8 +198,8 @@ class WorldReader {
         }
         material.location = json_.location(m.value);
         if (world_.materials.size() == kMostMaterials) {
-            json_.fail(m.value, fmt::format("more than {} materials", kMostMaterials),
-                       "a world has at most that many");
+            json_.fail(m.value, fmt::format(messages::kTooManyMaterials, kMostMaterials),
+                       messages::kTooManyMaterialsHelp);
         }
         world_.materials.push_back(std::move(material));
     }
@@ -245,8 +242,7 @@ class WorldReader {
             texture.outside = json_.number(p->value, "`outside` of " + what, -1e30, 1e30);
         texture.location = json_.location(m.value.find("file")->value);
         if (world_.textures.size() == kMostTextures) {
-            json_.fail(m.value, fmt::format("more than {} textures; a world has at most that many",
-                                            kMostTextures));
+            json_.fail(m.value, fmt::format(messages::kTooManyTextures, kMostTextures));
         }
         world_.textures.push_back(std::move(texture));
     }
@@ -261,9 +257,9 @@ class WorldReader {
         if (value.items.size() != 2) {
             json_.fail(value,
                        value.items.size() == 1
-                           ? what + " has one mode in its list"
-                           : fmt::format("{} has {} modes", what, value.items.size()),
-                       "write the mode alone, or two: along u and along v");
+                           ? what + messages::kOneMode
+                           : fmt::format(messages::kWrongModes, what, value.items.size()),
+                       messages::kWrongModesHelp);
             return;
         }
         texture->wrap = static_cast<Wrap>(json_.choice(value.items[0], what, kModes));
@@ -286,31 +282,29 @@ class WorldReader {
             if (p == nullptr) continue;
             if (source != nullptr) {
                 return json_.fail_at(p->line, p->column,
-                                     fmt::format("{} has `{}` and `{}`", what, source->key, key),
-                                     "it is one of them");
+                                     fmt::format(messages::kBothKeys, what, source->key, key),
+                                     messages::kBothKeysHelp);
             }
             source = p;
         }
         if (source == nullptr) {
             return json_.fail(
-                m.value, fmt::format("{} has no `file`", what),
-                fmt::format(
-                    "give one, or `beams`, a `shape`, `grow`, a `program`, or in mm one of `{}`",
-                    fmt::join(primitive_keys(), "`, `")));
+                m.value, fmt::format(messages::kNoFile, what),
+                fmt::format(messages::kNoFileHelp, fmt::join(primitive_keys(), "`, `")));
         }
         const JsonMember* box = m.value.find("box_mm");
         const bool is_program = source->key == "program";
         const bool is_function = is_program || source->key == "shape" || source->key == "grow";
         if (box != nullptr && !is_function) {
             return json_.fail_at(box->line, box->column,
-                                 fmt::format("`box_mm` of {} goes with a `shape`", what),
-                                 "a `box` has its size in mm");
+                                 fmt::format(messages::kBoxWithoutShape, what),
+                                 messages::kBoxWithoutShapeHelp);
         }
         for (const char* key : kProgramKeys) {
             const JsonMember* p = m.value.find(key);
             if (p == nullptr || is_program) continue;
             return json_.fail_at(p->line, p->column,
-                                 fmt::format("`{}` of {} goes with a `program`", key, what));
+                                 fmt::format(messages::kGoesWithProgram, key, what));
         }
         if (source->key == "file") {
             mesh_file(m, source->value, what);
@@ -320,9 +314,9 @@ class WorldReader {
                 const std::string_view of = key;
                 if (source->key == "beams" && (of == "unit" || of == "body")) continue;
                 if (const JsonMember* p = m.value.find(key)) {
-                    return json_.fail_at(
-                        p->line, p->column, fmt::format("`{}` of {} goes with a `file`", key, what),
-                        fmt::format("a {} is in mm and has its own `face` numbers", source->key));
+                    return json_.fail_at(p->line, p->column,
+                                         fmt::format(messages::kGoesWithFile, key, what),
+                                         fmt::format(messages::kGoesWithFileHelp, source->key));
                 }
             }
             if (source->key == "beams") {
@@ -347,8 +341,7 @@ class WorldReader {
     bool take_memory(const JsonValue& value, int64_t bytes) {
         memory_left_ -= bytes;
         if (memory_left_ >= 0) return true;
-        json_.fail(value, "the meshes of this world up to here take more memory than is allowed",
-                   "allow more with `--memory`");
+        json_.fail(value, messages::kMeshesTakeTooMuch, messages::kAllowMoreMemory);
         return false;
     }
 
@@ -381,13 +374,12 @@ class WorldReader {
                       fablet_places_) < 0)
             return;
         if (box == nullptr) {
-            return json_.fail(source.value, fmt::format("{} has no `box_mm`", what),
-                              "give two corners of a box that holds all of it: [[x, y, z], "
-                              "[x, y, z]]");
+            return json_.fail(source.value, fmt::format(messages::kNoBox, what),
+                              messages::kNoBoxHelp);
         }
         const std::string name = "`box_mm` of " + what;
         if (box->value.kind != JsonValue::Kind::kArray || box->value.items.size() != 2)
-            return json_.fail(box->value, name + " is not two corners",
+            return json_.fail(box->value, name + messages::kNotTwoCorners,
                               "write [[x, y, z], [x, y, z]]");
         std::array<std::vector<double>, 2> corners;
         for (size_t i = 0; i < 2; ++i) {
@@ -400,10 +392,10 @@ class WorldReader {
             low[a] = corners[0][k];
             size[a] = corners[1][k] - corners[0][k];
             if (size[a] > 0) continue;
-            return json_.fail(box->value,
-                              fmt::format("{} is from {} to {} along {}", name, corners[0][k],
-                                          corners[1][k], "xyz"[k]),
-                              "the lower corner comes first");
+            return json_.fail(
+                box->value,
+                fmt::format(messages::kBoxTurned, name, corners[0][k], corners[1][k], "xyz"[k]),
+                messages::kBoxTurnedHelp);
         }
         mesh::Mesh mesh = mesh::make_box(size);
         const Vec3d shift = low + Vec3d{size.x / 2, size.y / 2, 0};  // from where a box stands
@@ -435,8 +427,7 @@ class WorldReader {
         const fs::path file = files_.existing(value, "the file of " + what, of_whole);
         if (json_.ok() && !mesh::is_mesh_file(file)) {
             json_.fail(value,
-                       fmt::format("{} is `{}`, which does not have the extension of a mesh", what,
-                                   file.filename().string()),
+                       fmt::format(messages::kNoMeshExtension, what, file.filename().string()),
                        fmt::format("supported: {}", mesh::mesh_formats()));
         }
         mesh::MeshOptions options;
@@ -445,8 +436,8 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("body")) {
             options.body = json_.string(p->value, "`body` of " + what);
             if (json_.ok() && options.body.empty())
-                json_.fail(p->value, fmt::format("`body` of {} is empty", what),
-                           "leave it out for the whole file");
+                json_.fail(p->value, fmt::format(messages::kBodyEmpty, what),
+                           messages::kBodyEmptyHelp);
         }
         if (const JsonMember* p = m.value.find("origin_mm")) {
             if (const auto at = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e9)))
@@ -456,22 +447,16 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("up")) {
             options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
             if (json_.ok() && mesh::format_says_up(file)) {
-                json_.fail(
-                    p->value,
-                    fmt::format(
-                        "`up` of {}: glTF is y-up by definition, and the mesh is already rotated",
-                        what),
-                    "leave it out");
+                json_.fail(p->value, fmt::format(messages::kGltfIsYUp, what),
+                           messages::kLeaveItOut);
             }
         }
         if (const JsonMember* p = m.value.find("groups_attribute")) {
             options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
             const std::string& name = options.groups_attribute;
             if (json_.ok() && (name.empty() || name == "uv" || name == "n" || name == "color")) {
-                json_.fail(p->value,
-                           fmt::format("`groups_attribute` of {} is `{}`, a name that is taken",
-                                       what, name),
-                           "choose another");
+                json_.fail(p->value, fmt::format(messages::kGroupsAttributeTaken, what, name),
+                           messages::kGroupsAttributeTakenHelp);
             }
         }
         if (const JsonMember* p = m.value.find("groups")) {
@@ -587,7 +572,7 @@ class WorldReader {
         std::vector<std::string> names(indices.size());
         for (const auto& [known, index] : indices)
             names[index] = known;
-        json_.fail(value, fmt::format("no {} is called `{}`", kind, name), suggest(name, names));
+        json_.fail(value, fmt::format(messages::kNoneOfName, kind, name), suggest(name, names));
         return -1;
     }
 

@@ -8,6 +8,7 @@
 
 #include "base/input_file.h"
 #include "texture/volume.h"
+#include "world/messages.h"
 
 namespace openfab::world {
 namespace {
@@ -33,16 +34,14 @@ bool WorldFiles::allowed(const fs::path& path) const {
 void WorldFiles::check(const JsonValue& value, const std::string& what, const fs::path& path) {
     if (!json_.ok() || allowed(path)) return;
     json_.fail(
-        value,
-        fmt::format("{} is `{}`, which is not below the world's folder", what, path.string()),
-        fmt::format("put it there, or allow it with `--allow {}`",
-                    without_links(path).parent_path().string()));
+        value, fmt::format(messages::kNotBelowFolder, what, path.string()),
+        fmt::format(messages::kNotBelowFolderHelp, without_links(path).parent_path().string()));
 }
 
 fs::path WorldFiles::path(const JsonValue& value, const std::string& what) {
     const std::string text = json_.string(value, what);
     if (json_.ok() && (text.empty() || text.find('\0') != std::string::npos))
-        json_.fail(value, fmt::format("{} is not a file name", what));
+        json_.fail(value, fmt::format(messages::kNotAFileName, what));
     fs::path path = folder_ / text;
     check(value, what, path);
     return path;
@@ -52,10 +51,11 @@ fs::path WorldFiles::existing(const JsonValue& value, const std::string& what, b
     fs::path path = this->path(value, what);
     std::error_code ignored;
     if (json_.ok() && !fs::is_regular_file(path, ignored)) {
-        json_.fail(value,
-                   fmt::format("{} `{}` {}", what, path.string(),
-                               fs::exists(path, ignored) ? "is not a file" : "does not exist"),
-                   "paths count from the world's folder");
+        json_.fail(
+            value,
+            fmt::format("{} `{}` {}", what, path.string(),
+                        fs::exists(path, ignored) ? messages::kNotAFile : messages::kDoesNotExist),
+            messages::kPathsCountFromWorld);
     }
     if (again || known_.count(without_links(path)) == 0) add(value, path);
     return path;
@@ -67,18 +67,14 @@ void WorldFiles::add(const JsonValue& value, const fs::path& file) {
     constexpr double kMostAgain = 2e9;
     files_.push_back(file);
     if (files_.size() > kMostFiles)
-        json_.fail(value, fmt::format("the world names more than {} files", kMostFiles));
+        json_.fail(value, fmt::format(messages::kTooManyFiles, kMostFiles));
     if (!json_.ok() || known_.insert(without_links(file)).second) return;
     std::error_code unknown;
     const uintmax_t bytes = fs::file_size(file, unknown);
     read_again_bytes_ += unknown ? 0 : static_cast<double>(bytes);
     if (read_again_bytes_ > kMostAgain) {
-        json_.fail(
-            value,
-            fmt::format("the world reads files that it has read before, here `{}`, more than "
-                        "2 GB in all",
-                        file.filename().string()),
-            "name each file once, and refer to the mesh or texture made of it");
+        json_.fail(value, fmt::format(messages::kFilesReadAgain, file.filename().string()),
+                   messages::kFilesReadAgainHelp);
     }
 }
 
@@ -97,8 +93,8 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what,
         for (size_t i = 0; i < slices.size() && json_.ok(); ++i)
             also(value, slices[i]);
     } else {
-        json_.fail(value, fmt::format("{}: no file matches `{}`", what, path.string()),
-                   "paths count from the world's folder");
+        json_.fail(value, fmt::format(messages::kNoFileMatches, what, path.string()),
+                   messages::kPathsCountFromWorld);
     }
     if (!json_.ok() || slices.size() > 1) return path;
     // A faulty header is reported when it is read.

@@ -16,6 +16,8 @@
 
 #include "base/polar.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
+#include "world/messages.h"
 #include "world/transforms_file.h"
 #include "world/world.h"
 
@@ -24,7 +26,6 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 namespace fs = std::filesystem;
 
@@ -121,8 +122,8 @@ TEST_F(BuildTest, FourDecimalsOfARotationAreOne) {
             }
             EXPECT_EQ(shapes.size(), 2u) << decimals;
             EXPECT_THAT(world->warnings,
-                        Contains(HasSubstr(decimals == 6 ? "to six decimals only"
-                                                         : "four or five decimals")));
+                        Contains(testing::Says(decimals == 6 ? messages::kTransformsAlikeToSix
+                                                             : messages::kTransformsAlikeToFour)));
         }
     }
 }
@@ -269,43 +270,45 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
         {"", R"([{}])", "4:11: build[0] has no `object` and no `group`; it places one of the two"},
         {"", R"([{"object": "box", "group": "g"}])",
          "4:11: build[0] has an `object` and a `group`; it places one of the two"},
-        {"", R"([{"group": "g"}])", "4:21: no group is called `g`; the world has no `groups`"},
+        {"", R"([{"group": "g"}])",
+         "4:21: " + fmt::format(messages::kNoSuchGroup, "g") + "; " + messages::kNoGroups},
         {R"({"gear": [{"object": "box"}]})", R"([{"group": "gera"}])",
-         "5:21: no group is called `gera`; did you mean `gear`?"},
+         "5:21: " + fmt::format(messages::kNoSuchGroup, "gera") + "; did you mean `gear`?"},
         {R"({"a": [{"group": "b"}], "b": [{"group": "a"}]})", R"([{"object": "box"}])",
-         "4:51: group `a` holds itself"},
+         "4:51: " + fmt::format(messages::kGroupHoldsItself, "a")},
         {R"({"a": []})", R"([{"object": "box"}])",
          "4:17: `groups.a` is empty; it must be an array of one or more placements"},
         {R"({"a": [{"object": "bax"}]})", R"([{"object": "box"}])",
-         "4:29: no object is called `bax`; did you mean `box`?"},
+         "4:29: " + fmt::format(messages::kNoSuchObject, "bax") + "; did you mean `box`?"},
         {R"({"g": [{"object": "box"}]})", R"([{"group": "g", "uniforms": {"n": 1}}])",
-         "5:44: uniform `n` of build[0] names no object of the group; write `OBJECT.UNIFORM`, "
-         "known: `box`"},
+         "5:44: " + fmt::format(messages::kUniformOfNoObject, "n", "build[0]") +
+             "; write `OBJECT.UNIFORM`, known: `box`"},
         {"", R"([{"object": "box", "translate_mm": [1, 2, 3], "on_bed": true}])",
-         "4:66: build[0] has a height in `translate_mm` and is `on_bed`; give `translate_mm` two "
-         "numbers"},
+         "4:66: " + fmt::format(messages::kHeightAndOnBed, "build[0]") + "; " +
+             messages::kHeightAndOnBedHelp},
         {"", R"([{"object": "box", "grid": {"count": [2, 2]}}])",
-         "4:37: `grid` of build[0] needs `spacing_mm` (the gap between copies) or `step_mm` (from "
-         "one copy to the next), not both"},
+         "4:37: " + fmt::format(messages::kGridNeedsSpacing, "`grid` of build[0]")},
         {"", R"([{"object": "box", "grid": {"count": [2, 0], "step_mm": 1}}])",
          "4:51: `count` of `grid` of build[0] is 0; it must be between 1 and 100000"},
         // The product does not fit 64 bits.
         {R"({"g": [{"object": "box", "grid": {"count": [256, 256], "step_mm": 1}}]})",
          R"([{"group": "g", "grid": {"count": [65536, 65536, 65536], "step_mm": 1}}])",
-         "5:34: this makes 4294967296 placements; at most 100000 are possible"},
+         "5:34: " + fmt::format(messages::kTooManyPlacements, "4294967296") + "; " +
+             fmt::format(messages::kAtMost, 100000)},
         {"", R"([{"object": "box", "grid": {"count": [1000, 1000], "step_mm": 1}}])",
-         "4:37: this makes 1000000 placements; at most 100000 are possible"},
+         "4:37: " + fmt::format(messages::kTooManyPlacements, 1000000) + "; " +
+             fmt::format(messages::kAtMost, 100000)},
         {"", R"([{"object": "box", "transforms": "gone.txt"}])",
          "4:43: the file of `transforms` of build[0] `" + here +
              "/gone.txt` does not exist; paths count from the world's folder"},
         {"", R"([{"object": "box", "transforms": "bad.txt"}])",
-         here + "/bad.txt:2:1: a transform of 2 numbers; it has 3, a translation, or 12, a 3 x 4 "
-                "matrix row by row"},
+         here + "/bad.txt:2:1: " + fmt::format(messages::kTransformNumbers, 2) + "; " +
+             messages::kTransformNumbersHelp},
         {"", R"([{"object": "box", "transforms": "flat.txt"}])",
          here + "/flat.txt:1:1: the transform flattens the object: its determinant is 0; no scale "
                 "may be 0 or nearly so"},
         {"", R"([{"object": "box", "transforms": "none.txt"}])",
-         here + "/none.txt: the file holds no transform"},
+         here + fmt::format(messages::kNoTransform, "/none.txt")},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_of(c.groups, c.build), c.message) << c.groups << c.build;
@@ -318,20 +321,19 @@ TEST_F(BuildTest, GroupsCannotGrowWithoutBound) {
         ten += fmt::format(
             R"(, "g{}": [{{"group": "g{}", "grid": {{"count": [10, 1], "step_mm": 9}}}}])", i,
             i - 1);
-    EXPECT_NE(error_of(ten + "}", R"([{"object": "box"}])").find("1000000 placements"),
-              std::string::npos);
+    EXPECT_THAT(error_of(ten + "}", R"([{"object": "box"}])"),
+                testing::Says(messages::kTooManyPlacements, "*1000000"));
     std::string chain = "{\"g0\": [{\"group\": \"g1\"}]";
     for (int i = 1; i < 100; ++i)
         chain += fmt::format(R"(, "g{}": [{{"group": "g{}"}}])", i, i + 1);
-    EXPECT_NE(error_of(chain + R"(, "g100": [{"object": "box"}]})", R"([{"object": "box"}])")
-                  .find("nested more than 64 deep"),
-              std::string::npos);
+    EXPECT_THAT(error_of(chain + R"(, "g100": [{"object": "box"}]})", R"([{"object": "box"}])"),
+                testing::Says(messages::kGroupNestedTooDeep, "*", 64));
     std::string wide =
         R"({"big": [{"object": "box", "grid": {"count": [300, 300], "step_mm": 9}}])";
     for (int i = 0; i < 9; ++i)
         wide += fmt::format(R"(, "copy{}": [{{"group": "big"}}])", i);
-    EXPECT_NE(error_of(wide + "}", R"([{"object": "box"}])").find("more than 500000 placements"),
-              std::string::npos);
+    EXPECT_THAT(error_of(wide + "}", R"([{"object": "box"}])"),
+                testing::Says(messages::kGroupsHoldTooMuch, 500000));
 }
 
 TEST_F(BuildTest, FilesAreReadBelowTheWorldsFolderOnly) {
@@ -341,22 +343,22 @@ TEST_F(BuildTest, FilesAreReadBelowTheWorldsFolderOnly) {
         return R"([{"object": "box", "transforms": ")" + file.string() + R"("}])";
     };
     const std::string refused = error_of("", build(outside));
-    EXPECT_EQ(refused, fmt::format("4:43: the file of `transforms` of build[0] is `{}`, which is "
-                                   "not below the world's folder; put it there, or allow it with "
-                                   "`--allow {}`",
-                                   outside.string(), other.path().string()));
+    EXPECT_EQ(refused, "4:43: " +
+                           fmt::format(messages::kNotBelowFolder,
+                                       "the file of `transforms` of build[0]", outside.string()) +
+                           "; " +
+                           fmt::format(messages::kNotBelowFolderHelp, other.path().string()));
     const fs::path up = fs::path("..") / other.path().filename() / "pins.txt";
-    EXPECT_NE(error_of("", build(up)).find("not below the world's folder"), std::string::npos);
+    EXPECT_THAT(error_of("", build(up)), testing::Says(messages::kNotBelowFolder));
     // Nor through a link.
     fs::create_directory_symlink(other.path(), folder_.path() / "link");
-    EXPECT_NE(error_of("", build("link/pins.txt")).find("not below the world's folder"),
-              std::string::npos);
+    EXPECT_THAT(error_of("", build("link/pins.txt")), testing::Says(messages::kNotBelowFolder));
     // A name with the folder's name as prefix is outside.
     const fs::path twin = folder_.path().string() + "2";
     fs::create_directory(twin);
     std::error_code ignored;
     fs::copy_file(outside, twin / "pins.txt", ignored);
-    EXPECT_NE(error_of("", build(twin / "pins.txt")).find("not below"), std::string::npos);
+    EXPECT_THAT(error_of("", build(twin / "pins.txt")), testing::Says(messages::kNotBelowFolder));
     fs::remove_all(twin);
 
     EXPECT_TRUE(load("", build(outside), {{other.path()}}));

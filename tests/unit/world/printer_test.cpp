@@ -13,6 +13,7 @@
 #include "base/json.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
+#include "world/messages.h"
 #include "world/printer_list.h"
 
 namespace openfab::world {
@@ -33,9 +34,8 @@ TEST(Printer, HasTheProfilesOfTheDesign) {
         EXPECT_FALSE(load_printer(name)->handoff.empty());
     }
     EXPECT_EQ(load_printer("mimaki_55").error().text(),
-              "no printer is called `mimaki_55`, and it is not the path of a .printer.json file; "
-              "did you mean "
-              "`mimaki_553`?");
+              fmt::format(messages::kNoSuchPrinter, "mimaki_55", ".printer.json",
+                          "did you mean `mimaki_553`?"));
 }
 
 TEST(Printer, IsReadFromAFile) {
@@ -54,14 +54,15 @@ TEST(Printer, IsReadFromAFile) {
         const Result<Printer> printer = load_printer(file);
         return printer ? "no error" : printer.error().text().substr(file.size() + 1);
     };
-    EXPECT_EQ(error_of(R"({"name": "x"})"),
-              "1:1: the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
+    EXPECT_EQ(error_of(R"({"name": "x"})"), std::string("1:1: ") + messages::kPitchNotClear + "; " +
+                                                messages::kPitchNotClearHelp);
     EXPECT_EQ(error_of(R"({"name": "x", "dpi": [600, 0], "layer_um": 27})"),
-              "1:22: a pitch is not between 1e-6 and 1000 mm");
+              std::string("1:22: ") + messages::kPitchOutside);
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
-              "1:38: unknown key `colour` in the printer; known: `name`, `maker`, `model`, `dpi`, "
-              "`layer_um`, `layers_um`, `pitch_mm`, `build_volume_mm`, `max_materials`, "
-              "`native_format`, `formats`, `makes_support` and 7 more");
+              "1:38: " + fmt::format(messages::kUnknownKey, "colour", "the printer") +
+                  "; known: `name`, `maker`, `model`, `dpi`, `layer_um`, `layers_um`, `pitch_mm`, "
+                  "`build_volume_mm`, `max_materials`, `native_format`, `formats`, `makes_support` "
+                  "and 7 more");
     EXPECT_EQ(
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
         "1:66: `key` of the support material is `red`; write it as #rrggbb (it is opaque)");
@@ -116,22 +117,23 @@ TEST_F(PrinterFile, SaysWhatIsNotKnown) {
 
 TEST_F(PrinterFile, RefusesWhatContradictsItself) {
     EXPECT_EQ(error_of(R"({"name": "x", "dpi": [9, 9], "layer_um": 9, "unknown": {"dpi": "a"}})"),
-              "1:57: `dpi` is given and unknown at once");
-    EXPECT_EQ(error_of(R"({"name": "x", "dpi": [9, 9], "unknown": {"pitch_mm": "a"}})"),
-              "1:1: the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
-    EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": {"dpi": "a"}})"),
-              "1:1: the printer's pitch is not clear; give `pitch_mm`, or `dpi` and `layer_um`");
+              "1:57: " + fmt::format(messages::kGivenAndUnknown, "dpi"));
     EXPECT_EQ(
-        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": ["dpi"]})"),
-        "1:49: `unknown` is an array, not an object; give it as {\"layer_time_s\": \"why it is "
-        "not known\"}");
+        error_of(R"({"name": "x", "dpi": [9, 9], "unknown": {"pitch_mm": "a"}})"),
+        std::string("1:1: ") + messages::kPitchNotClear + "; " + messages::kPitchNotClearHelp);
+    EXPECT_EQ(
+        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": {"dpi": "a"}})"),
+        std::string("1:1: ") + messages::kPitchNotClear + "; " + messages::kPitchNotClearHelp);
+    EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": ["dpi"]})"),
+              "1:49: " + fmt::format(messages::kUnknownNoObject, "an array") +
+                  "; give it as {\"layer_time_s\": \"why it is not known\"}");
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": {}})"),
-              "1:46: `inks` is an object, not an array");
+              "1:46: " + fmt::format(messages::kNotAnArray, "inks", "an object"));
     EXPECT_THAT(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": [{"density_g_cm3": 1}]})"),
-                HasSubstr("an ink of `inks` has no `name`"));
+                HasSubstr(fmt::format(messages::kKeyMissing, "an ink of `inks`", "name")));
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], )"
                        R"("sources": [{"document": "d", "gives": ["inks"]}]})"),
-              "1:78: the source gives `inks`, which the printer has not");
+              "1:78: " + fmt::format(messages::kSourceGivesTooMuch, "inks"));
     EXPECT_THAT(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], )"
                          R"("sources": [{"document": "d", "gives": [], "seen": "maybe"}]})"),
                 HasSubstr("`seen` of a source"));

@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "world/world.h"
+#include "mesh/model/messages.h"
 #include "tests/support/places/places.h"
 
 #include <fmt/format.h>
@@ -13,6 +14,8 @@
 #include "base/json.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
+#include "world/messages.h"
 #include "world/world_keys.h"
 
 namespace openfab::world {
@@ -181,18 +184,20 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         std::string message;
     } cases[] = {
         {"\"openfab\": 1", "\"openfab\": 2",
-         "2:14: the world's version is 2; this program reads version 1"},
-        {"\"openfab\": 1,", "", "1:1: the world has no `openfab`; it is required"},
+         "2:14: " + fmt::format(messages::kWorldVersion, 2.0) + "; " + messages::kWorldVersionHelp},
+        {"\"openfab\": 1,", "",
+         "1:1: " + fmt::format(messages::kKeyMissing, "the world", "openfab") + "; " +
+             messages::kIsRequired},
         {"\"printer\": \"j750\"", "\"printre\": \"j750\"",
-         "3:3: unknown key `printre` in the world; did you mean `printer`?"},
+         "3:3: " + fmt::format(messages::kUnknownKey, "printre", "the world") +
+             "; did you mean `printer`?"},
         {"\"printer\": \"j750\"", "\"tray\": \"centre\"",
          "3:11: `tray` is `centre`; did you mean `center`?"},
         {"\"printer\": \"j750\"", "\"printer\": 7",
          "3:14: `printer` is a number; it must be a string"},
         {"\"key\": \"#000000\"", "\"key\": \"#FFFFFF\"",
-         "7:22: material `black` has the key colour of material `white`; keys tell materials apart "
-         "in slices and must "
-         "differ"},
+         "7:22: " + fmt::format(messages::kSameKeyColour, "material `black`", "white") + "; " +
+             messages::kSameKeyColourHelp},
         {"\"#000000\"", "\"#00000080\"",
          "7:22: `key` of material `black` is `#00000080`; write it as #rrggbb (it is opaque)"},
         {"\"#000000\"", "\"#0000zz\"",
@@ -211,15 +216,16 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "along u "
          "and along v"},
         {"\"sphere\": 8", "\"sphere\": 8, \"box\": [1, 1, 1]",
-         "12:14: mesh `ball` has `box` and `sphere`; it is one of them"},
+         "12:14: " + fmt::format(messages::kBothKeys, "mesh `ball`", "box", "sphere") + "; " +
+             messages::kBothKeysHelp},
         {"{\"sphere\": 8}", "{}",
-         "12:13: mesh `ball` has no `file`; give one, or `beams`, a `shape`, `grow`, a `program`, "
-         "or in mm one "
-         "of "
-         "`box`, "
-         "`sphere`, `cylinder`, `plane`, `cone`, `torus`, `capsule`, `extrusion`, `revolution`"},
+         "12:13: " + fmt::format(messages::kNoFile, "mesh `ball`") + "; " +
+             fmt::format(messages::kNoFileHelp,
+                         "box`, `sphere`, `cylinder`, `plane`, `cone`, `torus`, `capsule`, "
+                         "`extrusion`, `revolution")},
         {"\"sphere\": 8", "\"sphere\": 8, \"box_mm\": 3",
-         "12:27: `box_mm` of mesh `ball` goes with a `shape`; a `box` has its size in mm"},
+         "12:27: " + fmt::format(messages::kBoxWithoutShape, "mesh `ball`") + "; " +
+             messages::kBoxWithoutShapeHelp},
         {"\"sphere\": 8", "\"cone\": [0, 0, 3]",
          "12:22: `cone` of mesh `ball` has no diameter above 0 mm"},
         {"\"sphere\": 8", "\"torus\": [4, 4]",
@@ -249,24 +255,23 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"[10, 20, 30]", "[10, 30]",
          "11:20: `box` of mesh `zed` is an array of 2; it must be an array of 3 numbers"},
         {"\"sphere\": 8", "\"sphere\": 8, \"unit\": \"cm\"",
-         "12:27: `unit` of mesh `ball` goes with a `file`; a sphere is in mm and has its own "
-         "`face` numbers"},
+         "12:27: " + fmt::format(messages::kGoesWithFile, "unit", "mesh `ball`") + "; " +
+             fmt::format(messages::kGoesWithFileHelp, "sphere")},
         {"\"sphere\": 8", "\"file\": \"photo.png\"",
-         "12:22: mesh `ball` is `photo.png`, which does not have the extension of a mesh; "
-         "supported: " +
-             mesh::mesh_formats()},
+         "12:22: " + fmt::format(messages::kNoMeshExtension, "mesh `ball`", "photo.png") +
+             "; supported: " + mesh::mesh_formats()},
         {"\"mesh\": \"ball\"", "\"mesh\": \"bal\"",
-         "19:19: no mesh is called `bal`; did you mean `ball`?"},
+         "19:19: " + fmt::format(messages::kNoneOfName, "mesh", "bal") + "; did you mean `ball`?"},
         {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
-         "17:36: no fablet is called `ggg`; known: `f`"},
+         "17:36: " + fmt::format(messages::kNoneOfName, "fablet", "ggg") + "; known: `f`"},
         {"\"priority\": -3", "\"priority\": 1.5",
          "17:53: `priority` of object `b` is 1.5; it must be a whole number"},
         {"\"support\": false", "\"support\": 1",
          "19:53: `support` of object `a` is a number; it must be true or false"},
         {"\"printer\": \"j750\"", "\"support\": \"grey\"",
-         "3:14: no material is called `grey`; known: `white`, `black`"},
+         "3:14: " + fmt::format(messages::kNoSuchMaterial, "grey") + "; known: `white`, `black`"},
         {"\"printer\": \"j750\"", "\"support\": []",
-         "3:14: `support` is neither true, false nor the name of a material"},
+         std::string("3:14: ") + messages::kSupportNeither},
         {"\"support\": false", "\"repair\": \"glue\"",
          "19:52: `repair` of object `a` is `glue`; known: `winding`"},
         {"\"n\": 2", "\"n\": null",
@@ -281,8 +286,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "where it is and the value there, as `[0.5, 2]`, or three of a colour, as `[0.5, 1, 0, "
          "0]`"},
         {"[1, 2.5]", "{\"keys\": [[0, 1]], \"interpolation\": \"smooth\"}",
-         "18:73: `interpolation` of uniform `v` of object `b` is none; it is `step`, `linear` or "
-         "`cubic`"},
+         "18:73: " + fmt::format(messages::kInterpolationNone, "uniform `v` of object `b`") + "; " +
+             messages::kInterpolationNoneHelp},
         {"[1, 2.5]", "{\"keys\": [[0, 1]], \"interpolate\": 1}",
          "18:71: uniform `v` of object `b` has no `interpolate`; did you mean `interpolation`?"},
         {"[1, 2.5]", "{\"interpolation\": \"step\"}",
@@ -290,21 +295,22 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "`{\"keys\": [[0, 1], [5, 2]]}`"},
         {"[1, 2.5]", "[]", "18:37: uniform `v` of object `b` is an empty array; give its values"},
         {"{\"object\": \"a\"", "{\"object\": \"c\"",
-         "22:16: no object is called `c`; known: `b`, `a`"},
+         "22:16: " + fmt::format(messages::kNoSuchObject, "c") + "; known: `b`, `a`"},
         {"\"scale\": 2", "\"scael\": 2",
-         "22:21: unknown key `scael` in build[0]; did you mean `scale`?"},
+         "22:21: " + fmt::format(messages::kUnknownKey, "scael", "build[0]") +
+             "; did you mean `scale`?"},
         {"\"scale\": 2", "\"scale\": 0",
          "22:30: the transform flattens the object: its determinant is 0; no scale may be 0 or "
          "nearly so"},
         {"\"scale\": 2", "\"matrix\": [1]",
-         "22:36: build[0] has `matrix` and `rotate_deg`; it is one or the other"},
+         "22:36: " + fmt::format(messages::kMatrixAndOther, "build[0]", "rotate_deg") + "; " +
+             messages::kOneOrTheOther},
         {"[0, 0, 90]", "[0, 90]",
          "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
         {"\"build\": [", "\"build\": [], \"x\": [",
-         "21:16: unknown key `x` in the world; known: `$schema`, `openfab`, "
-         "`printer`, `tray`, `support`, `fablets`, `dither`, `materials`, `textures`, `meshes`, "
-         "`objects`, "
-         "`groups` and 3 more"},
+         "21:16: " + fmt::format(messages::kUnknownKey, "x", "the world") +
+             "; known: `$schema`, `openfab`, `printer`, `tray`, `support`, `fablets`, `dither`, "
+             "`materials`, `textures`, `meshes`, `objects`, `groups` and 3 more"},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
@@ -326,23 +332,22 @@ TEST_F(WorldTest, PassesTheErrorsOfMeshFilesOn) {
         << message;
     folder_.write("thing.step", "solid");
     const std::string unknown = error_with("\"sphere\": 8", "\"file\": \"thing.step\"");
-    EXPECT_TRUE(
-        unknown.starts_with("12:22: mesh `ball` is `thing.step`, which does not have the "
-                            "extension of a mesh; supported: .obj, .stl"))
+    EXPECT_THAT(unknown, ::testing::AllOf(testing::Says(messages::kNoMeshExtension,
+                                                        "*12:22: mesh `ball`", "thing.step"),
+                                          ::testing::HasSubstr("; supported: .obj, .stl")))
         << unknown;
 }
 
 TEST_F(WorldTest, SaysWhichAxisOfAFileIsUp) {
     folder_.write("part.glb", "not read");
-    EXPECT_TRUE(error_with("\"sphere\": 8", "\"file\": \"part.glb\", \"up\": \"y\"")
-                    .ends_with("`up` of mesh `ball`: glTF is y-up by definition, and the mesh "
-                               "is already rotated; leave it out"));
+    EXPECT_THAT(error_with("\"sphere\": 8", "\"file\": \"part.glb\", \"up\": \"y\""),
+                ::testing::AllOf(testing::Says(messages::kGltfIsYUp, "mesh `ball`"),
+                                 testing::Says(messages::kLeaveItOut)));
     folder_.write("part.obj", "not read");
     const std::string other = error_with("\"sphere\": 8", "\"file\": \"part.obj\", \"up\": \"x\"");
     EXPECT_NE(other.find("`up` of mesh `ball` is `x`"), std::string::npos) << other;
-    EXPECT_NE(error_with("\"sphere\": 8", "\"sphere\": 8, \"up\": \"y\"")
-                  .find("`up` of mesh `ball` goes with a `file`"),
-              std::string::npos);
+    EXPECT_THAT(error_with("\"sphere\": 8", "\"sphere\": 8, \"up\": \"y\""),
+                testing::Says(messages::kGoesWithFile, "up", "mesh `ball`"));
 }
 
 TEST_F(WorldTest, SurvivesEveryTruncation) {
@@ -355,8 +360,8 @@ TEST_F(WorldTest, LimitsMaterials) {
     std::string list;
     for (int i = 0; i < 255; ++i)
         list += fmt::format("\"m{0}\": {{\"key\": \"#00{0:04}\"}},", i);
-    EXPECT_NE(error_with("\"white\"", list + "\"white\"").find("more than 254 materials"),
-              std::string::npos);
+    EXPECT_THAT(error_with("\"white\"", list + "\"white\""),
+                testing::Says(messages::kTooManyMaterials, 254));
 }
 
 TEST_F(WorldTest, DataOfADetachedVolumeAreFilesOfTheWorld) {
@@ -458,8 +463,8 @@ TEST_F(WorldTest, ABodyOfAFileIsAMeshOfItsOwn) {
     ASSERT_TRUE(world) << world.error().text();
     EXPECT_EQ(world->meshes.at(0).positions[0], (Vec3d{0, 1, -2}));
     const std::string unknown = world_of(R"({"file": "part.obj", "body": "bodi"})").error().text();
-    EXPECT_NE(unknown.find("has no body `bodi`"), std::string::npos) << unknown;
-    EXPECT_NE(unknown.find("`body`"), std::string::npos) << unknown;
+    EXPECT_THAT(unknown, testing::Says(mesh::messages::kNoBodyOfMesh, "*", "bodi")) << unknown;
+    EXPECT_THAT(unknown, ::testing::HasSubstr("`body`")) << unknown;
     EXPECT_FALSE(world_of(R"({"file": "part.obj", "body": ""})"));
     EXPECT_FALSE(world_of(R"({"box": [1, 2, 3], "body": "body"})"));
 }
