@@ -251,18 +251,18 @@ TEST_F(ImportBodies, OurOwnExportComesBackVoxelForVoxel) {
     EXPECT_TRUE(voxels("back", "x") == before);
 }
 
-TEST_F(ImportBodies, AHundredAreAHundredObjectsOfOneFile) {
+TEST_F(ImportBodies, ThreeHundredAreAsManyObjectsOfOneFile) {
     std::string text = "# Units: mm\n";
-    for (int i = 0; i < 100; ++i)
+    for (int i = 0; i < 300; ++i)
         text += fmt::format("o body {}\n", i) +
                 obj_box({12.0 * (i % 10), 12.0 * (i / 10), 0, 10}, 8 * i);
     scratch_.write("many.obj", text);
     EXPECT_THAT(import("many.obj", "many"), HasSubstr("share one"));
     const Outcome info = openfab({"info", path("many/many.fab.json")});
     EXPECT_EQ(info.exit_code, 0) << info.err;
-    EXPECT_THAT(info.out, HasSubstr("build      100 placed, 118 x 118 x 10 mm"));
+    EXPECT_THAT(info.out, HasSubstr("build      300 placed, 118 x 358 x 10 mm"));
     const Outcome list = openfab({"import", path("many.obj"), "--list"});
-    EXPECT_THAT(list.out, HasSubstr("bodies     100\n"));
+    EXPECT_THAT(list.out, HasSubstr("bodies     300\n"));
     const Outcome json = openfab({"info", path("many.obj"), "--json"});
     EXPECT_EQ(json.exit_code, 0) << json.err;
     EXPECT_THAT(json.out, HasSubstr("\"unit_from\":\"as the file says\""));

@@ -219,8 +219,8 @@ TEST(Import, NegativeBodiesCut) {
 
 TEST(Import, OffersAWayOutOfTooManyMaterials) {
     LoadedBodies loaded;
-    for (int i = 0; i < 100; ++i) {
-        loaded.looks.push_back(plain("m", {i / 100.0, 0, 0}));
+    for (int i = 0; i < 255; ++i) {
+        loaded.looks.push_back(plain("m", {i / 255.0, 0, 0}));
         loaded.bodies.push_back(cube(std::to_string(i), {i}));
     }
     const Result<Import> refused = make_import(loaded, {}, "cube.obj", {});
