@@ -54,7 +54,7 @@ class ThreemfReader {
         place_all(root, &ThreemfReader::add_mesh);
         if (error_) return *error_;
         if (root->model.build.empty())
-            mesh_.warnings().push_back(fmt::format(messages::kBuildNoItems, file_));
+            return user_error(fmt::format(messages::kBuildNoItems, file_), messages::kAddToBuild);
         if (mesh_.triangles() == 0 && told_.list().size() > beside) {
             const LeftOut& first = told_.list()[beside];
             return user_error(

@@ -79,6 +79,20 @@ TEST(Threemf, PlacesComponentsInTheFilesUnit) {
     EXPECT_EQ(mesh.find("face")->faces[12], 0);
 }
 
+TEST(Threemf, ABuildWithoutItemsIsTold) {
+    std::string model = two_boxes();
+    const size_t from = model.find("<build"), to = model.find("</build>");
+    ASSERT_NE(to, std::string::npos);
+    model.replace(from, to - from, "<build>");
+    const Result<LoadedMesh> loaded = parse_bytes(package(model), "a.3mf");
+    ASSERT_FALSE(loaded);
+    EXPECT_NE(
+        loaded.error().text().find("a.3mf: the build has no items, so that nothing is printed; "
+                                   "add objects to the build"),
+        std::string::npos)
+        << loaded.error().text();
+}
+
 TEST(Threemf, MakesABodyOfEachPlacedObject) {
     const MeshSource source = read_source(package(two_boxes()));
     ASSERT_EQ(source.bodies.size(), 2u);
