@@ -102,6 +102,45 @@ TEST_F(Forest, GoesOnWhereAPrintWasCut) {
     EXPECT_TRUE(small({"--resume", "--threads", "1"}, "cut.ofr") == whole);
 }
 
+/// A program that makes a post, in the language of its answers.
+TEST_F(Forest, OfAProgramIsDescribedAndExported) {
+    scratch_->write("made.sh", "while read w; do echo 'beam 0 0 2 0 0 8 2 1'; echo done; done\n");
+    scratch_->write("made.fab.json", R"({
+    "openfab": 1, "printer": "generic",
+    "fablets": {"f": {"source": "post.fl", "fablet": "Post"}},
+    "materials": {"wood": {"key": "#7a5230"}},
+    "meshes": {"post": {"program": ["sh", "made.sh"], "box_mm": [[-3, -3, 0], [3, 3, 10]]}},
+    "objects": {"post": {"mesh": "post", "fablet": "f", "uniforms": {"wood": "wood"}}},
+    "build": [{"object": "post"}]
+})");
+    scratch_->write("post.fl", R"(fablet Post {
+    @uniform { Material wood; }
+    @Volume(@varying { VolumeAttributes attr })
+    {
+        MaterialComposition mc;
+        mc.Set(wood, 1);
+        return mc;
+    }
+}
+)");
+    const Outcome told = openfab({"info", path("made.fab.json")});
+    EXPECT_THAT(told.out, HasSubstr("program    sh made.sh\n"));
+    EXPECT_THAT(told.out, HasSubstr("box        6 x 6 x 10 mm, from -3 -3 0"));
+    EXPECT_THAT(openfab({"info", path("small.fab.json")}).out,
+                HasSubstr("shape      by fablet forest"));
+    const std::vector<std::string> to_3mf{
+        "export", path("made.fab.json"), "-o", path("made.3mf"), "--voxel", "0.5mm"};
+    const Outcome refused = openfab(to_3mf);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("if you know what it does, add `--allow-programs`"));
+    std::vector<std::string> allowed = to_3mf;
+    allowed.emplace_back("--allow-programs");
+    const Outcome written = openfab(allowed);
+    EXPECT_EQ(written.exit_code, 0) << written.err;
+    EXPECT_THAT(written.err, HasSubstr("object `post`: a program makes it"));
+    EXPECT_GT(std::filesystem::file_size(path("made.3mf")), 1000u);
+}
+
 #ifndef OPENFAB_SANITIZED
 constexpr int64_t kMost = 300'000'000;
 

@@ -31,6 +31,7 @@ struct ExportOptions {
     int32_t slice = -1;
     std::string voxel;       ///< of stacks of images of a world
     bool composite = false;  ///< a world's mixtures as the volumetric extension has them
+    bool programs = false;   ///< a world's programs may run
 };
 
 struct MergeOptions {

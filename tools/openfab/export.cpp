@@ -112,8 +112,8 @@ Result<void> export_world(const ExportOptions& options, int64_t memory_bytes) {
     if (!options.print.format.empty() && options.print.format != "3mf")
         return usage_error(
             fmt::format("a world is exported as 3mf; for `{}` print it", options.print.format));
-    return export_functions(
-        {options.file, options.print.output, options.voxel, options.composite, memory_bytes});
+    return export_functions({options.file, options.print.output, options.voxel, options.composite,
+                             options.programs, memory_bytes});
 }
 
 }  // namespace
@@ -122,8 +122,9 @@ Result<void> run_export(ExportOptions options) {
     const Result<int64_t> memory = prepare_copy(&options);
     if (!memory) return memory.error();
     if (options.file.ends_with(".json")) return export_world(options, *memory);
-    if (options.composite || !options.voxel.empty())
-        return usage_error("`--voxel` and `--composite` are for a world, NAME.fab.json");
+    if (options.composite || options.programs || !options.voxel.empty())
+        return usage_error(
+            "`--voxel`, `--composite` and `--allow-programs` are for a world, NAME.fab.json");
     if (writes_vdb(options)) return export_vdb(options, *memory);
     if (options.file.ends_with(".npy")) {
         return usage_error("fractions are exported as OpenVDB: write `-o FILE.vdb`");

@@ -166,6 +166,7 @@ class FunctionsExport {
         if (!bound) return bound.error();
         Shape shape;
         if (const auto it = world_.shapes.find(object.mesh); it != world_.shapes.end()) {
+            if (it->second.program != nullptr) return say_why("a program makes it");
             const Result<void> found =
                 shape_of(it->second.fablet, object, *bound, **fablet, &shape);
             if (!found) return found.error();
@@ -371,7 +372,8 @@ class FunctionsExport {
         const std::string voxel = arguments_.voxel.empty()
                                       ? fmt::format("{:.4g}mm", longest_side_mm() / kStackVoxels)
                                       : arguments_.voxel;
-        const Result<FractionStack> stack = print_fractions(arguments_.world, voxel, folder_);
+        const Result<FractionStack> stack =
+            print_fractions(arguments_.world, voxel, arguments_.programs, folder_);
         if (!stack) return stack.error();
         note(fmt::format(
             "{}: no function of 3MF can say that; all that is printed is written as stacks of {} x "

@@ -16,6 +16,7 @@ struct FunctionsArguments {
     std::string
         voxel;  ///< of stacks of images, as for `openfab print`; empty: 256 along the longest side
     bool composite = false;  ///< mixtures as the volumetric extension has them
+    bool programs = false;   ///< that the world names may run
     int64_t memory_bytes = 0;
 };
 

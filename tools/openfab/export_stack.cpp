@@ -55,26 +55,27 @@ Result<void> each_slice(const FractionStack& stack, const Visit& visit) {
 }  // namespace
 
 Result<FractionStack> print_fractions(const std::string& world, const std::string& voxel,
-                                      const std::filesystem::path& folder) {
-    const Result<std::filesystem::path> programs = program_folder();
-    if (!programs) return programs.error();
+                                      bool programs, const std::filesystem::path& folder) {
+    const Result<std::filesystem::path> ours = program_folder();
+    if (!ours) return ours.error();
     FractionStack stack;
     stack.file = folder / "fractions.npy";
-    const std::vector<std::string> argv{(*programs / "openfab").string(),
-                                        "print",
-                                        as_argument(world),
-                                        "-o",
-                                        (folder / "codes.npy").string(),
-                                        "--fractions",
-                                        stack.file.string(),
-                                        "--voxel",
-                                        voxel,
-                                        "--support",
-                                        "off",
-                                        "--sampling",
-                                        "centre",
-                                        "--progress",
-                                        "none"};
+    std::vector<std::string> argv{(*ours / "openfab").string(),
+                                  "print",
+                                  as_argument(world),
+                                  "-o",
+                                  (folder / "codes.npy").string(),
+                                  "--fractions",
+                                  stack.file.string(),
+                                  "--voxel",
+                                  voxel,
+                                  "--support",
+                                  "off",
+                                  "--sampling",
+                                  "centre",
+                                  "--progress",
+                                  "none"};
+    if (programs) argv.emplace_back("--allow-programs");
     const std::filesystem::path err = folder / "print.err";
     auto child = viewer::Child::start(argv, folder / "print.out", err);
     if (!child) return child.error();
@@ -83,9 +84,14 @@ Result<FractionStack> print_fractions(const std::string& world, const std::strin
         std::string text = viewer::end_of_file(err, kMost);
         const size_t at = text.rfind("error: ");
         if (at != std::string::npos) text.erase(0, at + 7);
-        while (!text.empty() && text.back() == '\n')
-            text.pop_back();
-        return user_error(text);
+        // The line in between shows the place.
+        std::string help;
+        if (const size_t found = text.find("\nhelp: "); found != std::string::npos)
+            help = text.substr(found + 7);
+        text.resize(std::min(text.size(), text.find('\n')));
+        while (!help.empty() && help.back() == '\n')
+            help.pop_back();
+        return user_error(text, help);
     }
     const Result<std::string> note =
         read_text_file(raster::array_json_path(stack.file), kLargestNote);

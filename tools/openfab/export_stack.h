@@ -26,9 +26,9 @@ struct FractionStack {
     int64_t data_at = 0;                 ///< where its values begin
 };
 
-/// Prints a world into the folder. `voxel`: as for `openfab print`.
+/// Prints a world into the folder. `voxel`: as for `openfab print`; `programs`: those that it names may run.
 Result<FractionStack> print_fractions(const std::string& world, const std::string& voxel,
-                                      const std::filesystem::path& folder);
+                                      bool programs, const std::filesystem::path& folder);
 
 /// Takes a picture of a slice: its number, the material, or -1 of all of them, and a PNG file.
 using TakeSheet =

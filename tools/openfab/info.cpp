@@ -184,6 +184,24 @@ void print_mesh(const mesh::Mesh& mesh, const std::string& indent) {
     }
 }
 
+/// What stands for a shape is a box.
+void print_shape(const world::ShapeRef& shape, const mesh::Mesh& mesh) {
+    Box3d box;
+    for (const Vec3d& p : mesh.positions)
+        box.add(p);
+    const Vec3d size = box.size();
+    if (shape.program == nullptr) {
+        show(fmt::format("  shape      by fablet {}\n", printable(shape.fablet)));
+    } else {
+        show(fmt::format("  program    {}\n",
+                         printable(fmt::format("{}", fmt::join(shape.program->command, " ")))));
+        for (const world::ProgramRef::Attribute& attribute : shape.program->attributes)
+            show(fmt::format("  attribute  {}: {}\n", printable(attribute.name), attribute.type));
+    }
+    show(fmt::format("  box        {:.4g} x {:.4g} x {:.4g} mm, from {:.4g} {:.4g} {:.4g}\n",
+                     size.x, size.y, size.z, box.lo.x, box.lo.y, box.lo.z));
+}
+
 void print_beams(const mesh::Beams& beams) {
     const Box3d box = mesh::box_of(beams);
     const Vec3d size = box.size();
@@ -218,6 +236,9 @@ Result<void> info_of_world(const std::string& file, const std::vector<std::strin
         show(fmt::format("mesh       {}\n", printable(mesh.name)));
         if (beams != world->beams.end()) {
             print_beams(*beams->second);
+        } else if (const auto shape = world->shapes.find(static_cast<int32_t>(i));
+                   shape != world->shapes.end()) {
+            print_shape(shape->second, mesh);
         } else {
             print_mesh(mesh, "  ");
         }

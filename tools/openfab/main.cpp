@@ -201,6 +201,9 @@ void add_export(CLI::App& app, Action* action) {
     command->add_flag("--composite", options->composite,
                       "of a world: mixtures as the volumetric extension has them, which lib3mf 2.5 "
                       "does not read");
+    command->add_flag("--allow-programs", options->programs,
+                      "of a world that becomes images: run the programs that it names: never those "
+                      "of a stranger");
     add_copy_options(command, options.get(), {"vdb"});
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
