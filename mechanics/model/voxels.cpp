@@ -186,20 +186,13 @@ Voxels halved(const Voxels& v) {
         out.pitch_mm[a] = v.pitch_mm[a] / 2;
     }
     const auto width = static_cast<size_t>(v.size[0]), height = static_cast<size_t>(v.size[1]);
-    const auto split = [&](const auto& from, auto* to) {
+    out.make_of(v, [&](const auto& from, auto* to) {
         to->reserve(8 * from.size());
         for (size_t z = 0; z < static_cast<size_t>(out.size[2]); ++z)
             for (size_t y = 0; y < 2 * height; ++y)
                 for (size_t x = 0; x < 2 * width; ++x)
                     to->push_back(from[(z / 2 * height + y / 2) * width + x / 2]);
-    };
-    split(v.lambda, &out.lambda);
-    split(v.mu, &out.mu);
-    split(v.strength, &out.strength);
-    split(v.density, &out.density);
-    split(v.conductivity, &out.conductivity);
-    split(v.solid, &out.solid);
-    split(v.code, &out.code);
+    });
     return out;
 }
 

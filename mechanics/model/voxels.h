@@ -39,6 +39,18 @@ struct Voxels {
 
     size_t count() const { return code.size(); }
     static int64_t bytes_per_voxel() { return 4 * 6 + 1; }
+
+    /// Makes what each voxel has, but for `shares`, of another's: make(from, to) for each vector.
+    template <class Make>
+    void make_of(const Voxels& other, const Make& make) {
+        make(other.lambda, &lambda);
+        make(other.mu, &mu);
+        make(other.strength, &strength);
+        make(other.density, &density);
+        make(other.conductivity, &conductivity);
+        make(other.solid, &solid);
+        make(other.code, &code);
+    }
 };
 
 Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares = false);

@@ -68,16 +68,9 @@ Voxels lowest_layers(const Voxels& v, int32_t layers) {
     out.share = v.share;
     const size_t n = static_cast<size_t>(v.size[0]) * static_cast<size_t>(v.size[1]) *
                      static_cast<size_t>(layers);
-    const auto cut = [&](const auto& from, auto* to) {
+    out.make_of(v, [&](const auto& from, auto* to) {
         to->assign(from.begin(), from.begin() + static_cast<ptrdiff_t>(std::min(n, from.size())));
-    };
-    cut(v.lambda, &out.lambda);
-    cut(v.mu, &out.mu);
-    cut(v.strength, &out.strength);
-    cut(v.density, &out.density);
-    cut(v.conductivity, &out.conductivity);
-    cut(v.solid, &out.solid);
-    cut(v.code, &out.code);
+    });
     return out;
 }
 
