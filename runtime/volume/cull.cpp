@@ -224,27 +224,6 @@ void PartCull::list_some(const PlacedPart& part, int32_t slab) {
     }
 }
 
-// Octants cost some 10 us each, and dice nothing.
-abi::KernelStatus PartCull::probe_octants(const PlacedPart& part, BlockEvaluator* evaluator) {
-    std::vector<Vec3i> octants;
-    std::vector<CubeBounds::Known> known;
-    for (size_t i = 0; i < lowest_.size(); ++i) {
-        for (int32_t o = 0; o < 8; ++o) {
-            octants.push_back(octant_of(lowest_[i], o));
-            known.push_back(known_[i]);
-        }
-    }
-    CubeBounds& bounds = evaluator->cube_bounds();
-    const abi::KernelStatus status =
-        bounds.bound(part, 4, octants, known, BoundSource::kPerCase, evaluator->bound_tools(part));
-    std::vector<float> weights(static_cast<size_t>(part.slots()));
-    size_t culled = 0;
-    for (size_t i = 0; i < octants.size() && status.ok(); ++i)
-        culled += bounds.is_uniform(i, &weights) || !bounds.looks(i) ? 1 : 0;
-    tries_.octants = culled >= octants.size() / 4;
-    return status;
-}
-
 // Where no cube was filled, parts of some blocks are probed for whether culling them pays.
 abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
                                          BlockEvaluator* evaluator) {
@@ -257,11 +236,6 @@ abi::KernelStatus PartCull::probe_pieces(const PlacedPart& part, int32_t slab,
         return {};
     list_some(part, slab);
     if (lowest_.empty()) return {};
-    // Cases that differ, as those of a front and a back, may say more than a distance from both.
-    if (tries_.reach && part.bounds.attributes && part.nearest.ints() > 0) {
-        const abi::KernelStatus status = probe_octants(part, evaluator);
-        if (!status.ok() || tries_.octants) return status;
-    }
     CubeBounds& bounds = evaluator->cube_bounds();
     const abi::KernelStatus status =
         bounds.bound_pieces(part, lowest_, known_, evaluator->bound_tools(part));

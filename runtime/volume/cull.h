@@ -96,7 +96,6 @@ class PartCull {
                     CullCube* cube);
     bool keep_attributes(const nearest::NearestCase** attributes);
     void list_some(const PlacedPart& part, int32_t slab);
-    abi::KernelStatus probe_octants(const PlacedPart& part, BlockEvaluator* evaluator);
     abi::KernelStatus probe_pieces(const PlacedPart& part, int32_t slab, BlockEvaluator* evaluator);
 
     int32_t first_x_ = 0, first_y_ = 0, blocks_x_ = 0, blocks_y_ = 0;

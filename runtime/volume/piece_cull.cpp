@@ -48,9 +48,7 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
     if (bounded_.empty()) return {};
     weights_.resize(static_cast<size_t>(part.slots()));
     abi::KernelStatus status;
-    if (tries.octants) {
-        status = cull_octants(part, bounds, tools, out);
-    } else if (tries.pieces) {
+    if (tries.pieces) {
         status = bounds->bound_pieces(part, bounded_, known_of_, tools);
         for (size_t i = 0; i < which_.size() && status.ok(); ++i) {
             status =
@@ -59,59 +57,6 @@ abi::KernelStatus PieceCull::run(const PlacedPart& part, std::span<const Vec3i> 
     }
     if (status.ok() && tries.reach) status = limit_queries(part, blocks, bounds, tools, out);
     return status;
-}
-
-// Culls the pieces that lie in an octant that is of one material or need not look, or in several of
-// one material.
-abi::KernelStatus PieceCull::cull_octants(const PlacedPart& part, CubeBounds* bounds,
-                                          const CubeBounds::Tools& tools, CulledBlock* out) {
-    octants_.clear();
-    known_of_octants_.clear();
-    for (size_t i = 0; i < bounded_.size(); ++i) {
-        for (int32_t o = 0; o < 8; ++o) {
-            octants_.push_back(octant_of(bounded_[i], o));
-            known_of_octants_.push_back(known_of_[i]);
-        }
-    }
-    abi::KernelStatus status =
-        bounds->bound(part, 4, octants_, known_of_octants_, BoundSource::kPerCase, tools);
-    const nearest::BlockPieces& pieces = part.engine().pieces();
-    for (size_t i = 0; i < which_.size() && status.ok(); ++i) {
-        std::array<Octant, 8> octants;
-        for (size_t o = 0; o < 8 && status.ok(); ++o)
-            status = find_octant(part, 8 * i + o, *bounds, tools.isa, &octants[o]);
-        for (size_t p = 0; p < CubeBounds::kPieces && status.ok(); ++p) {
-            const Vec3i first = pieces.lowest[p], last = first + pieces.size - Vec3i{1, 1, 1};
-            const auto number = [](const Vec3i& v) {
-                return static_cast<size_t>(v.x / 4 + v.y / 4 * 2 + v.z / 4 * 4);
-            };
-            const Octant& of = octants[number(first)];
-            bool culled = of.culled;
-            for (size_t o = 0; o < 8; ++o) {
-                // Octants from the first to the last, bit by bit.
-                const bool in =
-                    (o | number(last)) == number(last) && (o & number(first)) == number(first);
-                if (!in || o == number(first)) continue;
-                culled = culled && octants[o].culled && of.code != OPENFAB_CODE_MIXED &&
-                         octants[o].code == of.code;
-            }
-            if (culled) cull(pieces, p, of.distance, of.code, &out[which_[i]]);
-        }
-    }
-    return status;
-}
-
-// An octant of one material by cases is known as it is: with other attributes than those of its
-// cases a voxel would be something else, and none is evaluated.
-abi::KernelStatus PieceCull::find_octant(const PlacedPart& part, size_t cube,
-                                         const CubeBounds& bounds, openfab_isa isa, Octant* out) {
-    *out = {false, uint8_t{OPENFAB_CODE_MIXED}, bounds.distance_of(cube)};
-    if (bounds.is_uniform(cube, &weights_)) {
-        const abi::KernelStatus status = find_code(part, isa, &out->code);
-        if (!status.ok()) return status;
-    }
-    out->culled = out->code != OPENFAB_CODE_MIXED || !bounds.looks(cube);
-    return {};
 }
 
 void PieceCull::cull(const nearest::BlockPieces& pieces, size_t piece, float distance, uint8_t code,

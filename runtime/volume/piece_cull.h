@@ -31,16 +31,10 @@ abi::KernelStatus constant_column(const PlacedPart& part, openfab_isa isa, const
 
 /// What is tried on blocks before their voxels make queries.
 struct CullTries {
-    bool pieces = false;   ///< pieces, by approximate distances of their blocks' corners
-    bool octants = false;  ///< cubes of 4 voxels, by cases: of where the nearest point may lie
-    bool reach = false;    ///< queries are bounded where a voxel that is farther need not look
-    bool any() const { return pieces || octants || reach; }
+    bool pieces = false;  ///< pieces, by approximate distances of their blocks' corners
+    bool reach = false;   ///< queries are bounded where a voxel that is farther need not look
+    bool any() const { return pieces || reach; }
 };
-
-/// The lowest voxel of an octant of a block.
-inline Vec3i octant_of(const Vec3i& block, int32_t octant) {
-    return block + Vec3i{octant & 1, octant >> 1 & 1, octant >> 2} * 4;
-}
 
 /// The culled pieces of one block.
 struct CulledBlock {
@@ -76,15 +70,6 @@ class PieceCull {
                           CubeBounds* bounds, const CubeBounds::Tools& tools, CulledBlock* out);
 
   private:
-    struct Octant {
-        bool culled = false;
-        uint8_t code = 0;  ///< OPENFAB_CODE_MIXED if it has to be evaluated
-        float distance = 0;
-    };
-    abi::KernelStatus cull_octants(const PlacedPart& part, CubeBounds* bounds,
-                                   const CubeBounds::Tools& tools, CulledBlock* out);
-    abi::KernelStatus find_octant(const PlacedPart& part, size_t cube, const CubeBounds& bounds,
-                                  openfab_isa isa, Octant* out);
     static void cull(const nearest::BlockPieces& pieces, size_t piece, float distance, uint8_t code,
                      CulledBlock* block);
     abi::KernelStatus limit_queries(const PlacedPart& part, std::span<const Vec3i> blocks,
@@ -104,8 +89,6 @@ class PieceCull {
     std::vector<Vec3i> bounded_;               ///< blocks that are not blind
     std::vector<size_t> which_;                ///< their indices
     std::vector<CubeBounds::Known> known_of_;  ///< of bounded_
-    std::vector<Vec3i> octants_;
-    std::vector<CubeBounds::Known> known_of_octants_;
     std::vector<float> reaches_;
     ConstantColumn constant_;
 };

@@ -203,7 +203,7 @@ TEST_F(Culling, AttributesOfADisplacedSkin) {
 }
 
 TEST_F(Culling, AFrontBeforeADisplacedBack) {
-    // Queries end at the depth that is looked at, and octants are known by their cases.
+    // Queries end at the depth that is looked at.
     world_ = kCardWorld;
     for (const char* draft : {"3", "5", "7"}) {
         draft_ = draft;
