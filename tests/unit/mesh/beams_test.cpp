@@ -179,6 +179,14 @@ TEST(BeamLattice, ReadsBeamsCapsBallsAndSets) {
     EXPECT_EQ(net.beams.attributes[0].ints, (std::vector<int32_t>{0, 1, 1, 1, 0, 0}));
     ASSERT_EQ(read->left_out.size(), 1u);
     EXPECT_THAT(read->left_out[0].what, testing::Says(messages::kMeshThatClips, "inside"));
+    // As drafts of the extension spell it.
+    const Result<ReadThreemfBeams> draft = parse_threemf_beams(
+        lattice(R"(radius="1" minlength="0.01" clipping="outside" clippingmesh="7")",
+                R"(<b:beams><b:beam v1="0" v2="1"/></b:beams>)"),
+        "a.3mf", kMemory);
+    ASSERT_TRUE(draft) << draft.error().text();
+    ASSERT_EQ(draft->left_out.size(), 1u);
+    EXPECT_THAT(draft->left_out[0].what, testing::Says(messages::kMeshThatClips, "outside"));
 }
 
 std::string lattice_problem(const std::string& bytes) {
