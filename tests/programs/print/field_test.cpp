@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "tests/programs/print/process_fixture.h"
+#include "world/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -86,7 +87,7 @@ TEST_F(MachineTools, WrongFieldsAreTold) {
         EXPECT_EQ(outcome.exit_code, 1) << process;
         EXPECT_THAT(outcome.err, HasSubstr(with)) << process;
     };
-    fails(R"({"field": ""})", "`field` is empty");
+    fails(R"({"field": ""})", world::messages::kFieldEmpty);
     fails(R"({"field": 3})", "`field`");
     fails(R"({"field": "none.json"})", "none.json");
     scratch_.write("bad.json", R"({"origin_mm": [0, 0, 0]})");

@@ -12,6 +12,8 @@
 #include <thread>
 
 #include "tests/programs/print/process_fixture.h"
+#include "tests/support/says/says.h"
+#include "world/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -204,7 +206,7 @@ TEST_F(ProcessOption, TroubleIsTold) {
                 HasSubstr("stand in for each other"));
     EXPECT_THAT(error_of(R"({"dead": [{"material": "K", "substitute": "grey", "nozzles": [9],
                              "head": 8}]})"),
-                HasSubstr("no nozzle 9 in a head of 8"));
+                Says(world::messages::kNoSuchNozzle, 9, 8));
     EXPECT_THAT(error_of(R"({"scale": 3})"), HasSubstr("between 0.5 and 2"));
     scratch_.write("p.json",
                    R"({"dead": [{"material": "cyan", "substitute": "x", "nozzles": [1]}]})");

@@ -12,6 +12,8 @@
 
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "world/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -133,7 +135,7 @@ TEST_F(ManyMaterials, AllCodesOfASliceAreMaterials) {
     scratch_.write("more.fab.json", world(256));
     const Outcome more = openfab({"print", path("more.fab.json"), "-o", path("more.ofr")});
     EXPECT_EQ(more.exit_code, 1);
-    EXPECT_THAT(more.err, HasSubstr("more than 254 materials"));
+    EXPECT_THAT(more.err, Says(world::messages::kTooManyMaterials, 254));
 }
 
 TEST_F(ManyMaterials, FourBitsDoForFew) {

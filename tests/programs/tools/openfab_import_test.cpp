@@ -9,8 +9,11 @@
 #include <filesystem>
 #include <string>
 
+#include "mesh/model/messages.h"
+#include "mesh/read/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 #include "tools/color/ink_table.h"
 
@@ -145,7 +148,7 @@ TEST_F(OpenfabImport, AnOpenMeshIsRepairedWhereThatIsAskedFor) {
     const Outcome refused = openfab({"import", path("open.obj"), "-o", path("made")});
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.err, HasSubstr("4 open edges"));
-    EXPECT_THAT(refused.err, HasSubstr("`openfab import --repair winding`"));
+    EXPECT_THAT(refused.err, Says(mesh::messages::kNotClosedHelp));
     EXPECT_FALSE(fs::exists(path("made")));
     const Outcome imported = openfab({"import", path("open.obj"), "-o", path("made"), "--fablet",
                                       "solid", "--repair", "winding"});
@@ -332,7 +335,8 @@ TEST_F(OpenfabImport, AMeshStaysWhereItLies) {
         openfab({"import", path("my part/p (1).obj"), "-o", path("my part"), "--unit", "mm"});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("my part/p (1).fab.json' -o 'p (1).ofr'"));
-    EXPECT_THAT(outcome.err, HasSubstr("it is not below the mesh's folder; put a copy beside"));
+    EXPECT_THAT(outcome.err, ::testing::AllOf(Says(mesh::messages::kNotBelowFolder),
+                                              Says(mesh::messages::kNotBelowFolderHelp)));
     EXPECT_EQ(openfab({"info", path("my part/p (1).fab.json")}).exit_code, 0);
 }
 

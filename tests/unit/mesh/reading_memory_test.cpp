@@ -21,6 +21,7 @@
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/support/says/says.h"
 #include "tests/unit/mesh/mesh_files.h"
+#include "world/messages.h"
 #include "world/world.h"
 
 namespace openfab::mesh {
@@ -580,12 +581,12 @@ TEST(ReadingMemory, CountsWhatAWorldHolds) {
     EXPECT_SAYS(world_refusal(world_of(box, object,
                                        R"({"object": "o", "uniforms": {)" + uniforms +
                                            R"(}, "grid": {"count": [100, 100], "step_mm": 2}})")),
-                "the placements so far, with their uniforms, take");
+                world::messages::kPlacementsTakeTooMuch);
     std::string balls;
     for (int i = 0; i < 5000; ++i)
         balls += fmt::format(R"("b{}": {{"sphere": 1}},)", i);
     EXPECT_SAYS(world_refusal(world_of(balls + box, object, R"({"object": "o"})")),
-                "the meshes of this world up to here take more memory");
+                world::messages::kMeshesTakeTooMuch);
     std::string values;
     for (int i = 0; i < 900'000; ++i)
         values += "0,";
@@ -621,7 +622,7 @@ TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
         return text;
     };
     EXPECT_SAYS(world_refusal(grouped(all), 200 * kMegabyte),
-                "the placements so far, with their uniforms, take");
+                world::messages::kPlacementsTakeTooMuch);
     EXPECT_EQ(world_refusal(grouped(one), 400 * kMegabyte), "no error");
     // Boxes of rotated meshes.
     std::string turned;
@@ -632,18 +633,18 @@ TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
     EXPECT_SAYS(world_refusal(world_of(R"("m": {"file": "large.stl"})",
                                        R"("o": {"mesh": "m", "fablet": "f"})", turned),
                               2000 * kMegabyte),
-                "boxes of too many rotated meshes");
+                world::messages::kTooManyRotatedMeshes);
     // A file that is read for each of many meshes.
     std::string again;
     for (int i = 0; i < 10'000; ++i)
         again += fmt::format(R"("m{}": {{"file": "0.stl"}},)", i);
     EXPECT_SAYS(
         world_refusal(world_of(again + box, objects, R"({"object": "o"})"), 2000 * kMegabyte),
-        "the world reads files that it has read before");
+        world::messages::kFilesReadAgain);
     // Names, which messages and locations repeat.
     EXPECT_SAYS(world_refusal(world_of(R"(")" + std::string(1001, 'x') + R"(": {"box": [1, 1, 1]})",
                                        objects, R"({"object": "o"})")),
-                "a name of 1001 bytes in `meshes`; at most 1000 are possible");
+                world::messages::kNameTooLong, 1001, "meshes", 1000);
     // A name that differs from many similar ones.
     std::string many;
     for (int i = 0; i < 150'000; ++i)
@@ -653,7 +654,7 @@ TEST(ReadingMemory, BoundsTheWorkThatAWorldAsksFor) {
             world_of(many, R"("o": {"mesh": ")" + std::string(200, 'x') + R"(", "fablet": "f"})",
                      R"({"object": "o"})"),
             2000 * kMegabyte),
-        "no mesh is called");
+        world::messages::kNoneOfName, "mesh");
 }
 #endif
 

@@ -325,9 +325,8 @@ TEST(ThreemfProject, RefusesDamagedProjects) {
             "a.3mf");
     };
     const std::string begin = "a.3mf: Metadata/Slic3r_PE_model.config:1:";
-    EXPECT_EQ(
-        error(R"(<config><object id="9"><volume firstid="x" lastid="1"/></object></config>)"),
-        begin + "24: " + fmt::format(messages::kNotWholeNumber, "firstid`: `x", "2147483647"));
+    EXPECT_EQ(error(R"(<config><object id="9"><volume firstid="x" lastid="1"/></object></config>)"),
+              begin + "24: `firstid`: `x` is not a whole number from 0 to 2147483647");
     EXPECT_EQ(error("<config><object"), begin + "9: unclosed token");
     std::string many = R"(<config><object id="9">)";
     for (int i = 0; i < 5000; ++i)

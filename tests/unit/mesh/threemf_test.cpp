@@ -147,9 +147,9 @@ TEST(Threemf, FindsObjectsInOtherParts) {
         parse_bytes(package(root, {{"3D/Objects/a.model", other}}), "a.3mf");
     ASSERT_TRUE(loaded) << loaded.error().text();
     EXPECT_NEAR(testing::signed_volume(loaded->mesh), 6000, 1e-6);
-    EXPECT_NE(
-        parse_error(package(root), "a.3mf").find("`/3D/Objects/a.model` in the archive is missing"),
-        std::string::npos);
+    EXPECT_THAT(
+        parse_error(package(root), "a.3mf"),
+        testing::Says(messages::kEntryWrong, "*", "/3D/Objects/a.model", messages::kEntryMissing));
 }
 
 std::string with(const std::string& from, const std::string& to) {

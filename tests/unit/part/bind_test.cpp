@@ -8,8 +8,10 @@
 #include <bit>
 #include <set>
 
+#include "mesh/model/messages.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "texture/cache.h"
 #include "texture/pyramid_file.h"
 
@@ -325,7 +327,7 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     EXPECT_FALSE(make_quick_world(folder_.path() / "none.obj", list_));
     const Result<world::World> step = make_quick_world(folder_.write("x.step", "solid"), list_);
     ASSERT_FALSE(step);
-    EXPECT_NE(step.error().text().find("does not have the extension of a mesh"), std::string::npos);
+    EXPECT_THAT(step.error().text(), testing::Says(mesh::messages::kNoMeshExtension));
     EXPECT_FALSE(make_quick_world(file, list_, "Other"));
 }
 

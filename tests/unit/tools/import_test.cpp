@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include "mesh/model/messages.h"
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -108,7 +109,7 @@ TEST(Import, OpaquePicturesEndWhereTheyDoNotRepeat) {
 
 TEST(Import, ABodyIsAnObjectOfItsOwnMaterial) {
     LoadedBodies loaded;
-    loaded.unit_note = "as the file says";
+    loaded.unit_note = mesh::messages::kUnitOfFile;
     loaded.looks = {plain("PLA", {1, 0, 0}), plain("PLA", {0, 0, 1})};
     loaded.bodies = {cube("left", {0}), cube("right", {1}), cube("bare", {})};
     loaded.bodies[1].depth = 1;
@@ -137,7 +138,7 @@ TEST(Import, BodiesOfOtherCountsOfGroupsShareAFablet) {
 
 TEST(Import, WhatObjectsShareIsSaidOnce) {
     LoadedBodies loaded;
-    loaded.unit_note = "as the file says";
+    loaded.unit_note = mesh::messages::kUnitOfFile;
     loaded.looks = {plain("", {1, 0, 0}), plain("", {0, 0, 1})};
     for (Look& look : loaded.looks)
         look.is_material = false;

@@ -267,9 +267,12 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
     const struct {
         std::string groups, build, message;
     } cases[] = {
-        {"", R"([{}])", "4:11: build[0] has no `object` and no `group`; it places one of the two"},
+        {"", R"([{}])",
+         std::string("4:11: build[0] has ") + messages::kNoObjectNoGroup + "; " +
+             messages::kNoObjectNoGroupHelp},
         {"", R"([{"object": "box", "group": "g"}])",
-         "4:11: build[0] has an `object` and a `group`; it places one of the two"},
+         std::string("4:11: build[0] has ") + messages::kObjectAndGroup + "; " +
+             messages::kNoObjectNoGroupHelp},
         {"", R"([{"group": "g"}])",
          "4:21: " + fmt::format(messages::kNoSuchGroup, "g") + "; " + messages::kNoGroups},
         {R"({"gear": [{"object": "box"}]})", R"([{"group": "gera"}])",
@@ -277,19 +280,20 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
         {R"({"a": [{"group": "b"}], "b": [{"group": "a"}]})", R"([{"object": "box"}])",
          "4:51: " + fmt::format(messages::kGroupHoldsItself, "a")},
         {R"({"a": []})", R"([{"object": "box"}])",
-         "4:17: `groups.a` is empty; it must be an array of one or more placements"},
+         std::string("4:17: `groups.a` is empty; ") + messages::kMustBePlacements},
         {R"({"a": [{"object": "bax"}]})", R"([{"object": "box"}])",
          "4:29: " + fmt::format(messages::kNoSuchObject, "bax") + "; did you mean `box`?"},
         {R"({"g": [{"object": "box"}]})", R"([{"group": "g", "uniforms": {"n": 1}}])",
-         "5:44: " + fmt::format(messages::kUniformOfNoObject, "n", "build[0]") +
-             "; write `OBJECT.UNIFORM`, known: `box`"},
+         "5:44: " + fmt::format(messages::kUniformOfNoObject, "n", "build[0]") + "; " +
+             messages::kUniformOfNoObjectHelp + "known: `box`"},
         {"", R"([{"object": "box", "translate_mm": [1, 2, 3], "on_bed": true}])",
          "4:66: " + fmt::format(messages::kHeightAndOnBed, "build[0]") + "; " +
              messages::kHeightAndOnBedHelp},
         {"", R"([{"object": "box", "grid": {"count": [2, 2]}}])",
          "4:37: " + fmt::format(messages::kGridNeedsSpacing, "`grid` of build[0]")},
         {"", R"([{"object": "box", "grid": {"count": [2, 0], "step_mm": 1}}])",
-         "4:51: `count` of `grid` of build[0] is 0; it must be between 1 and 100000"},
+         "4:51: `count` of `grid` of build[0] is 0; " +
+             fmt::format(messages::kMustBetween, 1.0, 100000.0)},
         // The product does not fit 64 bits.
         {R"({"g": [{"object": "box", "grid": {"count": [256, 256], "step_mm": 1}}]})",
          R"([{"group": "g", "grid": {"count": [65536, 65536, 65536], "step_mm": 1}}])",
@@ -299,8 +303,8 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
          "4:37: " + fmt::format(messages::kTooManyPlacements, 1000000) + "; " +
              fmt::format(messages::kAtMost, 100000)},
         {"", R"([{"object": "box", "transforms": "gone.txt"}])",
-         "4:43: the file of `transforms` of build[0] `" + here +
-             "/gone.txt` does not exist; paths count from the world's folder"},
+         "4:43: the file of `transforms` of build[0] `" + here + std::string("/gone.txt` ") +
+             messages::kDoesNotExist + "; " + messages::kPathsCountFromWorld},
         {"", R"([{"object": "box", "transforms": "bad.txt"}])",
          here + "/bad.txt:2:1: " + fmt::format(messages::kTransformNumbers, 2) + "; " +
              messages::kTransformNumbersHelp},

@@ -65,7 +65,8 @@ TEST(Printer, IsReadFromAFile) {
                   "and 7 more");
     EXPECT_EQ(
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
-        "1:66: `key` of the support material is `red`; write it as #rrggbb (it is opaque)");
+        "1:66: `key` of the support material is `red`; " +
+            fmt::format(messages::kWriteItAs, messages::kOpaqueColourForm));
     EXPECT_TRUE(mine->makes_support);
     const Result<Printer> supporting =
         load_printer(folder
@@ -125,8 +126,8 @@ TEST_F(PrinterFile, RefusesWhatContradictsItself) {
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": {"dpi": "a"}})"),
         std::string("1:1: ") + messages::kPitchNotClear + "; " + messages::kPitchNotClearHelp);
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": ["dpi"]})"),
-              "1:49: " + fmt::format(messages::kUnknownNoObject, "an array") +
-                  "; give it as {\"layer_time_s\": \"why it is not known\"}");
+              "1:49: " + fmt::format(messages::kUnknownNoObject, "an array") + "; " +
+                  messages::kUnknownNoObjectHelp);
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": {}})"),
               "1:46: " + fmt::format(messages::kNotAnArray, "inks", "an object"));
     EXPECT_THAT(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": [{"density_g_cm3": 1}]})"),

@@ -194,27 +194,29 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"printer\": \"j750\"", "\"tray\": \"centre\"",
          "3:11: `tray` is `centre`; did you mean `center`?"},
         {"\"printer\": \"j750\"", "\"printer\": 7",
-         "3:14: `printer` is a number; it must be a string"},
+         std::string("3:14: `printer` is a number; ") + messages::kMustString},
         {"\"key\": \"#000000\"", "\"key\": \"#FFFFFF\"",
          "7:22: " + fmt::format(messages::kSameKeyColour, "material `black`", "white") + "; " +
              messages::kSameKeyColourHelp},
         {"\"#000000\"", "\"#00000080\"",
-         "7:22: `key` of material `black` is `#00000080`; write it as #rrggbb (it is opaque)"},
+         "7:22: `key` of material `black` is `#00000080`; " +
+             fmt::format(messages::kWriteItAs, messages::kOpaqueColourForm)},
         {"\"#000000\"", "\"#0000zz\"",
-         "7:22: `key` of material `black` is `#0000zz`; write it as #rrggbb (it is opaque)"},
+         "7:22: `key` of material `black` is `#0000zz`; " +
+             fmt::format(messages::kWriteItAs, messages::kOpaqueColourForm)},
         {"1.2,", "0,",
-         "6:74: `density_g_cm3` of material `white` is 0; it must be between 0.001 and 30"},
+         "6:74: `density_g_cm3` of material `white` is 0; " +
+             fmt::format(messages::kMustBetween, 0.001, 30.0)},
         {"\"photo.png\"", "\"foto.png\"",
-         "9:34: the file of texture `photo` `" + folder +
-             "/foto.png` does not exist; paths count from the world's folder"},
+         "9:34: the file of texture `photo` `" + folder + std::string("/foto.png` ") +
+             messages::kDoesNotExist + "; " + messages::kPathsCountFromWorld},
         {"\"clamp\"", "\"clmap\"",
          "9:55: `wrap` of texture `photo` is `clmap`; did you mean `clamp`?"},
         {"\"clamp\"", "[\"clamp\", \"repaet\"]",
          "9:65: `wrap` of texture `photo` is `repaet`; did you mean `repeat`?"},
         {"\"clamp\"", "[\"clamp\"]",
-         "9:55: `wrap` of texture `photo` has one mode in its list; write the mode alone, or two: "
-         "along u "
-         "and along v"},
+         std::string("9:55: `wrap` of texture `photo`") + messages::kOneMode + "; " +
+             messages::kWrongModesHelp},
         {"\"sphere\": 8", "\"sphere\": 8, \"box\": [1, 1, 1]",
          "12:14: " + fmt::format(messages::kBothKeys, "mesh `ball`", "box", "sphere") + "; " +
              messages::kBothKeysHelp},
@@ -227,33 +229,35 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "12:27: " + fmt::format(messages::kBoxWithoutShape, "mesh `ball`") + "; " +
              messages::kBoxWithoutShapeHelp},
         {"\"sphere\": 8", "\"cone\": [0, 0, 3]",
-         "12:22: `cone` of mesh `ball` has no diameter above 0 mm"},
+         std::string("12:22: `cone` of mesh `ball`") + messages::kNoDiameter},
         {"\"sphere\": 8", "\"torus\": [4, 4]",
-         "12:23: `torus` of mesh `ball` has a section as wide as its ring, or wider"},
+         std::string("12:23: `torus` of mesh `ball`") + messages::kSectionTooWide},
         {"\"sphere\": 8", "\"capsule\": [4, 3]",
-         "12:25: `capsule` of mesh `ball` is shorter than its diameter; give the diameter, then "
-         "the length with both ends"},
+         std::string("12:25: `capsule` of mesh `ball`") + messages::kShorterThanDiameter + "; " +
+             messages::kShorterThanDiameterHelp},
         {"\"sphere\": 8", "\"revolution\": [[-1, 0], [1, 0], [1, 1]]",
-         "12:29: `revolution` of mesh `ball` has a corner beyond the axis; give [distance from the "
-         "axis, z], the distance 0 or more"},
+         std::string("12:29: `revolution` of mesh `ball`") + messages::kCornerBeyondAxis + "; " +
+             messages::kCornerBeyondAxisHelp},
         {"\"sphere\": 8", "\"revolution\": [[0, 0], [1, 1], [1, 0], [0, 1]]",
          "12:28: `revolution` of mesh `ball`: the polygon meets itself: the side from (0, 0) to "
          "(1, "
          "1) and that from (1, 0) to (0, 1)"},
         {"\"sphere\": 8", "\"revolution\": 3",
-         "12:28: `revolution` of mesh `ball` is not a polygon; write [[x, y], [x, y], [x, y]] in "
-         "mm"},
+         std::string("12:28: `revolution` of mesh `ball`") + messages::kNotAPolygon + "; " +
+             messages::kNotAPolygonHelp},
         {"\"sphere\": 8", "\"extrusion\": {\"polygons\": [], \"height\": 3}",
-         "12:40: `polygons` of `extrusion` of mesh `ball` is not an array of polygons; write [[[x, "
-         "y], [x, y], [x, y]]] in mm; one within another is a hole"},
+         std::string("12:40: `polygons` of `extrusion` of mesh `ball`") + messages::kNotPolygons +
+             "; " + messages::kNotPolygonsHelp},
         {"\"sphere\": 8", "\"extrusion\": {\"polygons\": [[[0, 0], [1, 0]]], \"height\": 3}",
          "12:40: `extrusion` of mesh `ball`: the polygon has fewer than 3 corners"},
         {"\"sphere\": 8", "\"sphere\": -1",
-         "12:24: `sphere` of mesh `ball` is -1; it must be between 1e-06 and 100000"},
+         "12:24: `sphere` of mesh `ball` is -1; " +
+             fmt::format(messages::kMustBetween, 1e-06, 100000.0)},
         {"[10, 20, 30]", "[10, 0, 30]",
-         "11:25: `box` of mesh `zed` has a size that is not above 0 mm"},
+         std::string("11:25: `box` of mesh `zed`") + messages::kSizeNotAboveZero},
         {"[10, 20, 30]", "[10, 30]",
-         "11:20: `box` of mesh `zed` is an array of 2; it must be an array of 3 numbers"},
+         "11:20: `box` of mesh `zed` is an array of 2; " +
+             fmt::format(messages::kMustArrayNumbers, 3)},
         {"\"sphere\": 8", "\"sphere\": 8, \"unit\": \"cm\"",
          "12:27: " + fmt::format(messages::kGoesWithFile, "unit", "mesh `ball`") + "; " +
              fmt::format(messages::kGoesWithFileHelp, "sphere")},
@@ -265,9 +269,9 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
          "17:36: " + fmt::format(messages::kNoneOfName, "fablet", "ggg") + "; known: `f`"},
         {"\"priority\": -3", "\"priority\": 1.5",
-         "17:53: `priority` of object `b` is 1.5; it must be a whole number"},
+         std::string("17:53: `priority` of object `b` is 1.5; ") + messages::kMustWholeNumber},
         {"\"support\": false", "\"support\": 1",
-         "19:53: `support` of object `a` is a number; it must be true or false"},
+         std::string("19:53: `support` of object `a` is a number; ") + messages::kMustTrueFalse},
         {"\"printer\": \"j750\"", "\"support\": \"grey\"",
          "3:14: " + fmt::format(messages::kNoSuchMaterial, "grey") + "; known: `white`, `black`"},
         {"\"printer\": \"j750\"", "\"support\": []",
@@ -275,16 +279,13 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"support\": false", "\"repair\": \"glue\"",
          "19:52: `repair` of object `a` is `glue`; known: `winding`"},
         {"\"n\": 2", "\"n\": null",
-         "18:29: uniform `n` of object `b` holds null; it must be a number, a boolean, the name of "
-         "a texture or material, an array of these, or an object with the `keys` of a curve"},
+         std::string("18:29: uniform `n` of object `b` holds null; ") + messages::kMixedValuesHelp},
         {"[1, 2.5]", "[1, \"x\"]",
-         "18:41: uniform `v` of object `b` mixes kinds of values; it must be a number, a boolean, "
-         "the name of a texture or material, an array of these, or an object with the `keys` of a "
-         "curve"},
+         std::string("18:41: uniform `v` of object `b` ") + messages::kMixedValues + "; " +
+             messages::kMixedValuesHelp},
         {"[1, 2.5]", "{\"keys\": [[0, 1], 2]}",
-         "18:55: uniform `v` of object `b` has a key that is not an array of numbers; a key is "
-         "where it is and the value there, as `[0.5, 2]`, or three of a colour, as `[0.5, 1, 0, "
-         "0]`"},
+         std::string("18:55: uniform `v` of object `b`") + messages::kKeyNoNumbers + "; " +
+             messages::kKeyNoNumbersHelp},
         {"[1, 2.5]", "{\"keys\": [[0, 1]], \"interpolation\": \"smooth\"}",
          "18:73: " + fmt::format(messages::kInterpolationNone, "uniform `v` of object `b`") + "; " +
              messages::kInterpolationNoneHelp},
@@ -293,7 +294,9 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"[1, 2.5]", "{\"interpolation\": \"step\"}",
          "18:37: uniform `v` of object `b` is an object without `keys`; a curve is given as "
          "`{\"keys\": [[0, 1], [5, 2]]}`"},
-        {"[1, 2.5]", "[]", "18:37: uniform `v` of object `b` is an empty array; give its values"},
+        {"[1, 2.5]", "[]",
+         std::string("18:37: uniform `v` of object `b`") + messages::kEmptyArray + "; " +
+             messages::kEmptyArrayHelp},
         {"{\"object\": \"a\"", "{\"object\": \"c\"",
          "22:16: " + fmt::format(messages::kNoSuchObject, "c") + "; known: `b`, `a`"},
         {"\"scale\": 2", "\"scael\": 2",
@@ -306,7 +309,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "22:36: " + fmt::format(messages::kMatrixAndOther, "build[0]", "rotate_deg") + "; " +
              messages::kOneOrTheOther},
         {"[0, 0, 90]", "[0, 90]",
-         "22:47: `rotate_deg` of build[0] is an array of 2; it must be an array of 3 numbers"},
+         "22:47: `rotate_deg` of build[0] is an array of 2; " +
+             fmt::format(messages::kMustArrayNumbers, 3)},
         {"\"build\": [", "\"build\": [], \"x\": [",
          "21:16: " + fmt::format(messages::kUnknownKey, "x", "the world") +
              "; known: `$schema`, `openfab`, `printer`, `tray`, `support`, `fablets`, `dither`, "
@@ -314,9 +318,9 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
-    EXPECT_EQ(error_of("[]"), "1:1: the world is an array; it must be an object");
+    EXPECT_EQ(error_of("[]"), std::string("1:1: the world is an array; ") + messages::kMustObject);
     EXPECT_EQ(error_of(R"({"openfab":1,"fablets":{},"meshes":{},"objects":{},"build":[]})"),
-              "1:60: `build` is empty; it must be an array of one or more placements");
+              std::string("1:60: `build` is empty; ") + messages::kMustBePlacements);
     EXPECT_NE(load_world(folder_.path() / "none.fab.json").error().text().find("No such file"),
               std::string::npos);
     EXPECT_EQ(load_world(folder_.path() / "none.fab.json").error().code, ErrorCode::kUserInput);
@@ -440,10 +444,10 @@ TEST_F(WorldTest, NamesADitherRule) {
                 world->files.end());
     EXPECT_FALSE(load(kWorld)->dither);
 
-    EXPECT_EQ(error_of(with(R"({"source": "no.fl", "rule": "dots"})")),
-              fmt::format("5:24: the source of `dither` `{}` does not exist; paths count from the "
-                          "world's folder",
-                          (folder_.path() / "no.fl").string()));
+    EXPECT_EQ(
+        error_of(with(R"({"source": "no.fl", "rule": "dots"})")),
+        fmt::format("5:24: the source of `dither` `{}` {}; {}", (folder_.path() / "no.fl").string(),
+                    messages::kDoesNotExist, messages::kPathsCountFromWorld));
     EXPECT_EQ(error_of(with(R"({"source": "rules.fl"})")).substr(0, 5), "5:13:");
     EXPECT_EQ(error_of(with(R"({"source": "rules.fl", "rule": 3})")).substr(0, 5), "5:44:");
     EXPECT_EQ(error_of(with(R"("dots")")).substr(0, 5), "5:13:");
