@@ -161,6 +161,31 @@ TEST(Analysis, KnowsTheGoodPartsOfABadDocument) {
     EXPECT_EQ(name("nothing"), "");
 }
 
+TEST(Analysis, KnowsShapesAndRulesThatGrow) {
+    const std::string text =
+        "struct Node { float3 end[2]; float radius[2]; int children; float reach; };\n"
+        "fablet Ball {\n  @uniform { Material m; }\n"
+        "  @Shape(@varying { ShapeAttributes place, out float tint }) { tint = place.p.x; return "
+        "length(place.p) - 3; }\n"
+        "  @Volume(@varying { VolumeAttributes attr, @nearest float tint }) { MaterialComposition "
+        "mc; mc.Set(m, tint); return mc; }\n}\n"
+        "fablet Stick {\n  @uniform { Material m; }\n"
+        "  @Grow(@varying { GrowAttributes rule, Node parent }) { Node n = parent; n.children = "
+        "rule.level < 3 ? 2 : 0; n.reach = 2; return n; }\n"
+        "  @Volume() { MaterialComposition mc; mc.Set(m, 1); return mc; }\n}\n";
+    const Analysis analysis({}, text, {});
+    for (const diag::Diagnostic& d : analysis.diagnostics())
+        ADD_FAILURE() << diag::id_text(d.id);
+    const auto type = [&](std::string_view word) {
+        const check::Use* use = analysis.name_at(static_cast<uint32_t>(text.rfind(word)));
+        return use == nullptr ? std::string() : check::type_name(use->type);
+    };
+    EXPECT_EQ(type("place.p) - 3"), "ShapeAttributes");
+    EXPECT_EQ(type("rule.level"), "GrowAttributes");
+    EXPECT_EQ(type("parent; n.children"), "Node");
+    EXPECT_EQ(type("tint); return mc"), "float");
+}
+
 TEST(Server, AnswersWhatIsNotJsonOrNotAMessage) {
     Server server;
     EXPECT_THAT(server.handle("{").at(0), testing::HasSubstr("-32700"));
