@@ -18,6 +18,7 @@
 #include "runtime/solid/beams/beam_tree.h"
 #include "runtime/solid/kinds/kinds.h"
 #include "runtime/solid/voxel_frame.h"
+#include "tests/unit/solid/covered.h"
 
 namespace openfab::solid {
 namespace {
@@ -143,25 +144,7 @@ struct Made {
         return (vec_cast<double>(p) + part.mesh->center_part_mm) * (1 / part.beams->scale);
     }
     Vec3f centre(const Vec3i& voxel) const { return VoxelFrame(frame).box(voxel, voxel).lo; }
-    std::vector<uint8_t> covered() const {
-        std::vector<uint8_t> all(static_cast<size_t>(grid.size.x) * grid.size.y * grid.size.z, 0);
-        voxel::SlabMask mask;
-        for (int32_t slab = 0; 8 * slab < grid.size.z; ++slab) {
-            placed->coverage(slab, &mask, nullptr, nullptr);
-            for (int32_t y = 0; y < mask.height; ++y) {
-                for (int32_t x = 0; x < mask.width; ++x) {
-                    const uint8_t bits = mask.mask[static_cast<size_t>(y) * mask.width + x];
-                    for (int32_t z = 0; z < 8; ++z) {
-                        if ((bits >> z & 1) == 0) continue;
-                        const Vec3i at{mask.x0 + x, mask.y0 + y, 8 * slab + z};
-                        all[(static_cast<size_t>(at.z) * grid.size.y + at.y) * grid.size.x + at.x] =
-                            1;
-                    }
-                }
-            }
-        }
-        return all;
-    }
+    std::vector<uint8_t> covered() const { return solid::covered(*placed, grid); }
 };
 
 TEST(BeamSolid, TheTruthIsTheLeastOverBalls) {

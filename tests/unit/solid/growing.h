@@ -22,6 +22,7 @@
 #include "runtime/solid/grow/grow_solid.h"
 #include "runtime/solid/grow/grown.h"
 #include "runtime/solid/kinds/kinds.h"
+#include "tests/unit/solid/covered.h"
 
 namespace openfab::solid {
 
@@ -222,26 +223,7 @@ struct Made {
         out.beams = {{{0, 1}, {1, 1}}};
         return out;
     }
-    std::vector<uint8_t> covered() const {
-        std::vector<uint8_t> all(static_cast<size_t>(grid.size.x) * grid.size.y * grid.size.z, 0);
-        voxel::SlabMask mask;
-        for (int32_t slab = 0; 8 * slab < grid.size.z; ++slab) {
-            placed->coverage(slab, &mask, nullptr, nullptr);
-            for (int32_t y = 0; y < mask.height; ++y) {
-                for (int32_t x = 0; x < mask.width; ++x) {
-                    const uint8_t bits = mask.mask[static_cast<size_t>(y) * mask.width + x];
-                    const Vec3i at{mask.x0 + x, mask.y0 + y, 8 * slab};
-                    if (bits == 0) continue;
-                    for (int32_t z = 0; z < 8; ++z) {
-                        if ((bits >> z & 1) != 0)
-                            all[(static_cast<size_t>(at.z + z) * grid.size.y + at.y) * grid.size.x +
-                                at.x] = 1;
-                    }
-                }
-            }
-        }
-        return all;
-    }
+    std::vector<uint8_t> covered() const { return solid::covered(*placed, grid); }
 };
 
 inline std::shared_ptr<const mesh::Beams> all_of(Rule rule) {

@@ -21,6 +21,7 @@
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
 #include "runtime/solid/voxel_frame.h"
+#include "tests/unit/solid/covered.h"
 
 namespace openfab::solid {
 namespace {
@@ -182,27 +183,6 @@ part::Grid grid_of(const Solid& solid, const Made& made, double pitch) {
         grid.size[a] = static_cast<int32_t>(hi - lo);
     }
     return grid;
-}
-
-/// The covered voxels, [z][y][x].
-std::vector<uint8_t> covered(const Placed& placed, const part::Grid& grid) {
-    std::vector<uint8_t> all(static_cast<size_t>(grid.size.x) * grid.size.y * grid.size.z, 0);
-    voxel::SlabMask mask;
-    for (int32_t slab = 0; 8 * slab < grid.size.z; ++slab) {
-        placed.coverage(slab, &mask, nullptr, nullptr);
-        for (int32_t y = 0; y < mask.height; ++y) {
-            for (int32_t x = 0; x < mask.width; ++x) {
-                const uint8_t bits = mask.mask[static_cast<size_t>(y) * mask.width + x];
-                for (int32_t z = 0; z < 8; ++z) {
-                    if ((bits >> z & 1) == 0) continue;
-                    const Vec3i at{mask.x0 + x, mask.y0 + y, 8 * slab + z};
-                    EXPECT_TRUE(at.x < grid.size.x && at.y < grid.size.y && at.z < grid.size.z);
-                    all[(static_cast<size_t>(at.z) * grid.size.y + at.y) * grid.size.x + at.x] = 1;
-                }
-            }
-        }
-    }
-    return all;
 }
 
 void expect_coverage(const Made& made, double pitch, double volume) {
