@@ -5,13 +5,10 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "base/infinity.h"
 #include "runtime/solid/beams/beam_coverage.h"
 #include "runtime/solid/beams/beam_engine.h"
-#include "runtime/surface/transform_box.h"
+#include "runtime/solid/placed_box.h"
 
 namespace openfab::solid {
 
@@ -26,21 +23,6 @@ struct Shared {
     bool asked = false;
     std::unique_ptr<const BeamAttributes> attributes;  ///< null where nothing reads nearest points
 };
-
-/// Returns the voxels of the grid whose centres may lie in a box of voxel coordinates.
-Box3i voxels_of(const Box3d& box, const part::Grid& grid) {
-    Box3i out;
-    for (int a = 0; a < 3; ++a) {
-        const auto clamped = [&](double x) {
-            return static_cast<int32_t>(std::clamp(x, 0.0, static_cast<double>(grid.size[a])));
-        };
-        out.lo[a] = clamped(std::floor(box.lo[a]) - 1);
-        out.hi[a] = clamped(std::ceil(box.hi[a]) + 1);
-    }
-    if (out.lo.x >= out.hi.x || out.lo.y >= out.hi.y || out.lo.z >= out.hi.z)
-        return {{0, 0, 0}, {0, 0, 0}};
-    return out;
-}
 
 /// Returns the box of all beams under a map of part-local space.
 Box3d mapped_box(const part::PartBeams& of, const Affine3d& map) {
@@ -69,10 +51,7 @@ class PlacedBeams final : public Placed {
         : shared_(shared),
           frame_(where.frame),
           voxels_(where.frame),
-          coverage_(shared.tree, voxels_,
-                    voxels_of(surface::transform_box(part::local_to_voxel(where.part, where.grid),
-                                                     shared.tree.bounds()),
-                              where.grid),
+          coverage_(shared.tree, voxels_, voxels_of(where, shared.tree.bounds()),
                     part::part_base_voxel(where.part, where.grid)) {}
 
     Box3i voxel_box() const override { return coverage_.box(); }

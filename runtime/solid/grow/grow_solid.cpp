@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "abi/grow_table.h"
 #include "runtime/solid/grow/grow_coverage.h"
 #include "runtime/solid/grow/grow_engine.h"
 #include "runtime/solid/grow/program_source.h"
 #include "runtime/solid/grow/rule_source.h"
+#include "runtime/solid/placed_box.h"
 #include "runtime/surface/transform_box.h"
 
 namespace openfab::solid {
@@ -36,21 +36,6 @@ struct SharedGrown {
     bool asked = false, attributes = false;
 };
 
-/// Returns the voxels of the grid whose centres may lie in a box of voxel coordinates.
-Box3i voxels_of(const Box3d& box, const part::Grid& grid) {
-    Box3i out;
-    for (int a = 0; a < 3; ++a) {
-        const auto clamped = [&](double x) {
-            return static_cast<int32_t>(std::clamp(x, 0.0, static_cast<double>(grid.size[a])));
-        };
-        out.lo[a] = clamped(std::floor(box.lo[a]) - 1);
-        out.hi[a] = clamped(std::ceil(box.hi[a]) + 1);
-    }
-    if (out.lo.x >= out.hi.x || out.lo.y >= out.hi.y || out.lo.z >= out.hi.z)
-        return {{0, 0, 0}, {0, 0, 0}};
-    return out;
-}
-
 const GrowScratch& of_engine(const Scratch* scratch) {
     return static_cast<const GrowScratch&>(*scratch->engine);
 }
@@ -60,10 +45,7 @@ class PlacedGrown final : public Placed {
     PlacedGrown(const SharedGrown& shared, const Place& where)
         : shared_(shared),
           frame_(where.frame),
-          coverage_(shared.grown, VoxelFrame(where.frame),
-                    voxels_of(surface::transform_box(part::local_to_voxel(where.part, where.grid),
-                                                     shared.grown.bounds()),
-                              where.grid),
+          coverage_(shared.grown, VoxelFrame(where.frame), voxels_of(where, shared.grown.bounds()),
                     part::part_base_voxel(where.part, where.grid)) {}
 
     Box3i voxel_box() const override { return coverage_.box(); }

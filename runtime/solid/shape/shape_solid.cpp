@@ -2,18 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/solid/shape/shape_solid.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "runtime/nearest/engine/attributes.h"
 #include "runtime/solid/mesh/mesh_solid.h"
+#include "runtime/solid/placed_box.h"
 #include "runtime/solid/shape/shape_coverage.h"
 #include "runtime/solid/shape/shape_engine.h"
 #include "runtime/solid/shape/shape_field.h"
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
 #include "runtime/solid/shape/value_engine.h"
-#include "runtime/surface/transform_box.h"
 #include "simd/isa.h"
 
 namespace openfab::solid {
@@ -41,31 +38,13 @@ struct SharedShape {
     std::unique_ptr<nearest::AttributeReader> attributes;  ///< likewise; in no frame
 };
 
-/// Returns the voxels of the grid whose centres may lie in the shape's lattice.
-Box3i voxels_of(const ShapeField& field, const Place& where) {
-    const Box3d box =
-        surface::transform_box(part::local_to_voxel(where.part, where.grid), field.bounds());
-    Box3i out;
-    for (int a = 0; a < 3; ++a) {
-        const auto clamped = [&](double x) {
-            return static_cast<int32_t>(
-                std::clamp(x, 0.0, static_cast<double>(where.grid.size[a])));
-        };
-        out.lo[a] = clamped(std::floor(box.lo[a]) - 1);
-        out.hi[a] = clamped(std::ceil(box.hi[a]) + 1);
-    }
-    if (out.lo.x >= out.hi.x || out.lo.y >= out.hi.y || out.lo.z >= out.hi.z)
-        return {{0, 0, 0}, {0, 0, 0}};
-    return out;
-}
-
 class PlacedShape final : public Placed {
   public:
     PlacedShape(const SharedShape& shared, const Place& where)
         : shared_(shared),
           frame_(where.frame),
           voxels_(where.frame),
-          coverage_(shared.field, voxels_, voxels_of(shared.field, where),
+          coverage_(shared.field, voxels_, voxels_of(where, shared.field.bounds()),
                     part::part_base_voxel(where.part, where.grid)) {}
 
     Box3i voxel_box() const override { return coverage_.box(); }
