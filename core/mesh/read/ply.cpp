@@ -6,11 +6,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cmath>
 #include <cstring>
 
-#include "base/color.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "base/text.h"
@@ -19,171 +16,16 @@
 #include "mesh/model/polygon.h"
 #include "mesh/read/beside_files.h"
 #include "mesh/read/messages.h"
+#include "mesh/read/ply_columns.h"
 #include "mesh/read/ply_header.h"
 #include "mesh/read/ply_looks.h"
+#include "mesh/read/ply_values.h"
 
 namespace openfab::mesh {
 namespace {
 
 constexpr int64_t kMaxCorners = 4096;
 constexpr size_t kMaxTriangles = 200'000'000;
-
-static_assert(std::endian::native == std::endian::little);
-
-/// Reads the values after the header, one by one.
-class Values {
-  public:
-    Values(std::string_view bytes, const PlyHeader& header)
-        : bytes_(bytes), header_(header), at_(header.body), line_(header.body_line) {}
-
-    /// Reads the next number; returns an error text, empty if none.
-    Complaint next(PlyType type, double* out) {
-        return header_.ascii ? next_ascii(type, out) : next_binary(type, out);
-    }
-    /// Returns the maximum number of values that can follow.
-    size_t most_left(PlyType type) const {
-        return (bytes_.size() - at_) / (header_.ascii ? 1 : ply_type_bytes(type));
-    }
-    int32_t line() const { return line_; }
-
-    /// Returns the next `count` elements of `size` bytes, as stored in the file; null if there are
-    /// fewer, or if they are not little-endian.
-    const char* look(size_t count, size_t size) const {
-        if (header_.ascii || header_.big_endian || (bytes_.size() - at_) / size < count)
-            return nullptr;
-        return bytes_.data() + at_;
-    }
-    void pass(size_t bytes) { at_ += bytes; }
-
-  private:
-    Complaint next_binary(PlyType type, double* out) {
-        const size_t size = ply_type_bytes(type);
-        if (bytes_.size() - at_ < size) return {messages::kFileEndsHere, messages::kWasCutShort};
-        char raw[8] = {};
-        std::memcpy(raw, bytes_.data() + at_, size);
-        if (header_.big_endian) std::reverse(raw, raw + size);
-        at_ += size;
-        const auto as = [&]<typename T>(T value) {
-            std::memcpy(&value, raw, sizeof value);
-            return static_cast<double>(value);
-        };
-        switch (type) {
-            case PlyType::kInt8:
-                *out = as(int8_t{});
-                break;
-            case PlyType::kUint8:
-                *out = as(uint8_t{});
-                break;
-            case PlyType::kInt16:
-                *out = as(int16_t{});
-                break;
-            case PlyType::kUint16:
-                *out = as(uint16_t{});
-                break;
-            case PlyType::kInt32:
-                *out = as(int32_t{});
-                break;
-            case PlyType::kUint32:
-                *out = as(uint32_t{});
-                break;
-            case PlyType::kFloat32:
-                *out = as(float{});
-                break;
-            case PlyType::kFloat64:
-                *out = as(double{});
-                break;
-        }
-        return {};
-    }
-
-    Complaint next_ascii(PlyType type, double* out) {
-        while (at_ < bytes_.size() && is_space(bytes_[at_]))
-            line_ += bytes_[at_++] == '\n';
-        const size_t start = at_;
-        while (at_ < bytes_.size() && !is_space(bytes_[at_]))
-            ++at_;
-        const std::string_view token = bytes_.substr(start, at_ - start);
-        if (token.empty()) return {messages::kFileEndsHere, messages::kWasCutShort};
-        if (!is_ply_integer(type)) {
-            if (token == "nan" || token == "-nan" || token == "NaN") {
-                *out = NAN;
-                return {};
-            }
-            return scan_number(token, out);
-        }
-        static constexpr int64_t kLeast[] = {-128, 0, -32768, 0, INT32_MIN, 0};
-        static constexpr int64_t kMost[] = {127, 255, 32767, 65535, INT32_MAX, UINT32_MAX};
-        int64_t value = 0;
-        const auto t = static_cast<size_t>(type);
-        std::string wrong = scan_integer(token, kLeast[t], kMost[t], &value);
-        *out = static_cast<double>(value);
-        return wrong;
-    }
-
-    static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
-
-    std::string_view bytes_;
-    const PlyHeader& header_;
-    size_t at_;
-    int32_t line_;
-};
-
-/// One scalar property of all vertices or faces.
-struct Column {
-    const PlyProperty* property = nullptr;
-    std::vector<double> values;
-    int64_t odd = -1;  ///< the first one that is not finite
-};
-
-/// Columns that form one attribute.
-struct Vector {
-    std::string name;
-    size_t columns = 1;
-};
-
-struct Parts {
-    const char* attribute;
-    std::array<const char*, 4> names;  ///< up to the first nullptr
-};
-
-constexpr Parts kKnown[] = {{"n", {"nx", "ny", "nz"}},
-                            {"n", {"normal_x", "normal_y", "normal_z"}},
-                            {"uv", {"u", "v"}},
-                            {"uv", {"s", "t"}},
-                            {"uv", {"texture_u", "texture_v"}},
-                            {"uv", {"texture_s", "texture_t"}},
-                            {"color", {"red", "green", "blue"}},
-                            {"color", {"r", "g", "b"}},
-                            {"color", {"diffuse_red", "diffuse_green", "diffuse_blue"}}};
-
-/// Suffixes of component names; at least two form a vector.
-constexpr std::array<const char*, 4> kSuffixes[] = {
-    {"_x", "_y", "_z", "_w"}, {"_0", "_1", "_2", "_3"}, {"_r", "_g", "_b", "_a"}, {"_u", "_v"}};
-
-/// Returns the attribute that starts with columns[at]; all components have one type.
-Vector vector_at(const std::vector<Column>& columns, size_t at) {
-    const auto is = [&](size_t i, const std::string& name) {
-        return at + i < columns.size() && columns[at + i].property->name == name &&
-               columns[at + i].property->type == columns[at].property->type;
-    };
-    for (const auto& [attribute, names] : kKnown) {
-        size_t found = 0;
-        while (found < names.size() && names[found] != nullptr && is(found, names[found]))
-            ++found;
-        if (found == names.size() || names[found] == nullptr) return {attribute, found};
-    }
-    const std::string& first = columns[at].property->name;
-    for (const auto& suffixes : kSuffixes) {
-        if (first.size() < 3 || !first.ends_with(suffixes[0])) continue;
-        const std::string stem = first.substr(0, first.size() - 2);
-        size_t found = 0;
-        while (found < suffixes.size() && suffixes[found] != nullptr &&
-               is(found, stem + suffixes[found]))
-            ++found;
-        if (found >= 2) return {stem, found};
-    }
-    return {first, 1};
-}
 
 class PlyReader {
   public:
@@ -230,8 +72,8 @@ class PlyReader {
                        face_corners_.size() * sizeof(int64_t) +
                        (list_.size() + strip_.size()) * sizeof(double) +
                        uv_corners_.size() * sizeof(int32_t) + uvs_.size() * sizeof(float);
-        for (const std::vector<Column>* columns : {&vertex_columns_, &face_columns_}) {
-            for (const Column& column : *columns)
+        for (const std::vector<PlyColumn>* columns : {&vertex_columns_, &face_columns_}) {
+            for (const PlyColumn& column : *columns)
                 bytes += column.values.size() * sizeof(double);
         }
         return static_cast<int64_t>(bytes);
@@ -312,7 +154,7 @@ class PlyReader {
         return Ok{};
     }
 
-    Complaint scalar(Column* column) {
+    Complaint scalar(PlyColumn* column) {
         double value = 0;
         Complaint wrong = values_.next(column->property->type, &value);
         if (!is_position(value, 0, 0)) {
@@ -323,8 +165,8 @@ class PlyReader {
         return wrong;
     }
 
-    static std::vector<Column> columns_of(const PlyElement& element) {
-        std::vector<Column> columns;
+    static std::vector<PlyColumn> columns_of(const PlyElement& element) {
+        std::vector<PlyColumn> columns;
         for (const PlyProperty& property : element.properties) {
             const bool position =
                 element.name == "vertex" &&
@@ -572,125 +414,24 @@ class PlyReader {
             uv.values = std::move(uvs_);
             out_.mesh.attributes.push_back(std::move(uv));
         }
-        add_attributes(vertex_columns_, "vertex", out_.mesh.triangles);
+        add_ply_attributes(vertex_columns_, "vertex", out_.mesh.triangles, &out_);
         std::vector<std::array<int32_t, 3>> by_face;
         if (!face_columns_.empty()) {
             for (int32_t f : face_of)
                 by_face.push_back({f, f, f});
         }
-        add_attributes(face_columns_, "face", by_face);
-        tell_transparency(vertex_columns_);
-        tell_transparency(face_columns_);
+        add_ply_attributes(face_columns_, "face", by_face, &out_);
+        tell_ply_transparency(vertex_columns_, &out_);
+        tell_ply_transparency(face_columns_, &out_);
         return Ok{};
     }
 
-    /// `alpha` behind colours is an attribute, but no look has it.
-    void tell_transparency(const std::vector<Column>& columns) {
-        const auto is = [](const Column& column, std::string_view name) {
-            return column.property->name == name;
-        };
-        for (size_t i = 1; i < columns.size(); ++i) {
-            const bool is_alpha = (is(columns[i], "alpha") && is(columns[i - 1], "blue")) ||
-                                  (is(columns[i], "a") && is(columns[i - 1], "b"));
-            if (!is_alpha) continue;
-            const double full = color_range({columns[i]});
-            const auto clear = std::count_if(columns[i].values.begin(), columns[i].values.end(),
-                                             [&](double value) { return value < full; });
-            if (clear == 0) continue;
-            out_.left_out.push_back(
-                {messages::kTransparentColours, file_, messages::kTransparentColoursHelp, clear});
-        }
-    }
-
-    /// `corners` selects the row of each triangle corner.
-    void add_attributes(const std::vector<Column>& columns, const char* element,
-                        const std::vector<std::array<int32_t, 3>>& corners) {
-        for (size_t at = 0; at < columns.size();) {
-            const Vector vector = vector_at(columns, at);
-            const auto first = columns.begin() + static_cast<std::ptrdiff_t>(at);
-            const std::vector<Column> parts(first,
-                                            first + static_cast<std::ptrdiff_t>(vector.columns));
-            at += vector.columns;
-            if (std::string why = objection(vector, parts, element); !why.empty()) {
-                out_.warnings.push_back(
-                    fmt::format(messages::kPropertyLeftOut, file_, vector.name, element, why));
-                continue;
-            }
-            const bool is_int = std::string_view(element) == "face" &&
-                                is_ply_integer(parts[0].property->type) && vector.name != "color";
-            out_.mesh.attributes.push_back(is_int ? int_attribute(vector, parts, corners)
-                                                  : float_attribute(vector, parts, corners));
-        }
-    }
-
-    std::string objection(const Vector& vector, const std::vector<Column>& parts,
-                          const char* element) const {
-        if (out_.mesh.find(vector.name) != nullptr) return messages::kNameOfOtherAttribute;
-        for (const Column& part : parts) {
-            if (part.odd >= 0) return fmt::format(messages::kValueTooLargeAt, element, part.odd);
-        }
-        return {};
-    }
-
-    static MeshAttribute int_attribute(const Vector& vector, const std::vector<Column>& parts,
-                                       const std::vector<std::array<int32_t, 3>>& rows) {
-        MeshAttribute a;
-        a.name = vector.name;
-        a.is_int = true;
-        a.components = static_cast<int32_t>(parts.size());
-        for (const auto& row : rows) {
-            for (const Column& part : parts) {
-                const double value = part.values[row[0]];
-                a.faces.push_back(static_cast<int32_t>(static_cast<int64_t>(value)));
-            }
-        }
-        return a;
-    }
-
-    /// Returns the value of full light: that of the type, or for floats and larger types of what is
-    /// written, 1, 255 or 65535.
-    static double color_range(const std::vector<Column>& parts) {
-        const PlyType type = parts[0].property->type;
-        if (type == PlyType::kUint8) return 255;
-        double largest = 0;
-        for (const Column& part : parts) {
-            for (const double value : part.values)
-                largest = std::max(largest, value);
-        }
-        if (!is_ply_integer(type) && largest <= 1) return 1;
-        return largest <= 255 ? 255 : 65535;
-    }
-
-    static MeshAttribute float_attribute(const Vector& vector, const std::vector<Column>& parts,
-                                         const std::vector<std::array<int32_t, 3>>& corners) {
-        MeshAttribute a;
-        a.name = vector.name;
-        a.components = static_cast<int32_t>(parts.size());
-        a.corners = corners;
-        a.values.reserve(parts[0].values.size() * parts.size());
-        const double range = vector.name == "color" ? color_range(parts) : 0;
-        double last = 0;
-        float last_linear = 0;  // neighbours are often alike
-        for (size_t row = 0; row < parts[0].values.size(); ++row) {
-            for (const Column& part : parts) {
-                const double value = part.values[row];
-                if (range > 0 && value != last) {
-                    last = value;
-                    last_linear =
-                        static_cast<float>(srgb_to_linear(std::clamp(value / range, 0.0, 1.0)));
-                }
-                a.values.push_back(range > 0 ? last_linear : static_cast<float>(value));
-            }
-        }
-        return a;
-    }
-
     const PlyHeader& header_;
-    Values values_;
+    PlyValues values_;
     const std::string& file_;
     int64_t memory_bytes_;
     MeshSource out_;
-    std::vector<Column> vertex_columns_, face_columns_;
+    std::vector<PlyColumn> vertex_columns_, face_columns_;
     std::vector<int64_t> face_corners_;  ///< of all faces, one after another
     std::vector<size_t> face_ends_;      ///< into face_corners_
     std::vector<int32_t> face_lines_;

@@ -14,7 +14,7 @@
 #include "mesh/model/mesh_assembly.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/read/messages.h"
-#include "mesh/read/threemf_displaced.h"
+#include "mesh/read/threemf_displaced_corners.h"
 #include "mesh/read/threemf_looks.h"
 #include "mesh/read/threemf_model.h"
 #include "mesh/read/threemf_package.h"
@@ -80,12 +80,7 @@ class ThreemfReader {
         int64_t* passed = nullptr;  ///< triangles of the item before
     };
 
-    /// Triangles of one body.
-    struct Piece {
-        const ThreemfVolume* volume = nullptr;  ///< none: all of the object
-        std::vector<int32_t> triangles;
-    };
-
+    using Piece = ThreemfPiece;
     using Use = void (ThreemfReader::*)(ThreemfPart*, const ThreemfObject&, const Place&);
 
     void fail(const std::string& what, const std::string& help = {}) {
@@ -273,33 +268,8 @@ class ThreemfReader {
 
     /// Returns the bodies of an object, in the order of a slicer's volumes.
     std::vector<Piece> pieces_of(const ThreemfObject& object, const Place& at) {
-        std::vector<Piece> pieces;
-        if (at.project == nullptr || !at.project->has_ranges()) {
-            pieces.emplace_back();
-            return pieces;
-        }
-        const std::vector<ThreemfVolume>& volumes = at.project->volumes;
-        pieces.resize(volumes.size() + 1);  // the last one is of no volume
-        std::vector<std::pair<int64_t, size_t>> starts;
-        for (size_t i = 0; i < volumes.size(); ++i) {
-            pieces[i].volume = &volumes[i];
-            starts.emplace_back(volumes[i].first, i);
-        }
-        std::sort(starts.begin(), starts.end());
-        int64_t count = 0;
-        for (size_t t = 0; t < object.triangles.size(); ++t) {
-            const int64_t source =
-                object.sources.empty() ? static_cast<int64_t>(t) : object.sources[t];
-            count = std::max(count, source + 1);
-            const int64_t number = *at.passed + source;
-            auto after =
-                std::upper_bound(starts.begin(), starts.end(), std::pair(number, volumes.size()));
-            size_t piece = volumes.size();
-            if (after != starts.begin() && number <= volumes[std::prev(after)->second].last)
-                piece = std::prev(after)->second;
-            pieces[piece].triangles.push_back(static_cast<int32_t>(t));
-        }
-        *at.passed += count;
+        if (at.project == nullptr || !at.project->has_ranges()) return {Piece()};
+        std::vector<Piece> pieces = at.project->split(object, at.passed);
         std::erase_if(pieces, [&](const Piece& piece) {
             const bool dropped =
                 piece.volume != nullptr && piece.volume->role == BodyRole::kNotPrinted;
@@ -351,7 +321,7 @@ class ThreemfReader {
             }
             const int32_t body = add_body(name, of);
             mesh_.begin_part();
-            displaced_.clear();
+            displaced_.begin_body();
             std::map<int32_t, int32_t> groups;  // by look
             if (piece.triangles.empty()) {
                 for (size_t v = 0; v < numbers.size(); ++v)
@@ -400,60 +370,14 @@ class ThreemfReader {
             check_names();
         }
         mesh_.add_triangle(corners, group->second);
-        if (in->model.displacements != nullptr) displace(*in, object, at, t, mirrored);
+        if (in->model.displacements != nullptr) {
+            if (const Complaint wrong =
+                    displaced_.set(*in->model.displacements, object, at.transform, t, mirrored);
+                !wrong.empty())
+                return fail(wrong.what);
+        }
         set(looks_.color(), face.color, mirrored);
         set(looks_.uv(), face.uv, mirrored);
-    }
-
-    /// Gives a triangle's corners the attributes `displace`, which are the coordinates in a map, a factor and the
-    /// map's number from 1, and `displace_n`, the direction in the build; of others the number is 0.
-    void displace(const ThreemfPart& in, const ThreemfObject& object, const Place& at, size_t t,
-                  bool mirrored) {
-        const std::optional<size_t> where = mesh_.attribute("displace", 4);
-        const std::optional<size_t> along = mesh_.attribute("displace_n", 3);
-        if (!where || !along) return;
-        if (object.displaced == nullptr || object.displaced->triangles[t].points[0] < 0) {
-            const auto [none, fresh] = displaced_.try_emplace({-1, -1}, -1, -1);
-            const double zeros[] = {0, 0, 0, 0}, up[] = {0, 0, 1};
-            if (fresh) none->second = {mesh_.add_value(*where, zeros), mesh_.add_value(*along, up)};
-            const auto [place, way] = none->second;
-            set(where, std::array{place, place, place}, mirrored);
-            set(along, std::array{way, way, way}, mirrored);
-            return;
-        }
-        const ThreemfDisplaced::Triangle& of = object.displaced->triangles[t];
-        const ThreemfDisplacements& all = *in.model.displacements;
-        const int64_t named = of.group >= 0 ? of.group : object.displaced->group;
-        const auto group = all.groups.find(all.group_of(named));
-        if (group == all.groups.end())
-            return fail(fmt::format(messages::kNoSuchDisplacement, object.name, named));
-        const auto directions = all.directions.find(group->second.directions);
-        const double number = static_cast<double>(std::distance(all.groups.begin(), group) + 1);
-        std::array<int32_t, 3> places{}, ways{};
-        for (size_t c = 0; c < 3; ++c) {
-            const auto point = static_cast<size_t>(of.points[c]);
-            const bool known = point < group->second.points.size() &&
-                               directions != all.directions.end() &&
-                               static_cast<size_t>(group->second.points[point].direction) <
-                                   directions->second.size();
-            if (!known)
-                return fail(
-                    fmt::format(messages::kNoSuchDisplacedPoint, object.name, point, group->first));
-            const auto [values, fresh] =
-                displaced_.try_emplace({group->first, static_cast<int64_t>(point)}, -1, -1);
-            if (fresh) {
-                const ThreemfDisplacementPoint& p = group->second.points[point];
-                const Vec3d n =
-                    at.transform.apply_vector(directions->second[static_cast<size_t>(p.direction)]);
-                const double four[] = {p.u, p.v, p.factor, number};
-                const double three[] = {n.x, n.y, n.z};
-                values->second = {mesh_.add_value(*where, four), mesh_.add_value(*along, three)};
-            }
-            places[c] = values->second.first;
-            ways[c] = values->second.second;
-        }
-        set(where, places, mirrored);
-        set(along, ways, mirrored);
     }
 
     void check_names() {
@@ -523,12 +447,11 @@ class ThreemfReader {
     std::map<std::string, ThreemfPart> parts_;
     MeshAssembly mesh_;
     ThreemfTold told_;
+    ThreemfDisplacedCorners displaced_{&mesh_};
     ThreemfLooks looks_{&mesh_, zip_, &told_};
     ThreemfPackage package_;
     ThreemfProject project_;
     std::map<int32_t, int32_t> filament_looks_;
-    /// Of the body that is added: values at a group's points.
-    std::map<std::pair<int64_t, int64_t>, std::pair<int32_t, int32_t>> displaced_;
     bool is_painted_ = false;
     int64_t body_bytes_ = 0;
     std::optional<Error> error_;

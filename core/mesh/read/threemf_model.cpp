@@ -11,21 +11,22 @@
 #include "base/xml.h"
 #include "mesh/read/messages.h"
 #include "mesh/read/threemf_displaced.h"
+#include "mesh/read/threemf_element.h"
 #include "mesh/read/threemf_extensions.h"
+#include "mesh/read/threemf_properties.h"
 #include "mesh/read/threemf_text.h"
 
 namespace openfab::mesh {
 namespace {
 
-constexpr int64_t kMaxId = INT32_MAX;
 constexpr size_t kMaxTransform = 12;
 /// Text of a metadata element that is of interest: a truth value or a number.
 constexpr size_t kLongestValue = 64;
 
-class ModelReader : public XmlHandler {
+class ModelReader : public XmlHandler, ThreemfElementReader {
   public:
     ModelReader(int64_t* memory_bytes, std::string file, ThreemfTold* told)
-        : memory_bytes_(*memory_bytes), file_(std::move(file)), told_(*told) {}
+        : ThreemfElementReader(memory_bytes), file_(std::move(file)), told_(*told) {}
 
     ThreemfModel model;
 
@@ -41,25 +42,14 @@ class ModelReader : public XmlHandler {
     }
 
     Complaint read(std::string_view name, const XmlAttributes& a) {
-        using Kind = ThreemfGroup::Kind;
         wrong_.clear();
         // Drafts of 3MF had volumetric data inside of meshes.
         if (fields_.takes(name) && (object_ == nullptr || name != "volumedata"))
             return fields_.start(name, a);
         if (name == "vertex") return vertex(a);
         if (name == "triangle") return triangle(a);
-        if (name == "tex2coord") return coordinate(a);
+        if (ThreemfPropertiesReader::takes(name)) return properties_.start(name, a);
         if (name == "model") return root(a);
-        if (name == "basematerials") return begin_group(a, Kind::kMaterials);
-        if (name == "colorgroup") return begin_group(a, Kind::kColors);
-        if (name == "texture2d") return texture(a);
-        if (name == "texture2dgroup") return begin_coordinates(a);
-        if (name == "compositematerials") return begin_composites(a);
-        if (name == "multiproperties") return begin_multi(a);
-        if (name == "base") return base(a);
-        if (name == "color") return color(a);
-        if (name == "composite") return composite(a);
-        if (name == "multi") return multi(a);
         if (name == "object") return begin_object(a);
         if (name == "component" || name == "boolean") return component(a);
         if (name == "booleanshape") return boolean_shape(a);
@@ -84,9 +74,7 @@ class ModelReader : public XmlHandler {
         }
         if (fields_.end()) return;
         if (name == "object") object_ = nullptr;
-        if (name == "basematerials" || name == "colorgroup" || name == "texture2dgroup" ||
-            name == "compositematerials" || name == "multiproperties")
-            group_ = nullptr;
+        properties_.end(name);
         if (name == "metadata" || name == "setting") end_value();
     }
 
@@ -109,61 +97,6 @@ class ModelReader : public XmlHandler {
     }
 
   private:
-    /// Appends to a list and accounts for its memory: lists double, and are copied then.
-    template <typename T>
-    T& add(std::vector<T>* list, T value, size_t more = 0) {
-        memory_bytes_ -= static_cast<int64_t>(3 * sizeof(T) + more);
-        list->push_back(std::move(value));
-        return list->back();
-    }
-
-    /// Accounts for the memory of a resource's map entry and name.
-    template <typename T>
-    void take(const std::string& name) {
-        constexpr size_t kNode = 64;
-        memory_bytes_ -= static_cast<int64_t>(sizeof(T) + kNode + name.size());
-    }
-
-    static Complaint too_long(const std::string& name) {
-        constexpr size_t kLongest = 1000;
-        if (name.size() <= kLongest) return {};
-        return {fmt::format(messages::kLongName, name.size()),
-                fmt::format(messages::kAtMost, kLongest)};
-    }
-
-    double number(const XmlAttributes& a, const char* key) {
-        const char* text = a.find(key);
-        double value = 0;
-        if (text == nullptr) {
-            wrong_ = fmt::format(messages::kAttributeMissing, key);
-        } else if (const std::string wrong = scan_number(trim_threemf(text), &value);
-                   !wrong.empty()) {
-            wrong_ = wrong;
-        }
-        return value;
-    }
-
-    int64_t integer(const XmlAttributes& a, const char* key, int64_t otherwise) {
-        const char* text = a.find(key);
-        if (text == nullptr) return otherwise;
-        int64_t value = otherwise;
-        if (const std::string wrong = scan_integer(trim_threemf(text), 0, kMaxId, &value);
-            !wrong.empty())
-            wrong_ = fmt::format("`{}`: {}", key, wrong);
-        return value;
-    }
-
-    int64_t needed_integer(const XmlAttributes& a, const char* key) {
-        const int64_t value = integer(a, key, -1);
-        if (value < 0 && wrong_.empty()) wrong_ = fmt::format(messages::kAttributeMissing, key);
-        return value;
-    }
-
-    static std::string attribute(const XmlAttributes& a, const char* key) {
-        const char* value = a.find(key);
-        return value != nullptr ? value : "";
-    }
-
     Complaint root(const XmlAttributes& a) {
         static constexpr std::pair<std::string_view, double> kUnits[] = {
             {"micron", 0.001}, {"millimeter", 1}, {"centimeter", 10},
@@ -177,148 +110,6 @@ class ModelReader : public XmlHandler {
         }
         if (!found) return fmt::format(messages::kUnknownUnit, unit.substr(0, 40));
         return check_threemf_extensions(a);
-    }
-
-    Complaint begin_group(const XmlAttributes& a, ThreemfGroup::Kind kind) {
-        const int64_t id = needed_integer(a, "id");
-        if (!wrong_.empty()) return wrong_;
-        const auto [it, fresh] = model.groups.try_emplace(id);
-        if (!fresh) return fmt::format(messages::kSecondResource, id);
-        take<ThreemfGroup>({});
-        group_ = &it->second;
-        group_->kind = kind;
-        return {};
-    }
-
-    Complaint begin_coordinates(const XmlAttributes& a) {
-        Complaint wrong = begin_group(a, ThreemfGroup::Kind::kCoordinates);
-        if (wrong.empty()) group_->source = integer(a, "texid", -1);
-        return wrong.empty() ? Complaint(wrong_) : wrong;
-    }
-
-    Complaint begin_composites(const XmlAttributes& a) {
-        Complaint wrong = begin_group(a, ThreemfGroup::Kind::kComposites);
-        if (wrong.empty()) wrong = integers(attribute(a, "matindices"), &group_->layers);
-        if (wrong.empty()) group_->source = integer(a, "matid", -1);
-        // Each composite searches all of them.
-        constexpr size_t kMaxMaterials = 256;
-        if (wrong.empty() && group_->layers.size() > kMaxMaterials)
-            return {fmt::format(messages::kTooManyComposites, group_->layers.size()),
-                    fmt::format(messages::kAtMost, kMaxMaterials)};
-        return wrong.empty() ? Complaint(wrong_) : wrong;
-    }
-
-    Complaint begin_multi(const XmlAttributes& a) {
-        Complaint wrong = begin_group(a, ThreemfGroup::Kind::kMulti);
-        if (wrong.empty()) wrong = integers(attribute(a, "pids"), &group_->layers);
-        // Each triangle searches all of them.
-        constexpr size_t kMaxLayers = 16;
-        if (wrong.empty() && group_->layers.size() > kMaxLayers)
-            return {fmt::format(messages::kTooManyMultiproperties, group_->layers.size()),
-                    fmt::format(messages::kAtMost, kMaxLayers)};
-        if (!wrong.empty()) return wrong;
-        const std::string methods = attribute(a, "blendmethods");
-        for (const std::string_view method : threemf_words(methods)) {
-            if (group_->multiplied.size() == kMaxLayers) break;
-            if (method != "mix" && method != "multiply")
-                return {fmt::format(messages::kUnknownBlendMethod, method.substr(0, 40)),
-                        messages::kUnknownBlendMethodHelp};
-            group_->multiplied.push_back(method == "multiply");
-        }
-        return {};
-    }
-
-    std::string integers(std::string_view list, std::vector<int64_t>* out) {
-        for (std::string_view word : threemf_words(list)) {
-            int64_t value = 0;
-            if (std::string wrong = scan_integer(word, 0, kMaxId, &value); !wrong.empty())
-                return wrong;
-            add(out, value);
-        }
-        return {};
-    }
-
-    bool in(ThreemfGroup::Kind kind) const { return group_ != nullptr && group_->kind == kind; }
-
-    Complaint base(const XmlAttributes& a) {
-        if (!in(ThreemfGroup::Kind::kMaterials)) return {};
-        std::string name = attribute(a, "name");
-        if (name.empty()) name = fmt::format("material {}", group_->names.size());
-        const std::optional<ThreemfColor> color = parse_threemf_color(attribute(a, "displaycolor"));
-        const size_t length = name.size();
-        add(&group_->values, color.value_or(ThreemfColor{}), 1);
-        group_->colored.push_back(color.has_value());
-        return too_long(add(&group_->names, std::move(name), length));
-    }
-
-    Complaint color(const XmlAttributes& a) {
-        if (!in(ThreemfGroup::Kind::kColors)) return {};
-        const std::string written = attribute(a, "color");
-        const std::optional<ThreemfColor> value = parse_threemf_color(written);
-        if (!value)
-            return {fmt::format(messages::kNotAColour, written.substr(0, 40)),
-                    messages::kNotAColourHelp};
-        add(&group_->values, *value);
-        return {};
-    }
-
-    Complaint texture(const XmlAttributes& a) {
-        const int64_t id = needed_integer(a, "id");
-        if (!wrong_.empty()) return wrong_;
-        const auto [it, fresh] = model.textures.try_emplace(id);
-        if (!fresh) return fmt::format(messages::kSecondTexture, id);
-        ThreemfTexture& texture = it->second;
-        texture.path = attribute(a, "path");
-        take<ThreemfTexture>(texture.path);
-        texture.nearest = attribute(a, "filter") == "nearest";
-        const char* const keys[] = {"tilestyleu", "tilestylev"};
-        for (size_t axis = 0; axis < texture.wrap.size(); ++axis) {
-            const std::string style = attribute(a, keys[axis]);
-            if (style.empty() || style == "wrap") continue;
-            if (style == "mirror") {
-                texture.wrap[axis] = PictureWrap::kMirror;
-            } else if (style == "clamp") {
-                texture.wrap[axis] = PictureWrap::kClamp;
-            } else if (style == "none") {
-                texture.wrap[axis] = PictureWrap::kNone;
-            } else {
-                return {fmt::format(messages::kUnknownTileStyle, style.substr(0, 40)),
-                        messages::kTileStyles};
-            }
-        }
-        return {};
-    }
-
-    Complaint coordinate(const XmlAttributes& a) {
-        if (!in(ThreemfGroup::Kind::kCoordinates)) return {};
-        const double u = number(a, "u");
-        const double v = number(a, "v");
-        add(&group_->values, {static_cast<float>(u), static_cast<float>(v), 0, 0});
-        return wrong_;
-    }
-
-    Complaint composite(const XmlAttributes& a) {
-        if (!in(ThreemfGroup::Kind::kComposites)) return {};
-        std::vector<double>& shares = add(&group_->shares, {});
-        const std::string values = attribute(a, "values");
-        double sum = 0;
-        for (const std::string_view word : threemf_words(values)) {
-            if (shares.size() == group_->layers.size()) break;
-            double value = 0;
-            if (std::string wrong = scan_number(word, &value); !wrong.empty()) return wrong;
-            if (value < 0) return fmt::format(messages::kNotAShare, word.substr(0, 40));
-            sum += add(&shares, value);
-        }
-        while (shares.size() < group_->layers.size())
-            add(&shares, 0.0);
-        for (double& share : shares)
-            share = sum > 0 ? share / sum : 1 / static_cast<double>(shares.size());
-        return {};
-    }
-
-    Complaint multi(const XmlAttributes& a) {
-        if (!in(ThreemfGroup::Kind::kMulti)) return {};
-        return integers(attribute(a, "pindices"), &add(&group_->picks, {}));
     }
 
     Complaint begin_object(const XmlAttributes& a) {
@@ -435,14 +226,6 @@ class ModelReader : public XmlHandler {
         }
     }
 
-    int64_t index(std::string_view name, const char* text) {
-        int64_t value = -1;
-        if (const std::string wrong = scan_integer(trim_threemf(text), 0, kMaxId, &value);
-            !wrong.empty())
-            wrong_ = fmt::format("`{}`: {}", name, wrong);
-        return value;
-    }
-
     void paint(const char* text) {
         const auto number = static_cast<int32_t>(object_->triangles.size());
         if (!object_->paints.empty() && object_->paints.back().first == number) return;
@@ -529,15 +312,13 @@ class ModelReader : public XmlHandler {
         return wrong_;
     }
 
-    int64_t& memory_bytes_;
+    ThreemfPropertiesReader properties_{&model, &memory_bytes_};
     ThreemfFieldsReader fields_{&model.fields, &memory_bytes_};
     ThreemfDisplacementReader displacements_;
     std::string file_;
     ThreemfTold& told_;
-    std::string wrong_;
     std::string key_, value_;          ///< of the metadata that is open; no key: not of interest
     int unknown_ = 0;                  ///< depth in an element that nothing reads
-    ThreemfGroup* group_ = nullptr;    ///< the one that is open
     ThreemfObject* object_ = nullptr;  ///< the one that is open
     int64_t object_id_ = 0;
     std::array<bool, 3> told_paint_{};  ///< of this object

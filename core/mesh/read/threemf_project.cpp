@@ -345,6 +345,31 @@ const ThreemfVolume* ThreemfProjectObject::component(int64_t object) const {
     return it != volumes.end() ? &*it : nullptr;
 }
 
+std::vector<ThreemfPiece> ThreemfProjectObject::split(const ThreemfObject& object,
+                                                      int64_t* passed) const {
+    std::vector<ThreemfPiece> pieces(volumes.size() + 1);  // the last one is of no volume
+    std::vector<std::pair<int64_t, size_t>> starts;
+    for (size_t i = 0; i < volumes.size(); ++i) {
+        pieces[i].volume = &volumes[i];
+        starts.emplace_back(volumes[i].first, i);
+    }
+    std::sort(starts.begin(), starts.end());
+    int64_t count = 0;
+    for (size_t t = 0; t < object.triangles.size(); ++t) {
+        const int64_t source = object.sources.empty() ? static_cast<int64_t>(t) : object.sources[t];
+        count = std::max(count, source + 1);
+        const int64_t number = *passed + source;
+        auto after =
+            std::upper_bound(starts.begin(), starts.end(), std::pair(number, volumes.size()));
+        size_t piece = volumes.size();
+        if (after != starts.begin() && number <= volumes[std::prev(after)->second].last)
+            piece = std::prev(after)->second;
+        pieces[piece].triangles.push_back(static_cast<int32_t>(t));
+    }
+    *passed += count;
+    return pieces;
+}
+
 Result<ThreemfProject> read_threemf_project(const ZipFile& zip, const std::string& file,
                                             int64_t* memory_bytes, ThreemfTold* told) {
     return ProjectReader(zip, file, memory_bytes, told).read();

@@ -29,6 +29,12 @@ struct ThreemfVolume {
     int32_t extruder = 0;  ///< from 1; 0: the object's
 };
 
+/// Triangles of one body.
+struct ThreemfPiece {
+    const ThreemfVolume* volume = nullptr;  ///< none: what no volume has
+    std::vector<int32_t> triangles;         ///< none: all of the object
+};
+
 struct ThreemfProjectObject {
     std::string name;
     int32_t extruder = 0;  ///< from 1; 0: not said
@@ -37,6 +43,9 @@ struct ThreemfProjectObject {
     bool has_ranges() const;
     /// Returns the volume that is component `object`, or null.
     const ThreemfVolume* component(int64_t object) const;
+    /// Splits a mesh at the ranges: a piece for each volume, the last one for what is in none. `*passed`
+    /// counts the triangles of the meshes before.
+    std::vector<ThreemfPiece> split(const ThreemfObject& object, int64_t* passed) const;
 };
 
 struct ThreemfFilament {
