@@ -6,7 +6,6 @@
 #include <string>
 
 #include "compiler/check/expression_checker.h"
-#include "compiler/check/foreign_names.h"
 
 namespace openfab::check {
 
@@ -30,68 +29,6 @@ ir::Op binary_op(std::string_view text) {
     return ir::Op::kAdd;
 }
 
-struct AttributeInfo {
-    std::string_view name;
-    Attribute id;
-    Type type;
-    unsigned of;  ///< the stages that have it
-};
-constexpr unsigned kOfSurface = 1, kOfVolume = 2, kOfDither = 4, kOfShape = 8, kOfGrow = 16;
-constexpr AttributeInfo kAttributes[] = {
-    {"p", Attribute::kP, kFloat3Type, kOfSurface | kOfShape},
-    {"n", Attribute::kN, kFloat3Type, kOfSurface},
-    {"ng", Attribute::kNg, kFloat3Type, kOfSurface},
-    {"uv", Attribute::kUv, {Base::kFloat, 2}, kOfSurface},
-    {"dpdu", Attribute::kDpdu, kFloat3Type, kOfSurface},
-    {"dpdv", Attribute::kDpdv, kFloat3Type, kOfSurface},
-    {"voxelCenter", Attribute::kVoxelCenter, kFloat3Type, kOfVolume},
-    {"voxelSize", Attribute::kVoxelSize, kFloat3Type, kOfVolume | kOfDither},
-    {"buildPosition", Attribute::kBuildPosition, kFloat3Type, kOfVolume},
-    {"instance", Attribute::kInstance, kIntType, kOfSurface | kOfVolume},
-    {"voxel", Attribute::kVoxel, {Base::kInt, 3}, kOfDither},
-    {"seed", Attribute::kSeed, kUintType, kOfDither},
-    {"count", Attribute::kCount, kIntType, kOfDither},
-    {"child", Attribute::kChild, kIntType, kOfGrow},
-    {"level", Attribute::kLevel, kIntType, kOfGrow},
-    {"path", Attribute::kPath, kUintType, kOfGrow},
-};
-
-unsigned stage_of(const Type& attributes) {
-    if (attributes.is(Base::kSurfaceAttributes)) return kOfSurface;
-    if (attributes.is(Base::kShapeAttributes)) return kOfShape;
-    if (attributes.is(Base::kGrowAttributes)) return kOfGrow;
-    return attributes.is(Base::kVolumeAttributes) ? kOfVolume : kOfDither;
-}
-
-/// Returns the component, 0 to 3, or -1; sets `set` to 1 for xyzw, 2 for rgba.
-int lane_of(char c, int* set) {
-    constexpr std::string_view kXyzw = "xyzw";
-    constexpr std::string_view kRgba = "rgba";
-    if (const size_t at = kXyzw.find(c); at != std::string_view::npos) {
-        *set = 1;
-        return static_cast<int>(at);
-    }
-    *set = 2;
-    const size_t at = kRgba.find(c);
-    return at == std::string_view::npos ? -1 : static_cast<int>(at);
-}
-
-/// Returns a swizzle as OpenFL has it of one in capitals, of mixed sets, or with `stpq`; empty if that is none of a
-/// vector of this size.
-std::string foreign_swizzle(std::string_view text, int size) {
-    constexpr std::string_view kSets[] = {"xyzw", "rgba", "stpq", "XYZW", "RGBA"};
-    std::string out;
-    for (char c : text) {
-        for (std::string_view set : kSets) {
-            const size_t at = set.find(c);
-            if (at == std::string_view::npos || at >= static_cast<size_t>(size)) continue;
-            out += "xyzw"[at];
-            break;
-        }
-    }
-    return out.size() == text.size() && text.size() <= 4 ? out : "";
-}
-
 std::string both(const Type& a, const Type& b) {
     return fmt::format("`{}` and `{}`", type_name(a), type_name(b));
 }
@@ -103,15 +40,6 @@ ExprPtr ExpressionChecker::make(ExprKind kind, const Type& type, const source::S
     out->kind = kind;
     out->type = type;
     out->span = span;
-    return out;
-}
-
-std::vector<StructMember> attribute_members(const Type& attributes) {
-    std::vector<StructMember> out;
-    for (const AttributeInfo& info : kAttributes) {
-        if ((info.of & stage_of(attributes)) != 0)
-            out.push_back({std::string(info.name), info.type, {}});
-    }
     return out;
 }
 
@@ -205,61 +133,6 @@ bool ExpressionChecker::is_type_name(std::string_view name) const {
     const Symbol* symbol = find(name);
     if (symbol != nullptr) return symbol->kind == SymbolKind::kType;
     return !find_type(name).is_error();
-}
-
-/// Returns the attributes of the stage or function, or null.
-const Symbol* ExpressionChecker::attributes() const {
-    for (const Scope& scope : scopes_) {
-        for (const auto& [text, symbol] : scope) {
-            if (symbol->type.is_attributes()) return symbol;
-        }
-    }
-    return nullptr;
-}
-
-/// Returns help for a name of another language, or one that exists only in the surface stage.
-std::string ExpressionChecker::help_for_name(std::string_view name) const {
-    std::string foreign_help = foreign_name_help(name);
-    if (!foreign_help.empty()) return foreign_help;
-    for (const AttributeInfo& info : kAttributes) {
-        if (info.name != name) continue;
-        const Symbol* symbol = attributes();
-        if (symbol == nullptr) break;
-        if ((info.of & stage_of(symbol->type)) != 0)
-            return fmt::format("write `{}.{}`", symbol->name, name);
-    }
-    if (name == "attr") {
-        switch (context_) {
-            case StageContext::kVolume:
-                return "declare it: `@Volume(@varying { VolumeAttributes attr })`";
-            case StageContext::kSurface:
-                return "declare it: `@Surface(@varying { SurfaceAttributes attr })`";
-            case StageContext::kDither:
-                return "declare it: `@Dither(@varying { DitherAttributes attr })`";
-            case StageContext::kShape:
-                return "declare it: `@Shape(@varying { ShapeAttributes attr })`";
-            case StageContext::kGrow:
-                return "declare it: `@Grow(@varying { GrowAttributes attr, Node parent })`";
-            default:
-                break;
-        }
-    }
-    if (context_ != StageContext::kVolume) return "";
-    for (const auto* list :
-         {&fablet_->ir.surface_outputs, &fablet_->ir.surface_inputs, &fablet_->ir.shape_outputs}) {
-        for (const ir::Varying& v : *list) {
-            if (v.name != name) continue;
-            return fmt::format(
-                "the {} stage has it: add `@nearest {} {}` to the varyings of this one",
-                list != &fablet_->ir.shape_outputs ? "surface"
-                : !fablet_->node.is_error()        ? "grow"
-                                                   : "shape",
-                v.type_name, v.name);
-        }
-    }
-    if (name == "uv")
-        return "texture coordinates come from the mesh: add `@nearest float2 uv` to the varyings";
-    return "";
 }
 
 ExprPtr ExpressionChecker::bad_operand(const ast::Expr& expr, const std::string& types) {
@@ -602,88 +475,6 @@ ExprPtr ExpressionChecker::struct_member(const ast::Expr& expr, ExprPtr object,
             "the volume stage's `@nearest` varyings are members too, in functions of the fablet");
     }
     return poison(expr.span);
-}
-
-ExprPtr ExpressionChecker::attribute_member(const ast::Expr& expr, ExprPtr object) {
-    const unsigned stage = stage_of(object->type);
-    std::vector<std::string> names;
-    std::string list;
-    for (const AttributeInfo& info : kAttributes) {
-        if ((info.of & stage) == 0) continue;
-        if (info.name == expr.text) {
-            ExprPtr out = make(ExprKind::kAttribute, info.type, expr.span);
-            out->attribute = info.id;
-            record_use(expr.text_span, StructMember{std::string(info.name), info.type, {}});
-            return out;
-        }
-        names.emplace_back(info.name);
-        list += fmt::format("{}`{}`", list.empty() ? "" : ", ", info.name);
-    }
-    diag::Diagnostic& d =
-        sink_->report(expr.text_span, diag::kUnknownMember, type_name(object->type), expr.text);
-    if (const std::string help = foreign_attribute_help(expr.text, object->type); !help.empty()) {
-        d.help(help);
-    } else {
-        d.suggest(expr.text_span, expr.text, names, "it has " + list);
-    }
-    return poison(expr.span);
-}
-
-ExprPtr ExpressionChecker::swizzle(const ast::Expr& expr, ExprPtr object) {
-    ExprPtr out = make(ExprKind::kSwizzle, object->type, expr.span);
-    const std::string_view text = expr.text;
-    int first_set = 0;
-    bool ok = text.size() <= 4;
-    for (size_t i = 0; i < text.size() && ok; ++i) {
-        int set = 0;
-        const int lane = lane_of(text[i], &set);
-        if (i == 0) first_set = set;
-        ok = lane >= 0 && lane < object->type.size && set == first_set;
-        out->lanes[i] = static_cast<uint8_t>(lane);
-    }
-    if (!ok) {
-        const std::string right = foreign_swizzle(text, object->type.size);
-        const std::string_view set =
-            first_set == 2 && lane_of(text[0], &first_set) >= 0 ? "rgba" : "xyzw";
-        const bool function = find_intrinsic(text) != nullptr || !overloads(text).empty() ||
-                              !renamed_function(text).empty();
-        if (right.empty() && function) return unknown_method(expr, expr, object->type);
-        diag::Diagnostic& d =
-            sink_->report(expr.text_span, diag::kBadSwizzle, text, type_name(object->type))
-                .help(fmt::format("its components are `{}`",
-                                  set.substr(0, static_cast<size_t>(object->type.size))));
-        if (!right.empty()) d.replace(expr.text_span, right);
-        return poison(expr.span);
-    }
-    out->type.size = static_cast<int>(text.size());
-    out->args.push_back(std::move(object));
-    return out;
-}
-
-/// `_m01` counts rows and columns from 0, `_12` from 1; up to four of them make a vector.
-ExprPtr ExpressionChecker::matrix_swizzle(const ast::Expr& expr, ExprPtr object) {
-    const Type matrix = object->type;
-    ExprPtr out = make(ExprKind::kSwizzle, {matrix.base, 0}, expr.span);
-    const bool zero_based = expr.text.substr(0, 2) == "_m";
-    const std::string_view mark = zero_based ? "_m" : "_";
-    const size_t step = mark.size() + 2;
-    bool ok = expr.text.size() % step == 0 && expr.text.size() <= 4 * step;
-    for (size_t i = 0; ok && i < expr.text.size(); i += step) {
-        const int row = expr.text[i + mark.size()] - (zero_based ? '0' : '1');
-        const int column = expr.text[i + mark.size() + 1] - (zero_based ? '0' : '1');
-        ok = expr.text.substr(i, mark.size()) == mark && row >= 0 && row < matrix.rows &&
-             column >= 0 && column < matrix.size;
-        if (!ok) break;
-        out->lanes[static_cast<size_t>(out->type.size++)] =
-            static_cast<uint8_t>(row * matrix.size + column);
-    }
-    if (!ok) {
-        sink_->report(expr.text_span, diag::kBadSwizzle, expr.text, type_name(matrix))
-            .help("write `[row][column]`, `._m01` counted from 0, or `._12` counted from 1");
-        return poison(expr.span);
-    }
-    out->args.push_back(std::move(object));
-    return out;
 }
 
 }  // namespace openfab::check

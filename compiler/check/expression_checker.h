@@ -72,16 +72,20 @@ class ExpressionChecker {
     ExprPtr member(const ast::Expr& expr);
     ExprPtr struct_member(const ast::Expr& expr, ExprPtr object,
                           const std::vector<StructMember>& members);
-    ExprPtr matrix_swizzle(const ast::Expr& expr, ExprPtr object);
-    ExprPtr attribute_member(const ast::Expr& expr, ExprPtr object);
-    ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
-    std::string help_for_name(std::string_view name) const;
     bool is_type_name(std::string_view name) const;
-    const Symbol* attributes() const;
     ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
     bool assignable(const Expr& target);
     /// Returns the common type of an operator's operands; the shorter vector wins, with a warning.
     Type common_type(const Type& a, const Type& b) const;
+
+    // check_attributes.cpp
+    const Symbol* attributes() const;
+    std::string help_for_name(std::string_view name) const;
+    ExprPtr attribute_member(const ast::Expr& expr, ExprPtr object);
+
+    // check_swizzle.cpp
+    ExprPtr swizzle(const ast::Expr& expr, ExprPtr object);
+    ExprPtr matrix_swizzle(const ast::Expr& expr, ExprPtr object);
 
     // check_choice.cpp
     ExprPtr tested(const ast::Expr& expr);

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The recursive-descent parser, private to compiler/syntax: declarations in parser.cpp, statements
-// in parse_stmt.cpp, expressions in parse_expr.cpp. After an error it skips to where it can
-// resume; nesting deeper than kMaxDepth ends it.
+// The recursive-descent parser, private to compiler/syntax: declarations in parser.cpp, stages in
+// parse_stage.cpp, statements in parse_stmt.cpp, expressions in parse_expr.cpp. After an error it
+// skips to where it can resume; nesting deeper than kMaxDepth ends it.
 
 #include <optional>
 #include <string>
@@ -94,13 +94,7 @@ class Parser {
     // parser.cpp
     void parse_import(ast::File* file);
     void parse_fablet(ast::File* file);
-    bool parse_marker(ast::Fablet* fablet);
     void parse_member(ast::Fablet* fablet, ast::Scope* scope);
-    void parse_uniforms(ast::Fablet* fablet);
-    void parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source::Span& span);
-    void parse_claims(ast::Stage* stage);
-    void parse_varyings(ast::Stage* stage);
-    bool parse_varying(ast::Stage* stage);
     void parse_function(ast::Scope* scope);
     bool parse_parameter(ast::Function* function);
     bool parse_struct(ast::Struct* out, std::vector<ast::Variable>* variables, bool is_const);
@@ -115,10 +109,18 @@ class Parser {
                            std::vector<ast::Variable>* out);
     bool parse_declarator(const ast::TypeRef& type, ast::Variable* out);
     void parse_annotations(ast::Variable* variable);
-    std::string_view marker_word(std::initializer_list<const char*> known);
-    bool parse_bare_uniform(ast::Fablet* fablet);
     bool at_foreign_fablet() const;
     bool at_from_import() const;
+
+    // parse_stage.cpp
+    bool parse_marker(ast::Fablet* fablet);
+    void parse_uniforms(ast::Fablet* fablet);
+    void parse_stage(ast::Fablet* fablet, ast::StageKind kind, const source::Span& span);
+    void parse_claims(ast::Stage* stage);
+    void parse_varyings(ast::Stage* stage);
+    bool parse_varying(ast::Stage* stage);
+    std::string_view marker_word(std::initializer_list<const char*> known);
+    bool parse_bare_uniform(ast::Fablet* fablet);
 
     // parse_foreign.cpp: what other languages write, with its remedy.
     void add_foreign_help(diag::Diagnostic* d) const;
