@@ -3,11 +3,8 @@
 #include "world/world.h"
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <set>
 #include <unordered_map>
@@ -15,19 +12,21 @@
 #include "base/json.h"
 #include "base/near_miss.h"
 #include "base/talking_program.h"
-#include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "mesh/model/primitives.h"
 #include "world/beams_reader.h"
 #include "world/build_reader.h"
 #include "world/dither_ref.h"
 #include "world/json_reader.h"
+#include "world/mesh_files_reader.h"
 #include "world/messages.h"
 #include "world/nearly_equal_stretch.h"
 #include "world/pieces_reader.h"
 #include "world/primitive_reader.h"
 #include "world/program_reader.h"
+#include "world/texture_reader.h"
 #include "world/uniform_values.h"
+#include "world/unit_reader.h"
 #include "world/world_files.h"
 
 namespace openfab::world {
@@ -38,10 +37,6 @@ namespace fs = std::filesystem;
 
 /// As many as slices have codes for.
 constexpr size_t kMostMaterials = 254;
-/// Each placement searches them linearly.
-constexpr size_t kMostTextures = 4096;
-/// The names of units of length in files.
-const std::vector<std::string> kUnits = {"mm", "cm", "m", "um", "in"};
 
 class WorldReader {
   public:
@@ -140,25 +135,6 @@ class WorldReader {
         }
     }
 
-    static std::optional<std::array<double, 3>> three(const std::vector<double>& v) {
-        if (v.size() != 3) return std::nullopt;
-        return std::array<double, 3>{v[0], v[1], v[2]};
-    }
-
-    /// Reads one number for all axes, or one for each.
-    std::optional<std::array<double, 3>> spacing(const JsonValue& value, const std::string& what) {
-        std::vector<double> sizes;
-        if (value.is(JsonValue::Kind::kArray)) {
-            sizes = json_.numbers(value, what, 3, 1e6);
-        } else {
-            sizes.assign(3, json_.number(value, what, 1e-6, 1e6));
-        }
-        for (const double size : sizes) {
-            if (json_.ok() && !(size >= 1e-6)) json_.fail(value, what + messages::kMustBeAboveZero);
-        }
-        return three(sizes);
-    }
-
     void fablet(const JsonMember& m) {
         const std::string what = fmt::format("fablet `{}`", m.key);
         if (!json_.object(m.value, world_keys("fablet"), what)) return;
@@ -204,72 +180,7 @@ class WorldReader {
         world_.materials.push_back(std::move(material));
     }
 
-    void texture(const JsonMember& m) {
-        const std::string what = fmt::format("texture `{}`", m.key);
-        if (!json_.object(m.value, world_keys("texture"), what)) return;
-        Texture texture;
-        texture.name = m.key;
-        if (const JsonMember* p = m.value.find("time"))
-            texture.time = json_.number(p->value, "`time` of " + what, -1e30, 1e30);
-        texture.file =
-            files_.images(m.value.find("file")->value, "the file of " + what, texture.time);
-        const auto choice = [&](const char* key, const std::vector<std::string>& choices,
-                                size_t otherwise) {
-            const JsonMember* p = m.value.find(key);
-            return p == nullptr
-                       ? otherwise
-                       : json_.choice(p->value, fmt::format("`{}` of {}", key, what), choices);
-        };
-        if (const JsonMember* p = m.value.find("wrap"))
-            wrap(p->value, "`wrap` of " + what, &texture);
-        texture.filter =
-            static_cast<Filter>(choice("filter", {"trilinear", "anisotropic", "nearest"}, 1));
-        texture.space = static_cast<Space>(choice("space", {"auto", "srgb", "linear", "data"}, 0));
-        const auto channels = choice("channels", {"all", "luminance", "opaque"}, 0);
-        texture.luminance = channels == 1;
-        texture.opaque = channels == 2;
-        if (const JsonMember* p = m.value.find("origin_mm"))
-            texture.origin_mm = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e6));
-        if (const JsonMember* p = m.value.find("spacing_mm"))
-            texture.spacing_mm = spacing(p->value, "`spacing_mm` of " + what);
-        if (const JsonMember* p = m.value.find("field"))
-            texture.field = json_.string(p->value, "`field` of " + what);
-        if (const JsonMember* p = m.value.find("unit"))
-            texture.unit = kUnits[json_.choice(p->value, "`unit` of " + what, kUnits)];
-        if (const JsonMember* p = m.value.find("pitch_mm"))
-            texture.pitch_mm = json_.number(p->value, "`pitch_mm` of " + what, 1e-4, 1e6);
-        if (const JsonMember* p = m.value.find("outside"))
-            texture.outside = json_.number(p->value, "`outside` of " + what, -1e30, 1e30);
-        texture.location = json_.location(m.value.find("file")->value);
-        if (world_.textures.size() == kMostTextures) {
-            json_.fail(m.value, fmt::format(messages::kTooManyTextures, kMostTextures));
-        }
-        world_.textures.push_back(std::move(texture));
-    }
-
-    /// One mode, or one along u and one along v.
-    void wrap(const JsonValue& value, const std::string& what, Texture* texture) {
-        static const std::vector<std::string> kModes = {"clamp", "repeat", "mirror", "black"};
-        if (!value.is(JsonValue::Kind::kArray)) {
-            texture->wrap = texture->wrap_v = static_cast<Wrap>(json_.choice(value, what, kModes));
-            return;
-        }
-        if (value.items.size() != 2) {
-            json_.fail(value,
-                       value.items.size() == 1
-                           ? what + messages::kOneMode
-                           : fmt::format(messages::kWrongModes, what, value.items.size()),
-                       messages::kWrongModesHelp);
-            return;
-        }
-        texture->wrap = static_cast<Wrap>(json_.choice(value.items[0], what, kModes));
-        texture->wrap_v = static_cast<Wrap>(json_.choice(value.items[1], what, kModes));
-    }
-
-    double unit_mm(const JsonValue& value, const std::string& what) {
-        static constexpr double kSizes[] = {1, 10, 1000, 0.001, 25.4};
-        return kSizes[json_.choice(value, "`unit` of " + what, kUnits)];
-    }
+    void texture(const JsonMember& m) { read_texture(m, &json_, &files_, &world_); }
 
     void mesh(const JsonMember& m) {
         const std::string what = fmt::format("mesh `{}`", m.key);
@@ -307,7 +218,7 @@ class WorldReader {
                                  fmt::format(messages::kGoesWithProgram, key, what));
         }
         if (source->key == "file") {
-            mesh_file(m, source->value, what);
+            mesh_files_.read(m, source->value, what, any_object_repairs(m.key));
         } else {
             for (const char* key :
                  {"body", "unit", "up", "origin_mm", "groups", "groups_attribute"}) {
@@ -338,6 +249,11 @@ class WorldReader {
         }
     }
 
+    void load_meshes() {
+        const int64_t bytes = mesh_files_.load(memory_left_);
+        if (json_.ok() && mesh_files_.last() != nullptr) take_memory(*mesh_files_.last(), bytes);
+    }
+
     bool take_memory(const JsonValue& value, int64_t bytes) {
         memory_left_ -= bytes;
         if (memory_left_ >= 0) return true;
@@ -356,7 +272,8 @@ class WorldReader {
         const fs::path file = files_.existing(value, "`beams` of " + what);
         mesh::BeamOptions options;
         options.memory_bytes = memory_left_;
-        if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
+        if (const JsonMember* p = m.value.find("unit"))
+            options.unit_mm = read_unit_mm(p->value, what, &json_);
         if (const JsonMember* p = m.value.find("body"))
             options.body = json_.string(p->value, "`body` of " + what);
         if (!json_.ok()) return;
@@ -422,146 +339,6 @@ class WorldReader {
         return repaired_->count(mesh) != 0;
     }
 
-    void mesh_file(const JsonMember& m, const JsonValue& value, const std::string& what) {
-        const bool of_whole = m.value.find("body") == nullptr;
-        const fs::path file = files_.existing(value, "the file of " + what, of_whole);
-        if (json_.ok() && !mesh::is_mesh_file(file)) {
-            json_.fail(value,
-                       fmt::format(messages::kNoMeshExtension, what, file.filename().string()),
-                       fmt::format("supported: {}", mesh::mesh_formats()));
-        }
-        mesh::MeshOptions options;
-        options.name = m.key;
-        options.repair = any_object_repairs(m.key);
-        if (const JsonMember* p = m.value.find("body")) {
-            options.body = json_.string(p->value, "`body` of " + what);
-            if (json_.ok() && options.body.empty())
-                json_.fail(p->value, fmt::format(messages::kBodyEmpty, what),
-                           messages::kBodyEmptyHelp);
-        }
-        if (const JsonMember* p = m.value.find("origin_mm")) {
-            if (const auto at = three(json_.numbers(p->value, "`origin_mm` of " + what, 3, 1e9)))
-                options.origin_mm = {(*at)[0], (*at)[1], (*at)[2]};
-        }
-        if (const JsonMember* p = m.value.find("unit")) options.unit_mm = unit_mm(p->value, what);
-        if (const JsonMember* p = m.value.find("up")) {
-            options.y_up = json_.choice(p->value, "`up` of " + what, {"z", "y"}) == 1;
-            if (json_.ok() && mesh::format_says_up(file)) {
-                json_.fail(p->value, fmt::format(messages::kGltfIsYUp, what),
-                           messages::kLeaveItOut);
-            }
-        }
-        if (const JsonMember* p = m.value.find("groups_attribute")) {
-            options.groups_attribute = json_.string(p->value, "`groups_attribute` of " + what);
-            const std::string& name = options.groups_attribute;
-            if (json_.ok() && (name.empty() || name == "uv" || name == "n" || name == "color")) {
-                json_.fail(p->value, fmt::format(messages::kGroupsAttributeTaken, what, name),
-                           messages::kGroupsAttributeTakenHelp);
-            }
-        }
-        if (const JsonMember* p = m.value.find("groups")) {
-            options.groups.emplace();
-            if (!json_.named_things(p->value, "groups")) return;
-            for (const JsonMember& group : p->value.members) {
-                (*options.groups)[group.key] =
-                    json_.integer(group.value, fmt::format("group `{}` of {}", group.key, what),
-                                  INT32_MIN, INT32_MAX);
-            }
-        }
-        if (!json_.ok()) return;
-        mesh_files_.push_back({world_.meshes.size(), file, std::move(options), &value});
-        world_.meshes.emplace_back();
-    }
-
-    /// The meshes of one file, which is read once: with one unit, and either all of bodies, or one of
-    /// the whole.
-    struct MeshLoad {
-        std::vector<size_t> meshes;  ///< indices in mesh_files_
-        uintmax_t file_bytes = 0;
-    };
-    std::vector<MeshLoad> mesh_loads() const {
-        std::vector<MeshLoad> loads;
-        std::map<std::pair<std::string, double>, size_t> known;
-        for (size_t i = 0; i < mesh_files_.size(); ++i) {
-            const MeshFile& mesh = mesh_files_[i];
-            const bool of_bodies = !mesh.options.body.empty();
-            const auto [it, fresh] = known.try_emplace(
-                {mesh.file.string(), mesh.options.unit_mm.value_or(0)}, loads.size());
-            if (fresh || !of_bodies) {
-                std::error_code unknown;
-                loads.push_back({{}, fs::file_size(mesh.file, unknown)});
-                loads.back().meshes.push_back(i);
-                // The whole of a file stands alone.
-                if (fresh && !of_bodies) known.erase(it);
-            } else {
-                loads[it->second].meshes.push_back(i);
-            }
-        }
-        return loads;
-    }
-
-    /// Loads all files of `meshes` in parallel; warnings and errors keep the order of the file.
-    void load_meshes() {
-        if (!json_.ok()) return;
-        std::vector<std::optional<Result<mesh::LoadedMesh>>> loaded(mesh_files_.size());
-        const std::vector<MeshLoad> loads = mesh_loads();
-        // The largest first, for load balance.
-        std::vector<std::pair<uintmax_t, size_t>> order;
-        for (size_t i = 0; i < loads.size(); ++i)
-            order.emplace_back(loads[i].file_bytes, i);
-        std::sort(order.rbegin(), order.rend());
-        std::atomic<size_t> next{0};
-        std::atomic<int64_t> kept{0};
-        const auto load = [&](const MeshLoad& one, int64_t memory_bytes) {
-            std::vector<mesh::MeshOptions> options;
-            for (const size_t i : one.meshes) {
-                options.push_back(mesh_files_[i].options);
-                options.back().memory_bytes = memory_bytes;
-            }
-            std::vector<Result<mesh::LoadedMesh>> meshes =
-                mesh::load_meshes(mesh_files_[one.meshes[0]].file, options);
-            for (size_t k = 0; k < meshes.size(); ++k) {
-                if (meshes[k]) kept += mesh::mesh_bytes(mesh::counts_of(meshes[k]->mesh));
-                loaded[one.meshes[k]].emplace(std::move(meshes[k]));
-            }
-        };
-        // Each gets its share of half of the remaining memory. Files that do not fit are read
-        // alone.
-        constexpr int kMostAtOnce = 16;
-        const auto shares = static_cast<int64_t>(std::min<size_t>(loads.size(), kMostAtOnce));
-        const int64_t half = memory_left_ / 2;
-        if (shares > 1) {
-            tbb::task_arena arena(std::min(tbb::this_task_arena::max_concurrency(), kMostAtOnce));
-            arena.execute([&] {
-                tbb::parallel_for(size_t{0}, loads.size(), [&](size_t) {
-                    const size_t i = order[next++].second;
-                    if (kept < half) load(loads[i], half / shares);
-                });
-            });
-        }
-        for (const MeshLoad& one : loads) {
-            const bool whole = std::all_of(one.meshes.begin(), one.meshes.end(), [&](size_t i) {
-                return loaded[i].has_value() && *loaded[i];
-            });
-            if (whole) continue;
-            for (const size_t i : one.meshes) {
-                if (loaded[i] && *loaded[i])
-                    kept -= mesh::mesh_bytes(mesh::counts_of((*loaded[i])->mesh));
-            }
-            load(one, memory_left_ - kept);
-        }
-        for (size_t i = 0; i < loaded.size(); ++i) {
-            Result<mesh::LoadedMesh>& mesh = *loaded[i];
-            if (!mesh) return json_.fail_with(mesh.error());
-            for (const fs::path& other : mesh->files)
-                files_.also(*mesh_files_[i].value, other);
-            for (std::string& warning : mesh->warnings)
-                world_.warnings.push_back(std::move(warning));
-            world_.meshes[mesh_files_[i].index] = std::move(mesh->mesh);
-        }
-        if (!mesh_files_.empty()) take_memory(*mesh_files_.back().value, kept);
-    }
-
     /// Returns the index of the object that `value` names; -1 after an error.
     int32_t reference(const JsonValue& value, const std::string& what, const char* kind,
                       const std::unordered_map<std::string, int32_t>& indices) {
@@ -623,16 +400,10 @@ class WorldReader {
     JsonReader json_;
     WorldFiles files_;
     World world_;
+    MeshFilesReader mesh_files_{&json_, &files_, &world_};
     int64_t memory_left_;
     std::unordered_map<std::string, int32_t> mesh_places_, fablet_places_;
     std::optional<std::set<std::string>> repaired_;  ///< meshes, once one was looked for
-    struct MeshFile {
-        size_t index = 0;  ///< in world_.meshes
-        fs::path file;
-        mesh::MeshOptions options;
-        const JsonValue* value = nullptr;
-    };
-    std::vector<MeshFile> mesh_files_;
 };
 
 }  // namespace
