@@ -11,16 +11,14 @@
 
 #include "base/json.h"
 #include "base/near_miss.h"
-#include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
 #include "runtime/part/bind_beams.h"
 #include "runtime/part/bind_piece.h"
 #include "runtime/part/bind_shape.h"
+#include "runtime/part/bind_textures.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/part/uniforms.h"
-#include "texture/cache.h"
-#include "texture/volume.h"
 #include "world/uniform_values.h"
 
 namespace openfab::part {
@@ -96,12 +94,12 @@ class WorldBinder {
     WorldBinder(const world::World& world, const openfab_fablet_list& fablets, int64_t memory_bytes)
         : world_(world),
           fablets_(fablets),
-          memory_bytes_(memory_bytes),
+          textures_(world, memory_bytes),
           shapes_(world,
                   {.fablet_of = [this](const auto& object) { return fablet_of(object); },
                    .uniforms = [this](const auto& object, const auto& fablet,
                                       bool sets) { return uniforms_of(object, {}, fablet, sets); },
-                   .textures = [this](const auto& bound) { return open_textures(bound); },
+                   .textures = [this](const auto& bound) { return textures_.open(bound); },
                    .mesh = [this](const auto& object, const auto& fablet,
                                   const auto& s) { return part_mesh(object, fablet, s); },
                    .beams =
@@ -193,7 +191,7 @@ class WorldBinder {
         part.support = object.support;
         part.instance = instance;
         Result<std::vector<std::shared_ptr<const texture::Pyramid>>> textures =
-            open_textures(*uniforms);
+            textures_.open(*uniforms);
         if (!textures) return textures.error();
         part.textures = std::move(*textures);
         for (const int32_t target : uniforms->objects) {
@@ -252,18 +250,6 @@ class WorldBinder {
         return known;
     }
 
-    Result<std::vector<std::shared_ptr<const texture::Pyramid>>> open_textures(
-        const BoundUniforms& uniforms) {
-        std::vector<std::shared_ptr<const texture::Pyramid>> out;
-        for (size_t i = 0; i < uniforms.textures.size(); ++i) {
-            Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-                open_texture(uniforms.textures[i], uniforms.texture_is_volume[i]);
-            if (!pyramid) return pyramid.error();
-            out.push_back(std::move(*pyramid));
-        }
-        return out;
-    }
-
     const std::vector<int32_t>& placements_of(int32_t object) {
         if (placements_.empty()) {
             placements_.resize(world_.objects.size());
@@ -271,60 +257,6 @@ class WorldBinder {
                 placements_[world_.build[i].object].push_back(static_cast<int32_t>(i));
         }
         return placements_[object];
-    }
-
-    Result<std::shared_ptr<const texture::Pyramid>> open_texture(int32_t index, bool volume) {
-        auto& known = textures_[{index, volume}];
-        if (known != nullptr) return known;
-        const world::Texture& texture = world_.textures[index];
-        static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
-        const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
-                                            texture.luminance, texture.opaque};
-        const texture::WrapModes wrap(static_cast<int32_t>(texture.wrap),
-                                      static_cast<int32_t>(texture.wrap_v));
-        if (volume && wrap.u != wrap.v) {
-            Error error = user_error(
-                fmt::format("texture `{}` is a volume, and its `wrap` has two modes", texture.name),
-                "a volume has one for all directions");
-            error.location = texture.location;
-            return error;
-        }
-        const auto filter = static_cast<int32_t>(texture.filter);
-        const texture::ReadLimits limits{memory_bytes_, world_.roots};
-        Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-            volume ? texture::get_volume(
-                         texture.file,
-                         {options, texture.origin_mm, texture.spacing_mm, texture.field,
-                          texture.unit, texture.pitch_mm, texture.outside, texture.time},
-                         wrap, filter, limits)
-                   : texture::get_pyramid(texture.file, options, wrap, filter, limits);
-        if (!pyramid) {
-            Error error =
-                with_context(pyramid.error(), fmt::format("texture `{}`: ", texture.name));
-            error.location = texture.location;
-            return error;
-        }
-        if (Result<void> fits = take_texture(texture, mapped_bytes(**pyramid)); !fits)
-            return fits.error();
-        known = *pyramid;
-        return known;
-    }
-
-    /// Before the next one is made: all of them stay mapped during the print.
-    Result<void> take_texture(const world::Texture& texture, int64_t bytes) {
-        texture_bytes_ += bytes;
-        if (largest_texture_ == nullptr || bytes > largest_texture_bytes_) {
-            largest_texture_ = &texture;
-            largest_texture_bytes_ = bytes;
-        }
-        if (texture_bytes_ <= memory_bytes_) return Ok{};
-        return error_at(
-            texture.location,
-            fmt::format("the textures up to this one, `{}`, take {} of memory together, more than "
-                        "the {} of `--memory`",
-                        texture.name, format_bytes(texture_bytes_), format_bytes(memory_bytes_)),
-            fmt::format("the largest is `{}` with {}: scale it down, or allow more",
-                        largest_texture_->name, format_bytes(largest_texture_bytes_)));
     }
 
     Result<std::shared_ptr<const PartMesh>> part_mesh(const world::Object& object,
@@ -364,14 +296,10 @@ class WorldBinder {
 
     const world::World& world_;
     const openfab_fablet_list& fablets_;
-    int64_t memory_bytes_;
+    TextureBinder textures_;
     int64_t memory_left_ = 0;
-    int64_t texture_bytes_ = 0;  ///< of all opened textures
-    const world::Texture* largest_texture_ = nullptr;
-    int64_t largest_texture_bytes_ = 0;
     std::vector<std::vector<int32_t>> placements_;  ///< by object; filled on first use
     std::map<std::string, world::UniformBindings> sets_;
-    std::map<std::pair<int32_t, bool>, std::shared_ptr<const texture::Pyramid>> textures_;
     // Only for lookup, never iterated: the order of pointers must not affect results.
     std::map<std::tuple<int32_t, const openfab_fablet*, std::array<double, 9>>,
              std::shared_ptr<const PartMesh>>
@@ -427,10 +355,6 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
 }
 
 }  // namespace
-
-int64_t mapped_bytes(const texture::Pyramid& pyramid) {
-    return static_cast<int64_t>(pyramid.texels().size_bytes() + pyramid.minmax().size_bytes());
-}
 
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {

@@ -12,7 +12,6 @@
 #include "abi/fablet_table.h"
 #include "base/result.h"
 #include "runtime/part/part.h"
-#include "texture/cache.h"
 #include "world/world.h"
 
 namespace openfab::part {
@@ -25,9 +24,6 @@ struct BindOptions {
     /// together, filtered, and the making of each; more is an error.
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
 };
-
-/// Returns the memory of a texture once it is fully resident.
-int64_t mapped_bytes(const texture::Pyramid& pyramid);
 
 /// Makes the parts in build order; slot_material holds 1 + the index in world.materials, or 0 for
 /// VOID. `fablets` must outlive them. Placements with the same mesh, fablet and bits of S share a

@@ -12,7 +12,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/units.h"
-#include "runtime/part/bind.h"
+#include "runtime/part/bind_textures.h"
 #include "runtime/pipeline/slab_parts.h"
 #include "runtime/volume/evaluate.h"
 

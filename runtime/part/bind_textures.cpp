@@ -1,0 +1,81 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "runtime/part/bind_textures.h"
+
+#include <fmt/format.h>
+
+#include "base/units.h"
+#include "texture/cache.h"
+#include "texture/volume.h"
+
+namespace openfab::part {
+
+int64_t mapped_bytes(const texture::Pyramid& pyramid) {
+    return static_cast<int64_t>(pyramid.texels().size_bytes() + pyramid.minmax().size_bytes());
+}
+
+Result<std::vector<std::shared_ptr<const texture::Pyramid>>> TextureBinder::open(
+    const BoundUniforms& uniforms) {
+    std::vector<std::shared_ptr<const texture::Pyramid>> out;
+    for (size_t i = 0; i < uniforms.textures.size(); ++i) {
+        Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+            open_one(uniforms.textures[i], uniforms.texture_is_volume[i]);
+        if (!pyramid) return pyramid.error();
+        out.push_back(std::move(*pyramid));
+    }
+    return out;
+}
+
+Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t index,
+                                                                        bool volume) {
+    auto& known = opened_[{index, volume}];
+    if (known != nullptr) return known;
+    const world::Texture& texture = world_.textures[index];
+    static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
+    const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
+                                        texture.luminance, texture.opaque};
+    const texture::WrapModes wrap(static_cast<int32_t>(texture.wrap),
+                                  static_cast<int32_t>(texture.wrap_v));
+    if (volume && wrap.u != wrap.v) {
+        Error error = user_error(
+            fmt::format("texture `{}` is a volume, and its `wrap` has two modes", texture.name),
+            "a volume has one for all directions");
+        error.location = texture.location;
+        return error;
+    }
+    const auto filter = static_cast<int32_t>(texture.filter);
+    const texture::ReadLimits limits{memory_bytes_, world_.roots};
+    Result<std::shared_ptr<const texture::Pyramid>> pyramid =
+        volume
+            ? texture::get_volume(texture.file,
+                                  {options, texture.origin_mm, texture.spacing_mm, texture.field,
+                                   texture.unit, texture.pitch_mm, texture.outside, texture.time},
+                                  wrap, filter, limits)
+            : texture::get_pyramid(texture.file, options, wrap, filter, limits);
+    if (!pyramid) {
+        Error error = with_context(pyramid.error(), fmt::format("texture `{}`: ", texture.name));
+        error.location = texture.location;
+        return error;
+    }
+    if (Result<void> fits = take(texture, mapped_bytes(**pyramid)); !fits) return fits.error();
+    known = *pyramid;
+    return known;
+}
+
+Result<void> TextureBinder::take(const world::Texture& texture, int64_t bytes) {
+    bytes_ += bytes;
+    if (largest_ == nullptr || bytes > largest_bytes_) {
+        largest_ = &texture;
+        largest_bytes_ = bytes;
+    }
+    if (bytes_ <= memory_bytes_) return Ok{};
+    return error_at(
+        texture.location,
+        fmt::format("the textures up to this one, `{}`, take {} of memory together, more than "
+                    "the {} of `--memory`",
+                    texture.name, format_bytes(bytes_), format_bytes(memory_bytes_)),
+        fmt::format("the largest is `{}` with {}: scale it down, or allow more", largest_->name,
+                    format_bytes(largest_bytes_)));
+}
+
+}  // namespace openfab::part
