@@ -11,6 +11,7 @@
 
 #include "base/base64.h"
 #include "base/input_file.h"
+#include "mesh/read/gltf_types.h"
 #include "mesh/read/messages.h"
 
 namespace openfab::mesh {
@@ -140,6 +141,7 @@ Result<GltfFile> GltfFile::open(std::string_view bytes, const std::string& file,
     out.root_ = std::move(*root);
     out.memory_left_ -= json_bytes(out.root_);
     if (Result<void> fine = out.check_version(); !fine) return fine.error();
+    if (Result<void> fine = check_gltf_types(out.root_, file); !fine) return fine.error();
     if (const JsonMember* buffers = out.root_.find("buffers"))
         out.buffers_.resize(buffers->value.items.size());
     return out;

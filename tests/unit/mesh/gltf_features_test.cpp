@@ -746,6 +746,33 @@ TEST(GltfFeatures, CompressedMeshesAndOldFilesAreRefused) {
                 testing::Says(messages::kNewerGltf, "*", "2.1*"));
 }
 
+// Taken as absent, a property of a wrong type would lose a colour or a body without a word.
+TEST(GltfFeatures, PropertiesOfWrongTypesAreRefused) {
+    const auto error_of = [](const File& file) {
+        const auto source = parse_gltf(file.glb(), "a.glb");
+        return source ? "no error" : source.error().text();
+    };
+    EXPECT_THAT(
+        error_of(with_material(R"("pbrMetallicRoughness": ["none"])")),
+        testing::Says(messages::kWrongType, "pbrMetallicRoughness", "an array", "an object*"));
+    EXPECT_THAT(
+        error_of(with_picture(R"(, "extensions": {"KHR_texture_transform": "none"})")),
+        testing::Says(messages::kWrongType, "KHR_texture_transform", "a string", "an object*"));
+    EXPECT_THAT(error_of(with_material(R"("extensions": {"KHR_materials_pbrSpecularGlossiness":
+                           {"diffuseTexture": 0}})")),
+                testing::Says(messages::kWrongType, "diffuseTexture", "a number", "an object*"));
+    EXPECT_THAT(error_of(with_material(R"("alphaMode": 1)")),
+                testing::Says(messages::kWrongType, "alphaMode", "a number", "a string*"));
+    EXPECT_THAT(error_of(with(&File::materials, R"("none")")),
+                testing::Says(messages::kWrongType, "materials", "a string", "an object*"));
+    EXPECT_THAT(error_of(with(&File::more, R"(, "skins": {"joints": []})")),
+                testing::Says(messages::kWrongType, "skins", "an object", "an array*"));
+    // These names mean something else there.
+    EXPECT_EQ(error_of(with(&File::more,
+                            R"(, "extras": {"nodes": 1}, "extensions": {"ACME": {"name": 1}})")),
+              "no error");
+}
+
 TEST(GltfFeatures, ContainersMayHaveMoreThanTheirChunks) {
     // A byte order mark, a chunk of another kind, and something behind the end.
     const std::string plain = File().glb();
