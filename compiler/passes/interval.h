@@ -66,6 +66,13 @@ class IntervalForm {
     Interval around_centre(const ir::Instr& instr, size_t axes, float one, float all, Id farthest);
     Interval widened(Id first, Id last);
     Interval hash_interval(const ir::Instr& instr);
+    // interval_integers.cpp
+    Interval integer_interval(const ir::Instr& instr);
+    Interval integer_sum(Op op, Type type, const Interval& a, const Interval& b);
+    Interval integer_product(Type type, const Interval& a, const Interval& b);
+    Interval integer_rest(Op op, Type type, const Interval& a, const Interval& b);
+    /// Returns the exact result if both operands are single values, else `other`.
+    Interval exact_or(Op op, const Interval& a, const Interval& b, const Interval& other);
     // interval_sawtooth.cpp
     /// A value that rises, or falls, between breaks at which it starts anew.
     struct Sawtooth {
@@ -103,10 +110,6 @@ class IntervalForm {
     Interval magnitude_interval(const Interval& a);
     Interval square_interval(const Interval& a);
     Interval root_interval(const Interval& a);
-    Interval integer_interval(const ir::Instr& instr);
-    Interval integer_sum(Op op, Type type, const Interval& a, const Interval& b);
-    Interval integer_product(Type type, const Interval& a, const Interval& b);
-    Interval integer_rest(Op op, Type type, const Interval& a, const Interval& b);
 
     Interval make_point(Id value);
     Interval make_bool(Id may_be_false, Id may_be_true);
@@ -123,8 +126,6 @@ class IntervalForm {
     Interval hull(const Interval& a, const Interval& b, Type type);
     Interval full_range(Type type);
     Interval unknown(Type type);
-    /// Returns the exact result if both operands are single values, else `other`.
-    Interval exact_or(Op op, const Interval& a, const Interval& b, const Interval& other);
 
     Id emit(Op op, Id a) { return b_.emit(op, {a}); }
     Id emit(Op op, Id a, Id b) { return b_.emit(op, {a, b}); }

@@ -54,6 +54,8 @@ class Formulas {
     ir::ValueId exchange_bits(ir::ValueId x, uint32_t mask, uint32_t width);
     ir::ValueId reverse_bits(ir::ValueId x);
     ir::ValueId count_bits(ir::ValueId x);
+
+    // field_formulas.cpp
     ir::ValueId noise_value(ir::Op op, int32_t which, const Value& p, ir::ValueId seed);
     Value noise(check::Intrinsic id, int32_t size, const std::vector<Value>& args);
     ir::ValueId octaves(check::Intrinsic id, const std::vector<Value>& args);

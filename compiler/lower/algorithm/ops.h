@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The only code that makes arithmetic Halide Exprs. Each gives the bits of
+// With exact_exprs.h, the only code that makes arithmetic Halide Exprs. Each gives the bits of
 // compiler/ir/arithmetic.h, which Halide's own operators do not: they fold `x + 1 > x` on ints,
 // call `a >= b` true on NaN, lose the sign of -0, round integer division down. All kernels are
 // compiled with the target feature strict_float; what that leaves open is closed here by going
