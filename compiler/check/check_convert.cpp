@@ -15,7 +15,7 @@ namespace {
 
 /// Returns whether a type is made of numbers alone.
 bool is_of_numbers(const Type& type) {
-    if (type.base != Base::kStruct) return type.base >= Base::kBool && type.base <= Base::kFloat;
+    if (type.base != Base::kStruct) return is_number(type.base);
     return std::all_of(type.record->members.begin(), type.record->members.end(),
                        [](const StructMember& member) { return is_of_numbers(member.type); });
 }

@@ -115,7 +115,7 @@ bool contains(const Type& type, Base base) {
 
 int64_t min_components(const Type& type, int64_t composition) {
     int64_t count = type.is_error() || type.base == Base::kVoid ? 0 : 1;
-    if (type.base >= Base::kBool && type.base <= Base::kFloat) {
+    if (is_number(type.base)) {
         count = type.rows > 0 ? type.matrix_components() : type.size;
     } else if (type.base == Base::kStruct) {
         count = 0;

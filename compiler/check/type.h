@@ -37,6 +37,11 @@ enum class Base : uint8_t {
     kStruct,
 };
 
+/// True for what numbers are made of, in the order in which they convert to each other.
+constexpr bool is_number(Base base) {
+    return base >= Base::kBool && base <= Base::kFloat;
+}
+
 struct StructType;
 
 /// The most dimensions of an array, and the most components of any value.
@@ -61,9 +66,7 @@ struct Type {
     /// True for a scalar or a vector.
     bool is_numeric() const { return is_arithmetic() && rows == 0; }
     bool is_matrix() const { return is_arithmetic() && rows > 0; }
-    bool is_arithmetic() const {
-        return base >= Base::kBool && base <= Base::kFloat && dimensions == 0;
-    }
+    bool is_arithmetic() const { return is_number(base) && dimensions == 0; }
     bool is_integer() const { return is_numeric() && (base == Base::kInt || base == Base::kUint); }
     bool is_scalar() const { return is_numeric() && size == 1; }
     bool is_vector() const { return is_numeric() && size > 1; }

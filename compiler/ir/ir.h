@@ -103,6 +103,9 @@ struct Instr {
 constexpr int32_t kVoxelCoord = 100;
 constexpr int32_t kVoxelCoordLo = 101;
 constexpr int32_t kVoxelCoordHi = 102;
+constexpr bool is_voxel_coord(int32_t kind) {
+    return kind >= kVoxelCoord && kind <= kVoxelCoordHi;
+}
 /// a = axis; the voxel's index in the print, an int, in a dither rule.
 constexpr int32_t kVoxelIndex = 103;
 

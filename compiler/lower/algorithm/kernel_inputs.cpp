@@ -131,7 +131,7 @@ Value KernelInputs::value(const ir::Instr& instr) const {
         return voxel_index(instr.a) +
                Value{Type::kInt, scalars_.at({OPENFAB_ARG_GRID, instr.a, 0})};
     }
-    if (instr.kind >= ir::kVoxelCoord) return voxel_coord(instr);
+    if (ir::is_voxel_coord(instr.kind)) return voxel_coord(instr);
     return load({instr.kind, instr.a, instr.b}, instr.type);
 }
 
