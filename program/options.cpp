@@ -4,480 +4,139 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <functional>
+#include <array>
+#include <optional>
 #include <string_view>
-#include <utility>
 
-#include "abi/kernel_call.h"
 #include "backends/formats/formats.h"
 #include "backends/stream/address.h"
-#include "base/command_line.h"
-#include "base/talking_program.h"
-#include "base/units.h"
+#include "program/option_texts.h"
 
 namespace openfab::program {
 
 namespace {
 
-constexpr const char* kExamples = R"(Examples:
-  {0} card.fab.json -o slices                    a folder of PNGs for the world's printer
-  {0} card.fab.json -o card.ofr --draft 4        a quick look, at four times the pitch
-  {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
-  {0} card.fab.json -o card.3mf --mesh-pitch 0.2mm   a mesh per material
-  {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
-  {0} card.fab.json -o card.ofr --resume         the rest of an interrupted print
-  {0} card.fab.json -o - | openfab verify -      a stream of slices
-  {0} card.fab.json -o tcp://printer:7000        to `openfab receive`, or a printer's front end
+/// Fails where a length is no size of a voxel.
+Result<void> check_pitch(const char* option, std::optional<double> mm) {
+    if (!mm || (*mm >= 1e-4 && *mm <= 100)) return {};
+    return bad_value(option, fmt::format("{:g}mm", *mm), "outside 0.1um to 100mm", "0.1mm");
+}
 
-)";
+/// Fails where a number is below 1 or above the most.
+Result<void> check_count(const char* option, std::optional<int32_t> count, int32_t most,
+                         const char* example) {
+    if (!count || (*count >= 1 && *count <= most)) return {};
+    return bad_value(option, fmt::format("{}", *count),
+                     fmt::format("not a whole number from 1 to {}", most), example);
+}
 
-constexpr const char* kUnits =
-    R"(Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
-2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug in OpenFab, 130 interrupted.
-)";
-
+/// Fails unless a range begins at 0 or above, and before it ends.
 template <typename T>
-bool parse_number(std::string_view text, T* value) {
-    auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), *value);
-    return status == std::errc() && rest == text.data() + text.size() && !text.empty();
+Result<void> check_range(const char* option, const std::optional<Vec2<T>>& range, const char* unit,
+                         const char* example) {
+    if (!range || (range->x >= 0 && range->x < range->y)) return {};
+    return bad_value(option, fmt::format("{0}{2}:{1}{2}", range->x, range->y, unit),
+                     "an empty or negative range", example);
 }
 
-Error bad_value(const char* option, std::string_view text, const char* what, const char* example) {
-    return usage_error(
-        fmt::format("`{}`: `{}` is {}; write `{} {}`", option, text, what, option, example));
-}
-
-Result<Vec2<double>> parse_dpi(const std::string& text) {
-    const size_t x = text.find('x');
-    Vec2<double> dpi;
-    const std::string_view all(text);
-    const bool fine =
-        x == std::string::npos
-            ? parse_number(all, &dpi.x) && parse_number(all, &dpi.y)
-            : parse_number(all.substr(0, x), &dpi.x) && parse_number(all.substr(x + 1), &dpi.y);
-    if (!fine || !(dpi.x >= 1 && dpi.y >= 1 && dpi.x <= 1e5 && dpi.y <= 1e5)) {
-        return bad_value("--dpi", text, "not a resolution between 1 and 100000 dpi", "600x300");
-    }
-    return dpi;
-}
-
-Result<double> parse_pitch(const char* option, const std::string& text) {
-    Result<double> mm = parse_length_mm(text);
-    if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().text()));
-    if (!(*mm >= 1e-4 && *mm <= 100))
-        return bad_value(option, text, "outside 0.1um to 100mm", "0.1mm");
-    return mm;
-}
-
-/// `A:B` with A < B.
-template <typename T>
-Result<Vec2<T>> parse_range(const char* option, const std::string& text, const char* example,
-                            const std::function<Result<T>(const std::string&)>& parse) {
-    const size_t colon = text.find(':');
-    if (colon == std::string::npos) return bad_value(option, text, "not a range", example);
-    Result<T> from = parse(text.substr(0, colon));
-    if (!from) return from.error();
-    Result<T> to = parse(text.substr(colon + 1));
-    if (!to) return to.error();
-    if (!(*from >= 0 && *from < *to))
-        return bad_value(option, text, "an empty or negative range", example);
-    return Vec2<T>{*from, *to};
-}
-
-Result<Vec2<double>> parse_z(const std::string& text) {
-    return parse_range<double>("--z", text, "3mm:5mm",
-                               [](const std::string& part) -> Result<double> {
-                                   Result<double> mm = parse_length_mm(part);
-                                   if (!mm) return usage_error("`--z`: " + mm.error().text());
-                                   return mm;
-                               });
-}
-
-Result<Vec2<int32_t>> parse_slices(const std::string& text) {
-    return parse_range<int32_t>("--slices", text, "0:64",
-                                [&](const std::string& part) -> Result<int32_t> {
-                                    int32_t value = 0;
-                                    if (!parse_number(std::string_view(part), &value))
-                                        return bad_value("--slices", text, "not a range", "0:64");
-                                    return value;
-                                });
-}
-
-/// `X,Y,Z`
-Result<Vec3d> parse_vector(const char* option, const std::string& text, const char* example) {
-    Vec3d out;
-    size_t from = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const size_t to = axis < 2 ? text.find(',', from) : text.size();
-        const bool fine =
-            to != std::string::npos && from <= to &&
-            parse_number(std::string_view(text).substr(from, to - from), &out[axis]) &&
-            std::isfinite(out[axis]);
-        if (!fine) return bad_value(option, text, "not three numbers", example);
-        from = to + 1;
-    }
-    return out;
-}
-
-/// Option texts as typed, before they are parsed.
-struct Raw {
-    std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
-                                                                        png = "rgba", isa;
-    std::string pitch, probe, slabs_in_flight;
-    std::vector<std::string> previews;
-    std::string crop = "parts", sampling;
-    bool no_cull = false;
-};
-
-void declare(CLI::App& app, Options& o, Raw& raw) {
-    app.add_option("INPUT", o.input,
-                   "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
-        ->required();
-    app.add_option(
-           "-o,--output", o.output,
-           fmt::format(
-               "a folder ({}), a file ({}), - for standard output ({}), or a receiver: "
-               "tcp://HOST:PORT, tls://HOST:PORT or unix:PATH",
-               backends::format_names(
-                   ",", [](const auto& f) { return f.kind == backends::FormatKind::kFolder; }),
-               backends::file_extensions(),
-               backends::format_names("or", [](const auto& f) { return f.streams; })))
-        ->type_name("OUT");
-    app.add_option(
-           "--format", o.format,
-           backends::format_names() + " (default: by OUT's extension, else the printer's own)")
-        ->type_name("FORMAT");
-    app.add_option("--token-file", o.token_file,
-                   "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
-        ->type_name("FILE");
-    app.add_option("--tls-ca", o.tls_ca,
-                   "PEM certificates that a tls:// receiver's is checked against (default: the "
-                   "system's)")
-        ->type_name("FILE");
-    app.add_option(
-           "--printer", o.printer,
-           "a name that `openfab printers` lists (default: the world's), or a .printer.json file")
-        ->type_name("PRINTER");
-    app.add_option(
-           "--process", o.process_file,
-           "what the machine does to a print, as JSON: items replace those of the printer's "
-           "profile (docs/process.md)")
-        ->type_name("FILE");
-    app.add_option("--bleed", o.bleed,
-                   "of the process: undo it (the default), show what comes out without that, both "
-                   "(what comes out with it), or off")
-        ->check(CLI::IsMember({"undo", "show", "both", "off"}).description(""))
-        ->type_name("CHOICE");
-    app.add_option("--nozzles", o.nozzles_file,
-                   "dead nozzles, as JSON; a change of the file counts from the next slices on")
-        ->type_name("FILE");
-    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
-    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
-    app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
-    app.add_option("--mesh-pitch", raw.mesh_pitch,
-                   "size of the voxels that meshes are made from (default: 0.1mm)")
-        ->type_name("LENGTH");
-    app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
-        ->check(CLI::Range(1, 1000))
-        ->type_name("N")
-        ->option_text("N");
-    app.add_option("--crop", raw.crop,
-                   "size of a slice: parts (their bounding box) or tray (the whole tray)")
-        ->check(CLI::IsMember({"parts", "tray"}));
-    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
-        ->type_name("A:B");
-    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded")
-        ->type_name("A:B");
-    app.add_option("--set", o.settings,
-                   "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("SETTING");
-    app.add_option("--allow", o.allow,
-                   "a folder that the world may read besides its own (repeatable)")
-        ->allow_extra_args(false)
-        ->type_name("FOLDER");
-    app.add_flag_callback(
-        kProgramsWord, [&o] { o.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
-    app.add_option(
-        "--dither", o.dither,
-        "own (default: the fablet's @Dither where it has one, else blue_noise), blue_noise, "
-        "floyd_steinberg, decorrelated, or majority (the largest amount; the default for meshes)");
-    app.add_option(
-           "--support", o.support,
-           "on, off, or the material of the world to make it of (default: as the world says, else "
-           "on where the printer's front end makes none)")
-        ->type_name("CHOICE");
-    app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
-    app.add_option("--preview", raw.previews,
-                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
-                   ",cut=x|y|xy]")
-        ->allow_extra_args(false)
-        ->type_name("PICTURE");
-    app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
-    app.add_option("--grey-material", o.grey_material,
-                   "the one of the grey pictures of the formats grey and tiff (default: the "
-                   "first of the world)")
-        ->type_name("NAME");
-    app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
-    app.add_option("--memory", raw.memory,
-                   "memory budget of the whole process (default: 1.5GB, or what "
-                   "the print needs at least, up to half of what is free)")
-        ->type_name("SIZE");
-    app.add_option("--threads", o.threads, "worker threads (default: all cores)")
-        ->check(CLI::Range(1, 1024))
-        ->type_name("N");
-    app.add_option("--fractions", o.fractions_file,
-                   "an .npy file for the materials' fractions in each voxel, before the dither")
-        ->type_name("FILE");
-    app.add_option("--sampling", raw.sampling,
-                   "what these are at a coarser pitch than the printer's: volume (means over its "
-                   "voxels; the default) or centre (of a voxel's centre alone)")
-        ->check(CLI::IsMember({"volume", "centre"}));
-    app.add_option("--fractions-supersample", o.fractions_supersample,
-                   "make these, and grey pictures (default: 4), the means over the N x N x N parts "
-                   "of each voxel")
-        ->check(CLI::Range(1, kMostSupersampling))
-        ->type_name("N");
-    app.add_option("--probe", raw.probe,
-                   "print nothing but the materials' fractions in the voxel at this point, in mm, "
-                   "before the dither, as JSON")
-        ->type_name("X,Y,Z");
-    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
-        ->type_name("FILE");
-    app.add_option("--progress", raw.progress,
-                   "on stderr: auto, plain, json (an object per line) or none")
-        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
-    app.add_flag("--estimate", o.estimate,
-                 "report voxels, memory, time and materials; print nothing");
-    app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
-    app.add_flag("--resume", o.resume, "continue an interrupted print after its last whole slice");
-    // Of those that are not listed, a check here could not tell the name.
-    app.add_option("--groups-in-flight", raw.slabs_in_flight, "")->group("");
-    app.add_flag("--no-cull", raw.no_cull, "")->group("");
-    app.add_option("--pitch", raw.pitch, "")->group("");
-    app.add_option("--isa", raw.isa, "")->group("");
-}
-
-/// Returns the help; to a host that takes the slices itself, without what asks for outputs.
-std::string help_text(CLI::App* app, const std::string& program, bool needs_output) {
-    app->get_formatter()->column_width(28);
-    if (needs_output) {
-        app->footer(fmt::format(fmt::runtime(kExamples), program) + kUnits);
-        return app->help();
-    }
-    for (const char* option :
-         {"--output", "--token-file", "--tls-ca", "--preview", "--fractions", "--sampling",
-          "--fractions-supersample", "--probe", "--stats", "--estimate", "--dry-run", "--resume"})
-        app->get_option(option)->group("");
-    app->footer(kUnits);
-    return app->help();
-}
-
-Result<void> validate_grid(const Raw& raw, Options* o) {
-    if (!raw.voxel.empty() && (!raw.dpi.empty() || !raw.layer.empty())) {
+Result<void> validate_grid(const GridOptions& o) {
+    if (o.voxel_mm && (o.dpi || o.layer_mm))
         return usage_error("`--voxel` and `--dpi`/`--layer` both set the pitch; give one of them");
+    if (o.mesh_pitch_mm && pitch_is_given(o)) {
+        return usage_error(
+            "`--mesh-pitch` and `--voxel`, `--dpi` or `--layer` both set the pitch; give one of "
+            "them");
     }
-    if (!raw.voxel.empty()) {
-        Result<double> mm = parse_pitch("--voxel", raw.voxel);
-        if (!mm) return mm.error();
-        o->voxel_mm = *mm;
+    if (o.z_range_mm && o.slices) return usage_error("give one of `--z` and `--slices`");
+    if (o.dpi && !(o.dpi->x >= 1 && o.dpi->y >= 1 && o.dpi->x <= 1e5 && o.dpi->y <= 1e5)) {
+        return bad_value("--dpi", fmt::format("{:g}x{:g}", o.dpi->x, o.dpi->y),
+                         "not a resolution between 1 and 100000 dpi", "600x300");
     }
-    if (!raw.dpi.empty()) {
-        Result<Vec2<double>> dpi = parse_dpi(raw.dpi);
-        if (!dpi) return dpi.error();
-        o->dpi = *dpi;
+    for (int axis = 0; o.pitch_mm && axis < 3; ++axis) {
+        const Vec3d& pitch = *o.pitch_mm;
+        if (pitch[axis] >= 1e-4 && pitch[axis] <= 1e5) continue;
+        return bad_value("--pitch", fmt::format("{:g},{:g},{:g}", pitch.x, pitch.y, pitch.z),
+                         "outside 0.1um to 100m", "0.1,0.1,0.1");
     }
-    if (!raw.layer.empty()) {
-        Result<double> mm = parse_pitch("--layer", raw.layer);
-        if (!mm) return mm.error();
-        o->layer_mm = *mm;
-    }
-    if (!raw.mesh_pitch.empty()) {
-        if (pitch_is_given(*o)) {
-            return usage_error(
-                "`--mesh-pitch` and `--voxel`, `--dpi` or `--layer` both set the pitch; give one "
-                "of them");
-        }
-        Result<double> mm = parse_pitch("--mesh-pitch", raw.mesh_pitch);
-        if (!mm) return mm.error();
-        o->mesh_pitch_mm = *mm;
-    }
-    if (!raw.pitch.empty()) {
-        Result<Vec3d> pitch = parse_vector("--pitch", raw.pitch, "0.1,0.1,0.1");
-        if (!pitch) return pitch.error();
-        for (int axis = 0; axis < 3; ++axis) {
-            if (!((*pitch)[axis] >= 1e-4 && (*pitch)[axis] <= 1e5))
-                return bad_value("--pitch", raw.pitch, "outside 0.1um to 100m", "0.1,0.1,0.1");
-        }
-        o->pitch_mm = *pitch;
-    }
-    if (!raw.probe.empty()) {
-        Result<Vec3d> point = parse_vector("--probe", raw.probe, "1.5,2,0.25");
-        if (!point) return point.error();
-        o->probe_mm = *point;
-    }
-    if (!raw.z.empty() && !raw.slices.empty())
-        return usage_error("give one of `--z` and `--slices`");
-    if (!raw.z.empty()) {
-        Result<Vec2<double>> range = parse_z(raw.z);
-        if (!range) return range.error();
-        o->z_range_mm = *range;
-    }
-    if (!raw.slices.empty()) {
-        Result<Vec2<int32_t>> range = parse_slices(raw.slices);
-        if (!range) return range.error();
-        o->slices = *range;
+    for (const Result<void>& fine : {
+             check_pitch("--voxel", o.voxel_mm),
+             check_pitch("--layer", o.layer_mm),
+             check_pitch("--mesh-pitch", o.mesh_pitch_mm),
+             check_count("--draft", o.draft, 1000, "4"),
+             check_range("--z", o.z_range_mm, "mm", "3mm:5mm"),
+             check_range("--slices", o.slices, "", "0:64"),
+         }) {
+        if (!fine) return fine;
     }
     return {};
 }
 
-Result<void> validate_options(const Raw& raw, Options* o) {
-    const Result<int64_t> bytes = parse_memory_option(raw.memory);
-    if (!bytes) return bytes.error();
-    o->memory_bytes = *bytes;
-    o->memory_given = !raw.memory.empty();
-    for (const std::string& text : o->settings) {
-        const size_t equals = text.find('=');
-        if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;
-        return usage_error(fmt::format(
-            "`--set`: `{}` is not a setting; write `--set OBJECT.UNIFORM=VALUE`", text));
-    }
-    if (!raw.seed.empty() && !parse_number(std::string_view(raw.seed), &o->seed)) {
-        return bad_value("--seed", raw.seed, "not a whole number from 0 to 2^64 - 1", "7");
-    }
-    for (const std::string& text : raw.previews) {
-        Result<preview::PreviewSpec> spec = preview::parse_preview(text);
-        if (!spec) return spec.error();
-        o->previews.push_back(std::move(*spec));
-    }
-    o->progress = raw.progress == "plain"  ? program::ProgressMode::kPlain
-                  : raw.progress == "json" ? program::ProgressMode::kJson
-                  : raw.progress == "none" ? program::ProgressMode::kNone
-                                           : program::ProgressMode::kAuto;
-    o->crop_tray = raw.crop == "tray";
-    o->png_indexed = raw.png == "indexed";
-    o->culling = !raw.no_cull;
-    for (const openfab_isa isa : abi::isas()) {
-        if (raw.isa == abi::isa_name(isa)) o->isa = isa;
-    }
-    if (!raw.isa.empty() && !o->isa)
-        return bad_value("--isa", raw.isa,
-                         abi::isas().size() > 1 ? "none of sse41, avx2 and avx512"
-                                                : "not sse41, the one set of this machine",
-                         "sse41");
-    if (!raw.slabs_in_flight.empty() &&
-        !(parse_number(std::string_view(raw.slabs_in_flight), &o->slabs_in_flight) &&
-          o->slabs_in_flight >= 1 && o->slabs_in_flight <= 1024)) {
-        return bad_value("--groups-in-flight", raw.slabs_in_flight,
-                         "not a whole number from 1 to 1024", "8");
-    }
-    const backends::Format* format = backends::find_format(o->format);
-    if (!o->format.empty() && format == nullptr) {
-        return usage_error(fmt::format("there is no output format `{}`; choose from {}", o->format,
+Result<void> validate_output(const OutputOptions& o) {
+    const backends::Format* format = backends::find_format(o.format);
+    if (!o.format.empty() && format == nullptr) {
+        return usage_error(fmt::format("there is no output format `{}`; choose from {}", o.format,
                                        backends::format_names()));
     }
-    if (o->fractions_file.ends_with(".vdb")) {
-        const std::string npy = o->fractions_file.substr(0, o->fractions_file.size() - 3) + "npy";
+    if (o.fractions_file.ends_with(".vdb")) {
+        const std::string npy = o.fractions_file.substr(0, o.fractions_file.size() - 3) + "npy";
         return usage_error(fmt::format(
             "`--fractions {0}`: OpenVDB is written by `openfab export`; write `--fractions {1}`, "
             "and then `openfab export {1} -o {0}`",
-            o->fractions_file, npy));
+            o.fractions_file, npy));
     }
     const bool streams = format == nullptr || format->streams;
-    if (o->output == "-" && !streams) {
+    if (o.output == "-" && !streams) {
         return usage_error(
             fmt::format("{} {} and cannot go to standard output; use `--format ofr`", format->name,
                         format->kind == backends::FormatKind::kFolder ? "slices are a folder"
                                                                       : "is finished last"));
     }
-    if (stream::is_address(o->output)) {
-        if (Result<stream::Address> a = stream::parse_address(o->output); !a) return a.error();
+    if (stream::is_address(o.output)) {
+        if (Result<stream::Address> a = stream::parse_address(o.output); !a) return a.error();
         if (!streams)
             return usage_error(
                 fmt::format("{} cannot be streamed; a receiver gets `--format ofr`", format->name));
     }
-    o->sample_centres = raw.sampling == "centre";
-    if (o->fractions_supersample > 1 && o->sample_centres)
+    if (o.fractions_supersample.value_or(1) > 1 && o.sample_centres)
         return usage_error("give one of `--sampling centre` and `--fractions-supersample`");
-    if (o->resume && !o->fractions_file.empty()) {
+    if (o.resume && !o.fractions_file.empty()) {
         return usage_error(
             "`--fractions` needs all slices, and `--resume` does not make those again that are "
             "there; leave one of them out");
     }
-    if (o->resume && (o->output.empty() || o->output == "-")) {
+    if (o.resume && (o.output.empty() || o.output == "-")) {
         return usage_error(
             "`--resume` continues a file or folder of slices; write `-o OUT` with the name of the "
             "one that was cut short");
     }
-    return {};
+    return check_count("--fractions-supersample", o.fractions_supersample, kMostSupersampling, "4");
 }
 
-bool has_output(const Options& o) {
-    return !o.output.empty() || !o.previews.empty() || !o.stats_file.empty() ||
-           !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm;
-}
-
-/// Whether the output may be grey pictures: those of a format, or a folder of a printer that takes
-/// them, which the world names.
-bool may_be_grey(const Options& o) {
-    const backends::Format* format = backends::find_format(o.format);
-    if (format != nullptr) return format->of_fractions;
-    return !o.output.empty() && o.output != "-" && !std::filesystem::path(o.output).has_extension();
+Result<void> validate_run(const RunOptions& o) {
+    constexpr int32_t kMost = 1024;
+    Result<void> fine = check_count("--threads", o.threads, kMost, "4");
+    if (fine && o.memory_bytes < 1)
+        return bad_value("--memory", fmt::format("{}B", o.memory_bytes), "no memory", "1.5GB");
+    if (fine) fine = check_count("--groups-in-flight", o.slabs_in_flight, kMost, "8");
+    return fine;
 }
 
 }  // namespace
 
-Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
-                              bool needs_output) {
-    Options options;
-    Raw raw;
-    CLI::App app("Prints a fab world: slices for a printer, an .ofr file or stream, pictures.",
-                 program);
-    declare(app, options, raw);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::CallForHelp&) {
-        options.help = true;
-        options.text = help_text(&app, program, needs_output);
-        return options;
-    } catch (const CLI::ParseError& error) {
-        return command_line_error(app, error, program);
+Result<void> validate_options(const Options& options) {
+    if (Result<void> fine = validate_grid(options); !fine) return fine;
+    if (Result<void> fine = validate_run(options); !fine) return fine;
+    for (const std::string& text : options.settings) {
+        const size_t equals = text.find('=');
+        if (equals != std::string::npos && equals > 0 && equals + 1 < text.size()) continue;
+        return usage_error(fmt::format(
+            "`--set`: `{}` is not a setting; write `--set OBJECT.UNIFORM=VALUE`", text));
     }
-    if (Result<void> done = validate_grid(raw, &options); !done) return done.error();
-    if (Result<void> done = validate_options(raw, &options); !done) return done.error();
-    const bool averages = options.fractions_supersample > 1 || !raw.sampling.empty();
-    if (needs_output && averages && options.fractions_file.empty() && !may_be_grey(options)) {
-        return usage_error(
-            fmt::format("`{}` is about the array that `--fractions FILE.npy` writes; name one",
-                        raw.sampling.empty() ? "--fractions-supersample" : "--sampling"));
-    }
-    if (needs_output && !has_output(options))
-        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
-    return options;
-}
-
-bool pitch_is_given(const Options& options) {
-    return options.voxel_mm || options.dpi || options.layer_mm || options.pitch_mm;
-}
-
-Vec3d print_pitch(const Options& options, const Vec3d& printer_pitch_mm, bool to_meshes) {
-    if (options.pitch_mm) return *options.pitch_mm;
-    Vec3d pitch = printer_pitch_mm;
-    if (to_meshes && !pitch_is_given(options)) {
-        const double mm = options.mesh_pitch_mm.value_or(kMeshPitchMm);
-        pitch = {mm, mm, mm};
-    }
-    if (options.voxel_mm) pitch = {*options.voxel_mm, *options.voxel_mm, *options.voxel_mm};
-    if (options.dpi) {
-        pitch.x = 25.4 / options.dpi->x;
-        pitch.y = 25.4 / options.dpi->y;
-    }
-    if (options.layer_mm) pitch.z = *options.layer_mm;
-    return pitch * static_cast<double>(options.draft);
+    constexpr std::array<std::string_view, 4> kBleed{"undo", "show", "both", "off"};
+    if (std::find(kBleed.begin(), kBleed.end(), options.bleed) == kBleed.end())
+        return bad_value("--bleed", options.bleed, "none of undo, show, both and off", "show");
+    return validate_output(options);
 }
 
 }  // namespace openfab::program

@@ -121,7 +121,7 @@ Result<void> check_folder(const NamedOutput& folder, const std::vector<NamedOutp
 
 }  // namespace
 
-std::vector<NamedOutput> outputs_of(const Options& options, const backends::Format* format,
+std::vector<NamedOutput> outputs_of(const OutputOptions& options, const backends::Format* format,
                                     const std::vector<pipeline::SliceMaterial>& materials) {
     std::vector<NamedOutput> out;
     // Written under a temporary name and then renamed; pipes and devices directly.
@@ -148,8 +148,9 @@ std::vector<NamedOutput> outputs_of(const Options& options, const backends::Form
     if (!options.stats_file.empty()) whole("--stats", options.stats_file);
     for (const NamedOutput& more : options.more_outputs)
         whole(more.option.c_str(), more.path);
-    for (const preview::PreviewSpec& spec : options.previews)
-        whole("--preview", spec.file);
+    for (const preview::PreviewSpec& spec : options.previews) {
+        if (!spec.file.empty()) whole("--preview", spec.file);
+    }
     return out;
 }
 
@@ -172,7 +173,7 @@ Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
     return {};
 }
 
-Result<void> check_outputs(const Options& options, const backends::Format* format,
+Result<void> check_outputs(const OutputOptions& options, const backends::Format* format,
                            const std::vector<pipeline::SliceMaterial>& materials,
                            const std::vector<fs::path>& inputs) {
     const std::vector<NamedOutput> outputs = outputs_of(options, format, materials);

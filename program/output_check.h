@@ -10,14 +10,14 @@
 
 #include "backends/common/format.h"
 #include "base/result.h"
-#include "program/options.h"
+#include "program/output_options.h"
 #include "runtime/pipeline/slice_sink.h"
 
 namespace openfab::program {
 
 /// Lists every file that a print with these options writes, temporary names included; `format` as of
 /// choose_format. The slices of a folder are not listed, see check_outputs.
-std::vector<NamedOutput> outputs_of(const Options& options, const backends::Format* format,
+std::vector<NamedOutput> outputs_of(const OutputOptions& options, const backends::Format* format,
                                     const std::vector<pipeline::SliceMaterial>& materials);
 
 /// Fails with a user error where an output is the same file as an input or as an output of another
@@ -29,7 +29,7 @@ Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
 
 /// Same for a print: all outputs of outputs_of, and the files of its folder of slices. Fails with
 /// kOutside where a file of the host, which it writes at its end, has no folder that can be written to.
-Result<void> check_outputs(const Options& options, const backends::Format* format,
+Result<void> check_outputs(const OutputOptions& options, const backends::Format* format,
                            const std::vector<pipeline::SliceMaterial>& materials,
                            const std::vector<std::filesystem::path>& inputs);
 

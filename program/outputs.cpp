@@ -14,6 +14,7 @@
 #include "backends/formats/formats.h"
 #include "backends/preview/preview.h"
 #include "backends/stream/stream_sink.h"
+#include "program/grid_options.h"
 
 namespace openfab::program {
 
@@ -21,7 +22,7 @@ namespace {
 
 using backends::Format;
 
-backends::OutputSettings settings_of(const Options& options, const world::Printer& printer) {
+backends::OutputSettings settings_of(const OutputOptions& options, const world::Printer& printer) {
     backends::OutputSettings settings;
     settings.path = options.output;
     settings.resume = options.resume;
@@ -52,7 +53,7 @@ class Encoder : public backends::NullSink {
     pipeline::PrintInfo info_;
 };
 
-Result<std::unique_ptr<pipeline::SliceSink>> open_format(const Options& options,
+Result<std::unique_ptr<pipeline::SliceSink>> open_format(const OutputOptions& options,
                                                          const world::Printer& printer,
                                                          const Format* format,
                                                          const std::atomic<bool>* interrupt) {
@@ -92,7 +93,7 @@ bool looks_like_file(const std::string& extension) {
 }
 
 /// Says what `-o NAME.png` should be: slices fill a folder.
-Error slices_fill_a_folder(const Options& options, const Format& format) {
+Error slices_fill_a_folder(const OutputOptions& options, const Format& format) {
     const std::string stem = std::filesystem::path(options.output).stem().string();
     const std::string picture =
         format.extension == ".png"
@@ -112,7 +113,7 @@ Result<const Format*> native_format(const world::Printer& printer) {
                     printer.name, printer.native_format, backends::format_names()));
 }
 
-Result<const Format*> name_format(const Options& options, const world::Printer& printer) {
+Result<const Format*> name_format(const OutputOptions& options, const world::Printer& printer) {
     if (options.output.empty()) return nullptr;
     if (!options.format.empty()) return backends::find_format(options.format);
     if (options.output == "-" || stream::is_address(options.output))
@@ -153,15 +154,9 @@ bool is_mesh_format(const Format* format) {
     return format != nullptr && format->kind == backends::FormatKind::kMesh;
 }
 
-Result<const Format*> choose_format(const Options& options, const world::Printer& printer) {
+Result<const Format*> choose_format(const OutputOptions& options, const world::Printer& printer) {
     Result<const Format*> format = name_format(options, printer);
     if (!format) return format;
-    if (options.mesh_pitch_mm && !is_mesh_format(*format)) {
-        return usage_error(
-            fmt::format("`--mesh-pitch` is for the formats {}; `--voxel` sets the pitch of slices",
-                        backends::format_names(
-                            "and", [](const Format& each) { return is_mesh_format(&each); })));
-    }
     if (*format != nullptr && !(*format)->flips_x && options.flip_x) {
         return usage_error(fmt::format(
             "`--flip-x` mirrors the pictures of {}; of an .ofr file `openfab export "
@@ -172,7 +167,14 @@ Result<const Format*> choose_format(const Options& options, const world::Printer
     return format;
 }
 
-bool can_be_resumed(const Options& options, const Format& format) {
+Result<void> check_mesh_pitch(const GridOptions& options, const Format* format) {
+    if (!options.mesh_pitch_mm || is_mesh_format(format)) return {};
+    return usage_error(fmt::format(
+        "`--mesh-pitch` is for the formats {}; `--voxel` sets the pitch of slices",
+        backends::format_names("and", [](const Format& each) { return is_mesh_format(&each); })));
+}
+
+bool can_be_resumed(const OutputOptions& options, const Format& format) {
     if (stream::is_address(options.output)) return true;
     if (!format.not_resumed.empty()) return false;
     if (format.kind == backends::FormatKind::kFolder) return true;
@@ -193,7 +195,7 @@ int64_t output_bytes_per_column(const Format* format, size_t materials) {
                : format->bytes_per_column(materials);
 }
 
-Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
+Result<std::unique_ptr<pipeline::SliceSink>> open_output(const OutputOptions& options,
                                                          const world::Printer& printer,
                                                          const std::atomic<bool>* interrupt) {
     const Result<const Format*> format = choose_format(options, printer);
@@ -208,7 +210,7 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_output(const Options& options,
         std::make_unique<backends::TeeSink>(std::move(*sink), std::move(observers)));
 }
 
-Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options,
+Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const OutputOptions& options,
                                                           const world::Printer& printer,
                                                           const Format& format) {
     if (format.encode == nullptr) {
@@ -224,13 +226,13 @@ Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options
         std::make_unique<Encoder>(format, settings_of(options, printer)));
 }
 
-int64_t queue_bytes(const Options& options) {
+int64_t queue_bytes(const OutputOptions& options) {
     return stream::is_address(options.output)
                ? static_cast<int64_t>(stream::StreamSink::kMostQueuedBytes)
                : 0;
 }
 
-int64_t preview_bytes(const Options& options) {
+int64_t preview_bytes(const OutputOptions& options) {
     // Pictures are drawn one after the other, so the memory for drawing counts once.
     int64_t bytes = options.previews.empty() ? 0 : preview::kDrawBytes;
     for (const preview::PreviewSpec& spec : options.previews)

@@ -9,37 +9,42 @@
 #include <string>
 
 #include "backends/common/format.h"
-#include "program/options.h"
+#include "program/output_options.h"
 #include "runtime/pipeline/slice_sink.h"
 #include "world/printer.h"
 
 namespace openfab::program {
+
+struct GridOptions;
 
 /// Returns whether the format is one of boundary meshes; false for null.
 bool is_mesh_format(const backends::Format* format);
 
 /// Returns the format of the output: from --format, else by OUT's extension, else the printer's
 /// own; null where only previews are written. Fails with a usage error for an extension that
-/// contradicts or an unknown format.
-Result<const backends::Format*> choose_format(const Options& options,
+/// contradicts, an unknown format, or what the format cannot do.
+Result<const backends::Format*> choose_format(const OutputOptions& options,
                                               const world::Printer& printer);
+
+/// Fails where a pitch of meshes is given to an output that is none.
+Result<void> check_mesh_pitch(const GridOptions& options, const backends::Format* format);
 
 /// Opens the output; an existing one is replaced, or resumed. Once `interrupt` is set, if there is one,
 /// it waits for nobody.
 Result<std::unique_ptr<pipeline::SliceSink>> open_output(
-    const Options& options, const world::Printer& printer,
+    const OutputOptions& options, const world::Printer& printer,
     const std::atomic<bool>* interrupt = nullptr);
 
 /// Returns a sink that encodes slices as that of open_output does and keeps none, for outputs whose
 /// slices are encoded in other processes than the one that writes them. Fails for formats that are
 /// not slice by slice.
-Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const Options& options,
+Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const OutputOptions& options,
                                                           const world::Printer& printer,
                                                           const backends::Format& format);
 
 /// Returns whether `--resume` can continue a print into this output: a file, a folder of slices, or
 /// a receiver.
-bool can_be_resumed(const Options& options, const backends::Format& format);
+bool can_be_resumed(const OutputOptions& options, const backends::Format& format);
 
 /// Returns the path of an output of this format in a folder of its own.
 std::string output_in(const std::filesystem::path& folder, const backends::Format& format);
@@ -48,9 +53,9 @@ std::string output_in(const std::filesystem::path& folder, const backends::Forma
 int64_t output_bytes_per_column(const backends::Format* format, size_t materials);
 
 /// Returns the memory of slices that wait for a receiver.
-int64_t queue_bytes(const Options& options);
+int64_t queue_bytes(const OutputOptions& options);
 
 /// Returns the memory of the previews; the pipeline gets the rest of --memory.
-int64_t preview_bytes(const Options& options);
+int64_t preview_bytes(const OutputOptions& options);
 
 }  // namespace openfab::program

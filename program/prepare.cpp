@@ -30,7 +30,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const backends::
     result.memory_bytes = options.memory_bytes - result.reserved_bytes;
     if (!options.memory_given)
         result.most_memory_bytes = available_memory_bytes() / 2 - result.reserved_bytes;
-    result.threads = options.threads;
+    result.threads = options.threads.value_or(0);
     // A mesh of dithered voxels would consist of specks, which printers of meshes cannot print.
     if (is_mesh_format(format)) result.dither = "majority";
     if (!options.dither.empty()) result.dither = options.dither;
@@ -38,7 +38,7 @@ pipeline::PrintOptions pipeline_options(const Options& options, const backends::
     result.z_range_mm = options.z_range_mm;
     result.slices = options.slices;
     result.culling = options.culling;
-    result.slabs_in_flight = options.slabs_in_flight;
+    result.slabs_in_flight = options.slabs_in_flight.value_or(0);
     result.isa = abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512));
     result.sink_bytes_per_column = output_bytes_per_column(format, materials) +
                                    hooks.sink_bytes_per_column +

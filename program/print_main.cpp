@@ -72,7 +72,7 @@ Result<void> check_grey(const Options& options, bool grey, const pipeline::Print
         if (!name.empty())
             return usage_error(
                 "`--grey-material` is about the pictures of the formats grey and tiff");
-        if (options.fractions_supersample > 1 && options.fractions_file.empty())
+        if (options.fractions_supersample.value_or(1) > 1 && options.fractions_file.empty())
             return usage_error(
                 "`--fractions-supersample` is about grey pictures, or the array that `--fractions "
                 "FILE.npy` writes; name one");

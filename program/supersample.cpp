@@ -37,8 +37,8 @@ Vec3d own_voxels(const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
 }  // namespace
 
 Vec3i fraction_parts(const Options& options, const Vec3d& pitch_mm, const Vec3d& printer_pitch_mm) {
-    const int32_t n = options.sample_centres ? 1 : options.fractions_supersample;
-    if (n > 0) return {n, n, n};
+    const std::optional<int32_t> n = options.sample_centres ? 1 : options.fractions_supersample;
+    if (n) return {*n, *n, *n};
     const Vec3d own = own_voxels(pitch_mm, printer_pitch_mm);
     const auto part = [](double parts) {
         return static_cast<int32_t>(std::min(parts, double{kMostSupersampling}));
@@ -48,7 +48,7 @@ Vec3i fraction_parts(const Options& options, const Vec3d& pitch_mm, const Vec3d&
 
 std::string describe_parts(const Vec3i& parts, const Options& options, const Vec3d& pitch_mm,
                            const Vec3d& printer_pitch_mm) {
-    if (options.sample_centres || options.fractions_supersample > 0) return {};
+    if (options.sample_centres || options.fractions_supersample) return {};
     const Vec3d own = own_voxels(pitch_mm, printer_pitch_mm);
     if (own.x <= parts.x && own.y <= parts.y && own.z <= parts.z) return {};
     return fmt::format(
@@ -79,9 +79,8 @@ Box3d box_of_slices(const pipeline::PrintInfo& info) {
 }
 
 int64_t bytes_of_means(const Options& options, const Vec3i& parts) {
-    const auto threads = options.threads > 0
-                             ? options.threads
-                             : static_cast<int32_t>(std::thread::hardware_concurrency());
+    const int32_t threads =
+        options.threads.value_or(static_cast<int32_t>(std::thread::hardware_concurrency()));
     // A slab more than threads may be in flight.
     return raster::FractionAverage::bytes_per_fraction(parts, threads + 1);
 }
@@ -129,9 +128,7 @@ Result<void> write_supersampled(const CoarsePrint& coarse, const Vec3i& parts,
 
 Vec3i grey_parts(const Options& options) {
     constexpr int32_t kUsual = 4;
-    const int32_t n = options.sample_centres              ? 1
-                      : options.fractions_supersample > 0 ? options.fractions_supersample
-                                                          : kUsual;
+    const int32_t n = options.sample_centres ? 1 : options.fractions_supersample.value_or(kUsual);
     return {n, n, n};
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
-#include "program/options.h"
+#include "program/output_options.h"
 #include "tools/openfab/import.h"
 #include "tools/viewer/view.h"
 
@@ -25,7 +25,7 @@ struct ImportArguments {
 struct ExportOptions {
     std::string file;
     std::string memory;
-    program::Options print;  ///< output, format, previews, png_indexed, flip_x
+    program::OutputOptions print;  ///< output, format, previews, png_indexed, flip_x
     std::vector<std::string> previews;
     std::string png = "rgba";
     int32_t slice = -1;

@@ -165,7 +165,7 @@ Result<void> check_print(const program::Options& options, const CompileOptions& 
     check.process = options.process_file;
     check.picture = compilation.check_picture;
     check.allow = options.allow;
-    check.threads = options.threads;
+    check.threads = options.threads.value_or(0);
     if (options.memory_given) check.memory = fmt::format("{}B", options.memory_bytes);
     check.pitch_mm = [&](const Vec3d& printer_mm) {
         return program::print_pitch(options, printer_mm);

@@ -37,7 +37,7 @@ Result<double> parse_seconds(const std::string& text) {
 }
 
 /// Returns whether the output is a whole print, which nobody who connects may replace.
-bool is_complete(const program::Options& print) {
+bool is_complete(const program::OutputOptions& print) {
     if (print.format == "ofr") return ofr::OfrReader::read_totals(print.output).has_value();
     constexpr int64_t kMostManifestBytes = 1 << 20;
     const Result<InputFile> file =
@@ -48,7 +48,7 @@ bool is_complete(const program::Options& print) {
 }
 
 /// Returns ofr or png, as the output's name says.
-Result<const backends::Format*> format_of(const program::Options& print) {
+Result<const backends::Format*> format_of(const program::OutputOptions& print) {
     if (print.output == "-" || stream::is_address(print.output))
         return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
     world::Printer printer;
@@ -62,7 +62,7 @@ Result<const backends::Format*> format_of(const program::Options& print) {
 }
 
 /// Fails where the output could not be opened when a print comes.
-Result<void> try_output(const program::Options& print) {
+Result<void> try_output(const program::OutputOptions& print) {
     std::error_code ignored;
     const bool is_there = std::filesystem::exists(print.output, ignored);
     {
@@ -104,7 +104,7 @@ Result<void> run_receive(const ReceiveArguments& a) {
     const Result<int64_t> memory = parse_memory_option(a.memory);
     if (!memory) return memory.error();
 
-    program::Options print;
+    program::OutputOptions print;
     print.output = a.output;
     const Result<const backends::Format*> format = format_of(print);
     if (!format) return format.error();

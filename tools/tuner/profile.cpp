@@ -91,7 +91,7 @@ class Profiler {
 
   private:
     int32_t threads() const {
-        return print_threads_ > 0 ? print_threads_ : workload_->print().threads;
+        return print_threads_ > 0 ? print_threads_ : workload_->print().threads.value_or(0);
     }
 
     Result<void> set_up() {

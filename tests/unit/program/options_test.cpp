@@ -23,7 +23,7 @@ TEST(PrintOptions, Defaults) {
     EXPECT_EQ(options->input, "w.fab.json");
     EXPECT_EQ(options->output, "out");
     EXPECT_EQ(options->memory_bytes, 1'500'000'000);
-    EXPECT_EQ(options->threads, 0);
+    EXPECT_FALSE(options->threads.has_value());
     EXPECT_TRUE(options->culling);
     EXPECT_FALSE(options->isa.has_value());
 }
@@ -134,6 +134,32 @@ TEST(PrintOptions, MistakesAreUsageErrorsThatNameTheOption) {
     }
 }
 
+TEST(PrintOptions, ValuesAreCheckedWhateverMadeThem) {
+    const auto error_of = [](const auto& change) {
+        Options options;
+        change(&options);
+        const Result<void> fine = validate_options(options);
+        return fine ? std::string() : fine.error().text();
+    };
+    EXPECT_EQ(error_of([](Options*) {}), "");
+    EXPECT_THAT(error_of([](Options* o) { o->voxel_mm = 200; }), HasSubstr("`--voxel`: `200mm`"));
+    EXPECT_THAT(error_of([](Options* o) { o->layer_mm = std::nan(""); }), HasSubstr("`--layer`"));
+    EXPECT_THAT(error_of([](Options* o) {
+                    o->dpi = Vec2<double>{600, 0};
+                }),
+                HasSubstr("`--dpi`: `600x0`"));
+    EXPECT_THAT(error_of([](Options* o) { o->draft = 0; }), HasSubstr("`--draft`: `0`"));
+    EXPECT_THAT(error_of([](Options* o) { o->threads = 1025; }), HasSubstr("`--threads`: `1025`"));
+    EXPECT_THAT(error_of([](Options* o) {
+                    o->slices = Vec2<int32_t>{-1, 5};
+                }),
+                HasSubstr("`--slices`: `-1:5`"));
+    EXPECT_THAT(error_of([](Options* o) { o->bleed = "some"; }), HasSubstr("`--bleed`: `some`"));
+    EXPECT_THAT(error_of([](Options* o) { o->memory_bytes = 0; }), HasSubstr("`--memory`: `0B`"));
+    EXPECT_THAT(error_of([](Options* o) { o->fractions_supersample = 33; }),
+                HasSubstr("`--fractions-supersample`: `33`"));
+}
+
 TEST(PrintOptions, HelpFitsOnAPage) {
     const Result<Options> options = parse({"--help"});
     ASSERT_TRUE(options);
@@ -157,8 +183,11 @@ TEST(PrintOutputs, Format) {
         arguments.insert(arguments.begin(), "w");
         world::Printer printer;
         printer.native_format = native;
-        const Result<const backends::Format*> chosen = choose_format(*parse(arguments), printer);
+        const Result<Options> options = parse(arguments);
+        const Result<const backends::Format*> chosen = choose_format(*options, printer);
         if (!chosen) return Result<std::string>(chosen.error());
+        if (const Result<void> fine = check_mesh_pitch(*options, *chosen); !fine)
+            return Result<std::string>(fine.error());
         return Result<std::string>(*chosen == nullptr ? "" : std::string((*chosen)->name));
     };
     EXPECT_EQ(*format({"-o", "a.ofr"}, "png"), "ofr");

@@ -24,7 +24,7 @@ class OutputCheck : public ::testing::Test {
         scratch_.write("folder/leaf.png", "picture");
     }
     fs::path path(const std::string& name) const { return scratch_ / name; }
-    static std::string check(const Options& options, const std::string& format,
+    static std::string check(const OutputOptions& options, const std::string& format,
                              const std::vector<fs::path>& inputs) {
         const std::vector<pipeline::SliceMaterial> materials{{"white", {}, {}, 1, ""},
                                                              {"a b", {}, {}, 1, ""}};
@@ -35,7 +35,7 @@ class OutputCheck : public ::testing::Test {
         return done.error().text();
     }
     std::string output(const fs::path& output, const std::string& format) const {
-        Options options;
+        OutputOptions options;
         options.output = output.string();
         return check(options, format, {path("in.3mf"), path("folder/slice_0002.png")});
     }
@@ -62,7 +62,7 @@ TEST_F(OutputCheck, AnInputUnderAnyOfItsNamesIsRefused) {
 
 TEST_F(OutputCheck, ATemporaryNameCountsToo) {
     scratch_.write("out.3mf.part", "an input of a strange name");
-    Options options;
+    OutputOptions options;
     options.output = path("out.3mf").string();
     EXPECT_THAT(check(options, "3mf", {path("out.3mf.part")}), HasSubstr("would overwrite"));
     EXPECT_EQ(check(options, "ofr", {path("out.3mf.part")}), "");
@@ -72,7 +72,7 @@ TEST_F(OutputCheck, StlIsAFileForEachMaterial) {
     scratch_.write("lid_white.stl", "mesh");
     scratch_.write("lid_a_b.stl", "mesh");
     scratch_.write("lid_red.stl", "mesh");
-    Options options;
+    OutputOptions options;
     options.output = path("lid.stl").string();
     EXPECT_THAT(check(options, "stl", {path("lid_white.stl")}), HasSubstr("lid_white.stl"));
     EXPECT_THAT(check(options, "stl", {path("lid_a_b.stl")}), HasSubstr("would overwrite"));
@@ -81,7 +81,7 @@ TEST_F(OutputCheck, StlIsAFileForEachMaterial) {
 
 TEST_F(OutputCheck, TwoOutputsAreTwoFiles) {
     fs::create_symlink("later.png", path("dangling.png"));
-    Options options;
+    OutputOptions options;
     options.output = path("a.ofr").string();
     options.stats_file = path("a.json").string();
     options.previews.resize(2);
@@ -102,7 +102,7 @@ TEST_F(OutputCheck, TwoOutputsAreTwoFiles) {
 }
 
 TEST_F(OutputCheck, FilesOfTheHostCountToo) {
-    Options options;
+    OutputOptions options;
     const auto with = [&](const fs::path& file, const std::string& format) {
         options.more_outputs = {{"--json", file}};
         return check(options, format, {path("in.3mf")});
@@ -118,7 +118,7 @@ TEST_F(OutputCheck, FilesOfTheHostCountToo) {
 }
 
 TEST_F(OutputCheck, AFileWithoutAFolderIsToldBeforeTheWork) {
-    Options options;
+    OutputOptions options;
     options.more_outputs = {{"--json", path("none/p.json")}};
     const Result<void> done = check_outputs(options, nullptr, {}, {});
     ASSERT_FALSE(done);
@@ -131,7 +131,7 @@ TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
     EXPECT_THAT(output(folder, "png"), HasSubstr("slice_0002.png"));
     EXPECT_THAT(output(folder + "/", "png"), HasSubstr("slice_0002.png"));
     EXPECT_EQ(output(path("elsewhere"), "png"), "");
-    Options options;
+    OutputOptions options;
     options.output = folder;
     // Other files are left to the sink, which requires such a folder to be empty.
     EXPECT_EQ(check(options, "png", {path("folder/leaf.png")}), "");

@@ -1,0 +1,305 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "abi/kernel_call.h"
+#include "backends/formats/formats.h"
+#include "base/command_line.h"
+#include "base/talking_program.h"
+#include "base/units.h"
+#include "program/option_texts.h"
+#include "program/options.h"
+
+namespace openfab::program {
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  {0} card.fab.json -o slices                    a folder of PNGs for the world's printer
+  {0} card.fab.json -o card.ofr --draft 4        a quick look, at four times the pitch
+  {0} card.fab.json -o card.ofr --preview card.png,light=transmitted
+  {0} card.fab.json -o card.3mf --mesh-pitch 0.2mm   a mesh per material
+  {0} part.obj -o part.ofr --voxel 0.1mm --set part.scale=2.5
+  {0} card.fab.json -o card.ofr --resume         the rest of an interrupted print
+  {0} card.fab.json -o - | openfab verify -      a stream of slices
+  {0} card.fab.json -o tcp://printer:7000        to `openfab receive`, or a printer's front end
+
+)";
+
+constexpr const char* kUnits =
+    R"(Lengths have units (27um, 0.1mm, 1in), sizes too (300MB). Exit codes: 0 done, 1 the input is wrong,
+2 usage, 3 disk or pipe failed (whole slices stay), 4 a bug in OpenFab, 130 interrupted.
+)";
+
+/// Option texts as typed, before they are parsed.
+struct Raw {
+    std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
+                                                                        png = "rgba", isa;
+    std::string pitch, probe, slabs_in_flight;
+    std::vector<std::string> previews;
+    std::string crop = "parts", sampling;
+    bool no_cull = false;
+};
+
+void declare(CLI::App& app, Options& o, Raw& raw) {
+    app.add_option("INPUT", o.input,
+                   "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
+        ->required();
+    app.add_option(
+           "-o,--output", o.output,
+           fmt::format(
+               "a folder ({}), a file ({}), - for standard output ({}), or a receiver: "
+               "tcp://HOST:PORT, tls://HOST:PORT or unix:PATH",
+               backends::format_names(
+                   ",", [](const auto& f) { return f.kind == backends::FormatKind::kFolder; }),
+               backends::file_extensions(),
+               backends::format_names("or", [](const auto& f) { return f.streams; })))
+        ->type_name("OUT");
+    app.add_option(
+           "--format", o.format,
+           backends::format_names() + " (default: by OUT's extension, else the printer's own)")
+        ->type_name("FORMAT");
+    app.add_option("--token-file", o.token_file,
+                   "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
+        ->type_name("FILE");
+    app.add_option("--tls-ca", o.tls_ca,
+                   "PEM certificates that a tls:// receiver's is checked against (default: the "
+                   "system's)")
+        ->type_name("FILE");
+    app.add_option(
+           "--printer", o.printer,
+           "a name that `openfab printers` lists (default: the world's), or a .printer.json file")
+        ->type_name("PRINTER");
+    app.add_option(
+           "--process", o.process_file,
+           "what the machine does to a print, as JSON: items replace those of the printer's "
+           "profile (docs/process.md)")
+        ->type_name("FILE");
+    app.add_option("--bleed", o.bleed,
+                   "of the process: undo it (the default), show what comes out without that, both "
+                   "(what comes out with it), or off")
+        ->type_name("CHOICE");
+    app.add_option("--nozzles", o.nozzles_file,
+                   "dead nozzles, as JSON; a change of the file counts from the next slices on")
+        ->type_name("FILE");
+    app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
+    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
+    app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
+    app.add_option("--mesh-pitch", raw.mesh_pitch,
+                   "size of the voxels that meshes are made from (default: 0.1mm)")
+        ->type_name("LENGTH");
+    app.add_option("--draft", o.draft, "multiply the pitch by N, for a quick look")
+        ->type_name("N")
+        ->option_text("N");
+    app.add_option("--crop", raw.crop,
+                   "size of a slice: parts (their bounding box) or tray (the whole tray)")
+        ->check(CLI::IsMember({"parts", "tray"}));
+    app.add_option("--z", raw.z, "print only the heights A:B above the lowest slice")
+        ->type_name("A:B");
+    app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded")
+        ->type_name("A:B");
+    app.add_option("--set", o.settings,
+                   "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+    app.add_option("--allow", o.allow,
+                   "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("FOLDER");
+    app.add_flag_callback(
+        kProgramsWord, [&o] { o.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
+    app.add_option(
+        "--dither", o.dither,
+        "own (default: the fablet's @Dither where it has one, else blue_noise), blue_noise, "
+        "floyd_steinberg, decorrelated, or majority (the largest amount; the default for meshes)");
+    app.add_option(
+           "--support", o.support,
+           "on, off, or the material of the world to make it of (default: as the world says, else "
+           "on where the printer's front end makes none)")
+        ->type_name("CHOICE");
+    app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
+    app.add_option("--preview", raw.previews,
+                   "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light=transmitted]["
+                   ",cut=x|y|xy]")
+        ->allow_extra_args(false)
+        ->type_name("PICTURE");
+    app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
+    app.add_option("--grey-material", o.grey_material,
+                   "the one of the grey pictures of the formats grey and tiff (default: the "
+                   "first of the world)")
+        ->type_name("NAME");
+    app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
+    app.add_option("--memory", raw.memory,
+                   "memory budget of the whole process (default: 1.5GB, or what "
+                   "the print needs at least, up to half of what is free)")
+        ->type_name("SIZE");
+    app.add_option("--threads", o.threads, "worker threads (default: all cores)")->type_name("N");
+    app.add_option("--fractions", o.fractions_file,
+                   "an .npy file for the materials' fractions in each voxel, before the dither")
+        ->type_name("FILE");
+    app.add_option("--sampling", raw.sampling,
+                   "what these are at a coarser pitch than the printer's: volume (means over its "
+                   "voxels; the default) or centre (of a voxel's centre alone)")
+        ->check(CLI::IsMember({"volume", "centre"}));
+    app.add_option("--fractions-supersample", o.fractions_supersample,
+                   "make these, and grey pictures (default: 4), the means over the N x N x N parts "
+                   "of each voxel")
+        ->type_name("N");
+    app.add_option("--probe", raw.probe,
+                   "print nothing but the materials' fractions in the voxel at this point, in mm, "
+                   "before the dither, as JSON")
+        ->type_name("X,Y,Z");
+    app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")
+        ->type_name("FILE");
+    app.add_option("--progress", raw.progress,
+                   "on stderr: auto, plain, json (an object per line) or none")
+        ->check(CLI::IsMember({"auto", "plain", "json", "none"}));
+    app.add_flag("--estimate", o.estimate,
+                 "report voxels, memory, time and materials; print nothing");
+    app.add_flag("--dry-run", o.dry_run, "check and set up everything; print nothing");
+    app.add_flag("--resume", o.resume, "continue an interrupted print after its last whole slice");
+    // Of those that are not listed, a check here could not tell the name.
+    app.add_option("--groups-in-flight", raw.slabs_in_flight, "")->group("");
+    app.add_flag("--no-cull", raw.no_cull, "")->group("");
+    app.add_option("--pitch", raw.pitch, "")->group("");
+    app.add_option("--isa", raw.isa, "")->group("");
+}
+
+/// Returns the help; to a host that takes the slices itself, without what asks for outputs.
+std::string help_text(CLI::App* app, const std::string& program, bool needs_output) {
+    app->get_formatter()->column_width(28);
+    if (needs_output) {
+        app->footer(fmt::format(fmt::runtime(kExamples), program) + kUnits);
+        return app->help();
+    }
+    for (const char* option :
+         {"--output", "--token-file", "--tls-ca", "--preview", "--fractions", "--sampling",
+          "--fractions-supersample", "--probe", "--stats", "--estimate", "--dry-run", "--resume"})
+        app->get_option(option)->group("");
+    app->footer(kUnits);
+    return app->help();
+}
+
+/// Reads the text of an option, where it was given.
+template <typename T, typename Parse>
+Result<void> read(const std::string& text, const Parse& parse, std::optional<T>* value) {
+    if (text.empty()) return {};
+    Result<T> found = parse(text);
+    if (!found) return found.error();
+    *value = *found;
+    return {};
+}
+
+Result<void> read_grid(const Raw& raw, Options* o) {
+    const auto length = [](const char* option) {
+        return [=](const std::string& text) { return parse_length(option, text); };
+    };
+    const auto vector = [](const char* option, const char* example) {
+        return [=](const std::string& text) { return parse_vector(option, text, example); };
+    };
+    for (const Result<void>& done : {
+             read(raw.voxel, length("--voxel"), &o->voxel_mm),
+             read(raw.dpi, parse_dpi, &o->dpi),
+             read(raw.layer, length("--layer"), &o->layer_mm),
+             read(raw.mesh_pitch, length("--mesh-pitch"), &o->mesh_pitch_mm),
+             read(raw.pitch, vector("--pitch", "0.1,0.1,0.1"), &o->pitch_mm),
+             read(raw.probe, vector("--probe", "1.5,2,0.25"), &o->probe_mm),
+             read(raw.z, parse_heights, &o->z_range_mm),
+             read(raw.slices, parse_slices, &o->slices),
+         }) {
+        if (!done) return done;
+    }
+    return {};
+}
+
+Result<void> read_texts(const Raw& raw, Options* o) {
+    const Result<int64_t> bytes = parse_memory_option(raw.memory);
+    if (!bytes) return bytes.error();
+    o->memory_bytes = *bytes;
+    o->memory_given = !raw.memory.empty();
+    if (!raw.seed.empty() && !parse_whole(raw.seed, &o->seed)) {
+        return bad_value("--seed", raw.seed, "not a whole number from 0 to 2^64 - 1", "7");
+    }
+    for (const std::string& text : raw.previews) {
+        Result<preview::PreviewSpec> spec = preview::parse_preview(text);
+        if (!spec) return spec.error();
+        o->previews.push_back(std::move(*spec));
+    }
+    o->progress = raw.progress == "plain"  ? program::ProgressMode::kPlain
+                  : raw.progress == "json" ? program::ProgressMode::kJson
+                  : raw.progress == "none" ? program::ProgressMode::kNone
+                                           : program::ProgressMode::kAuto;
+    o->crop_tray = raw.crop == "tray";
+    o->png_indexed = raw.png == "indexed";
+    o->sample_centres = raw.sampling == "centre";
+    o->culling = !raw.no_cull;
+    for (const openfab_isa isa : abi::isas()) {
+        if (raw.isa == abi::isa_name(isa)) o->isa = isa;
+    }
+    if (!raw.isa.empty() && !o->isa)
+        return bad_value("--isa", raw.isa,
+                         abi::isas().size() > 1 ? "none of sse41, avx2 and avx512"
+                                                : "not sse41, the one set of this machine",
+                         "sse41");
+    if (raw.slabs_in_flight.empty()) return {};
+    int32_t slabs = 0;
+    if (!parse_whole(raw.slabs_in_flight, &slabs))
+        return bad_value("--groups-in-flight", raw.slabs_in_flight,
+                         "not a whole number from 1 to 1024", "8");
+    o->slabs_in_flight = slabs;
+    return {};
+}
+
+bool has_output(const Options& o) {
+    return !o.output.empty() || !o.previews.empty() || !o.stats_file.empty() ||
+           !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm;
+}
+
+/// Whether the output may be grey pictures: those of a format, or a folder of a printer that takes
+/// them, which the world names.
+bool may_be_grey(const Options& o) {
+    const backends::Format* format = backends::find_format(o.format);
+    if (format != nullptr) return format->of_fractions;
+    return !o.output.empty() && o.output != "-" && !std::filesystem::path(o.output).has_extension();
+}
+
+}  // namespace
+
+Result<Options> parse_options(int argc, const char* const* argv, const std::string& program,
+                              bool needs_output) {
+    Options options;
+    Raw raw;
+    CLI::App app("Prints a fab world: slices for a printer, an .ofr file or stream, pictures.",
+                 program);
+    declare(app, options, raw);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        options.help = true;
+        options.text = help_text(&app, program, needs_output);
+        return options;
+    } catch (const CLI::ParseError& error) {
+        return command_line_error(app, error, program);
+    }
+    if (Result<void> done = read_grid(raw, &options); !done) return done.error();
+    if (Result<void> done = read_texts(raw, &options); !done) return done.error();
+    if (Result<void> done = validate_options(options); !done) return done.error();
+    const bool averages = options.fractions_supersample.value_or(1) > 1 || !raw.sampling.empty();
+    if (needs_output && averages && options.fractions_file.empty() && !may_be_grey(options)) {
+        return usage_error(
+            fmt::format("`{}` is about the array that `--fractions FILE.npy` writes; name one",
+                        raw.sampling.empty() ? "--fractions-supersample" : "--sampling"));
+    }
+    if (needs_output && !has_output(options))
+        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
+    return options;
+}
+
+}  // namespace openfab::program
