@@ -2,21 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "world/world.h"
 #include "mesh/model/messages.h"
-#include "tests/support/places/places.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <set>
 
-#include "base/input_file.h"
-#include "base/json.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
 #include "world/messages.h"
-#include "world/world_keys.h"
 
 namespace openfab::world {
 namespace {
@@ -400,13 +395,6 @@ TEST_F(WorldTest, DataOfXdmfAreFilesOfTheWorld) {
     EXPECT_EQ(std::count(world->files.begin(), world->files.end(), folder_.path() / "scan.bin"), 1);
 }
 
-std::set<std::string> keys_of(const JsonValue& value) {
-    std::set<std::string> keys;
-    for (const JsonMember& m : value.members)
-        keys.insert(m.key);
-    return keys;
-}
-
 TEST_F(WorldTest, ObjectsHaveTheUniformsOfTheirFabletUnlessTheySayOtherwise) {
     const auto world = load(R"({"openfab": 1,
         "fablets": {"f": {"source": "f.fl", "fablet": "F", "uniforms": {"n": 1, "m": "white"}}},
@@ -488,33 +476,6 @@ TEST_F(WorldTest, FilesOfMeshesCanBeLeftUnread) {
     EXPECT_EQ(early->fablets.at("f").source, folder_.path() / "f.fl");
     EXPECT_EQ(early->dither->rule, "r");
     EXPECT_EQ(early->build.size(), 3u);
-}
-
-TEST(WorldSchema, KnowsTheKeysOfTheLoader) {
-    const std::filesystem::path file = testing::source_dir() / "world/fab_world.schema.json";
-    const Result<std::string> text = read_text_file(file, 1'000'000);
-    ASSERT_TRUE(text);
-    const Result<JsonValue> root = parse_json(*text, file.string());
-    ASSERT_TRUE(root) << root.error().text();
-    for (const KeySet& set : world_key_sets()) {
-        const JsonValue* kind = &*root;
-        if (set.kind != "world") {
-            const JsonMember* found = root->find("$defs")->value.find(set.kind);
-            ASSERT_NE(found, nullptr) << set.kind;
-            kind = &found->value;
-        }
-        EXPECT_EQ(keys_of(kind->find("properties")->value),
-                  std::set<std::string>(set.keys.begin(), set.keys.end()))
-            << set.kind;
-        std::set<std::string> required;
-        if (const JsonMember* list = kind->find("required")) {
-            for (const JsonValue& item : list->value.items)
-                required.insert(item.text);
-        }
-        EXPECT_EQ(required, std::set<std::string>(set.required.begin(), set.required.end()))
-            << set.kind;
-        EXPECT_FALSE(kind->find("additionalProperties")->value.boolean) << set.kind;
-    }
 }
 
 }  // namespace
