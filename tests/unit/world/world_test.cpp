@@ -12,6 +12,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
 #include "world/messages.h"
+#include "world/primitive_reader.h"
 
 namespace openfab::world {
 namespace {
@@ -217,9 +218,7 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
              messages::kBothKeysHelp},
         {"{\"sphere\": 8}", "{}",
          "12:13: " + fmt::format(messages::kNoFile, "mesh `ball`") + "; " +
-             fmt::format(messages::kNoFileHelp,
-                         "box`, `sphere`, `cylinder`, `plane`, `cone`, `torus`, `capsule`, "
-                         "`extrusion`, `revolution")},
+             fmt::format(messages::kNoFileHelp, fmt::join(primitive_keys(), "`, `"))},
         {"\"sphere\": 8", "\"sphere\": 8, \"box_mm\": 3",
          "12:27: " + fmt::format(messages::kBoxWithoutShape, "mesh `ball`") + "; " +
              messages::kBoxWithoutShapeHelp},
