@@ -11,7 +11,8 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 from pathlib import Path as _Path
 
-from . import _core, procedural
+from . import _core, display, procedural
+from ._objects import Object
 from ._printers import Printer, printers
 from .errors import (
     CompileError,
@@ -29,16 +30,21 @@ from .errors import (
 from .estimating import Estimate, MaterialEstimate, estimate
 from .fablet import Fablet, Uniform, Varying, compile
 from .lattice import Beams, beams
+from .materials import VOID, Material
+from .previewing import preview
 from .primitives import Primitive, box, capsule, cone, cylinder, extrusion, plane, revolution, sphere, torus
-from .printing import Print, PrintInfo, PrintMaterial, Samples, Slice, preview, print_world, sample
+from .printing import Print, print_world
 from .reading import VoxelBox, Voxels, read
+from .sampling import Samples, sample
 from .shapes import FileMesh, Mesh, Shape, shape
+from .slices import PrintInfo, PrintMaterial, Slice
 from .textures import Texture
-from .world import VOID, FileWorld, Material, Object, World, load
+from .world import FileWorld, World, load
 
 __version__ = _version("openfab")
 
 _core.set_line_opener(procedural._open)
+display.show_in_notebooks()
 _core.set_converter(_Path(_core.__file__).parent / "bin" / "openfab-texture")
 
 __all__ = [

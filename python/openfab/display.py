@@ -7,27 +7,33 @@ from __future__ import annotations
 import base64
 import html
 import uuid
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _files
 from .errors import InputError
-
-if TYPE_CHECKING:
-    from .printing import Print, PrintInfo
-    from .reading import Voxels
-    from .world import AnyWorld
+from .previewing import preview
+from .printing import Print
+from .reading import Voxels
+from .slices import PrintInfo
+from .world import AnyWorld, FileWorld, World
 
 # Voxels of the print that a picture is made of.
 _PICTURE_VOXELS = 1.5e6
 
 
+def show_in_notebooks() -> None:
+    """Gives worlds and prints the methods that a notebook asks for; here, so that these need not know how they are shown."""
+    for kind in (World, FileWorld):
+        setattr(kind, "_repr_png_", world_png)
+    for shown in (Print, Voxels):
+        setattr(shown, "_repr_html_", print_html)
+    setattr(Print, "_repr_png_", lambda self: world_png(self._world))
+
+
 def world_png(world: AnyWorld) -> bytes:
     """Draws a world from a coarse print of it."""
-    from .printing import Print, preview
-
     with Print(world, [], _core.Target.NOTHING) as setup:
         info = setup.info
     voxels = float(np.prod([float(n) for n in info.size]))

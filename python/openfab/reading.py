@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._given import Real, Whole, number, short, several, vector, whole
-from .display import print_html
+from ._given import Real, Whole, number, short, vector, whole
 from .errors import InputError, raise_error
-from .printing import PrintInfo, PrintMaterial, Samples, Slice, smaller
+from .sampling import Samples
+from .slices import PrintInfo, PrintMaterial, Slice, smaller
 
 _MOST_THUMBNAILS = 24
 _MEMORY = 1_500_000_000
@@ -231,9 +231,6 @@ class Voxels:
         step = max(1, -(-len(self) // _MOST_THUMBNAILS))
         first = self.info.slices[0]
         return [(first + place, smaller(self[place])) for place in range(0, len(self), step)]
-
-    def _repr_html_(self) -> str:
-        return print_html(self)
 
     def __reduce__(self) -> Any:
         return read, (self.path,)

@@ -4,250 +4,22 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 import os
-import re
-from collections.abc import Iterable, Iterator, MutableMapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Generic, Mapping, Sequence, TypeVar
+from typing import Any
 
-import numpy as np
-
-from . import _core, _files
-from ._bound import check_bound
-from ._given import Real, Whole, array, choice, is_sequence, number, plain, positive, several, short, vector, whole
-from .errors import InputError, raise_error
-from .fablet import Fablet, Uniform, programs
+from . import _files
+from ._given import Real, Whole, number, plain, short, whole
+from ._objects import Named, Names, Object, Placement, check_keys
+from ._snapshot import Snapshot, allowed_words, set_words
+from .errors import InputError
+from .fablet import Fablet
 from .lattice import Beams
 from .procedural import Generated
-from .shapes import AnyMesh, Mesh, Shape, as_mesh
+from .shapes import Mesh, Shape, as_mesh
 from .textures import Texture
-
-T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Material:
-    """A material of a print.
-
-    Attributes
-    ----------
-    name : str
-        What the world calls it.
-    key : str
-        Its colour in slices, `#rrggbb`.
-    preview : str or None
-        Its colour in pictures, `#rrggbb` or `#rrggbbaa`; the key where it is not given.
-    density_g_cm3 : float
-        In g/cm³, for estimates.
-    channel : str or None
-        The printer's name for it.
-
-    Raises
-    ------
-    InputError
-        Where a colour is written otherwise, or the density is not more than 0.
-    """
-
-    name: str
-    key: str
-    preview: str | None = None
-    density_g_cm3: float = 1.18
-    channel: str | None = None
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"a material cannot be called {short(self.name)}; its name is a text")
-        what = f"of material `{self.name}`"
-        for key, value, form in (("key", self.key, _OPAQUE), ("preview", self.preview, _COLOR)):
-            if value is None and key == "preview":
-                continue
-            if not isinstance(value, str) or not re.fullmatch(form, value):
-                known = "#rrggbb or #rrggbbaa" if form is _COLOR else "#rrggbb, which is opaque"
-                raise InputError(f"`{key}` {what} cannot be {short(value)}; write it as {known}")
-        positive(self.density_g_cm3, f"`density_g_cm3` {what}")
-
-    def _spec(self) -> dict[str, Any]:
-        spec = {"key": self.key, "preview": self.preview, "density_g_cm3": self.density_g_cm3, "channel": self.channel}
-        given = {key: value for key, value in spec.items() if value is not None}
-        described: dict[str, Any] = plain(given, f"material `{self.name}`")
-        return described
-
-
-_OPAQUE, _COLOR = "#[0-9a-fA-F]{6}", "#[0-9a-fA-F]{6}([0-9a-fA-F]{2})?"
-
-VOID = "VOID"
-"""The material of nothing, for uniforms."""
-
-
-class Object(MutableMapping[str, Any]):
-    """A mesh with a fablet; as a mapping, the uniforms that are bound. `World.add` makes it.
-
-    A uniform takes a number, a sequence of them, a Material or VOID, a Texture or an array of a picture, or an object
-    whose distance the fablet asks. InputError is raised where one is set to what its type, its length or its limits refuse.
-
-    Attributes
-    ----------
-    name : str
-        What the world calls it.
-    mesh : Mesh, FileMesh, Primitive or Shape
-        Its shape.
-    fablet : Fablet
-        What it is made by.
-    """
-
-    def __init__(self, world: World, name: str, mesh: AnyMesh, fablet: Fablet, keys: dict[str, Any]) -> None:
-        self._world = world
-        self.name = name
-        self.mesh = mesh
-        self.fablet = fablet
-        self._keys = keys
-        self._uniforms: dict[str, Any] = {}
-
-    def place(
-        self, *, translate: Sequence[Real] | None = None, rotate: Sequence[Real] | None = None,
-        scale: Real | Sequence[Real] | None = None, matrix: Any = None, uniforms: Mapping[str, Any] | None = None,
-        **keys: Any,
-    ) -> Object:
-        """Places it once more.
-
-        Parameters
-        ----------
-        translate : sequence of 2 or 3 floats, optional
-            Along x, y and z, in mm.
-        rotate : sequence of 3 floats, optional
-            About x, then y, then z, in degrees.
-        scale : float or sequence of 3 floats, optional
-            A factor, or one along x, y and z.
-        matrix : array_like of float, shape (3, 4) or (4, 4), optional
-            Instead of these; the last of 4 rows is (0, 0, 0, 1). Lengths are in mm.
-        uniforms : mapping of str to Any, optional
-            Those of this copy.
-        **keys
-            Further keys of placements in a `.fab.json`, as `grid`, `transforms`, `on_bed`.
-
-        Returns
-        -------
-        Object
-            Itself.
-
-        Raises
-        ------
-        InputError
-            Where a value or a key is none, or the object was removed.
-        """
-        placed = self._placement(
-            translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
-        )
-        with _files.lock:
-            if self._world._objects.get(self.name) is not self:
-                raise InputError(f"the world has no object `{self.name}` any more; add it again")
-            self._world._placements.append(placed)
-        return self
-
-    def _placement(
-        self, *, translate: Any = None, rotate: Any = None, scale: Any = None, matrix: Any = None,
-        uniforms: Mapping[str, Any] | None = None, **keys: Any,
-    ) -> Placement:
-        spec: dict[str, Any] = {"object": self.name}
-        _check_keys(keys, "placement", "a placement", ("object", "group", "uniforms"))
-        spec.update({key: plain(value, f"`{key}` of a placement") for key, value in keys.items()})
-        if translate is not None:
-            spec["translate_mm"] = vector(translate, "`translate`", (2, 3))
-        if rotate is not None:
-            spec["rotate_deg"] = vector(rotate, "`rotate`")
-        if scale is not None:
-            spec["scale"] = vector(scale, "`scale`") if is_sequence(scale) else number(scale, "`scale`")
-        if matrix is not None:
-            spec["matrix"] = _matrix(matrix)
-        own = {name: self._checked(name, value) for name, value in (uniforms or {}).items()}
-        return Placement(self, spec, own)
-
-    def _checked(self, name: str, value: Any) -> Any:
-        declared = self.fablet.uniforms.get(name)
-        if declared is None:
-            near = difflib.get_close_matches(name, self.fablet.uniforms, 1)
-            hint = f"did you mean `{near[0]}`?" if near else f"it has {', '.join(self.fablet.uniforms) or 'none'}"
-            raise InputError(f"`{self.fablet.name}` has no uniform `{name}`", help=hint)
-        if declared.kind.startswith("texture") and not isinstance(value, (Texture, str)):
-            if declared.array_length == 1:
-                return _texture(declared, value)
-            every = several(value, f"`{name}`", (declared.array_length,), f"{declared.array_length} textures")
-            return [_checked_texture(declared, one) for one in every]
-        if isinstance(value, Texture):
-            _checked_texture(declared, value)
-        encoded = _Names().encode(value, f"`{name}`")  # which raises what is wrong with it
-        check_bound(declared, value, encoded)
-        return value
-
-    def __getitem__(self, name: str) -> Any:
-        return self._uniforms[name]
-
-    def __setitem__(self, name: str, value: Any) -> None:
-        self._uniforms[name] = self._checked(name, value)
-
-    def __delitem__(self, name: str) -> None:
-        del self._uniforms[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._uniforms)
-
-    def __len__(self) -> int:
-        return len(self._uniforms)
-
-    def __hash__(self) -> int:
-        return id(self)
-
-    def __eq__(self, other: object) -> bool:
-        return self is other
-
-    def __repr__(self) -> str:
-        return f"Object({self.name!r}, {self.mesh!r}, {self.fablet!r})"
-
-
-def _check_keys(given: Iterable[str], kind: str, what: str, own: Sequence[str]) -> None:
-    """Refuses keys that a `.fab.json` has not, and those that have arguments of their own."""
-    known = [key for key in _core.world_keys(kind) if key not in own]
-    for key in given:
-        choice(key, f"a key of {what}", known)
-
-
-def _texture(declared: Uniform, array: Any) -> Texture:
-    return Texture.volume(array) if declared.kind == "texture3d" else Texture(array)
-
-
-def _checked_texture(declared: Uniform, value: Any) -> Any:
-    if not isinstance(value, (Texture, str)):
-        return _texture(declared, value)
-    if isinstance(value, Texture) and value._array is not None:
-        is_volume = value._suffix == ".npy"
-        if declared.kind.startswith("texture") and is_volume != (declared.kind == "texture3d"):
-            made = ("a picture", "a volume")[is_volume]
-            raise InputError(f"`{declared.name}` cannot be {made}; it is a `{declared.type}`")
-    return value
-
-
-def _matrix(given: Any) -> list[list[float]]:
-    found = plain(array(given, "`matrix`"), "`matrix`")
-    shape = np.shape(found)
-    if shape not in ((3, 4), (4, 4)):
-        raise InputError(f"`matrix` has the shape {shape}; it should be (3, 4), or (4, 4)")
-    if found[3:] not in ([], [[0, 0, 0, 1]]):
-        raise InputError(f"the last row of `matrix` is {found[3]}; it should be [0, 0, 0, 1], of no projection")
-    rows: list[list[float]] = found[:3]
-    return rows
-
-
-@dataclass(frozen=True, eq=False)
-class Placement:
-    """Where an object stands: what a `.fab.json` says of it, and the uniforms of this copy."""
-
-    object: Object
-    spec: dict[str, Any]
-    uniforms: dict[str, Any]
-
 
 class World:
     """What is printed.
@@ -281,7 +53,7 @@ class World:
     def __init__(self, *, printer: str | os.PathLike[str] | None = None, title: str = "world", **keys: Any) -> None:
         self.title = title
         self._printer = None if printer is None else os.fsdecode(printer)
-        _check_keys(keys, "world", "a world", ("openfab", "fablets", "materials", "textures", "meshes", "objects", "build"))
+        check_keys(keys, "world", "a world", ("openfab", "fablets", "materials", "textures", "meshes", "objects", "build"))
         self._keys = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
         self._objects: dict[str, Object] = {}
         self._placements: list[Placement] = []
@@ -387,13 +159,13 @@ class World:
             Arrays are in temporary files, which live as long as their owners.
         """
         with _files.lock:
-            return self._describe(_Names(), set(), {})[0]
+            return self._describe(Names(), set(), {})[0]
 
     def _describe(
-        self, names: _Names, allow: set[Path], uniforms: Mapping[str, Any]
+        self, names: Names, allow: set[Path], uniforms: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Returns what a `.fab.json` says, and other values of some uniforms, whose materials and textures it has."""
-        fablets = _Named[Fablet | Shape]()
+        fablets = Named[Fablet | Shape]()
         same: dict[tuple[Path, str], Fablet] = {}
 
         def first(fablet: Fablet) -> Fablet:
@@ -447,7 +219,7 @@ class World:
 
     def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
         """Writes it for one print, with other values of some uniforms."""
-        names, allow = _Names(), set[Path]()
+        names, allow = Names(), set[Path]()
         with _files.lock:
             description, settings = self._describe(names, allow, uniforms or {})
             shapes = [mesh.fablet for _, mesh in names.meshes.items() if isinstance(mesh, Shape)]
@@ -458,7 +230,7 @@ class World:
         with _files.outside_errors(f"`{path}` cannot be written"):
             path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")
         made = Snapshot(
-            path, tuple(sources), _allowed(sorted(allow), generates), _set_words(settings), description,
+            path, tuple(sources), allowed_words(sorted(allow), generates), set_words(settings), description,
             {
                 str(thing._file.path()): f"the arrays of {kind} `{name}`"
                 for kind, named in (("mesh", names.meshes), ("texture", names.textures))
@@ -471,17 +243,12 @@ class World:
         self._last = made
         return made
 
-    def _setting(self, target: str, value: Any, names: _Names) -> Any:
+    def _setting(self, target: str, value: Any, names: Names) -> Any:
         name, _, uniform = target.rpartition(".")
         one = self._objects.get(name)
         if one is not None:
             value = one._checked(uniform, value)
         return names.encode(value, f"`{target}`")
-
-    def _repr_png_(self) -> bytes:
-        from .display import world_png
-
-        return world_png(self)
 
     def __repr__(self) -> str:
         return f"World({self.title!r}, {len(self._objects)} objects, {len(self._placements)} placements)"
@@ -548,7 +315,7 @@ class FileWorld:
 
     def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
         """Its file, which is the user's, with other values of some uniforms."""
-        names = _Names()
+        names = Names()
         settings = {target: names.encode(value, f"`{target}`") for target, value in (uniforms or {}).items()}
         if names.textures.items():
             raise InputError(
@@ -566,14 +333,9 @@ class FileWorld:
         if not sources:
             raise InputError(f"{self.file}: the world has no fablets", file=str(self.file))
         return Snapshot(
-            self.file, tuple(dict.fromkeys(sources)), _allowed(self._allow, self._programs), _set_words(settings),
+            self.file, tuple(dict.fromkeys(sources)), allowed_words(self._allow, self._programs), set_words(settings),
             description,
         )
-
-    def _repr_png_(self) -> bytes:
-        from .display import world_png
-
-        return world_png(self)
 
     def __repr__(self) -> str:
         return f"FileWorld({str(self.file)!r})"
@@ -582,55 +344,11 @@ class FileWorld:
 AnyWorld = World | FileWorld
 
 
-@dataclass(frozen=True, eq=False)
-class Snapshot:
-    """A world as one print reads it: its own file, which nothing changes while the print holds this."""
-
-    path: Path
-    sources: tuple[Path, ...]
-    allowed: tuple[str, ...]
-    """Options: what it may read."""
-    settings: tuple[str, ...]
-    """Options: other values of uniforms."""
-    description: dict[str, Any]
-    names: Mapping[str, str] = field(default_factory=dict)
-    """What messages call files that were made for it: what the user calls them."""
-    kept: tuple[Any, ...] = ()
-    """What owns the files that it names."""
-
-    @property
-    def words(self) -> list[str]:
-        """What names it to a print."""
-        return [str(self.path), *self.allowed, *self.settings]
-
-    def program(self, enable_printf: bool = False) -> _core.Program:
-        """Returns the kernels of its fablets."""
-        return programs.find(self.sources, enable_printf, dither_rule(self.words))[0]
-
-
 def snapshot(world: AnyWorld, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
     """Returns what a print of a world reads."""
     if not isinstance(world, (World, FileWorld)):
         raise InputError(f"{short(world)} is no world; pass a World, or openfab.load(FILE)")
     return world._snapshot(uniforms)
-
-
-def _allowed(folders: Iterable[Any], programs: bool) -> tuple[str, ...]:
-    return (*(f"--allow={folder}" for folder in folders), *(["--allow-programs"] if programs else []))
-
-
-def _set_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
-    return tuple(
-        f"--set={target}={value if isinstance(value, str) else json.dumps(value)}" for target, value in settings.items()
-    )
-
-
-def dither_rule(words: list[str]) -> tuple[str, str] | None:
-    """The file and the function of the dither rule that a world names; `words` name the world, and what it may read."""
-    rule = _core.world_dither(words)
-    if isinstance(rule, _core.Error):
-        raise_error(rule)
-    return rule
 
 
 def load(
@@ -658,47 +376,3 @@ def load(
         Where the file cannot be read, or is no object of JSON.
     """
     return FileWorld(file, allow=allow, allow_programs=allow_programs)
-
-
-class _Named(Generic[T]):
-    """Names for things that have none, each thing once."""
-
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[str, T]] = {}
-
-    def name(self, thing: T, wish: str) -> str:
-        if id(thing) not in self._known:
-            taken = {name for name, _ in self._known.values()}
-            name, count = wish, 1
-            while name in taken:
-                count += 1
-                name = f"{wish}{count}"
-            self._known[id(thing)] = (name, thing)
-        return self._known[id(thing)][0]
-
-    def items(self) -> list[tuple[str, T]]:
-        return list(self._known.values())
-
-
-class _Names:
-    """Collects the materials, textures and meshes that a world names."""
-
-    def __init__(self) -> None:
-        self.materials: dict[str, Material] = {}
-        self.textures = _Named[Texture]()
-        self.meshes = _Named[AnyMesh]()
-
-    def encode_all(self, uniforms: Mapping[str, Any]) -> dict[str, Any]:
-        # Of a copy: other threads may set some.
-        return {name: self.encode(value, f"`{name}`") for name, value in dict(uniforms).items()}
-
-    def encode(self, value: Any, what: str) -> Any:
-        if isinstance(value, Material):
-            if self.materials.setdefault(value.name, value) != value:
-                raise InputError(f"two materials are called `{value.name}`")
-            return value.name
-        if isinstance(value, Texture):
-            return self.textures.name(value, "texture")
-        if isinstance(value, Object):
-            return value.name
-        return plain(value, what, self.encode)

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, _files
+from .._snapshot import Snapshot, dither_rule
 from ..errors import check_diagnostics, raise_error
-from ..world import Snapshot, dither_rule
 
 Blob = NDArray[np.uint8]
 

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import _core
+from .._unfinished import Unfinished
 from ..errors import InputError, OutsideError, raise_error
-from ..printing import Unfinished
 from .worker import Plan, Shared
 
 _RECEIVERS = ("tcp://", "tls://", "unix:")

@@ -22,8 +22,10 @@ import distributed
 from .. import _files as own_files
 from .._given import Real, Whole, number, whole
 from .._options import words_of
+from .._progress import Bar, Progress
 from ..errors import Error, InputError, PrintWarning
-from ..printing import PrintInfo, PrintMaterial, Progress, _Bar, claim_threads
+from ..printing import claim_threads
+from ..slices import PrintInfo, PrintMaterial
 from ..world import AnyWorld, snapshot
 from . import worker
 from .cluster import LOOK_SECONDS, Workers
@@ -244,7 +246,7 @@ class _Run:
         self._began = began
         self._in_flight = in_flight
         self._direct = direct
-        self._bar = _Bar(progress)
+        self._bar = Bar(progress)
         self._name = uuid.uuid4().hex[:12]
         self._inputs = inputs
         self._shares: dict[int, Wanted] = {}  # by first slab

@@ -17,10 +17,10 @@ from typing import Any, ParamSpec, TypeVar
 import distributed
 
 from .. import _core
+from .._snapshot import dither_rule
 from ..errors import Error, InputError, InternalError, OutsideError, raise_error, renamed
 from ..fablet import programs
 from ..printing import claim_threads
-from ..world import dither_rule
 from .costs import ShareCost
 from .inputs import Blob, unpack
 

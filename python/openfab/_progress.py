@@ -1,0 +1,56 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a print is, as it is shown."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable
+from typing import Any
+
+Progress = bool | Callable[[int, int], None]
+
+class Bar:
+    """Progress: tqdm's where there is one, else a line of text; or a function's own."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._wanted = progress
+        self._bar: Any = None
+        self._last = -1
+
+    def show(self, done: int, total: int) -> None:
+        if self._wanted is False or done == self._last or total == 0:
+            return
+        self._last = done
+        if callable(self._wanted):
+            self._wanted(done, total)
+            return
+        if self._bar is None:
+            try:
+                make: Any = importlib.import_module("tqdm.auto").tqdm
+            except ImportError:
+                make = Line
+            self._bar = make(total=total, unit="slice", leave=False)
+        self._bar.update(done - self._bar.n)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+class Line:
+    """What tqdm does, on one line of stderr."""
+
+    def __init__(self, total: int, unit: str, leave: bool) -> None:
+        self.n = 0
+        self._total = total
+        self._unit = unit
+
+    def update(self, more: int) -> None:
+        self.n += more
+        sys.stderr.write(f"\r{self._unit} {self.n} of {self._total}")
+        sys.stderr.flush()
+
+    def close(self) -> None:
+        sys.stderr.write("\n")

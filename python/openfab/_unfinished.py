@@ -1,0 +1,52 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Outputs that are there once they are complete."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+from ._files import outside_errors
+
+class Unfinished:
+    """A name beside an output, in a folder of its own, which takes the output's place once it is complete.
+
+    `name` is empty where there is none: for the standard output, addresses, pipes and devices; for a folder that is
+    there, whose slices are replaced one by one; and for what the print refuses. A link is written through.
+    """
+
+    def __init__(self, output: str) -> None:
+        self._output = output
+        self._folder: Path | None = None
+        self.name = ""
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What messages call it."""
+        return {self.name: self._output} if self.name else {}
+
+    def __enter__(self) -> Unfinished:
+        if self._output in ("", "-") or self._output.startswith(("tcp://", "tls://", "unix:")):
+            return self
+        place = Path(os.path.realpath(self._output))
+        slash = os.sep if self._output.endswith(os.sep) else ""  # which says that it is a folder
+        if not place.parent.is_dir() or (place.exists() and (slash or not place.is_file())):
+            return self
+        with outside_errors(f"`{self._output}` cannot be written"):
+            self._folder = Path(tempfile.mkdtemp(prefix=f".{place.name[:40]}.tmp-", dir=place.parent))
+        self.name = str(self._folder / Path(self._output).name) + slash
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self._folder is None:
+            return
+        try:
+            if kind is None:
+                with outside_errors(f"`{self._output}` cannot be written"):
+                    for made in self._folder.iterdir():
+                        shutil.move(made, os.path.realpath(Path(self._output).parent / made.name))
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)

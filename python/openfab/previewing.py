@@ -1,0 +1,69 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of prints."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._given import Real, Whole
+from ._options import words_of
+from ._progress import Progress
+from .printing import Print
+from .world import AnyWorld
+
+def preview(
+    world: AnyWorld, *views: str, uniforms: Mapping[str, Any] | None = None,
+    voxel: Real | str | Sequence[Real] | None = None, draft: Whole | None = None,
+    printer: str | os.PathLike[str] | None = None, memory: Whole | str | None = None, threads: Whole | None = None,
+    progress: Progress = False,
+) -> list[NDArray[np.uint8]]:
+    """Draws pictures of a print.
+
+    Parameters
+    ----------
+    world : World or FileWorld
+        What is drawn, as it is at the call.
+    *views : str
+        As of `--preview`: `front`, `back`, `section`, `slice:N`, `model:TURN:TILT` in degrees, with `,light=transmitted` or
+        `,cut=x|y|xy` behind it. The default is `model:30:30`.
+    uniforms : mapping of str to Any, optional
+        Other values, as `{"ball.skin": 1.5}`.
+    voxel : float, str or sequence of 3 floats, optional
+        The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
+    draft : int, optional
+        How many times as large voxels are as the printer's.
+    printer : str or path, optional
+        Instead of the world's.
+    memory : int or str, optional
+        The budget, in bytes.
+    threads : int, optional
+        1 at least; else as many as there are processors.
+    progress : bool or callable, optional
+        True for a bar, or a function of slices done and of all.
+
+    Returns
+    -------
+    list of ndarray of uint8, shape (row, column, 4)
+        RGBA in sRGB, a picture for each view.
+
+    Raises
+    ------
+    InputError
+        Where an argument, a view or the world is wrong.
+    CompileError
+        Where a fablet does not compile.
+    """
+    words = words_of(voxel=voxel, draft=draft, printer=printer, memory=memory, threads=threads)
+    # The options want names of files; none is written.
+    views = views or ("model:30:30",)
+    words += [f"--preview=.openfab-picture-{number}.png,view={view}" for number, view in enumerate(views)]
+    with Print(world, words, _core.Target.PICTURES, uniforms=uniforms, progress=progress) as running:
+        running._end()
+        return running._core.pictures

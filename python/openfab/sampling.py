@@ -1,0 +1,173 @@
+# Copyright 2026 The OpenFab Authors
+# SPDX-License-Identifier: Apache-2.0
+"""Mixtures in boxes of voxels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core
+from ._given import Real, Whole, number, several, short, vector
+from ._options import words_of
+from ._progress import Progress
+from .errors import InputError
+from .printing import Print
+from .slices import PrintMaterial
+from .world import AnyWorld
+
+@dataclass(frozen=True)
+class Samples:
+    """Mixtures in a box of voxels; `sample` makes it.
+
+    The centre of voxel (i, j, k) is at `origin_mm` + (i + 0.5, j + 0.5, k + 0.5) `pitch_mm`.
+
+    Attributes
+    ----------
+    fractions : ndarray of float32, shape (z, y, x, material)
+        What they lack to 1 is void.
+    origin_mm : tuple of 3 floats
+        The lowest corner of the box along x, y and z, in mm.
+    pitch_mm : tuple of 3 floats
+        The size of a voxel along x, y and z, in mm.
+    materials : tuple of PrintMaterial
+        Those of the last axis.
+    """
+
+    fractions: NDArray[np.float32]
+    origin_mm: tuple[float, float, float]
+    pitch_mm: tuple[float, float, float]
+    materials: tuple[PrintMaterial, ...]
+
+    def at(self, points: ArrayLike) -> NDArray[np.float32]:
+        """Looks points up.
+
+        Parameters
+        ----------
+        points : array_like of float, shape (..., 3)
+            In mm.
+
+        Returns
+        -------
+        ndarray of float32, shape (..., material)
+            The mixtures of the voxels that hold them; zeros outside of the box.
+
+        Raises
+        ------
+        InputError
+            Where the points have another shape.
+        """
+        if np.shape(points)[-1:] != (3,):
+            raise InputError(f"`points` has the shape {np.shape(points)}; it should be (..., 3)")
+        places = (np.asarray(points, float) - self.origin_mm) / self.pitch_mm
+        index = np.floor(places).astype(np.int64)
+        size = np.array(self.fractions.shape[2::-1])
+        inside = np.all((index >= 0) & (index < size), axis=-1)
+        i, j, k = np.moveaxis(np.clip(index, 0, size - 1), -1, 0)
+        return np.where(inside[..., None], self.fractions[k, j, i], np.float32(0))
+
+    def mean(self, values: Mapping[str, float], void: float = 0.0) -> NDArray[np.float64]:
+        """Averages a property of materials, weighted by their amounts.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            That of each material, by name.
+        void : float, optional
+            That of nothing.
+
+        Returns
+        -------
+        ndarray of float64, shape (z, y, x)
+            In the unit of the values.
+
+        Raises
+        ------
+        InputError
+            Where a material has no value, or a name is none.
+        """
+        names = [material.name for material in self.materials]
+        unknown = set(values) - set(names)
+        if unknown:
+            raise InputError(f"no material is called {', '.join(sorted(unknown))}; there are {', '.join(names)}")
+        missing = [name for name in names[: self.fractions.shape[-1]] if name not in values]
+        if missing:
+            raise InputError(f"there is no value for {', '.join(missing)}; give one for each of {', '.join(names)}")
+        weights = np.array([number(values[name], f"`{name}`") for name in names[: self.fractions.shape[-1]]])
+        means: NDArray[np.float64] = self.fractions @ weights + void * (1 - self.fractions.sum(axis=-1))
+        return means
+
+
+def sample(
+    world: AnyWorld,
+    box: tuple[Sequence[Real], Sequence[Real]] | None = None,
+    *,
+    voxel: Real | str | Sequence[Real],
+    sampling: Literal["volume", "centre"] = "volume",
+    uniforms: Mapping[str, Any] | None = None,
+    memory: Whole | str | None = None,
+    threads: Whole | None = None,
+    progress: Progress = False,
+) -> Samples:
+    """Evaluates a world in a box of voxels of any size.
+
+    Only what is in the box is evaluated: it may be a small part of a large world. Voxels that are larger than the
+    printer's get the mean mixture of the printer's voxels in them, void among them.
+
+    Parameters
+    ----------
+    world : World or FileWorld
+        What is evaluated, as it is at the call.
+    box : sequence of 2 sequences of 3 floats, optional
+        Its lowest and its highest corner, in mm; else that of all parts. It is rounded out to whole voxels, whose corners
+        are at multiples of the pitch.
+    voxel : float, str or sequence of 3 floats
+        The size of a voxel in mm; one, or of x, y and z.
+    sampling : {"volume", "centre"}, optional
+        Whether a voxel that is larger than the printer's gets means over its volume, which takes as long as a print, or
+        the mixture at its centre, which misses what is finer than the voxel.
+    uniforms : mapping of str to Any, optional
+        Other values, as `{"ball.skin": 1.5}`.
+    memory : int or str, optional
+        The budget, in bytes.
+    threads : int, optional
+        1 at least; else as many as there are processors.
+    progress : bool or callable, optional
+        True for a bar, or a function of slices done and of all.
+
+    Returns
+    -------
+    Samples
+        The mixtures before the dither, of shape (z, y, x, material).
+
+    Raises
+    ------
+    InputError
+        Where an argument or the world is wrong.
+    CompileError
+        Where a fablet does not compile.
+    """
+    words = words_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
+    window: tuple[float, ...] | None = None
+    if box is not None:
+        corners = several(box, "`box`", (2,), "its lowest and its highest corner")
+        low, high = (vector(corner, "`box`") for corner in corners)
+        if not all(a < b for a, b in zip(low, high)):
+            raise InputError(f"the box {short(box)} is none; give its lowest and its highest corner")
+        window = (*low, *high)
+    with Print(
+        world, words, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, progress=progress
+    ) as running:
+        info = running.info
+        out: NDArray[np.float32] | None = None
+        for one in running:
+            assert one.fractions is not None
+            if out is None:
+                out = np.empty((info.size[2], *one.fractions.shape), np.float32)
+            out[one.z] = one.fractions
+    assert out is not None
+    return Samples(out, info.origin_mm, info.pitch_mm, info.materials[: out.shape[-1]])
