@@ -92,6 +92,9 @@ std::string check_meshes(const VoxelBlock& block, const CollectedMeshes& meshes)
 /// that they share. Quadratic in the number of triangles.
 std::string check_crossings(const CollectedMesh& mesh);
 
+/// Checks that no side of a triangle of one mesh goes through one of another; returns the first.
+std::string check_crossings(const CollectedMesh& one, const CollectedMesh& two);
+
 enum class Crossings { kLookedFor, kNotLookedFor };
 
 /// Checks the meshes of a block by position; returns the first fault: check_manifold and
