@@ -13,8 +13,8 @@
 
 #include "base/scan_number.h"
 #include "base/text.h"
-#include "tools/texture/check_memory.h"
 #include "tools/texture/vtk_file.h"
+#include "tools/texture/vtk_words.h"
 
 namespace openfab::tools {
 
@@ -48,94 +48,6 @@ constexpr std::array<TypeName, 16> kTypes{{
 }};
 
 constexpr int64_t kBitType = -1, kTextType = -2;
-
-/// Reads words and lines of a file, and knows where it is.
-class Words {
-  public:
-    explicit Words(const InputFile& file) : file_(file) {}
-
-    int64_t at() const { return window_ + static_cast<int64_t>(next_); }
-    int64_t left() const { return file_.bytes() - at(); }
-    int line() const { return line_; }
-    void go_to(int64_t offset) {
-        window_ = offset;
-        next_ = held_ = 0;
-    }
-
-    /// Returns the next word; empty at the end.
-    Result<std::string> word() {
-        constexpr size_t kLongest = 4096;
-        std::string out;
-        for (;;) {
-            const Result<int> c = peek();
-            if (!c) return c.error();
-            const bool blank = *c == ' ' || *c == '\t' || *c == '\r' || *c == '\n';
-            if (*c < 0 || (blank && !out.empty())) return out;
-            if (!blank) out += static_cast<char>(*c);
-            if (out.size() > kLongest) return user_error("a word in it is too long");
-            pass(*c);
-        }
-    }
-    /// Returns the rest of the line, and passes its end.
-    Result<std::string> rest_of_line() {
-        constexpr size_t kLongest = 65536;
-        std::string out;
-        for (;;) {
-            const Result<int> c = peek();
-            if (!c) return c.error();
-            if (*c >= 0) pass(*c);
-            if (*c < 0 || *c == '\n') break;
-            out += static_cast<char>(*c);
-            if (out.size() > kLongest) return user_error("a line in it is too long");
-        }
-        if (!out.empty() && out.back() == '\r') out.pop_back();
-        return out;
-    }
-
-  private:
-    /// The next byte; below 0 at the end.
-    Result<int> peek() {
-        if (next_ == held_) {
-            window_ += static_cast<int64_t>(held_);
-            next_ = 0;
-            const Result<size_t> got = file_.read(window_, buffer_.data(), buffer_.size());
-            if (!got) return got.error();
-            held_ = *got;
-            if (held_ == 0) return -1;
-        }
-        return static_cast<unsigned char>(buffer_[next_]);
-    }
-    void pass(int c) {
-        line_ += c == '\n' ? 1 : 0;
-        ++next_;
-    }
-
-    const InputFile& file_;
-    std::vector<char> buffer_ = std::vector<char>(1 << 16);
-    int64_t window_ = 0;
-    size_t next_ = 0, held_ = 0;
-    int line_ = 1;
-};
-
-/// A name as VTK writes it, with %20 for a blank.
-std::string decoded(const std::string& name) {
-    std::string out;
-    for (size_t i = 0; i < name.size(); ++i) {
-        int64_t code = 0;
-        const auto digit = [](char c) {
-            return (c >= '0' && c <= '9')   ? c - '0'
-                   : (c >= 'a' && c <= 'f') ? c - 'a' + 10
-                   : (c >= 'A' && c <= 'F') ? c - 'A' + 10
-                                            : -1;
-        };
-        const bool coded = name[i] == '%' && i + 2 < name.size() && digit(name[i + 1]) >= 0 &&
-                           digit(name[i + 2]) >= 0;
-        if (coded) code = digit(name[i + 1]) * 16 + digit(name[i + 2]);
-        out += coded ? static_cast<char>(code) : name[i];
-        i += coded ? 2 : 0;
-    }
-    return out;
-}
 
 }  // namespace
 
@@ -423,7 +335,7 @@ class VtkFile::Legacy {
     Result<std::string> name() {
         const Result<std::string> word = words_.word();
         if (!word) return word.error();
-        return decoded(*word);
+        return decoded_vtk_name(*word);
     }
 
     /// Reads an array of `components`, or of as many as it says where they are 0.
@@ -520,7 +432,7 @@ class VtkFile::Legacy {
             const int64_t numbers = components * tuples;
             // Fields of the whole, as a time, are of no points and no cells.
             if (Result<void> got =
-                    data(array_of(decoded(*word), components), *of, numbers, in_data_);
+                    data(array_of(decoded_vtk_name(*word), components), *of, numbers, in_data_);
                 !got)
                 return got;
         }
@@ -541,7 +453,7 @@ class VtkFile::Legacy {
     static constexpr int64_t kMostParts = 1000;
 
     VtkFile& file_;
-    Words words_;
+    VtkWords words_;
     bool binary_ = false;
     bool in_data_ = false;
     Where where_ = Where::kPoints;
@@ -553,114 +465,6 @@ Result<void> VtkFile::read_legacy() {
     swapped_ = true;
     header_bytes_ = 0;
     return Legacy(this).read();
-}
-
-namespace {
-
-/// The numbers of a text that is kept.
-class KeptText final : public ArrayNumbers {
-  public:
-    explicit KeptText(std::string text) : text_(std::move(text)) {}
-    Result<void> open(int64_t count) {
-        Result<std::unique_ptr<ArrayNumbers>> opened = open_array_text(text_, count);
-        if (!opened) return opened.error();
-        numbers_ = std::move(*opened);
-        return {};
-    }
-    Result<void> next(double* out, size_t count) override { return numbers_->next(out, count); }
-
-  private:
-    std::string text_;
-    std::unique_ptr<ArrayNumbers> numbers_;
-};
-
-/// Of cells that are each a number of corners and its corners: where they end, or the corners.
-class CellNumbers final : public ArrayNumbers {
-  public:
-    CellNumbers(std::unique_ptr<ArrayNumbers> numbers, int64_t total, bool ends)
-        : numbers_(std::move(numbers)), left_(total), ends_(ends) {}
-
-    Result<void> next(double* out, size_t count) override {
-        for (size_t i = 0; i < count; ++i) {
-            if (Result<void> got = ends_ ? end(out++) : corner(out++); !got) return got;
-        }
-        return {};
-    }
-
-  private:
-    Result<void> take(double* out) {
-        if (--left_ < 0) return user_error("its cells have more corners than its CELLS say");
-        return numbers_->next(out, 1);
-    }
-    Result<void> open_cell() {
-        double corners = 0;
-        if (Result<void> got = take(&corners); !got) return got;
-        if (!(corners >= 0 && corners <= static_cast<double>(left_)))
-            return user_error("its cells have more corners than its CELLS say");
-        of_cell_ = static_cast<int64_t>(corners);
-        return {};
-    }
-    Result<void> end(double* out) {
-        if (Result<void> got = open_cell(); !got) return got;
-        at_ += of_cell_;
-        *out = static_cast<double>(at_);
-        for (double unused = 0; of_cell_ > 0; --of_cell_) {
-            if (Result<void> got = take(&unused); !got) return got;
-        }
-        return {};
-    }
-    Result<void> corner(double* out) {
-        while (of_cell_ == 0) {
-            if (Result<void> got = open_cell(); !got) return got;
-        }
-        --of_cell_;
-        return take(out);
-    }
-
-    std::unique_ptr<ArrayNumbers> numbers_;
-    int64_t left_;
-    bool ends_;
-    int64_t of_cell_ = 0, at_ = 0;
-};
-
-}  // namespace
-
-Result<std::unique_ptr<ArrayNumbers>> VtkFile::legacy_numbers(const Array& array,
-                                                              int64_t count) const {
-    if (!array.interleaved && count != array.total - array.skip) {
-        return user_error(fmt::format("array `{}` has {} numbers, where the grid has {}",
-                                      array.name, array.total - array.skip, count));
-    }
-    std::unique_ptr<ArrayNumbers> out;
-    if (array.coding == Coding::kFileText) {
-        // With it lies what is made of it.
-        if (Result<void> fits = check_memory(2 * array.bytes, memory_bytes_); !fits)
-            return fits.error();
-        std::string text(static_cast<size_t>(array.bytes), '\0');
-        const Result<size_t> got = file_.read(array.offset, text.data(), text.size());
-        if (!got) return got.error();
-        text.resize(*got);
-        auto kept = std::make_unique<KeptText>(std::move(text));
-        if (Result<void> opened = kept->open(array.total); !opened) return opened.error();
-        out = std::move(kept);
-    } else {
-        ArrayBytes bytes;
-        bytes.file = &file_;
-        bytes.begin = array.offset;
-        bytes.swapped = true;
-        bytes.header_bytes = 0;
-        Result<std::unique_ptr<ArrayNumbers>> opened =
-            open_array_bytes(bytes, array.type, array.total);
-        if (!opened) return opened.error();
-        out = std::move(*opened);
-    }
-    double unused = 0;
-    for (int64_t i = 0; i < array.skip; ++i) {
-        if (Result<void> got = out->next(&unused, 1); !got) return got.error();
-    }
-    if (array.interleaved)
-        out = std::make_unique<CellNumbers>(std::move(out), array.total, array.name == "offsets");
-    return out;
 }
 
 }  // namespace openfab::tools
