@@ -24,10 +24,6 @@ constexpr size_t kDeepest = 64;          ///< calls within calls
 constexpr size_t kLongest = 16'000'000;  ///< text, bytes
 constexpr const char* kCall = "functioncall";
 
-std::string shown(std::string_view name) {
-    return std::string(name.substr(0, 80));
-}
-
 /// "NODE.OUTPUT" in two.
 std::pair<std::string, std::string> parts_of(const std::string& from) {
     const size_t dot = from.find('.');
@@ -71,6 +67,10 @@ std::vector<const ThreemfPort*> ports_of(const ThreemfNode& node) {
 }
 
 }  // namespace
+
+std::string FunctionTexts::shown(std::string_view name) {
+    return std::string(name.substr(0, 80));
+}
 
 std::string openfl_name(std::string_view name) {
     std::string out;
@@ -178,66 +178,6 @@ Result<FunctionTexts::Made> FunctionTexts::make(const Key& key) {
     open_.pop_back();
     if (!made) return made;
     return made_[key] = *made;
-}
-
-Result<FunctionTexts::Made> FunctionTexts::make_image(const Key& key,
-                                                      const ThreemfFunction& function) {
-    const auto image = model_.fields.images.find(function.image);
-    if (image == model_.fields.images.end())
-        return error(place(key.function), fmt::format("it refers to the image {}, which does not "
-                                                      "exist",
-                                                      function.image));
-    const mesh::ThreemfImage& of = image->second;
-    const std::string where = fmt::format("image {}", function.image);
-    if (of.rows <= 0 || of.columns <= 0 || of.count <= 0)
-        return error(where, "it has no rows, columns or sheets");
-    if (static_cast<int64_t>(of.sheets.size()) != of.count)
-        return error(where, fmt::format("`sheetcount` is {}, and there are {} sheets", of.count,
-                                        of.sheets.size()));
-    static constexpr std::pair<std::string_view, int> kChannels[] = {
-        {"color", -1}, {"red", 0}, {"green", 1}, {"blue", 2}, {"alpha", 3}};
-    const auto channel = std::ranges::find(kChannels, std::string_view(key.output),
-                                           &std::pair<std::string_view, int>::first);
-    if (channel == std::end(kChannels))
-        return error(place(key.function), fmt::format("it has no output `{}`", shown(key.output)),
-                     "a function from an image has `color`, `red`, `green`, `blue` and `alpha`");
-    images_.insert(key.function);
-    // Of an image that repeats along any axis the others stay half a texel from its ends, where it clamps.
-    const bool repeats =
-        std::ranges::find(function.wrap, mesh::PictureWrap::kRepeat) != function.wrap.end();
-    const std::array<int64_t, 3> counts{of.columns, of.rows, of.count};
-    std::array<std::string, 3> uvw;
-    for (size_t a = 0; a < 3; ++a) {
-        std::string s = fmt::format("pos.{}", "xyz"[a]);
-        const mesh::PictureWrap wrap = function.wrap[a];
-        if (wrap == mesh::PictureWrap::kMirror)
-            s = fmt::format("(1 - abs({0} - 2 * floor({0} / 2) - 1))", s);
-        if (repeats && wrap != mesh::PictureWrap::kRepeat) {
-            const double half = 0.5 / static_cast<double>(counts[a]);
-            s = fmt::format("clamp({}, {}, {})", s, float_text(half), float_text(1 - half));
-        }
-        uvw[a] = s;
-    }
-    // The first row of a sheet is at the highest v there, at the lowest y here.
-    const std::string point = fmt::format("float3({}, 1 - {}, {})", uvw[0], uvw[1], uvw[2]);
-    const std::string sample =
-        channel->second < 0
-            ? fmt::format("image_{}.Sample3({}, 0, 0)", key.function, point)
-            : fmt::format("image_{}.Sample1({}, {}, 0)", key.function, point, channel->second);
-    std::string text = sample;
-    if (function.scale != 1) text += fmt::format(" * {}", float_text(function.scale));
-    if (function.offset != 0) text += fmt::format(" + {}", float_text(function.offset));
-    const ThreemfType type = channel->second < 0 ? ThreemfType::kVector : ThreemfType::kScalar;
-    const Made made{
-        unique(fmt::format("{}_{}_{}", openfl_name(function.name.empty() ? "image" : function.name),
-                           key.function, key.output)),
-        type};
-    texts_.push_back(
-        fmt::format("    // The {} of image {}.\n    {} {}(float3 pos)\n    {{\n        "
-                    "return {};\n    }}\n",
-                    key.output == "color" ? "colour" : key.output, function.image,
-                    openfl_type(type), made.name, text));
-    return made;
 }
 
 Result<std::vector<std::pair<size_t, std::string>>> FunctionTexts::order(const Scope& scope,
@@ -487,52 +427,6 @@ Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,
     const Result<Made> made = make(key);
     if (!made) return made.error();
     return FieldValue{fmt::format("{}({})", made->name, arguments), made->type};
-}
-
-Result<FunctionTexts::Slope> FunctionTexts::slope(Scope* scope, const ThreemfNode& node) {
-    const Result<FieldValue> id = input(*scope, node, "functionID");
-    if (!id) return id.error();
-    const Result<FieldValue> pos = input(*scope, node, "pos");
-    if (!pos) return pos.error();
-    const Result<FieldValue> step = input(*scope, node, "step");
-    if (!step) return step.error();
-    if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector ||
-        step->type != ThreemfType::kScalar)
-        return error(place(*scope, &node), "it wants a resource, a vector and a scalar");
-    const Result<Made> made = make({std::stoll(id->text), node.of_output, {}});
-    if (!made) return made.error();
-    if (made->type != ThreemfType::kScalar)
-        return error(place(*scope, &node), "the gradient of what is no scalar");
-    std::string list;
-    for (const char* axis : {"h, 0, 0", "0, h, 0", "0, 0, h"})
-        list += fmt::format("{}{}(p + float3({})) - {}(p - float3({}))", list.empty() ? "" : ", ",
-                            made->name, axis, made->name, axis);
-    const std::string name = unique(made->name + "_gradient");
-    texts_.push_back(fmt::format(
-        "    // How it changes, by differences over 2 h.\n    float3 {}(float3 p, float step)\n    "
-        "{{\n"
-        "        float h = max(abs(step), 1e-8);\n        return float3({}) / (2 * h);\n    }}\n",
-        name, list));
-    return Slope{fmt::format("{}({})", made->name, pos->text),
-                 fmt::format("{}({}, {})", name, pos->text, step->text)};
-}
-
-Result<FieldValue> FunctionTexts::gradient(Scope* scope, const ThreemfNode& node,
-                                           const std::string& output) {
-    const Result<Slope> of = slope(scope, node);
-    if (!of) return of.error();
-    if (output == "magnitude")
-        return FieldValue{"length(" + of->gradient + ")", ThreemfType::kScalar};
-    if (output == "gradient") return FieldValue{of->gradient, ThreemfType::kVector};
-    return FieldValue{"normalize(" + of->gradient + ")", ThreemfType::kVector};
-}
-
-/// A value over how fast it changes: near the surface a distance.
-Result<FieldValue> FunctionTexts::normalized(Scope* scope, const ThreemfNode& node) {
-    const Result<Slope> of = slope(scope, node);
-    if (!of) return of.error();
-    return FieldValue{fmt::format("{} / max(length({}), 1e-8)", of->value, of->gradient),
-                      ThreemfType::kScalar};
 }
 
 Result<FieldValue> FunctionTexts::distance(Scope* scope, const ThreemfNode& node) {

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -83,6 +84,8 @@ class FunctionTexts {
                              std::string_view name);
     Result<FieldValue> value_of(const Scope& scope, const mesh::ThreemfNode& node,
                                 const mesh::ThreemfPort& port);
+    /// A name of the file, for messages.
+    static std::string shown(std::string_view name);
     std::string place(const Scope& scope, const mesh::ThreemfNode* node) const;
     std::string place(int64_t function) const;
     Error error(const std::string& place, const std::string& what,
