@@ -5,11 +5,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
 #include <filesystem>
 #include <memory>
-#include <random>
-#include <set>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -23,6 +20,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "program/interrupt.h"
+#include "tools/tuner/candidates.h"
 #include "tools/tuner/journal.h"
 #include "tools/tuner/machine.h"
 #include "tools/tuner/space.h"
@@ -35,27 +33,12 @@ namespace {
 
 /// Neighbours that are printed together.
 constexpr int32_t kRun = 2;
-/// Rounds that a schedule stays in at most, of which each leaves the better half.
-constexpr size_t kRounds = 4;
-/// Schedules of one generation after the first.
-constexpr size_t kGeneration = 8;
 /// Of the budget, for the comparison at the end.
 constexpr double kVerifyShare = 0.2;
 /// Places at which schedules are compared at the end, of neighbours each.
 constexpr size_t kPlaces = 8;
 /// A file that is larger is no schedule.
 constexpr size_t kMostBytes = size_t{1} << 20;
-
-/// A schedule that is tried.
-struct Candidate {
-    Setting setting;
-    std::string text;
-    Trial trial;
-    Contender contender;
-
-    bool usable() const { return trial.refused.empty(); }
-    double ratio() const { return trial.ratios.empty() ? 1.0 : median(trial.ratios); }
-};
 
 class Tuner {
   public:
@@ -94,6 +77,7 @@ class Tuner {
         Result<Journal> opened = Journal::open(journal, key());
         if (!opened) return opened.error();
         journal_ = std::make_unique<Journal>(std::move(*opened));
+        candidates_ = std::make_unique<Candidates>(space_.get(), journal_.get(), first_text_);
         if (journal_->size() > 0)
             say(fmt::format("{} schedules are known from {}\n", journal_->size(), journal));
         read_output();
@@ -199,20 +183,6 @@ class Tuner {
         return fmt::format("{} {:016x}", info.title, hash.value());
     }
 
-    /// Returns a new candidate, or null where it was tried or its text is not a schedule.
-    Candidate* propose(Setting setting) {
-        const auto text = space_->text(setting);
-        if (std::holds_alternative<schedule::Fault>(text)) return nullptr;
-        const std::string& lines = std::get<std::string>(text);
-        if (lines == first_text_ || !tried_.insert(lines).second) return nullptr;
-        Candidate& candidate = candidates_.emplace_back();
-        candidate.trial.changes = space_->changes(setting);
-        candidate.setting = std::move(setting);
-        candidate.text = lines;
-        if (const Trial* known = journal_->find(candidate.text)) candidate.trial = *known;
-        return &candidate;
-    }
-
     /// Compiles those that are to be measured.
     Result<void> prepare(const std::vector<Candidate*>& candidates) {
         std::vector<Candidate*> missing;
@@ -271,15 +241,6 @@ class Tuner {
         return {};
     }
 
-    static void sort(std::vector<Candidate*>* candidates) {
-        std::erase_if(*candidates, [](const Candidate* candidate) {
-            return !candidate->usable() || candidate->trial.ratios.empty();
-        });
-        std::stable_sort(
-            candidates->begin(), candidates->end(),
-            [](const Candidate* a, const Candidate* b) { return a->ratio() < b->ratio(); });
-    }
-
     /// Measures all once, the better half once more, and so on.
     Result<void> halve(std::vector<Candidate*> left) {
         for (size_t round = 0; round < kRounds && !left.empty() && !over(); ++round) {
@@ -300,74 +261,27 @@ class Tuner {
                 if (interrupt_.load()) break;
                 if (const Result<void> measured = measure(some); !measured) return measured;
             }
-            sort(&left);
+            sort_by_ratio(&left);
             left.resize((left.size() + 1) / 2);
             if (left.size() == 1 && round + 1 >= kRounds) break;
         }
         // Code of those that are out is not needed any more.
-        const Candidate* best = this->best();
-        for (Candidate& candidate : candidates_) {
+        const Candidate* best = candidates_->best();
+        for (Candidate& candidate : candidates_->all()) {
             if (&candidate != best) candidate.contender.program.reset();
         }
         return {};
     }
 
-    /// Returns the candidate of the least ratio among those that stayed in for a few rounds.
-    Candidate* best() {
-        Candidate* out = nullptr;
-        for (Candidate& candidate : candidates_) {
-            if (!candidate.usable() || candidate.trial.ratios.size() + 1 < kRounds) continue;
-            if (out == nullptr || candidate.ratio() < out->ratio()) out = &candidate;
-        }
-        return out;
-    }
-
     Result<void> search() {
-        // Each change alone.
-        std::vector<Candidate*> generation;
-        for (size_t k = 0; k < space_->knobs().size(); ++k) {
-            for (size_t c = 0; c < space_->knobs()[k].changes.size(); ++c) {
-                if (Candidate* candidate = propose({{k, c}})) generation.push_back(candidate);
-            }
-        }
+        std::vector<Candidate*> generation = candidates_->first_generation();
         say(fmt::format("{} slabs of {}, {} changes to try\n", seen_.size(),
                         stand_->slabs().y - stand_->slabs().x, generation.size()));
         while (!generation.empty() && !over()) {
             if (const Result<void> halved = halve(generation); !halved) return halved;
-            generation = next_generation();
+            generation = candidates_->next_generation();
         }
         return {};
-    }
-
-    /// Returns settings near the best one: good changes added to it, and knobs of it set otherwise.
-    std::vector<Candidate*> next_generation() {
-        std::vector<Candidate*> out;
-        const Candidate* best = this->best();
-        const Setting from = best != nullptr && best->ratio() < 1 ? best->setting : Setting();
-        std::vector<Candidate*> good;
-        for (Candidate& candidate : candidates_)
-            good.push_back(&candidate);
-        sort(&good);
-        for (const Candidate* candidate : good) {
-            if (out.size() >= kGeneration / 2 || candidate->ratio() >= 1) break;
-            Setting joined = candidate->setting;
-            joined.insert(from.begin(), from.end());
-            if (Candidate* made = propose(joined)) out.push_back(made);
-        }
-        constexpr int kAttempts = 200;
-        for (int attempt = 0; attempt < kAttempts && out.size() < kGeneration; ++attempt) {
-            Setting changed = from;
-            const size_t flips = 1 + random_() % 2;
-            for (size_t k = 0; k < flips; ++k) {
-                const size_t knob = random_() % space_->knobs().size();
-                const size_t changes = space_->knobs()[knob].changes.size();
-                const size_t choice = random_() % (changes + 1);
-                changed.erase(knob);
-                if (choice < changes) changed[knob] = choice;
-            }
-            if (Candidate* made = propose(changed)) out.push_back(made);
-        }
-        return out;
     }
 
     /// Compares on slabs that the search has not seen, if there are any, for as long as `until` says.
@@ -395,31 +309,17 @@ class Tuner {
         return judge(runs);
     }
 
-    /// Returns the candidate with the schedule that the output has; null if it has none.
-    Candidate* kept() {
-        if (kept_text_.empty()) return nullptr;
-        for (Candidate& candidate : candidates_) {
-            if (candidate.text == kept_text_) return &candidate;
-        }
-        Candidate& candidate = candidates_.emplace_back();
-        candidate.text = kept_text_;
-        if (const Trial* known = journal_->find(kept_text_)) candidate.trial = *known;
-        if (candidate.trial.changes.empty())
-            candidate.trial.changes = {"the schedule that was in this file"};
-        return &candidate;
-    }
-
     /// Writes the best of those that are verified: the one that the output has, and what was best in the
     /// search; or the first schedule where none is faster.
     Result<void> conclude() {
         // Also those that time was enough for a single round of: this comparison is what counts.
         std::vector<Candidate*> ranked;
-        for (Candidate& candidate : candidates_)
+        for (Candidate& candidate : candidates_->all())
             ranked.push_back(&candidate);
-        sort(&ranked);
+        sort_by_ratio(&ranked);
         std::erase_if(
             ranked, [](const Candidate* candidate) { return candidate->ratio() > 1 - kLeastGain; });
-        Candidate* const kept = this->kept();
+        Candidate* const kept = kept_text_.empty() ? nullptr : candidates_->with_text(kept_text_);
         if (kept != nullptr) {
             std::erase(ranked, kept);
             ranked.insert(ranked.begin(), kept);
@@ -472,12 +372,12 @@ class Tuner {
                        const std::string& lost = {}) {
         size_t refused = 0, measured = 0;
         std::vector<Candidate*> ranked;
-        for (Candidate& candidate : candidates_) {
+        for (Candidate& candidate : candidates_->all()) {
             refused += candidate.usable() ? 0 : 1;
             measured += candidate.usable() && !candidate.trial.ratios.empty() ? 1 : 0;
             ranked.push_back(&candidate);
         }
-        sort(&ranked);
+        sort_by_ratio(&ranked);
         std::string out = fmt::format(
             "# Made by `openfab tune` for {} on {}, for {}.\n"
             "# Tried: {} schedules, and {} that were refused, on {} slabs of {}; ratios are of "
@@ -529,9 +429,7 @@ class Tuner {
     std::vector<std::vector<int32_t>> places_;
     size_t slabs_compared_ = 0;
     bool sees_all_ = false;
-    std::deque<Candidate> candidates_;
-    std::set<std::string> tried_;
-    std::mt19937 random_{1};
+    std::unique_ptr<Candidates> candidates_;
 };
 
 }  // namespace
