@@ -92,6 +92,10 @@ class Receiver {
     Client* sender();
     bool is_token(const std::string& given) const;
     void close_sink();
+    static size_t slice_bytes(const pipeline::PrintInfo& info);
+    /// The most that a print takes: a slice's message in the line's buffer and out of it, its rows, and
+    /// what the sink makes of them; and each slice's place in the output.
+    static int64_t most_bytes(const pipeline::PrintInfo& info);
     int32_t window() const;
     void summarise() const;
 

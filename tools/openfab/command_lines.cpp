@@ -1,0 +1,439 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/openfab/command_lines.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backends/formats/formats.h"
+#include "mesh/load/load_mesh.h"
+#include "tools/openfab/arrange.h"
+#include "tools/openfab/check.h"
+#include "tools/openfab/commands.h"
+#include "tools/openfab/compensate.h"
+#include "tools/openfab/split.h"
+
+namespace openfab::tools {
+
+namespace {
+
+// Each add_ function declares a command, which sets `*action` when it is the one given.
+
+void add_memory_option(CLI::App* command, std::string* text) {
+    command->add_option("--memory", *text, "memory budget of the whole process (default: 1.5GB)")
+        ->type_name("SIZE");
+}
+
+void add_new(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand("new", "make a folder with a fablet and a world");
+    auto name = std::make_shared<std::string>();
+    auto from = std::make_shared<std::string>("starter");
+    command->add_option("NAME", *name, "the folder; its last part names the fablet")->required();
+    command->add_option("--template", *from, template_names() + " (default: starter)");
+    command->callback(
+        [name, from, action] { *action = [name, from] { return make_folder(*name, *from); }; });
+}
+
+void add_import(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
+    auto a = std::make_shared<ImportArguments>();
+    command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats() + "; or .step")
+        ->required();
+    command->add_option("-o,--output", a->folder, "the folder to make");
+    command->add_flag(
+        "--list", a->list,
+        "make nothing: show the file's bodies, unit, materials and pictures, and what "
+        "would be left out");
+    command->add_flag("--json", a->json, "with --list: as JSON");
+    command->add_option(
+        "--fablet", a->import.fablet,
+        "solid, mixed, textured, mapped, painted, graded, shell, lattice, infill or relief, of all "
+        "bodies; else what fits each");
+    command->add_flag("--one-material", a->import.one_material, "all bodies of one material");
+    command->add_option("--picture", a->import.picture,
+                        "an image for textured, mapped or relief, instead of the mesh's own");
+    command->add_option("--profile", a->import.profile,
+                        "a table of inks of `openfab color bake`, by which textured, mapped and "
+                        "painted mix colours; else a formula");
+    command
+        ->add_option("--mapping", a->import.mapping,
+                     "how a picture lies on the mesh: uv, by its texture coordinates; planar, from "
+                     "one side; box, on six sides; triplanar, blended between them")
+        ->check(CLI::IsMember({"uv", "planar", "box", "triplanar"}));
+    command
+        ->add_option("--side", a->import.side,
+                     "planar from the front (-y), right, back, left, top or bottom; else the "
+                     "largest")
+        ->check(CLI::IsMember({"front", "right", "back", "left", "top", "bottom"}));
+    command->add_option("--picture-size", a->picture_size,
+                        "of a mapped picture, which then repeats, as 20mm; else as large as the "
+                        "mesh");
+    command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
+    command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
+        ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    command->add_option("--up", a->up, "the axis of the file that points up: z, or y")
+        ->check(CLI::IsMember({"z", "y"}));
+    command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
+        ->check(CLI::IsMember({"winding"}));
+    command->add_flag("--recentre", a->recentre,
+                      "move what lies far out to the origin, where numbers are fine");
+    command->add_option("--tolerance", a->tolerance,
+                        "of a STEP file: how far triangles may be from its surfaces, as 0.01mm; "
+                        "else a quarter of the printer's voxel");
+    command->add_option("--printer", a->import.printer, "generic unless told");
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_import(*a); }; });
+}
+
+void add_info(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("info", "describe an .ofr file, a folder of slices, a world or a mesh");
+    auto file = std::make_shared<std::string>();
+    command->add_option("FILE", *file, "an .ofr file, a folder of slices, a .fab.json or a mesh")
+        ->required();
+    auto allow = std::make_shared<std::vector<std::string>>();
+    command
+        ->add_option("--allow", *allow,
+                     "a folder that a world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    auto memory = std::make_shared<std::string>();
+    auto json = std::make_shared<bool>(false);
+    command->add_flag("--json", *json, "of a mesh: as JSON");
+    add_memory_option(command, memory.get());
+    command->callback([file, allow, memory, json, action] {
+        *action = [file, allow, memory, json] { return info(*file, *allow, *memory, *json); };
+    });
+}
+
+void add_verify(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand("verify", "check every slice of an .ofr file");
+    auto file = std::make_shared<std::string>();
+    command->add_option("FILE", *file, "an .ofr file, or - for standard input")->required();
+    auto memory = std::make_shared<std::string>();
+    add_memory_option(command, memory.get());
+    command->callback(
+        [file, memory, action] { *action = [file, memory] { return verify(*file, *memory); }; });
+}
+
+/// Declares what `export` and `merge` write; `more`: formats besides those of a print.
+void add_copy_options(CLI::App* command, ExportOptions* options,
+                      const std::vector<std::string>& more = {}) {
+    std::vector<std::string> formats;
+    for (const backends::Format* format : backends::formats())
+        formats.emplace_back(format->name);
+    formats.insert(formats.end(), more.begin(), more.end());
+    command
+        ->add_option("--format", options->print.format,
+                     fmt::format("{} (default: by the output's extension, else png)",
+                                 fmt::join(formats, ", ")))
+        ->check(CLI::IsMember(formats));
+    command->add_option("--png", options->png, "rgba or indexed")
+        ->check(CLI::IsMember({"rgba", "indexed"}));
+    command->add_flag("--flip-x", options->print.flip_x,
+                      "mirror the slices, for front ends that mirror them back");
+    command
+        ->add_option("--preview", options->previews,
+                     "FILE.png[,view=front|back|section|slice:N|model:TURN:TILT][,light="
+                     "transmitted][,cut=x|y|xy]")
+        ->allow_extra_args(false);
+    add_memory_option(command, &options->memory);
+}
+
+void add_export(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand("export",
+                                           "write an .ofr file as a folder of PNGs, as meshes or "
+                                           "as pictures; a world as functions of 3MF");
+    auto options = std::make_shared<ExportOptions>();
+    command
+        ->add_option("FILE", options->file,
+                     "an .ofr file, or - for standard input; or a world, .fab.json")
+        ->required();
+    command->add_option(
+        "-o,--output", options->print.output,
+        "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file; with --slice a .png file");
+    command->add_option("--slice", options->slice, "write only slice N, as one picture")
+        ->check(CLI::NonNegativeNumber);
+    command
+        ->add_option("--voxel", options->voxel,
+                     "of a world that becomes images: their voxels (default: 256 along it)")
+        ->type_name("LENGTH");
+    command->add_flag("--composite", options->composite,
+                      "of a world: mixtures as the volumetric extension has them, which lib3mf 2.5 "
+                      "does not read");
+    command->add_flag("--allow-programs", options->programs,
+                      "of a world that becomes images: run the programs that it names: never those "
+                      "of a stranger");
+    add_copy_options(command, options.get(), {"vdb"});
+    command->callback([options, action] { *action = [options] { return run_export(*options); }; });
+}
+
+void add_merge(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "merge", "write the parts of one print, made with --slices, as one run would have");
+    auto options = std::make_shared<MergeOptions>();
+    command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
+    command->add_option("-o,--output", options->output.print.output,
+                        "a folder, or an .ofr, .gcvf, .npy, .3mf or .stl file");
+    add_copy_options(command, &options->output);
+    command->callback([options, action] { *action = [options] { return run_merge(*options); }; });
+}
+
+void add_printers(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "printers",
+        "list the printers that are known, or show one with the sources of its figures");
+    auto name = std::make_shared<std::string>();
+    auto json = std::make_shared<bool>(false);
+    command->add_option("NAME", *name, "a printer, or a .printer.json file");
+    command->add_flag("--json", *json, "as JSON");
+    command->callback(
+        [name, json, action] { *action = [name, json] { return list_printers(*name, *json); }; });
+}
+
+void add_property(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "property", "make an OpenFL module of a table of mixtures with a measured property");
+    auto table = std::make_shared<std::string>(), output = std::make_shared<std::string>();
+    command->add_option("TABLE", *table, "a .json file, see docs/how-to/fields.md")->required();
+    command->add_option("-o,--output", *output, "the .fl file (default: standard output)");
+    command->callback([table, output, action] {
+        *action = [table, output] { return make_property_module(*table, *output); };
+    });
+}
+
+void add_split(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "split", "cut what is larger than a machine into pieces, and put them on trays");
+    auto a = std::make_shared<SplitArguments>();
+    command->add_option("WORLD", a->world, "a world (.fab.json)")->required();
+    command
+        ->add_option("--fit", a->fit,
+                     "a printer (`openfab print --help` names them), or a size as "
+                     "490x390x200mm")
+        ->required()
+        ->type_name("MACHINE");
+    command
+        ->add_option(
+            "-o,--output", a->output,
+            "the world to write, beside the other: NAME.fab.json; NAME-2.fab.json, ... are "
+            "more trays, NAME.cuts.json has the cuts")
+        ->required();
+    command->add_option("--object", a->object, "cut this one alone (default: all that do not fit)");
+    command->add_option("--peg", a->peg, "diameter of dowels, 0mm for none (default: 6mm)");
+    command->add_option("--material", a->material, "of dowels (default: the world's first)");
+    command->add_option("--clearance", a->clearance, "of their holes, all around (default: 0.1mm)");
+    command->add_option("--skin", a->skin,
+                        "least distance of holes from the surface (default: 1.5mm)");
+    command->add_option("--number", a->number,
+                        "height of the names in cut faces, 0mm for none (default: 6mm)");
+    command->add_option("--gap", a->gap, "between pieces on a tray (default: 5mm)");
+    command->add_option("--seam", a->seam,
+                        "an attribute of the mesh's corners: 0 where seams should be, 1 where they "
+                        "are as bad as usual, more where they are worse");
+    command
+        ->add_option("--look", a->look,
+                     "a print of the uncut world (.ofr, a draft will do): seams go where its "
+                     "colours change")
+        ->type_name("PRINT");
+    command
+        ->add_option("--stress", a->stress,
+                     "a volume, as `openfab mechanics part -o` writes (FILE, or FILE:ARRAY): "
+                     "sections go where it is small")
+        ->type_name("VOLUME");
+    command
+        ->add_option("--allow", a->allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_split(*a); }; });
+}
+
+void add_arrange(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "arrange", "put all that a world builds on the trays of a machine, one world for each");
+    auto a = std::make_shared<ArrangeArguments>();
+    command
+        ->add_option("WORLD", a->worlds,
+                     "a world (.fab.json), or several that differ only in what they build")
+        ->required();
+    command
+        ->add_option("--fit", a->fit,
+                     "a printer, or a size as 490x390x200mm (default: the world's printer)")
+        ->type_name("MACHINE");
+    command
+        ->add_option("-o,--output", a->output,
+                     "the world to write, beside the other: NAME.fab.json; NAME-2.fab.json, ... "
+                     "are more trays")
+        ->required();
+    command->add_option("--gap", a->gap, "between things on a tray (default: 5mm)");
+    command
+        ->add_option("--turn", a->turn,
+                     "how things may be turned: none, upright (about z, the default), or all (on "
+                     "their sides where they fit no other way)")
+        ->type_name("CHOICE");
+    command
+        ->add_option("--allow", a->allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_arrange(*a); }; });
+}
+
+void add_check(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "check",
+        "find thin walls, narrow gaps, loose islands, what is trapped, what must not touch");
+    auto a = std::make_shared<CheckArguments>();
+    command->add_option("FILE", a->file, "a world (.fab.json), or a print (.ofr)")->required();
+    command->add_option("--printer", a->printer, "whose profile has the limits, under `checks`")
+        ->type_name("NAME");
+    command->add_option("--process", a->process, "items that replace those of the profile")
+        ->type_name("FILE");
+    command->add_option("-o,--picture", a->picture, "a PNG that shows the places");
+    command->add_option("--report", a->report, "a JSON file with all of them");
+    command->add_option("--wall", a->wall, "walls and wires that are thinner, as 0.4mm");
+    command->add_option("--gap", a->gap, "gaps that are narrower");
+    command->add_option("--hole", a->hole, "holes of a smaller diameter");
+    command->add_option("--island", a->island, "loose islands that are smaller, as 0.5mm3");
+    command->add_option("--trapped", a->trapped, "void and support that cannot get out, if larger");
+    command->add_option("--apart", a->apart, "two materials that must not touch, as water,salt")
+        ->allow_extra_args(false);
+    command->add_option("--draft", a->draft, "check at so many times the pitch")
+        ->check(CLI::Range(1, 64));
+    command
+        ->add_option(
+            "--parts", a->parts,
+            "look at the N x N x N parts of each voxel (default: 3, or what memory allows)")
+        ->check(CLI::Range(1, 8));
+    command->add_option("--threads", a->threads, "of the print (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+    command
+        ->add_option("--allow", a->allow,
+                     "a folder that the world may read besides its own (repeatable)")
+        ->allow_extra_args(false);
+    command->add_flag_callback(
+        kProgramsWord, [a] { a->allow.emplace_back(kProgramsWord); }, kProgramsHelp);
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_check(*a); }; });
+}
+
+void add_compensate(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "compensate", "make a displacement field of what was meant and what was measured");
+    auto a = std::make_shared<CompensateArguments>();
+    command
+        ->add_option("NOMINAL", a->nominal,
+                     "the mesh as meant, or a .csv of points: x,y,z where each should be and where "
+                     "it was found, mm")
+        ->required();
+    command->add_option("MEASURED", a->measured, "the mesh as measured, in the same place");
+    command
+        ->add_option("-o,--output", a->output, "NAME.json for `field` of a process, and NAME.npy")
+        ->required();
+    command->add_option("--cell", a->cell, "of the field's grid (default: a 12th of the part)");
+    command->add_option("--smooth", a->smoothness,
+                        "weight of second differences against a measured place (default: 0.001)");
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_compensate(*a); }; });
+}
+
+void add_view(CLI::App& app, Action* action) {
+    CLI::App* command = app.add_subcommand(
+        "view", "show a print, also an unfinished one, a world or a mesh in a page for a browser");
+    auto a = std::make_shared<ViewArguments>();
+    viewer::ViewOptions& view = a->view;
+    command->add_option(
+        "FILE", view.file,
+        "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which is "
+        "imported for the time");
+    command
+        ->add_option(
+            "--new", a->new_folder,
+            "make a folder with a fablet and a world as `openfab new` does, and view it with "
+            "--watch")
+        ->type_name("NAME");
+    command
+        ->add_option("--template", a->from, "of --new: " + template_names() + " (default: starter)")
+        ->type_name("TEMPLATE");
+    command->add_option("OTHER", view.compare, "a second print, to see the difference");
+    command
+        ->add_option("--world", view.world,
+                     "the world that a print was made from, to see its parts and what the dither "
+                     "was given")
+        ->type_name("WORLD");
+    command
+        ->add_option("--fablet", view.fablet,
+                     "where a mesh was printed alone, `--world MESH`: the `--fablet` of its print")
+        ->type_name("FABLET");
+    command->add_flag("--watch", view.watch,
+                      "print a world again whenever it changes, and let the page change it");
+    command->add_option("--draft", view.draft, "of a world: multiply the pitch by N (default: 4)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    command->add_option("--set", view.settings, "of a world: OBJECT.UNIFORM=VALUE (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("SETTING");
+    command
+        ->add_option("--allow", view.allow,
+                     "a folder that a world may read besides its own (repeatable)")
+        ->allow_extra_args(false)
+        ->type_name("FOLDER");
+    command->add_flag_callback(
+        kProgramsWord, [a] { a->view.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
+    command
+        ->add_option("--listen", view.address,
+                     "the address to listen at (default: 127.0.0.1, this machine alone)")
+        ->type_name("ADDRESS");
+    command->add_option("--port", view.port, "default: any that is free")
+        ->type_name("N")
+        ->check(CLI::Range(0, 65535));
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_view(*a); }; });
+}
+
+void add_receive(CLI::App& app, Action* action) {
+    CLI::App* command =
+        app.add_subcommand("receive", "take a print that is streamed, as a printer would");
+    auto a = std::make_shared<ReceiveArguments>();
+    command->add_option("--listen", a->listen, "tcp://HOST:PORT, tls://HOST:PORT or unix:PATH")
+        ->required();
+    command->add_option("-o,--output", a->output, "an .ofr file, or a folder of PNGs")->required();
+    command->add_option("--token-file", a->token_file,
+                        "a file whose first line senders must know (or OPENFAB_TOKEN); needed "
+                        "where other machines can connect");
+    command->add_option("--tls-cert", a->tls_certificate,
+                        "of tls://: a PEM file with this machine's certificate and its chain");
+    command->add_option("--tls-key", a->tls_key, "of tls://: a PEM file with its key");
+    command->add_option("--layer-time", a->layer_time,
+                        "use up a slice this often, as 10s, and tell when one was late");
+    command->add_option("--buffer", a->buffer, "slices that wait for the layer time (default: 20)")
+        ->check(CLI::Range(1, 1000));
+    add_memory_option(command, &a->memory);
+    command->callback([a, action] { *action = [a] { return run_receive(*a); }; });
+}
+
+}  // namespace
+
+void add_commands(CLI::App& app, Action* action) {
+    add_new(app, action);
+    add_import(app, action);
+    add_info(app, action);
+    add_verify(app, action);
+    add_export(app, action);
+    add_merge(app, action);
+    add_printers(app, action);
+    add_property(app, action);
+    add_split(app, action);
+    add_arrange(app, action);
+    add_check(app, action);
+    add_compensate(app, action);
+    add_view(app, action);
+    add_receive(app, action);
+}
+
+}  // namespace openfab::tools
