@@ -161,8 +161,9 @@ Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
 Result<mesh::LoadedBodies> load_all(const fs::path& mesh, const mesh::MeshOptions& options,
                                     std::vector<mesh::LatticeInfo>* lattices) {
     Result<mesh::LoadedBodies> loaded = mesh::load_bodies(mesh, options);
-    constexpr const char* kLattices = "lattices of beams";
-    const auto is_told = [](const mesh::LeftOut& left) { return left.what == kLattices; };
+    const auto is_told = [](const mesh::LeftOut& left) {
+        return left.kind == mesh::LeftOutKind::kLattices;
+    };
     if (loaded && std::ranges::none_of(loaded->left_out, is_told)) return loaded;
     Result<mesh::LoadedLattices> found = mesh::load_lattices(
         mesh, {.unit_mm = options.unit_mm, .body = {}, .memory_bytes = options.memory_bytes});

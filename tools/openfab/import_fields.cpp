@@ -11,7 +11,6 @@
 #include "base/affine.h"
 #include "base/input_file.h"
 #include "base/text.h"
-#include "mesh/read/messages.h"
 #include "mesh/read/threemf_shapes.h"
 #include "tools/fields/function_text.h"
 
@@ -145,9 +144,9 @@ Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions
 
 void without_fields(std::vector<mesh::LeftOut>* left_out) {
     std::erase_if(*left_out, [](const mesh::LeftOut& one) {
-        return one.what == mesh::messages::kLevelSets ||
-               one.what == mesh::messages::kVolumetricData ||
-               one.what == mesh::messages::kDisplacements;
+        return one.kind == mesh::LeftOutKind::kLevelSets ||
+               one.kind == mesh::LeftOutKind::kVolumetricData ||
+               one.kind == mesh::LeftOutKind::kDisplacements;
     });
 }
 

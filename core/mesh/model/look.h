@@ -60,12 +60,16 @@ struct Body {
     int32_t assembly = 0;  ///< bodies of one item of the file
 };
 
+/// What was left out, where other readers of the same file may know what to do with it.
+enum class LeftOutKind { kOther, kLattices, kLevelSets, kVolumetricData, kDisplacements };
+
 /// Something of a file that was left out: told once, with how often and where first.
 struct LeftOut {
     std::string what;    ///< `the morph targets of a mesh`
     std::string place;   ///< of the first; FILE:LINE, or the name of a node, object, material
     std::string remedy;  ///< what the user can do
     int64_t count = 0;
+    LeftOutKind kind = LeftOutKind::kOther;
 };
 
 /// "the morph targets of a mesh (3 times, first at node `a`): bake them", for messages.

@@ -28,8 +28,8 @@ constexpr std::string_view kSilent[] = {"trianglesets", "slicestack"};
 
 }  // namespace
 
-void ThreemfTold::add(const std::string& what, const std::string& place,
-                      const std::string& remedy) {
+void ThreemfTold::add(const std::string& what, const std::string& place, const std::string& remedy,
+                      LeftOutKind kind) {
     for (LeftOut& known : list_) {
         if (known.what != what) continue;
         ++known.count;
@@ -37,7 +37,7 @@ void ThreemfTold::add(const std::string& what, const std::string& place,
     }
     // Names from the file may make each one different.
     constexpr size_t kMost = 100;
-    if (list_.size() < kMost) list_.push_back({what, place, remedy, 1});
+    if (list_.size() < kMost) list_.push_back({what, place, remedy, 1, kind});
 }
 
 Complaint check_threemf_extensions(const XmlAttributes& model) {

@@ -17,7 +17,8 @@ namespace openfab::mesh {
 /// What is left out of a file, each kind of thing once.
 class ThreemfTold {
   public:
-    void add(const std::string& what, const std::string& place, const std::string& remedy);
+    void add(const std::string& what, const std::string& place, const std::string& remedy,
+             LeftOutKind kind = LeftOutKind::kOther);
     std::vector<LeftOut>& list() { return list_; }
 
   private:

@@ -139,7 +139,8 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
 
     Complaint lattice(std::string_view name, const XmlAttributes& a) {
         if (name == "beamlattice") {
-            told_.add(messages::kLatticesOfBeams, place(), messages::kLatticesOfBeamsHelp);
+            told_.add(messages::kLatticesOfBeams, place(), messages::kLatticesOfBeamsHelp,
+                      LeftOutKind::kLattices);
             object_->lattice = std::make_shared<ThreemfLattice>();
         }
         if (object_->lattice == nullptr) return {};
@@ -148,7 +149,7 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
 
     /// Which programs that read meshes alone tell of.
     Complaint level_set(const XmlAttributes& a) {
-        told_.add(messages::kLevelSets, place(), messages::kImportRemedy);
+        told_.add(messages::kLevelSets, place(), messages::kImportRemedy, LeftOutKind::kLevelSets);
         object_->level_set = std::make_shared<ThreemfLevelSet>();
         memory_bytes_ -= static_cast<int64_t>(sizeof(ThreemfLevelSet));
         return ThreemfFieldsReader::read_level_set(a, object_->level_set.get());
@@ -163,7 +164,8 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
     bool is_displaced() const { return object_ != nullptr && object_->displaced != nullptr; }
 
     void begin_displaced() {
-        told_.add(messages::kDisplacements, place(), messages::kImportRemedy);
+        told_.add(messages::kDisplacements, place(), messages::kImportRemedy,
+                  LeftOutKind::kDisplacements);
         object_->displaced = std::make_shared<ThreemfDisplaced>();
     }
 
@@ -171,7 +173,8 @@ class ModelReader : public XmlHandler, ThreemfElementReader {
         if (object_ == nullptr) return;
         object_->volume = integer(a, "volumeid", -1);
         if (object_->volume >= 0)
-            told_.add(messages::kVolumetricData, place(), messages::kImportRemedy);
+            told_.add(messages::kVolumetricData, place(), messages::kImportRemedy,
+                      LeftOutKind::kVolumetricData);
     }
 
     /// Names where something is, for people.
