@@ -13,6 +13,7 @@
 
 #include "base/base64.h"
 #include "base/scan_number.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -67,7 +68,7 @@ class Stored {
                 piece.resize(*got);
                 from_.begin += static_cast<int64_t>(*got);
             }
-            if (piece.empty() || ended_) return user_error(kArrayCutShort);
+            if (piece.empty() || ended_) return user_error(messages::kArrayCutShort);
             if (!from_.base64) {
                 held_ = std::move(piece);
                 return {};
@@ -76,7 +77,7 @@ class Stored {
             const size_t end = piece.find('<');
             ended_ = end != std::string::npos;
             if (!decoder_.add(std::string_view(piece).substr(0, end), &held_))
-                return user_error("an array of it is not valid base64");
+                return user_error(messages::kNotBase64);
         }
         return {};
     }
@@ -134,7 +135,8 @@ class ByteNumbers final : public ArrayNumbers {
     Result<void> open() {
         constexpr int64_t kDensest = 1032;  // of deflate: bytes per compressed byte
         const int64_t most = stored_.most();
-        if (total_ > (bytes_.packed ? most * kDensest : most)) return user_error(kArrayCutShort);
+        if (total_ > (bytes_.packed ? most * kDensest : most))
+            return user_error(messages::kArrayCutShort);
         if (bytes_.header_bytes == 0) return {};
         Result<int64_t> first = header();
         if (!first) return first.error();
@@ -176,10 +178,7 @@ class ByteNumbers final : public ArrayNumbers {
     }
 
   private:
-    static Result<void> wrong_size() {
-        return user_error(
-            "an array of it is of another size than it says, or its header is damaged");
-    }
+    static Result<void> wrong_size() { return user_error(messages::kArrayOfOtherSize); }
 
     Result<int64_t> header() {
         std::array<char, 8> at{};
@@ -197,7 +196,7 @@ class ByteNumbers final : public ArrayNumbers {
     }
 
     Result<void> unpack() {
-        if (next_block_ == packed_sizes_.size()) return user_error(kArrayCutShort);
+        if (next_block_ == packed_sizes_.size()) return user_error(messages::kArrayCutShort);
         std::vector<char> packed(packed_sizes_[next_block_++]);
         if (Result<void> got = stored_.next(packed.data(), packed.size()); !got) return got;
         plain_.resize(next_block_ == packed_sizes_.size() ? last_ : block_);
@@ -206,7 +205,7 @@ class ByteNumbers final : public ArrayNumbers {
                                     reinterpret_cast<const Bytef*>(packed.data()),
                                     static_cast<uLong>(packed.size()));
         if (done != Z_OK || size != plain_.size() || plain_.empty())
-            return user_error("compressed data of it is damaged");
+            return user_error(messages::kCompressedDataDamaged);
         at_ = 0;
         return {};
     }
@@ -228,10 +227,9 @@ class TextNumbers final : public ArrayNumbers {
     Result<void> next(double* out, size_t count) override {
         for (size_t i = 0; i < count; ++i) {
             const std::string_view word = take_word(&text_);
-            if (word.empty()) return user_error(kArrayCutShort);
+            if (word.empty()) return user_error(messages::kArrayCutShort);
             if (read_decimal(word, out++) != Decimal::kFine)
-                return user_error(
-                    fmt::format("`{}` in it is not a finite number", word.substr(0, 40)));
+                return user_error(fmt::format(messages::kNumberNotFinite, word.substr(0, 40)));
         }
         return {};
     }
@@ -251,29 +249,29 @@ Result<std::unique_ptr<ArrayNumbers>> open_array_bytes(const ArrayBytes& bytes, 
 
 Result<std::unique_ptr<ArrayNumbers>> open_array_text(std::string_view text, int64_t count) {
     // A digit and a blank for each.
-    if (static_cast<int64_t>(text.size()) + 1 < 2 * count) return user_error(kArrayCutShort);
+    if (static_cast<int64_t>(text.size()) + 1 < 2 * count)
+        return user_error(messages::kArrayCutShort);
     return std::unique_ptr<ArrayNumbers>(std::make_unique<TextNumbers>(text));
 }
 
 Result<size_t> pick_field(const std::vector<std::string>& names, const std::string& wanted,
                           const std::string& usual) {
-    if (names.empty()) return user_error("it has no field: no array of numbers on points or cells");
+    if (names.empty()) return user_error(messages::kNoField);
     const std::string& name = wanted.empty() ? usual : wanted;
     if (name.empty() && names.size() == 1) return size_t{0};
     std::string all;
     for (const std::string& one : names)
         all += fmt::format("{}`{}`", all.empty() ? "" : ", ", one);
     if (name.empty())
-        return user_error("it has several fields, " + all + ", and none is named by `field`");
+        return user_error(messages::kSeveralFields + all + messages::kSeveralFieldsHelp);
     const auto found = std::find(names.begin(), names.end(), name);
     if (found != names.end()) return static_cast<size_t>(found - names.begin());
-    return user_error(fmt::format("it has no field `{}`; it has {}", name, all));
+    return user_error(fmt::format(messages::kNoSuchField, name, all));
 }
 
 Result<int32_t> field_channels(const std::string& name, int64_t components) {
     if (components <= 4) return static_cast<int32_t>(components);
-    return user_error(
-        fmt::format("its field `{}` has {} components; 1 to 4 are possible", name, components));
+    return user_error(fmt::format(messages::kFieldComponents, name, components));
 }
 
 Result<void> read_floats(ArrayNumbers* numbers, float* out, int64_t count) {

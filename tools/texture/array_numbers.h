@@ -38,8 +38,6 @@ class ArrayNumbers {
     virtual Result<void> next(double* out, size_t count) = 0;
 };
 
-constexpr const char* kArrayCutShort = "it is cut short: an array has fewer numbers than it says";
-
 /// Where an array's bytes are.
 struct ArrayBytes {
     const InputFile* file = nullptr;  ///< from `begin` on; else in `text`

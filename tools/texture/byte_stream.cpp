@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "tools/texture/messages.h"
+
 namespace openfab::tools {
 
 namespace {
@@ -35,7 +37,7 @@ class UnpackedStream final : public ByteStream {
             const int done = ready_ ? inflate(&state_, Z_NO_FLUSH) : Z_MEM_ERROR;
             ended_ = done == Z_STREAM_END;
             // Without input it makes no progress: the data is truncated.
-            if (done != Z_OK && !ended_) return user_error(kPackedDamaged);
+            if (done != Z_OK && !ended_) return user_error(messages::kCompressedOfOtherSize);
         }
         return bytes - state_.avail_out;
     }
@@ -45,7 +47,7 @@ class UnpackedStream final : public ByteStream {
             const auto step = static_cast<size_t>(std::min<int64_t>(bytes, kAtOnce));
             const Result<size_t> got = next(unused.data(), step);
             if (!got) return got.error();
-            if (*got < step) return user_error(kPackedDamaged);
+            if (*got < step) return user_error(messages::kCompressedOfOtherSize);
             bytes -= static_cast<int64_t>(step);
         }
         return {};

@@ -13,9 +13,6 @@
 
 namespace openfab::tools {
 
-constexpr const char* kPackedDamaged =
-    "its compressed data is damaged or of another size than it says";
-
 /// Streams the bytes of a file.
 class ByteStream {
   public:

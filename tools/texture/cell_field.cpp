@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -316,7 +317,7 @@ int64_t CellMesh::bytes() const {
 Result<void> check_field_values(const std::vector<float>& values) {
     const bool fine =
         std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
-    return fine ? Result<void>() : user_error("it holds a value that is not a finite number");
+    return fine ? Result<void>() : user_error(messages::kValueNotFinite);
 }
 
 Result<ResampledBox> cell_box(const Box3d& bounds, double cells,
@@ -325,21 +326,20 @@ Result<ResampledBox> cell_box(const Box3d& bounds, double cells,
     constexpr double kTexelsOfCell = 3;
     const double usual = std::cbrt(sides.x * sides.y * sides.z / cells);
     const double pitch = options.pitch_mm > 0 ? options.pitch_mm : usual / kTexelsOfCell;
-    if (!(pitch > 0)) return user_error("its cells lie in a plane");
+    if (!(pitch > 0)) return user_error(messages::kCellsInAPlane);
     return resampled_box(bounds, pitch);
 }
 
 MadeReader open_cell_field(CellMesh mesh, const texture::VolumeOptions& options,
                            const texture::ReadLimits& limits) {
-    if (mesh.types.empty())
-        return user_error("it has no cells with a volume: tetrahedra, hexahedra or wedges");
+    if (mesh.types.empty()) return user_error(messages::kNoCellsWithVolume);
     if (Result<void> fine = check_field_values(mesh.values); !fine) return fine.error();
     Box3d bounds;
     for (const int32_t point : mesh.corners) {
         const size_t p = 3 * static_cast<size_t>(point);
         const Vec3d at{mesh.points[p], mesh.points[p + 1], mesh.points[p + 2]};
         if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
-            return user_error("a corner of a cell is not a finite point");
+            return user_error(messages::kCornerNotFinite);
         bounds.add(at);
     }
     const Result<ResampledBox> box =

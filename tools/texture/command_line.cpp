@@ -17,6 +17,7 @@
 #include "base/say.h"
 #include "base/units.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -110,24 +111,21 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     } else {
         done = bytes.error();
     }
-    if (done && job->output.empty() && !job->check)
-        done = usage_error("`--output` is missing; `--check` alone does without");
-    if (done && job->check && job->is_volume)
-        done = usage_error("`--check` is for pictures, not for volumes");
+    if (done && job->output.empty() && !job->check) done = usage_error(messages::kOutputMissing);
+    if (done && job->check && job->is_volume) done = usage_error(messages::kCheckIsForPictures);
     std::error_code none;
     if (done && !pitch.empty()) {
         const Result<double> length = parse_length_mm(pitch);
         if (!length) {
             done = length.error();
         } else if (!(*length > 0)) {
-            done = usage_error("`--pitch` must be above 0");
+            done = usage_error(messages::kPitchAboveZero);
         } else {
             volume.pitch_mm = *length;
         }
     }
     if (done && std::filesystem::equivalent(job->input, job->output, none)) {
-        done = user_error(
-            fmt::format("`-o {}` would overwrite the image; name another output", job->output));
+        done = user_error(fmt::format(messages::kWouldOverwrite, job->output));
     }
     if (!done) return say_error(done.error());
     return std::nullopt;

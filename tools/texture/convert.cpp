@@ -11,6 +11,7 @@
 #include "tools/texture/check_memory.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/picture_format.h"
 #include "tools/texture/still_image.h"
 
@@ -20,7 +21,7 @@ namespace {
 using texture::ImageOptions;
 
 Error not_finite(int x, int y) {
-    return user_error(fmt::format("pixel ({}, {}) is not a finite number", x, y));
+    return user_error(fmt::format(messages::kPixelNotFinite, x, y));
 }
 
 /// Maps pixel (x, y) of the file, y down, to level 0, whose rows go up.
@@ -65,15 +66,14 @@ Result<void> try_rows(StillImage* in, const Decoder& decoder) {
 Result<void> convert(const std::filesystem::path& image, const std::filesystem::path& out,
                      const ImageOptions& options, const texture::ReadLimits& limits, bool guarded) {
     const auto bad = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", image.string()));
+        return with_context(error, fmt::format(messages::kCannotReadBefore, image.string()));
     };
     const Result<std::unique_ptr<StillImage>> in =
         StillImage::open(image, limits.memory_bytes, guarded);
     if (!in) return bad(in.error());
     const OIIO::ImageSpec spec = (*in)->spec();
     if (spec.nchannels > 4)
-        return bad(
-            user_error(fmt::format("it has {} channels; 1 to 4 are possible", spec.nchannels)));
+        return bad(user_error(fmt::format(messages::kImageChannels, spec.nchannels)));
     const Decoder decoder(spec, (*in)->color(), options);
     const int orientation = spec.get_int_attribute("Orientation", 1);
     const Placement placement = placement_for(spec.width, spec.height, orientation);
@@ -86,8 +86,7 @@ Result<void> convert(const std::filesystem::path& image, const std::filesystem::
         return bad(fits.error());
     const auto tell_rest = [&] {
         if (!(*in)->has_more()) return;
-        tell(
-            fmt::format("{} holds several pictures: the first is read", image.filename().string()));
+        tell(fmt::format(messages::kSeveralPictures, image.filename().string()));
     };
     if (out.empty()) {
         const Result<void> read = try_rows(in->get(), decoder);
@@ -132,8 +131,7 @@ Result<void> convert_safely(const std::filesystem::path& image, const std::files
                             const ImageOptions& options, const texture::ReadLimits& limits) {
     if (options.space != "auto" && options.space != "srgb" && options.space != "linear" &&
         options.space != "data") {
-        return usage_error(fmt::format(
-            "unknown space `{}`; known: `auto`, `srgb`, `linear`, `data`", options.space));
+        return usage_error(fmt::format(messages::kUnknownSpace, options.space));
     }
     // Pictures take a fraction of a second; the library's threads would outlive them.
     OIIO::attribute("threads", 1);
@@ -143,7 +141,7 @@ Result<void> convert_safely(const std::filesystem::path& image, const std::files
         try {
             return convert(image, out, options, limits, true);
         } catch (const std::exception& e) {
-            return user_error(fmt::format("cannot read {}: {}", image.string(), e.what()));
+            return user_error(fmt::format(messages::kCannotRead, image.string(), e.what()));
         }
     };
     return is_fragile(image) ? guarded(limits.memory_bytes, image, read) : read();

@@ -14,6 +14,7 @@
 #include "texture/meta_header.h"
 #include "texture/xdmf_grid.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/scans.h"
 #include "tools/texture/still_image.h"
 #include "tools/texture/volume_reader.h"
@@ -41,13 +42,10 @@ class StackReader final : public VolumeReader {
         size.y = spec_.height;
         size.z = files_.size() == 1 ? image_->pages() : static_cast<int32_t>(files_.size());
         if (files_.size() == 1 && size.z > StillImage::kMostPages) {
-            return user_error(
-                fmt::format("it has more than {} pages; write its slices as files of their own",
-                            StillImage::kMostPages));
+            return user_error(fmt::format(messages::kTooManyPages, StillImage::kMostPages));
         }
         if (spec_.nchannels > 4)
-            return user_error(
-                fmt::format("it has {} channels; 1 to 4 are possible", spec_.nchannels));
+            return user_error(fmt::format(messages::kImageChannels, spec_.nchannels));
         channels = options_.luminance ? 1 : spec_.nchannels;
         // Slices are mostly measurements; only colour images count as pictures.
         const bool colour = spec_.format.basetype == OIIO::TypeDesc::UINT8 && spec_.nchannels >= 3;
@@ -63,8 +61,7 @@ class StackReader final : public VolumeReader {
             float* row = out + y * row_floats();
             for (int32_t x = 0; x < size.x; ++x) {
                 if (!decoder_->pixel(pixel, row))
-                    return user_error(
-                        fmt::format("pixel ({}, {}) of slice {} is not a finite number", x, y, z));
+                    return user_error(fmt::format(messages::kPixelOfSliceNotFinite, x, y, z));
                 pixel += spec_.nchannels;
                 row += channels;
             }
@@ -99,10 +96,9 @@ class StackReader final : public VolumeReader {
         const OIIO::ImageSpec& spec = image_->spec();
         if (spec.width == size.x && spec.height == size.y && spec.nchannels == spec_.nchannels)
             return Ok{};
-        return named(
-            file, user_error(fmt::format(
-                      "slice {} is {} x {} with {} channels, the first is {} x {} with {}", z,
-                      spec.width, spec.height, spec.nchannels, size.x, size.y, spec_.nchannels)));
+        return named(file,
+                     user_error(fmt::format(messages::kSliceOfOtherSize, z, spec.width, spec.height,
+                                            spec.nchannels, size.x, size.y, spec_.nchannels)));
     }
 
     std::vector<fs::path> files_;
@@ -116,32 +112,25 @@ class StackReader final : public VolumeReader {
 /// Refuses by name what is a volume and is not read: a picture's error would say nothing of it.
 Result<void> refuse_others(const fs::path& file, const std::string& kind, std::string_view begin) {
     if (kind == ".nii" || lower_ascii(file.filename().string()).ends_with(".nii.gz"))
-        return user_error("it is not a NIfTI file");
+        return user_error(messages::kNotNifti);
     constexpr std::array<std::string_view, 2> kAnalyze{{{"\x5c\x01\0\0", 4}, {"\0\0\x01\x5c", 4}}};
     if (kind == ".hdr" && (begin.starts_with(kAnalyze[0]) || begin.starts_with(kAnalyze[1])))
-        return user_error("it is of Analyze 7.5, which does not say where left and right are",
-                          "write it as NIfTI");
-    if (kind == ".img")
-        return user_error("it holds numbers alone",
-                          "name the header that says what they are: .hdr");
+        return user_error(messages::kAnalyze75, messages::kAnalyze75Help);
+    if (kind == ".img") return user_error(messages::kOnlyNumbers, messages::kOnlyNumbersHdrHelp);
     if (kind == ".raw" || kind == ".zraw" || kind == ".bin")
-        return user_error("it holds numbers alone",
-                          "name a header that says what they are: .nhdr, .mhd or .xdmf");
+        return user_error(messages::kOnlyNumbers, messages::kOnlyNumbersRawHelp);
     if (kind == ".npz")
-        return user_error("it is an archive of arrays", "write one of them as .npy: numpy.save");
+        return user_error(messages::kArchiveOfArrays, messages::kArchiveOfArraysHelp);
     if (begin.starts_with("\x89HDF") || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" ||
         kind == ".nc" || kind == ".mnc")
-        return user_error("it is of HDF5, which says of no array what it is",
-                          "write an .xdmf file that names its array, or NRRD");
+        return user_error(messages::kIsHdf5, messages::kIsHdf5Help);
     for (const char* parallel : {".pvti", ".pvtr", ".pvts", ".pvtu", ".vtm", ".pvd"}) {
-        if (kind == parallel)
-            return user_error("it names the parts of a grid, which are files of VTK",
-                              "name one of them, or merge them to one");
+        if (kind == parallel) return user_error(messages::kPartsOfGrid, messages::kPartsOfGridHelp);
     }
     for (const char* other : {".mgz", ".mgh", ".exo", ".e", ".msh", ".inp", ".mrc", ".vol"}) {
         if (kind == other)
-            return user_error(fmt::format("volumes of `{}` are not read", kind),
-                              "write NRRD, NIfTI, MetaImage, or a file of VTK");
+            return user_error(fmt::format(messages::kVolumesNotRead, kind),
+                              messages::kVolumesNotReadHelp);
     }
     return {};
 }
@@ -167,8 +156,8 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
         if (kind == name) return open_vtk(files[0], options, limits);
     }
     if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
-    if (kind == ".nrrd" || kind == ".nhdr") return user_error("it is not an NRRD file");
-    if (kind == ".npy") return user_error("it is not an NPY file");
+    if (kind == ".nrrd" || kind == ".nhdr") return user_error(messages::kNotNrrd);
+    if (kind == ".npy") return user_error(messages::kNotNpy);
     if (Result<void> known = refuse_others(files[0], kind, begin); !known) return known.error();
     return open_stack(files, options.image, limits);
 }

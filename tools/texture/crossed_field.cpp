@@ -10,6 +10,7 @@
 
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/structured_cells.h"
 
@@ -150,12 +151,10 @@ MadeReader open_crossed_field(CrossedField field, const texture::VolumeOptions& 
     for (int a = 0; a < 3; ++a) {
         const std::vector<double>& axis = field.axes[static_cast<size_t>(a)];
         if (!std::all_of(axis.begin(), axis.end(), [](double at) { return std::isfinite(at); }))
-            return user_error(
-                fmt::format("a place along {} of its grid is not a finite number", "xyz"[a]));
+            return user_error(fmt::format(messages::kPlaceNotFinite, "xyz"[a]));
         if (!std::is_sorted(axis.begin(), axis.end()) &&
             !std::is_sorted(axis.rbegin(), axis.rend()))
-            return user_error(
-                fmt::format("the places along {} of its grid neither rise nor fall", "xyz"[a]));
+            return user_error(fmt::format(messages::kPlacesNotMonotonic, "xyz"[a]));
         const auto [low, high] = std::minmax(axis.front(), axis.back());
         bounds.lo[a] = low;
         bounds.hi[a] = high;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <string_view>
 
+#include "tools/texture/messages.h"
+
 namespace openfab::tools {
 namespace {
 
@@ -63,7 +65,7 @@ void read_attribute(std::string_view name, std::string_view value, Part* part) {
 }  // namespace
 
 Result<int64_t> exr_table_bytes(const InputFile& file) {
-    const Error damaged = user_error("its header is damaged");
+    const Error damaged = user_error(messages::kHeaderDamaged);
     uint8_t flags = 0;
     const Result<size_t> version = file.read(kFirst - 3, &flags, 1);
     if (!version) return version.error();

@@ -18,6 +18,7 @@
 
 #include "base/clean_exit.h"
 #include "base/say.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -85,15 +86,15 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
                      const std::function<Result<void>()>& make) {
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0)
-        return outside_error(std::string("cannot make a pipe: ") + std::strerror(errno));
+        return outside_error(std::string(messages::kCannotMakePipe) + std::strerror(errno));
     void* const shared =
         ::mmap(nullptr, kSharedBytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED)
-        return outside_error(std::string("cannot map memory: ") + std::strerror(errno));
+        return outside_error(std::string(messages::kCannotMapMemory) + std::strerror(errno));
     shared_name = static_cast<char*>(shared);
     const pid_t child = ::fork();
     if (child < 0)
-        return outside_error(std::string("cannot start a process: ") + std::strerror(errno));
+        return outside_error(std::string(messages::kCannotStartProcess) + std::strerror(errno));
     if (child == 0) {
         prepare_child(memory_bytes);
         to_parent = ends[1];
@@ -118,17 +119,15 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
     shared_name = nullptr;
     int status = 0;
     if (!running.wait(&status))
-        return outside_error(std::string("cannot wait for a process: ") + std::strerror(errno));
+        return outside_error(std::string(messages::kCannotWaitForProcess) + std::strerror(errno));
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
     if (WIFSIGNALED(status) && is_crash(WTERMSIG(status))) {
-        return user_error(
-            fmt::format("cannot read {}: {}it is damaged, the library that reads it crashed",
-                        file.string(), within));
+        return user_error(fmt::format(messages::kReaderCrashed, file.string(), within));
     }
     if (text.empty()) {
         return outside_error(
-            fmt::format("cannot read {}: its reader was ended ({})", file.string(),
-                        WIFSIGNALED(status) ? ::strsignal(WTERMSIG(status)) : "no reason"));
+            fmt::format(messages::kReaderEnded, file.string(),
+                        WIFSIGNALED(status) ? ::strsignal(WTERMSIG(status)) : messages::kNoReason));
     }
     const size_t end = text.find('\0', 1);
     return Error{

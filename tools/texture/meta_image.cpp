@@ -13,6 +13,7 @@
 #include "base/scan_number.h"
 #include "texture/meta_header.h"
 #include "texture/nrrd_header.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/scans.h"
 #include "tools/texture/stored_grid.h"
@@ -62,8 +63,7 @@ Result<void> set_format(const MetaHeader& header, StoredGrid* grid) {
     const std::string name = header.field("ElementType");
     const auto* const found = std::find_if(kTypes.begin(), kTypes.end(),
                                            [&](const Type& type) { return type.name == name; });
-    if (found == kTypes.end())
-        return user_error(fmt::format("its numbers are of type `{}`, which is not known", name));
+    if (found == kTypes.end()) return user_error(fmt::format(messages::kUnknownNumberType, name));
     const bool big = is_true(header.field("BinaryDataByteOrderMSB", "ElementByteOrderMSB"));
     grid->format = {found->kind, found->bytes, big, true};
     return {};
@@ -73,16 +73,15 @@ Result<void> set_size(const MetaHeader& header, StoredGrid* grid) {
     int64_t dimensions = 0, channels = 1;
     const std::string many = header.field("ElementNumberOfChannels");
     if (!scan_integer(header.field("NDims"), 3, 3, &dimensions).empty())
-        return user_error(
-            fmt::format("it has {} dimensions; a volume has 3", header.field("NDims")));
+        return user_error(fmt::format(messages::kVolumeDimensions, header.field("NDims")));
     if (!many.empty() && !scan_integer(many, 1, 4, &channels).empty())
-        return user_error(fmt::format("it has {} channels; 1 to 4 are possible", many));
+        return user_error(fmt::format(messages::kImageChannels, many));
     std::array<int64_t, 3> sides{};
     const std::string text = header.field("DimSize");
     std::string_view left = text;
     for (int64_t& side : sides) {
         if (!scan_integer(take_word(&left), 1, INT32_MAX, &side).empty())
-            return user_error("its `DimSize` is not three sizes");
+            return user_error(messages::kDimSizeMalformed);
     }
     return set_sides(sides, channels, grid);
 }
@@ -96,7 +95,7 @@ Result<GridFrame> frame_of(const MetaHeader& header, double unit) {
     if (!read(header.field("TransformMatrix", "Rotation", "Orientation"), ways.data(), 9) ||
         !read(header.field("ElementSpacing", "ElementSize"), spacing.data(), 3) ||
         !read(header.field("Offset", "Position", "Origin"), first.data(), 3))
-        return user_error("its `TransformMatrix`, `ElementSpacing` or `Offset` is malformed");
+        return user_error(messages::kTransformMalformed);
     GridFrame frame;
     frame.first = Vec3d{first[0], first[1], first[2]} * unit;
     for (size_t i = 0; i < 3; ++i) {
@@ -119,7 +118,7 @@ Result<void> set_intensity(const MetaHeader& header, StoredGrid* grid) {
     };
     if (!read("ElementToIntensityFunctionSlope", &grid->slope) ||
         !read("ElementToIntensityFunctionOffset", &grid->intercept))
-        return user_error("its `ElementToIntensityFunctionSlope` or `…Offset` is malformed");
+        return user_error(messages::kIntensityMalformed);
     return {};
 }
 
@@ -129,7 +128,8 @@ Result<void> open_numbers(InputFile source, const fs::path& path, const MetaHead
     int64_t begin = header.begin;
     if (const std::string name = header.data_file(); !name.empty()) {
         if (name.starts_with("LIST") || name.find('%') != std::string::npos)
-            return user_error("its numbers lie in several files", "write them as one");
+            return user_error(messages::kNumbersInSeveralFiles,
+                              messages::kNumbersInSeveralFilesHelp);
         Result<InputFile> data = texture::open_data_file(path, name, limits);
         if (!data) return data.error();
         source = std::move(*data);
@@ -141,11 +141,10 @@ Result<void> open_numbers(InputFile source, const fs::path& path, const MetaHead
     int64_t skip = 0;
     if (const std::string size = header.field("HeaderSize");
         !size.empty() && !scan_integer(size, -1, INT64_MAX / 4, &skip).empty())
-        return user_error(fmt::format("its `HeaderSize` is `{}`", size));
+        return user_error(fmt::format(messages::kHeaderSizeIs, size));
     if (skip < 0) skip = std::max<int64_t>(source.bytes() - begin - grid->bytes(), 0);
     if (grid->packed && skip > 0)
-        return user_error("its numbers are packed behind bytes of a `HeaderSize`",
-                          "write them without these");
+        return user_error(messages::kPackedBehindHeader, messages::kPackedBehindHeaderHelp);
     grid->skip = skip;
     grid->stream = grid->packed ? open_packed_bytes(std::move(source), begin)
                                 : open_bytes(std::move(source), begin);

@@ -11,6 +11,7 @@
 #include "base/scan_number.h"
 #include "texture/nifti_header.h"
 #include "texture/nrrd_header.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/scans.h"
 #include "tools/texture/stored_grid.h"
@@ -68,21 +69,20 @@ Result<void> set_format(const NiftiHeader& header, StoredGrid* grid, int32_t* ch
         {1024, Kind::kSigned, 8, 1, nullptr},
         {1280, Kind::kUnsigned, 8, 1, nullptr},
         {2304, Kind::kUnsigned, 1, 4, nullptr},
-        {1, Kind::kFloat, 0, 0, "single bits"},
+        {1, Kind::kFloat, 0, 0, messages::kSingleBits},
         {32, Kind::kFloat, 0, 0, "complex"},
         {1792, Kind::kFloat, 0, 0, "complex"},
         {2048, Kind::kFloat, 0, 0, "complex"},
-        {1536, Kind::kFloat, 0, 0, "floats of 128 bits"},
+        {1536, Kind::kFloat, 0, 0, messages::kFloats128},
     }};
     const auto* const found = std::find_if(kTypes.begin(), kTypes.end(), [&](const DataType& type) {
         return type.code == header.datatype;
     });
     if (found == kTypes.end())
-        return user_error(
-            fmt::format("its numbers are of type {}, which is not known", header.datatype));
+        return user_error(fmt::format(messages::kUnknownNumberCode, header.datatype));
     if (found->name != nullptr)
-        return user_error(fmt::format("its numbers are {}", found->name),
-                          "write them as floats of 32 or 64 bits");
+        return user_error(fmt::format(messages::kNumbersAre, found->name),
+                          messages::kNumbersAreHelp);
     grid->format = {found->kind, found->bytes, header.swapped, found->channels == 1};
     *channels = found->channels;
     return {};
@@ -93,9 +93,9 @@ Result<int64_t> chosen_volume(int64_t volumes, const std::string& field) {
     int64_t out = 0;
     if (field.empty() && volumes == 1) return out;
     if (!field.empty() && scan_integer(field, 0, volumes - 1, &out).empty()) return out;
-    if (volumes == 1) return user_error(fmt::format("it has one volume, and no field `{}`", field));
-    return user_error(fmt::format("it has {} volumes in time", volumes),
-                      fmt::format("choose one by `field`: 0 to {}", volumes - 1));
+    if (volumes == 1) return user_error(fmt::format(messages::kOneVolume, field));
+    return user_error(fmt::format(messages::kVolumesInTime, volumes),
+                      fmt::format(messages::kVolumesInTimeHelp, volumes - 1));
 }
 
 /// The steps and the first place, before units; nothing where the header gives neither form.
@@ -136,7 +136,7 @@ Result<void> settle(double unit, GridFrame* frame) {
     for (Vec3d& step : frame->steps) {
         const double least = kRounding * length(step);
         if (!std::isfinite(least) || !(least > 0))
-            return user_error("its axes have no finite directions");
+            return user_error(messages::kAxesWithoutDirections);
         for (int k = 0; k < 3; ++k)
             step[k] = std::abs(step[k]) <= least ? 0 : step[k] * unit;
     }
@@ -158,20 +158,16 @@ MadeReader open_nifti(const fs::path& path, const texture::VolumeOptions& option
     const Result<NiftiHeader> read = texture::read_nifti_header(head->bytes);
     if (!read) return read.error();
     const NiftiHeader& h = *read;
-    if (h.dim[0] < 1 || h.dim[0] > 7) return user_error("its header is damaged");
+    if (h.dim[0] < 1 || h.dim[0] > 7) return user_error(messages::kHeaderDamaged);
     std::array<int64_t, 8> n{};
     for (size_t i = 1; i < 8; ++i)
         n[i] = static_cast<int64_t>(i) <= h.dim[0] ? h.dim[i] : 1;
     if (n[4] < 1 || n[5] < 1 || n[6] != 1 || n[7] != 1)
-        return user_error(
-            fmt::format("it has {} dimensions; a volume has 3, with time a 4th and "
-                        "components a 5th",
-                        h.dim[0]));
+        return user_error(fmt::format(messages::kNiftiDimensions, h.dim[0]));
     StoredGrid grid;
     int32_t channels = 1;
     if (Result<void> known = set_format(h, &grid, &channels); !known) return known.error();
-    if ((channels > 1 || n[4] > 1) && n[5] > 1)
-        return user_error("it has volumes in time of several components; write one of them");
+    if ((channels > 1 || n[4] > 1) && n[5] > 1) return user_error(messages::kTimeAndComponents);
     // Components lie one volume behind the other, colours texel by texel.
     if (channels == 1) grid.channel_axis = 3;
     if (Result<void> fits = set_sides({n[1], n[2], n[3]}, channels * n[5], &grid); !fits)
@@ -184,13 +180,12 @@ MadeReader open_nifti(const fs::path& path, const texture::VolumeOptions& option
     }
     constexpr double kMostOffset = 1e15;
     if (!(h.offset >= 0 && h.offset <= kMostOffset && h.offset == std::floor(h.offset)))
-        return user_error("its `vox_offset` is not a place in the file");
+        return user_error(messages::kVoxOffsetOutside);
     grid.packed = head->packed;
     Result<InputFile> file = InputFile::open(path);
     if (h.detached) {
         if (head->packed)
-            return user_error("its header is packed and its numbers are in a file of their own",
-                              "write it as one file, .nii.gz");
+            return user_error(messages::kPackedHeaderAlone, messages::kPackedHeaderAloneHelp);
         file = texture::open_data_file(path, texture::nifti_data_file(path.filename().string()),
                                        limits);
     }

@@ -19,6 +19,7 @@
 #include "base/text.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/stored_grid.h"
 #include "tools/texture/volume_reader.h"
@@ -119,8 +120,7 @@ Result<int64_t> skip_of(const texture::NrrdHeader& header, const char* name, con
     const bool blank =
         text.find_first_not_of(" \t", static_cast<size_t>(end - text.data())) == std::string::npos;
     if (wrong != std::errc() || !blank || value < least) {
-        return user_error(
-            fmt::format("its `{}` is `{}`; a whole number from {} is right", name, text, least));
+        return user_error(fmt::format(messages::kNotAWholeNumberFrom, name, text, least));
     }
     return value;
 }
@@ -137,14 +137,10 @@ Result<Skipped> skipped_by(const texture::NrrdHeader& header, bool raw) {
     const Result<int64_t> bytes = skip_of(header, "byte skip", "byteskip", -1);
     if (!bytes) return bytes.error();
     if (*bytes < 0 && !raw) {
-        return user_error(
-            "its `byte skip` is -1, which is for the encoding `raw` alone: where other data end "
-            "does not say where they begin");
+        return user_error(messages::kByteSkipOfPacked);
     }
     if (*bytes < 0 && *lines > 0) {
-        return user_error(
-            "it has a `line skip` and a `byte skip` of -1, which counts from the end; give one of "
-            "them");
+        return user_error(messages::kBothSkips);
     }
     return Skipped{*lines, *bytes};
 }
@@ -155,7 +151,7 @@ Result<int64_t> behind_lines(const InputFile& file, int64_t begin, int64_t lines
     for (int64_t at = begin; lines > 0;) {
         const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
         if (!got) return got.error();
-        if (*got == 0) return user_error("it has fewer lines than its `line skip`");
+        if (*got == 0) return user_error(messages::kFewerLinesThanSkip);
         size_t next = 0;
         while (lines > 0 && next < *got) {
             const auto* const end =
@@ -181,14 +177,12 @@ Result<Axes> read_axes(const texture::NrrdHeader& header) {
         axes.sizes.push_back(std::strtoll(size.c_str(), nullptr, 10));
     const size_t count = axes.sizes.size();
     if (count != 3 && count != 4) {
-        return user_error(fmt::format(
-            "it has {} dimensions; it must have 3, or 4 where one is of channels", count));
+        return user_error(fmt::format(messages::kNrrdDimensions, count));
     }
     const auto each = [&](const char* name, std::vector<std::string>* out) -> Result<void> {
         *out = words_of(header.field(name));
         if (out->empty() || out->size() == count) return {};
-        return user_error(
-            fmt::format("its `{}` has {} entries for {} axes", name, out->size(), count));
+        return user_error(fmt::format(messages::kEntriesForAxes, name, out->size(), count));
     };
     Result<void> read = each("space directions", &axes.directions);
     if (read) read = each("spacings", &axes.spacings);
@@ -220,12 +214,12 @@ Result<int> channel_axis(const Axes& axes) {
         unknown += in_space ? 0 : 1;
         if (in_space.value_or(true)) continue;
         if (found >= 0 || count == 3)
-            return user_error(fmt::format("{} of its {} axes lie in space, and a volume has 3",
-                                          count - (found >= 0 ? 2 : 1), count));
+            return user_error(
+                fmt::format(messages::kAxesInSpace, count - (found >= 0 ? 2 : 1), count));
         found = a;
     }
     if (count == 3 || found >= 0) return found;
-    if (unknown == 0) return user_error("4 of its axes lie in space, and a volume has 3");
+    if (unknown == 0) return user_error(messages::kFourAxesInSpace);
     return axes.sizes.front() > kMostChannels && axes.sizes.back() <= kMostChannels ? count - 1 : 0;
 }
 
@@ -241,8 +235,8 @@ Result<double> header_unit_mm(const texture::NrrdHeader& header,
         std::remove_copy(word.begin(), word.end(), std::back_inserter(name), '"');
         if (name.empty() || name == "???" || name == "none") continue;
         if (!unit.empty() && unit != name)
-            return user_error("its axes have several units, " + unit + " and " + name,
-                              "write it in one");
+            return user_error(messages::kSeveralUnits + unit + " and " + name,
+                              messages::kSeveralUnitsHelp);
         unit = name;
     }
     if (unit.empty()) return 1.0;
@@ -252,8 +246,7 @@ Result<double> header_unit_mm(const texture::NrrdHeader& header,
         {"millimeter", 1}, {"millimeters", 1}, {"millimetre", 1}, {"micron", 1e-3}};
     const auto known = kUnits.find(unit);
     if (known != kUnits.end()) return known->second;
-    return user_error(fmt::format("its unit of length is `{}`, which is not known", unit),
-                      "say which it is by `unit`: mm, cm, m, um or in");
+    return user_error(fmt::format(messages::kUnknownUnit, unit), messages::kUnknownUnitHelp);
 }
 
 /// Parses a step, without what rounding left of other axes.
@@ -280,12 +273,11 @@ Result<std::optional<GridFrame>> read_frame(const texture::NrrdHeader& header, c
         Vec3d& step = frame.steps[static_cast<size_t>(axis)];
         if (!axes.directions.empty()) {
             if (!step_of(axes.directions[i], &step))
-                return user_error(
-                    "its `space directions` are malformed; `(1,0,0) (0,1,0) (0,0,1)` is right");
+                return user_error(messages::kSpaceDirectionsMalformed);
             step = step * unit;
         } else if (!axes.spacings.empty()) {
             step[axis] = std::strtod(axes.spacings[i].c_str(), nullptr) * unit;
-            if (!(step[axis] > 0)) return user_error("its `spacings` are not above 0");
+            if (!(step[axis] > 0)) return user_error(messages::kSpacingsNotAboveZero);
         } else {
             step[axis] = unit;
         }
@@ -294,7 +286,7 @@ Result<std::optional<GridFrame>> read_frame(const texture::NrrdHeader& header, c
     const auto origin = words_of(header.field("space origin"));
     std::array<double, 3> at{};
     if (!origin.empty() && (origin.size() != 1 || !vector_of(origin[0], &at)))
-        return user_error("its `space origin` is not understood");
+        return user_error(messages::kSpaceOriginMalformed);
     frame.first = Vec3d{at[0], at[1], at[2]} * unit;
     if (axes.directions.empty() && axes.spacings.empty() && origin.empty() && unit == 1)
         return std::optional<GridFrame>{};
@@ -307,8 +299,7 @@ Result<void> open_numbers(InputFile source, const fs::path& file, const texture:
     int64_t begin = header.begin;
     if (const std::string name = header.data_file(); !name.empty()) {
         if (name == "LIST" || name.find('%') != std::string::npos)
-            return user_error(
-                "its numbers lie in several files, which its `data file` lists; write them as one");
+            return user_error(messages::kDataFileLists);
         Result<InputFile> data = texture::open_data_file(file, name, limits);
         if (!data) return data.error();
         source = std::move(*data);
@@ -318,8 +309,7 @@ Result<void> open_numbers(InputFile source, const fs::path& file, const texture:
     grid->packed = encoding == "gzip" || encoding == "gz";
     grid->text = encoding == "ascii" || encoding == "text" || encoding == "txt";
     if (!grid->packed && !grid->text && encoding != "raw") {
-        return user_error(
-            fmt::format("its encoding `{}` is unknown; known: raw, text, gzip", encoding));
+        return user_error(fmt::format(messages::kUnknownEncoding, encoding));
     }
     const Result<Skipped> skipped = skipped_by(header, !grid->packed && !grid->text);
     if (!skipped) return skipped.error();
@@ -344,8 +334,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     const texture::NrrdHeader& header = *read;
     StoredGrid grid;
     if (!number_format(header.field("type"), &grid.format))
-        return user_error(
-            fmt::format("its numbers are of type `{}`, which is not known", header.field("type")));
+        return user_error(fmt::format(messages::kUnknownNumberType, header.field("type")));
     grid.format.swapped = lower_ascii(header.field("endian")) == "big";
     const Result<Axes> axes = read_axes(header);
     if (!axes) return axes.error();
@@ -357,7 +346,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     grid.channel_axis = std::max(*channels, 0);
     if (*channels >= 0 && !axes->kinds.empty() && channel_count > 1 &&
         axes->kinds[static_cast<size_t>(*channels)] == "time") {
-        return user_error(fmt::format("it has {} steps of time; write one of them", channel_count));
+        return user_error(fmt::format(messages::kStepsOfTime, channel_count));
     }
     if (Result<void> fits = set_sides({sides[0], sides[1], sides[2]}, channel_count, &grid); !fits)
         return fits.error();
@@ -368,8 +357,7 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     std::string least = header.field("axis mins");
     if (least.empty()) least = header.field("axismins");
     if (!least.empty() && header.field("space origin").empty())
-        tell(fmt::format("{}: its `axis mins` are left out; say where it lies by `origin_mm`",
-                         file.filename().string()));
+        tell(fmt::format(messages::kAxisMinsLeftOut, file.filename().string()));
     if (Result<void> opened = open_numbers(std::move(*source), file, header, limits, &grid);
         !opened)
         return opened.error();

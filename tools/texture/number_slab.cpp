@@ -6,6 +6,8 @@
 #include <array>
 #include <utility>
 
+#include "tools/texture/messages.h"
+
 namespace openfab::tools {
 
 namespace {
@@ -18,7 +20,7 @@ class SlabNumbers final : public ArrayNumbers {
     Result<void> next(double* out, size_t count) override {
         const size_t last = index_.size() - 1;
         while (count > 0) {
-            if (at_end_) return user_error(kArrayCutShort);
+            if (at_end_) return user_error(messages::kArrayCutShort);
             if (Result<void> there = pass_over(place() - passed_); !there) return there;
             const bool dense = slab_.stride[last] == 1;
             const auto row = static_cast<size_t>(slab_.count[last] - index_[last]);

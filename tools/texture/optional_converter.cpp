@@ -16,6 +16,7 @@
 #include "base/text.h"
 #include "texture/volume.h"
 #include "texture/xdmf_grid.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -23,14 +24,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr OptionalConverter kDicom{"openfab-texture-dicom", "DICOM",
-                                   "run `scripts/setup --dicom` and build again"};
-constexpr OptionalConverter kOpenVdb{"openfab-texture-vdb", "OpenVDB",
-                                     "run `scripts/setup --vdb` and build again"};
+constexpr OptionalConverter kDicom{"openfab-texture-dicom", "DICOM", messages::kSetupDicom};
+constexpr OptionalConverter kOpenVdb{"openfab-texture-vdb", "OpenVDB", messages::kSetupVdb};
 
-constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5",
-                                  "run `scripts/setup --hdf5` and build again, or write the data "
-                                  "of the XDMF file as XML or Binary"};
+constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5", messages::kSetupHdf5};
 
 bool has_hdf(const fs::path& path, std::optional<double> time) {
     const Result<InputFile> file = InputFile::open(path);
@@ -69,17 +66,16 @@ const OptionalConverter* optional_converter(const fs::path& volume, std::optiona
 Error execute(const OptionalConverter& converter, char** argv) {
     std::error_code unknown;
     const fs::path self = fs::read_symlink("/proc/self/exe", unknown);
-    if (unknown) return outside_error("cannot find the program's own folder: " + unknown.message());
+    if (unknown) return outside_error(messages::kNoOwnFolder + unknown.message());
     const fs::path program = self.parent_path() / converter.program;
     if (::access(program.c_str(), X_OK) != 0) {
-        Error error = outside_error(fmt::format(
-            "this `openfab` was built without its reader of {} volumes", converter.what));
+        Error error = outside_error(fmt::format(messages::kBuiltWithoutReader, converter.what));
         error.help = converter.remedy;
         return error;
     }
     ::execv(program.c_str(), argv);
     return outside_error(
-        fmt::format("cannot start `{}`: {}", program.string(), std::strerror(errno)));
+        fmt::format(messages::kCannotStart, program.string(), std::strerror(errno)));
 }
 
 }  // namespace openfab::tools

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "tools/texture/exr_header.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -221,10 +222,9 @@ Result<std::vector<char>> packed_bits(const InputFile& plain) {
     text.resize(*got);
     PlainText rest(text.data() + 2, text.data() + text.size());
     const int64_t width = rest.number(), height = rest.number();
-    if (width < 1 || height < 1) return user_error("its size is missing or too large");
+    if (width < 1 || height < 1) return user_error(messages::kSizeMissingOrTooLarge);
     if (width * height > static_cast<int64_t>(text.size()))
-        return user_error(
-            fmt::format("it is cut short: it is {} x {} pixels, one digit each", width, height));
+        return user_error(fmt::format(messages::kBitmapCutShort, width, height));
     const std::string head = fmt::format("P4\n{} {}\n", width, height);
     std::vector<char> out(head.begin(), head.end());
     const auto row_bytes = static_cast<size_t>((width + 7) / 8);
@@ -234,9 +234,8 @@ Result<std::vector<char>> packed_bits(const InputFile& plain) {
         for (int64_t x = 0; x < width; ++x) {
             const char digit = rest.next();
             if (digit != '0' && digit != '1') {
-                return user_error(digit == 0
-                                      ? fmt::format("it is cut short at pixel ({}, {})", x, y)
-                                      : fmt::format("pixel ({}, {}) is neither 0 nor 1", x, y));
+                return user_error(digit == 0 ? fmt::format(messages::kCutShortAtPixel, x, y)
+                                             : fmt::format(messages::kPixelNotABit, x, y));
             }
             if (digit == '1') row[x / 8] = static_cast<char>(row[x / 8] | 0x80 >> x % 8);
         }

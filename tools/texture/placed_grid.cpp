@@ -9,6 +9,7 @@
 
 #include "base/units.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -178,10 +179,7 @@ Result<ResampledBox> resampled_box(const Box3d& box, double pitch_mm) {
         constexpr double kMost = 16384;
         if (!(count <= kMost)) {
             return user_error(
-                fmt::format("resampled at {:g} mm it has {:.0f} texels along {}, and {:.0f} are "
-                            "possible; give it "
-                            "a coarser `pitch_mm`",
-                            pitch_mm, count, "xyz"[a], kMost));
+                fmt::format(messages::kResampledTooLarge, pitch_mm, count, "xyz"[a], kMost));
         }
         out.size[a] = static_cast<int32_t>(count);
     }
@@ -196,7 +194,7 @@ MadeReader open_placed_grid(const Vec3i& size, int32_t channels, std::vector<flo
     const double least = std::min({length(a), length(b), length(c)});
     constexpr double kFlat = 1e-9;
     if (!(std::abs(volume) > kFlat * length(a) * length(b) * length(c)) || !(least > 0))
-        return user_error("the axes of its grid lie in a plane");
+        return user_error(messages::kAxesInAPlane);
     auto reader = std::make_unique<TurnedReader>();
     reader->channels = channels;
     reader->values = std::move(values);

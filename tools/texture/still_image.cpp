@@ -11,6 +11,7 @@
 #include "base/units.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/convert.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/picture_format.h"
 
 namespace openfab::tools {
@@ -40,7 +41,7 @@ Result<std::unique_ptr<StillImage>> StillImage::open(const fs::path& file, int64
     if (!format) return format.error();
     const bool too_fragile = format->fragile && !guarded;
     if (format->reader.empty() || too_fragile)
-        return user_error(fmt::format("it is not a supported picture; supported: {}",
+        return user_error(fmt::format(messages::kNotASupportedPicture,
                                       guarded ? kStillFormats : kHardenedFormats));
     if (Result<void> fine = check_memory(2 * format->at_once, memory_bytes); !fine)
         return fine.error();
@@ -119,9 +120,9 @@ int StillImage::band_rows() const {
 
 Result<void> StillImage::fits() const {
     const OIIO::ImageSpec& s = spec();
-    if (s.width < 1 || s.height < 1) return user_error("it is empty");
-    if (s.deep) return user_error("it is a deep image, which is not read");
-    if (s.depth > 1) return user_error("it is a volume, not a picture");
+    if (s.width < 1 || s.height < 1) return user_error(messages::kPictureEmpty);
+    if (s.deep) return user_error(messages::kDeepImage);
+    if (s.depth > 1) return user_error(messages::kIsAVolume);
     const auto pixels = static_cast<double>(s.width) * s.height;
     const double row = static_cast<double>(s.width) * s.nchannels;
     const auto stored = static_cast<double>(s.format.size());
@@ -182,7 +183,7 @@ Error StillImage::trouble(std::string reason) const {
     const std::string name = file_.name();
     for (size_t at = reason.find(name); at != std::string::npos; at = reason.find(name))
         reason.replace(at, name.size(), shown_);
-    return user_error(reason.empty() ? "it is damaged" : reason);
+    return user_error(reason.empty() ? messages::kPictureDamaged : reason);
 }
 
 }  // namespace openfab::tools

@@ -12,13 +12,13 @@
 
 #include "base/units.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
 namespace {
 
 constexpr size_t kAtOnce = 1 << 16;
-constexpr const char* kCutShort = "it is cut short";
 
 /// Reads the numbers of a grid in the file's order.
 class GridNumbers {
@@ -39,7 +39,8 @@ class GridNumbers {
         char more = 0;
         const Result<size_t> got = grid_.stream->next(&more, 1);
         if (!got) return got.error();
-        return *got == 0 || grid_.text ? Result<void>() : user_error(kPackedDamaged);
+        return *got == 0 || grid_.text ? Result<void>()
+                                       : user_error(messages::kCompressedOfOtherSize);
     }
 
   private:
@@ -52,7 +53,9 @@ class GridNumbers {
         const auto bytes = static_cast<size_t>(count * format.bytes);
         const Result<size_t> got = grid_.stream->next(buffer_.data(), bytes);
         if (!got) return got.error();
-        if (*got < bytes) return user_error(grid_.packed ? kPackedDamaged : kCutShort);
+        if (*got < bytes)
+            return user_error(grid_.packed ? messages::kCompressedOfOtherSize
+                                           : messages::kCutShort);
         const bool as_it_is = grid_.slope == 1 && grid_.intercept == 0;
         for (int64_t i = 0; i < count; ++i) {
             const char* const at = buffer_.data() + i * format.bytes;
@@ -68,7 +71,7 @@ class GridNumbers {
             if (Result<void> found = next_word(&word); !found) return found;
             char* end = nullptr;
             const double value = std::strtod(word.c_str(), &end);
-            if (*end != '\0') return user_error(fmt::format("`{}` in it is not a number", word));
+            if (*end != '\0') return user_error(fmt::format(messages::kNotANumber, word));
             out[i] = scaled(value / largest);
         }
         return {};
@@ -83,13 +86,14 @@ class GridNumbers {
                 if (!got) return got.error();
                 held_ = *got;
                 at_ = 0;
-                if (held_ == 0) return word->empty() ? Result<void>(user_error(kCutShort)) : Ok{};
+                if (held_ == 0)
+                    return word->empty() ? Result<void>(user_error(messages::kCutShort)) : Ok{};
             }
             const char c = buffer_[at_];
             if (kBlanks.find(c) == std::string_view::npos) {
                 *word += c;
                 if (word->size() > kLongest)
-                    return user_error(fmt::format("`{}...` in it is not a number", *word));
+                    return user_error(fmt::format(messages::kNotANumberLong, *word));
             } else if (!word->empty()) {
                 return {};
             }
@@ -170,13 +174,13 @@ class WholeReader final : public VolumeReader {
 Result<void> set_sides(const std::array<int64_t, 3>& sides, int64_t channels, StoredGrid* grid) {
     constexpr int64_t kMostNumbers = int64_t{1} << 32;
     if (channels < 1 || channels > 4)
-        return user_error(fmt::format("it has {} channels; 1 to 4 are possible", channels));
+        return user_error(fmt::format(messages::kImageChannels, channels));
     int64_t numbers = channels;
     for (size_t a = 0; a < 3; ++a) {
         if (sides[a] < 1 || sides[a] > 16384)
-            return user_error(fmt::format("a side of {} is not possible", sides[a]));
+            return user_error(fmt::format(messages::kSideNotPossible, sides[a]));
         numbers *= sides[a];
-        if (numbers > kMostNumbers) return user_error("it is too large");
+        if (numbers > kMostNumbers) return user_error(messages::kTooLarge);
         grid->size[static_cast<int>(a)] = static_cast<int32_t>(sides[a]);
     }
     grid->channels = static_cast<int32_t>(channels);
@@ -186,13 +190,11 @@ Result<void> set_sides(const std::array<int64_t, 3>& sides, int64_t channels, St
 MadeReader open_stored_grid(StoredGrid grid, const texture::ReadLimits& limits) {
     const int64_t left = grid.stream->left();
     if (left < grid.bytes() || left - grid.bytes() < grid.skip)
-        return user_error(grid.packed ? kPackedDamaged : kCutShort);
+        return user_error(grid.packed ? messages::kCompressedOfOtherSize : messages::kCutShort);
     // Everything skipped must be decompressed.
     if (grid.packed && grid.skip > limits.memory_bytes) {
-        return user_error(
-            fmt::format("{} of packed data stand before its numbers, more than the {} of "
-                        "`--memory`; write it without them",
-                        format_bytes(grid.skip), format_bytes(limits.memory_bytes)));
+        return user_error(fmt::format(messages::kPackedBehindTooMuch, format_bytes(grid.skip),
+                                      format_bytes(limits.memory_bytes)));
     }
     if (Result<void> skipped = grid.stream->skip(grid.skip); !skipped) return skipped.error();
     const bool is_first = grid.channel_axis == 0 || grid.channels == 1;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -12,11 +13,9 @@ Result<int64_t> structured_points(const std::array<int64_t, 3>& points_along) {
     const auto [nx, ny, nz] = points_along;
     int64_t points = 1;
     for (const int64_t n : points_along) {
-        if (n < 2)
-            return user_error(fmt::format(
-                "its grid has {} x {} x {} points, and no cell between them", nx, ny, nz));
+        if (n < 2) return user_error(fmt::format(messages::kNoCellBetweenPoints, nx, ny, nz));
         if (n > INT32_MAX / points)
-            return user_error(fmt::format("it has more than {} points", INT32_MAX));
+            return user_error(fmt::format(messages::kMoreThanPoints, INT32_MAX));
         points *= n;
     }
     return points;

@@ -18,6 +18,7 @@
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/volume_reader.h"
 
 namespace openfab::tools {
@@ -106,7 +107,7 @@ class ArrayReader final : public VolumeReader {
         bytes.resize(static_cast<size_t>(slice_floats() * size.z * format.bytes));
         const Result<size_t> got = file->read(begin, bytes.data(), bytes.size());
         if (!got) return got.error();
-        return *got == bytes.size() ? Result<void>() : user_error("it is cut short");
+        return *got == bytes.size() ? Result<void>() : user_error(messages::kCutShort);
     }
 };
 
@@ -181,26 +182,25 @@ MadeReader open_npy(const fs::path& file) {
     if (!got) return got.error();
     bytes.resize(*got);
     if (bytes.size() < 12 || bytes.compare(0, 6, "\x93NUMPY") != 0)
-        return user_error("it is not an NPY file");
+        return user_error(messages::kNotNpy);
     const bool long_header = bytes[6] >= 2;
     const size_t start = long_header ? 12 : 10;
     const size_t length = long_header ? load<uint32_t>(bytes.data() + 8, false)
                                       : load<uint16_t>(bytes.data() + 8, false);
-    if (length > bytes.size() - start) return user_error("it is cut short");
+    if (length > bytes.size() - start) return user_error(messages::kCutShort);
     const std::string header = bytes.substr(start, length);
     auto reader = std::make_unique<ArrayReader>();
     const std::string descr = entry(header, "descr");
     if (!npy_format(descr, &reader->format))
-        return user_error(fmt::format("its numbers are of kind {}, which is not known", descr));
+        return user_error(fmt::format(messages::kUnknownNumberKind, descr));
     const std::vector<int64_t> shape = whole_numbers(entry(header, "shape"));
     if (shape.size() != 3 && shape.size() != 4)
-        return user_error(fmt::format(
-            "it has {} dimensions; it must have (z, y, x) or (z, y, x, channel)", shape.size()));
+        return user_error(fmt::format(messages::kNpyDimensions, shape.size()));
     int64_t numbers = 1;
     for (const int64_t n : shape) {
-        if (n < 1 || n > 16384) return user_error(fmt::format("a side of {} is not possible", n));
+        if (n < 1 || n > 16384) return user_error(fmt::format(messages::kSideNotPossible, n));
         numbers *= n;
-        if (numbers > 4 * kMostTexels) return user_error("it is too large");
+        if (numbers > 4 * kMostTexels) return user_error(messages::kTooLarge);
     }
     reader->size = {static_cast<int32_t>(shape[2]), static_cast<int32_t>(shape[1]),
                     static_cast<int32_t>(shape[0])};
@@ -217,7 +217,7 @@ MadeReader open_npy(const fs::path& file) {
     reader->strides = {step[2], step[1], step[0], shape.size() == 4 ? step[3] : 0};
     reader->begin = static_cast<int64_t>(start + length);
     if (numbers * reader->format.bytes > opened->bytes() - reader->begin)
-        return user_error("it is cut short");
+        return user_error(messages::kCutShort);
     reader->file.emplace(std::move(*opened));
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }
@@ -281,8 +281,7 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
             std::array<double, 1> size{};
             fine = take_numbers(&line, &size);
             if (fine && !(size[0] >= 2 && size[0] <= kLongestSide))
-                return user_error(fmt::format("LUT_3D_SIZE is {:g}; 2 to {} are possible", size[0],
-                                              kLongestSide));
+                return user_error(fmt::format(messages::kLutSize, size[0], kLongestSide));
             n = fine ? static_cast<int64_t>(size[0]) : 0;
             // No more than there can be: a number takes two bytes of the text.
             reader->values.reserve(std::min(static_cast<size_t>(3 * n * n * n), bytes->size() / 2));
@@ -291,28 +290,25 @@ MadeReader open_cube(const fs::path& file, const texture::ReadLimits& limits) {
         } else if (word == "DOMAIN_MAX") {
             fine = take_numbers(&line, &high);
         } else if (word == "LUT_1D_SIZE") {
-            return user_error("it holds a 1-D table; a 3-D one is needed");
+            return user_error(messages::kLutIs1d);
         } else if (!std::isalpha(static_cast<unsigned char>(word[0]))) {
             line = std::string_view(word.data(),
                                     static_cast<size_t>(line.data() + line.size() - word.data()));
             std::array<double, 3> rgb{};
             if (!take_numbers(&line, &rgb))
-                return user_error(fmt::format("line {} is not three numbers", number));
-            if (n == 0)
-                return user_error(
-                    fmt::format("line {} has a colour, and no LUT_3D_SIZE is before it", number));
+                return user_error(fmt::format(messages::kLineNotThreeNumbers, number));
+            if (n == 0) return user_error(fmt::format(messages::kColourBeforeLutSize, number));
             reader->rows += 1;
             if (reader->rows > n * n * n) continue;
             for (const double value : rgb)
                 reader->values.push_back(static_cast<float>(value));
             continue;
         }
-        if (!fine) return user_error(fmt::format("line {} is not understood", number));
+        if (!fine) return user_error(fmt::format(messages::kLineNotUnderstood, number));
     }
-    if (n == 0) return user_error("it has no LUT_3D_SIZE");
+    if (n == 0) return user_error(messages::kNoLutSize);
     if (reader->rows != n * n * n) {
-        return user_error(fmt::format("it has {} rows of colours; LUT_3D_SIZE {} asks for {}",
-                                      reader->rows, n, n * n * n));
+        return user_error(fmt::format(messages::kLutRows, reader->rows, n, n * n * n));
     }
     const auto side = static_cast<int32_t>(n);
     reader->size = {side, side, side};

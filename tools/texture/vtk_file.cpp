@@ -11,6 +11,7 @@
 #include "base/xml.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -108,14 +109,11 @@ class VtkFile::Reading final : public XmlHandler {
   private:
     Complaint root(std::string_view name, const XmlAttributes& a) {
         const char* type = a.find("type");
-        if (name != "VTKFile" || type == nullptr) return {"it is not an XML file of VTK"};
+        if (name != "VTKFile" || type == nullptr) return {messages::kNotVtkXml};
         constexpr std::array<std::string_view, 4> kKinds{"ImageData", "RectilinearGrid",
                                                          "StructuredGrid", "UnstructuredGrid"};
         if (std::find(kKinds.begin(), kKinds.end(), type) == kKinds.end()) {
-            return {
-                fmt::format("it holds {}, which is not read", type),
-                "write it as ImageData (.vti), RectilinearGrid (.vtr), StructuredGrid (.vts) or "
-                "UnstructuredGrid (.vtu)"};
+            return {fmt::format(messages::kVtkKindNotRead, type), messages::kVtkKindNotReadHelp};
         }
         file_.kind_ = type;
         if (const char* order = a.find("byte_order"))
@@ -138,20 +136,20 @@ class VtkFile::Reading final : public XmlHandler {
         if (!read("WholeExtent", file_.extent.data(), 6) ||
             !read("Origin", file_.origin.data(), 3) || !read("Spacing", file_.spacing.data(), 3) ||
             !read("Direction", file_.direction.data(), 9))
-            return {"its extent, origin, spacing or direction are not so many numbers"};
+            return {messages::kExtentMalformed};
         return {};
     }
     Complaint piece(const XmlAttributes& a) {
-        if (++pieces_ > 1) return {"it has several pieces", "write it as one"};
+        if (++pieces_ > 1) return {messages::kSeveralPieces, messages::kSeveralPiecesHelp};
         const char* extent = a.find("Extent");
         if (extent != nullptr && !take_numbers(extent, file_.extent.data(), 6))
-            return {"the extent of its piece is not six numbers"};
+            return {messages::kPieceExtentMalformed};
         const auto count = [&](const char* key, int64_t* out) {
             const char* text = a.find(key);
             return text == nullptr || scan_integer(text, 0, INT32_MAX, out).empty();
         };
         if (!count("NumberOfPoints", &file_.points) || !count("NumberOfCells", &file_.cells))
-            return {fmt::format("its numbers of points and cells are not up to {}", INT32_MAX)};
+            return {fmt::format(messages::kPointsAndCellsOutside, INT32_MAX)};
         return {};
     }
     Complaint array(const XmlAttributes& a) {
@@ -165,7 +163,7 @@ class VtkFile::Reading final : public XmlHandler {
         out.type = static_cast<ArrayType>(known - kTypes.begin());
         if (const char* n = a.find("NumberOfComponents");
             n != nullptr && !scan_integer(n, 1, 1000, &out.components).empty())
-            return {fmt::format("array `{}` has an unusual number of components", out.name)};
+            return {fmt::format(messages::kUnusualComponents, out.name)};
         const char* format = a.find("format");
         const std::string_view coding = format == nullptr ? "ascii" : format;
         out.coding = coding == "appended" ? Coding::kAppended
@@ -173,7 +171,7 @@ class VtkFile::Reading final : public XmlHandler {
                                           : Coding::kText;
         if (const char* offset = a.find("offset");
             offset != nullptr && !scan_integer(offset, 0, INT64_MAX / 2, &out.offset).empty())
-            return {fmt::format("array `{}` has an offset that is no whole number", out.name)};
+            return {fmt::format(messages::kOffsetNotWhole, out.name)};
         file_.arrays_.push_back(std::move(out));
         open_ = depth_;
         return {};
@@ -211,7 +209,7 @@ Result<void> VtkFile::read_xml(const texture::ReadLimits& limits) {
         const size_t end = tag.find('>');
         const size_t mark = tag.find('_', std::min(end, tag.size()));
         if (end == std::string::npos || mark == std::string::npos)
-            return user_error("its appended data does not begin");
+            return user_error(messages::kAppendedDataMissingStart);
         appended_at_ = head->appended_at + static_cast<int64_t>(mark) + 1;
         head->text += tag.substr(0, end) + "/></VTKFile>";
     }
@@ -219,11 +217,11 @@ Result<void> VtkFile::read_xml(const texture::ReadLimits& limits) {
     if (Result<void> parsed = parse_xml(head->text, {}, &reading); !parsed) {
         Error error = parsed.error();
         if (error.location.line > 0)
-            error.message = fmt::format("line {}: {}", error.location.line, error.message);
+            error.message = fmt::format(messages::kAtLine, error.location.line, error.message);
         error.location = {};
         return error;
     }
-    if (reading.pieces() == 0) return user_error("it has no piece");
+    if (reading.pieces() == 0) return user_error(messages::kNoPiece);
     return {};
 }
 
@@ -234,7 +232,7 @@ Result<const VtkFile::Array*> VtkFile::field(const std::string& name) const {
             if (array.where != where) continue;
             const bool is_ghost = array.name == "vtkGhostType" || array.name == "vtkGhostLevels";
             if (is_ghost && array.name != name) {
-                tell(fmt::format("{}: its array `{}` is left out: what that hides is read",
+                tell(fmt::format(messages::kGhostsLeftOut,
                                  fs::path(file_.name()).filename().string(), array.name));
             } else {
                 fields.push_back(&array);
@@ -255,8 +253,8 @@ Result<const VtkFile::Array*> VtkFile::part(Where where, const std::string& name
     for (const Array& array : arrays_) {
         if (array.where == where && (name.empty() || array.name == name)) return &array;
     }
-    return user_error(name.empty() ? "it has no points"
-                                   : fmt::format("it has no `{}` of its cells", name));
+    return user_error(name.empty() ? messages::kNoPoints
+                                   : fmt::format(messages::kNoArrayOfCells, name));
 }
 
 Result<std::array<const VtkFile::Array*, 3>> VtkFile::axes() const {
@@ -267,8 +265,7 @@ Result<std::array<const VtkFile::Array*, 3>> VtkFile::axes() const {
         if (found < out.size()) out[found] = &array;
         ++found;
     }
-    if (found != out.size())
-        return user_error(fmt::format("it has {} arrays of coordinates, where 3 are read", found));
+    if (found != out.size()) return user_error(fmt::format(messages::kAxesArrays, found));
     return out;
 }
 
@@ -277,8 +274,8 @@ Result<std::unique_ptr<ArrayNumbers>> VtkFile::numbers(const Array& array, int64
         return legacy_numbers(array, count);
     if (array.coding == Coding::kText) return open_array_text(array.text, count);
     if (!unknown_packer_.empty()) {
-        return user_error(fmt::format("its data is packed by {}", unknown_packer_),
-                          "write it with zlib (vtkZLibDataCompressor), or not compressed");
+        return user_error(fmt::format(messages::kPackedBy, unknown_packer_),
+                          messages::kPackedByHelp);
     }
     ArrayBytes bytes;
     bytes.swapped = swapped_;
@@ -288,7 +285,7 @@ Result<std::unique_ptr<ArrayNumbers>> VtkFile::numbers(const Array& array, int64
         bytes.text = array.text;
         bytes.base64 = true;
     } else {
-        if (appended_at_ < 0) return user_error("its appended data is missing");
+        if (appended_at_ < 0) return user_error(messages::kAppendedDataMissing);
         bytes.file = &file_;
         bytes.begin = appended_at_ + array.offset;
         bytes.base64 = appended_base64_;

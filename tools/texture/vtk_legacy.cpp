@@ -13,6 +13,7 @@
 
 #include "base/scan_number.h"
 #include "base/text.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/vtk_file.h"
 #include "tools/texture/vtk_words.h"
 
@@ -67,10 +68,11 @@ class VtkFile::Legacy {
         if (!done) {
             Error error = done.error();
             // Lines of bytes are not counted.
-            if (!binary_) error.message = fmt::format("line {}: {}", words_.line(), error.message);
+            if (!binary_)
+                error.message = fmt::format(messages::kAtLine, words_.line(), error.message);
             return error;
         }
-        if (file_.kind_.empty()) return user_error("it has no DATASET");
+        if (file_.kind_.empty()) return user_error(messages::kNoDataSet);
         return {};
     }
 
@@ -84,7 +86,7 @@ class VtkFile::Legacy {
         if (!coding) return coding.error();
         const std::string name = lower_ascii(*coding);
         if (name != "ascii" && name != "binary")
-            return user_error(fmt::format("it is `{}`, where ASCII or BINARY is read", *coding));
+            return user_error(fmt::format(messages::kNeitherAsciiNorBinary, *coding));
         binary_ = name == "binary";
         return {};
     }
@@ -120,7 +122,7 @@ class VtkFile::Legacy {
     }
 
     static Result<void> unknown(const std::string& key) {
-        return user_error(fmt::format("`{}` is no keyword of VTK that is read", key.substr(0, 40)));
+        return user_error(fmt::format(messages::kUnknownKeyword, key.substr(0, 40)));
     }
 
     Result<void> count(int64_t* out) {
@@ -152,13 +154,8 @@ class VtkFile::Legacy {
             if (name == key) file_.kind_ = kind;
         }
         if (!file_.kind_.empty()) return {};
-        if (name == "polydata")
-            return user_error("it holds a surface (POLYDATA), which has no volume",
-                              "write it as a mesh: STL, PLY or OBJ");
-        return user_error(
-            fmt::format("it holds {}; STRUCTURED_POINTS, RECTILINEAR_GRID, STRUCTURED_GRID and "
-                        "UNSTRUCTURED_GRID are read",
-                        word->substr(0, 40)));
+        if (name == "polydata") return user_error(messages::kIsASurface, messages::kIsASurfaceHelp);
+        return user_error(fmt::format(messages::kDataSetNotRead, word->substr(0, 40)));
     }
 
     Result<void> dimensions() {
@@ -180,8 +177,7 @@ class VtkFile::Legacy {
         if (name == "bit") return TypeName{"bit", ArrayType::kUInt8, kBitType};
         if (name == "string" || name == "utf8_string")
             return TypeName{"string", ArrayType::kUInt8, kTextType};
-        return user_error(
-            fmt::format("its numbers are of type `{}`, which is not known", word.substr(0, 40)));
+        return user_error(fmt::format(messages::kUnknownNumberType, word.substr(0, 40)));
     }
 
     /// Reads the name of a type.
@@ -201,17 +197,17 @@ class VtkFile::Legacy {
         if (binary_) {
             if (Result<std::string> line = words_.rest_of_line(); !line) return line.error();
             const int64_t bytes = of.bytes == kBitType ? (count + 7) / 8 : count * of.bytes;
-            if (bytes > words_.left()) return user_error(kArrayCutShort);
+            if (bytes > words_.left()) return user_error(messages::kArrayCutShort);
             array.offset = words_.at();
             array.bytes = bytes;
             words_.go_to(array.offset + bytes);
         } else {
-            if (2 * count - 1 > words_.left()) return user_error(kArrayCutShort);
+            if (2 * count - 1 > words_.left()) return user_error(messages::kArrayCutShort);
             array.offset = words_.at();
             for (int64_t i = 0; i < count; ++i) {
                 const Result<std::string> word = words_.word();
                 if (!word) return word.error();
-                if (word->empty()) return user_error(kArrayCutShort);
+                if (word->empty()) return user_error(messages::kArrayCutShort);
             }
             array.bytes = words_.at() - array.offset;
         }
@@ -223,7 +219,7 @@ class VtkFile::Legacy {
     Result<void> texts(int64_t count) {
         if (Result<std::string> line = words_.rest_of_line(); !line) return line.error();
         for (int64_t i = 0; i < count; ++i) {
-            if (words_.left() <= 0) return user_error(kArrayCutShort);
+            if (words_.left() <= 0) return user_error(messages::kArrayCutShort);
             if (!binary_) {
                 if (Result<std::string> line = words_.rest_of_line(); !line) return line.error();
                 continue;
@@ -240,7 +236,7 @@ class VtkFile::Legacy {
                 length = length << 8 | head[k];
             if (length > static_cast<uint64_t>(words_.left()) ||
                 static_cast<int64_t>(size + length) > words_.left())
-                return user_error(kArrayCutShort);
+                return user_error(messages::kArrayCutShort);
             words_.go_to(at + static_cast<int64_t>(size + length));
         }
         return {};
@@ -249,7 +245,7 @@ class VtkFile::Legacy {
     Result<void> points() {
         if (Result<void> got = count(&file_.points); !got) return got;
         if (file_.points > INT32_MAX)
-            return user_error(fmt::format("it has more than {} points", INT32_MAX));
+            return user_error(fmt::format(messages::kMoreThanPoints, INT32_MAX));
         const Result<TypeName> of = type();
         if (!of) return of.error();
         Array array;
@@ -273,8 +269,7 @@ class VtkFile::Legacy {
         int64_t many = 0, size = 0;
         if (Result<void> got = count(&many); !got) return got;
         if (Result<void> got = count(&size); !got) return got;
-        if (many > INT32_MAX)
-            return user_error(fmt::format("it has more than {} cells", INT32_MAX));
+        if (many > INT32_MAX) return user_error(fmt::format(messages::kMoreThanCells, INT32_MAX));
         Array corners;
         corners.where = Where::kTopology;
         corners.name = "connectivity";
@@ -308,7 +303,7 @@ class VtkFile::Legacy {
             file_.arrays_.push_back(std::move(ends));
             return {};
         }
-        if (many < 1) return user_error("it has no offsets of its cells");
+        if (many < 1) return user_error(messages::kNoCellOffsets);
         file_.cells = many - 1;
         const Result<TypeName> of = type();
         if (!of) return of.error();
@@ -317,7 +312,7 @@ class VtkFile::Legacy {
         const Result<std::string> key = words_.word();
         if (!key) return key.error();
         if (lower_ascii(*key) != "connectivity")
-            return user_error("its OFFSETS are not followed by CONNECTIVITY");
+            return user_error(messages::kOffsetsWithoutConnectivity);
         const Result<TypeName> of_corners = type();
         if (!of_corners) return of_corners.error();
         return data(corners, *of_corners, size);
@@ -354,7 +349,7 @@ class VtkFile::Legacy {
         return *components <= kMostParts ? Result<void>() : unusual(called);
     }
     static Error unusual(const std::string& called) {
-        return user_error(fmt::format("array `{}` has an unusual number of components", called));
+        return user_error(fmt::format(messages::kUnusualComponents, called));
     }
     Array array_of(const std::string& called, int64_t components) const {
         Array array;
@@ -383,7 +378,7 @@ class VtkFile::Legacy {
         if (lower_ascii(*key) == "lookup_table") {
             if (const Result<std::string> word = words_.word(); !word) return word.error();
         } else if (binary_) {
-            return user_error(fmt::format("array `{}` has no LOOKUP_TABLE", *called));
+            return user_error(fmt::format(messages::kNoLookupTable, *called));
         } else {
             words_.go_to(here);
         }
@@ -423,7 +418,7 @@ class VtkFile::Legacy {
                 word = words_.word();
             }
             if (!word) return word.error();
-            if (word->empty()) return user_error(kArrayCutShort);
+            if (word->empty()) return user_error(messages::kArrayCutShort);
             int64_t components = 0, tuples = 0;
             if (Result<void> got = parts(*word, &components); !got) return got;
             if (Result<void> got = count(&tuples); !got) return got;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/vtk_file.h"
 
 namespace openfab::tools {
@@ -48,14 +49,14 @@ class CellNumbers final : public ArrayNumbers {
 
   private:
     Result<void> take(double* out) {
-        if (--left_ < 0) return user_error("its cells have more corners than its CELLS say");
+        if (--left_ < 0) return user_error(messages::kCornersBeyondCells);
         return numbers_->next(out, 1);
     }
     Result<void> open_cell() {
         double corners = 0;
         if (Result<void> got = take(&corners); !got) return got;
         if (!(corners >= 0 && corners <= static_cast<double>(left_)))
-            return user_error("its cells have more corners than its CELLS say");
+            return user_error(messages::kCornersBeyondCells);
         of_cell_ = static_cast<int64_t>(corners);
         return {};
     }
@@ -87,8 +88,8 @@ class CellNumbers final : public ArrayNumbers {
 Result<std::unique_ptr<ArrayNumbers>> VtkFile::legacy_numbers(const Array& array,
                                                               int64_t count) const {
     if (!array.interleaved && count != array.total - array.skip) {
-        return user_error(fmt::format("array `{}` has {} numbers, where the grid has {}",
-                                      array.name, array.total - array.skip, count));
+        return user_error(
+            fmt::format(messages::kArrayCount, array.name, array.total - array.skip, count));
     }
     std::unique_ptr<ArrayNumbers> out;
     if (array.coding == Coding::kFileText) {

@@ -13,6 +13,7 @@
 #include "tools/texture/check_memory.h"
 #include "tools/texture/crossed_field.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/structured_cells.h"
 #include "tools/texture/volume_reader.h"
@@ -53,8 +54,8 @@ Result<Vec3i> image_size(const VtkFile& file, bool of_points, double unit, GridF
         const bool between = !of_points && high > low;
         const double count = high - low + (between ? 0 : 1);
         if (!(count >= 1 && count <= 16384 && low == std::floor(low) && high == std::floor(high)))
-            return user_error(fmt::format("its extent {:g} to {:g} is not possible", low, high));
-        if (!(std::abs(file.spacing[i]) > 0)) return user_error("its spacing is 0");
+            return user_error(fmt::format(messages::kExtentNotPossible, low, high));
+        if (!(std::abs(file.spacing[i]) > 0)) return user_error(messages::kSpacingIsZero);
         size[a] = static_cast<int32_t>(count);
         const Vec3d step = Vec3d{d[i], d[3 + i], d[6 + i]} * (file.spacing[i] * unit);
         frame->steps[i] = step;
@@ -68,7 +69,7 @@ Result<Vec3i> image_size(const VtkFile& file, bool of_points, double unit, GridF
 Result<void> read_places(const VtkFile& file, int64_t points, double unit, CellMesh* mesh) {
     const Result<const VtkFile::Array*> places = file.part(Where::kPlaces, {});
     if (!places) return places.error();
-    if ((*places)->components != 3) return user_error("its points have not three coordinates");
+    if ((*places)->components != 3) return user_error(messages::kPointsNotThree);
     Result<std::unique_ptr<ArrayNumbers>> numbers = file.numbers(**places, 3 * points);
     if (!numbers) return numbers.error();
     mesh->points.resize(static_cast<size_t>(3 * points));
@@ -137,19 +138,14 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
         if (Result<void> got = parts[0]->next(&type, 1); !got) return got.error();
         if (Result<void> got = parts[1]->next(&end, 1); !got) return got.error();
         if (!(end >= static_cast<double>(total) && end <= 1e15 && type >= 0 && type < 256))
-            return user_error(fmt::format("cell {} is damaged", i));
+            return user_error(fmt::format(messages::kCellDamaged, i));
         const auto count = static_cast<int64_t>(end) - total;
         const int wanted = corner_count(static_cast<int>(type));
         if (wanted == 0 && !is_flat(static_cast<int>(type))) {
-            return user_error(
-                fmt::format("cell {} is of VTK's type {:.0f}; tetrahedra (10), hexahedra (11, 12) "
-                            "and wedges (13) "
-                            "are sampled; write linear cells",
-                            i, type));
+            return user_error(fmt::format(messages::kVtkCellTypeNotSampled, i, type));
         }
         if (wanted != 0 && count != wanted)
-            return user_error(
-                fmt::format("cell {} has {} corners instead of {}", i, count, wanted));
+            return user_error(fmt::format(messages::kCellCorners, i, count, wanted));
         total = static_cast<int64_t>(end);
         ends[static_cast<size_t>(i)] = total;
         types[static_cast<size_t>(i)] = static_cast<uint8_t>(type);
@@ -164,8 +160,7 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
             double point = 0;
             if (Result<void> got = (*numbers)->next(&point, 1); !got) return got.error();
             if (!(point >= 0 && point < static_cast<double>(file.points)))
-                return user_error(
-                    fmt::format("cell {} has a corner that is none of the points", i));
+                return user_error(fmt::format(messages::kCornerIsNoPoint, i));
             if (solid) mesh->corners.push_back(static_cast<int32_t>(point));
         }
         if (!solid) continue;
@@ -174,7 +169,7 @@ Result<std::vector<int32_t>> read_cells(const VtkFile& file, CellMesh* mesh) {
     }
     if (const int64_t flat = file.cells - static_cast<int64_t>(kept.size());
         flat > 0 && !kept.empty())
-        tell(fmt::format("{} cells without a volume (points, lines, faces) are left out", flat));
+        tell(fmt::format(messages::kCellsWithoutVolume, flat));
     return kept;
 }
 
@@ -206,7 +201,7 @@ MadeReader open_structured(const VtkFile& file, const VtkFile::Array& field, int
         const double low = file.extent[2 * a], high = file.extent[2 * a + 1];
         if (!(high >= low && high - low < INT32_MAX && low == std::floor(low) &&
               high == std::floor(high)))
-            return user_error(fmt::format("its extent {:g} to {:g} is not possible", low, high));
+            return user_error(fmt::format(messages::kExtentNotPossible, low, high));
         along[a] = static_cast<int64_t>(high - low) + 1;
     }
     const bool of_points = field.where == Where::kPoints;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/texture/vtk_words.h"
 
+#include "tools/texture/messages.h"
+
 namespace openfab::tools {
 
 Result<std::string> VtkWords::word() {
@@ -13,7 +15,7 @@ Result<std::string> VtkWords::word() {
         const bool blank = *c == ' ' || *c == '\t' || *c == '\r' || *c == '\n';
         if (*c < 0 || (blank && !out.empty())) return out;
         if (!blank) out += static_cast<char>(*c);
-        if (out.size() > kLongest) return user_error("a word in it is too long");
+        if (out.size() > kLongest) return user_error(messages::kWordTooLong);
         pass(*c);
     }
 }
@@ -27,7 +29,7 @@ Result<std::string> VtkWords::rest_of_line() {
         if (*c >= 0) pass(*c);
         if (*c < 0 || *c == '\n') break;
         out += static_cast<char>(*c);
-        if (out.size() > kLongest) return user_error("a line in it is too long");
+        if (out.size() > kLongest) return user_error(messages::kLineTooLong);
     }
     if (!out.empty() && out.back() == '\r') out.pop_back();
     return out;

@@ -16,6 +16,7 @@
 #include "texture/reading_progress.h"
 #include "texture/xdmf_grid.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -35,7 +36,7 @@ Result<void> fill(const std::string& name, VolumeReader* volume, texture::Pyrami
         for (int64_t begin = 0; begin < count; begin += kAtOnce) {
             const int64_t end = std::min(begin + kAtOnce, count);
             if (!std::all_of(slice + begin, slice + end, [](float x) { return std::isfinite(x); }))
-                return user_error("it holds a value that is not a finite number");
+                return user_error(messages::kValueNotFinite);
             wrote(4 * (end - begin));
         }
         progress.at(static_cast<double>(z + 1) / volume->size.z);
@@ -47,11 +48,10 @@ Result<void> convert(const fs::path& source, const fs::path& out,
                      const texture::VolumeOptions& options, const texture::ReadLimits& limits,
                      const std::function<MadeReader()>& open) {
     const auto bad = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", source.string()));
+        return with_context(error, fmt::format(messages::kCannotReadBefore, source.string()));
     };
     if (options.time && !texture::is_xdmf(source))
-        return bad(
-            user_error("it has no steps, of which `time` could choose one", "leave `time` out"));
+        return bad(user_error(messages::kNoStepsOfTime, messages::kNoStepsOfTimeHelp));
     MadeReader reader = open();
     if (!reader) return bad(reader.error());
     VolumeReader& volume = **reader;
@@ -88,12 +88,11 @@ Result<void> write_volume(const fs::path& source, const fs::path& out,
     try {
         return convert(source, out, options, limits, open);
     } catch (const std::bad_alloc&) {
-        return user_error(
-            fmt::format("cannot read {}: it takes more memory than `--memory` allows, {}",
-                        source.string(), format_bytes(limits.memory_bytes)),
-            "scale it down, or raise it");
+        return user_error(fmt::format(messages::kCannotReadMemory, source.string(),
+                                      format_bytes(limits.memory_bytes)),
+                          messages::kCannotReadMemoryHelp);
     } catch (const std::exception& e) {
-        return user_error(fmt::format("cannot read {}: {}", source.string(), e.what()));
+        return user_error(fmt::format(messages::kCannotRead, source.string(), e.what()));
     }
 }
 

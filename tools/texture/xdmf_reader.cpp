@@ -12,6 +12,7 @@
 #include "tools/texture/cell_field.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/crossed_field.h"
+#include "tools/texture/messages.h"
 #include "tools/texture/number_slab.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/structured_cells.h"
@@ -51,15 +52,13 @@ class ItemNumbers {
                                     const fs::path& path, const texture::ReadLimits& limits,
                                     const OpenDataSet& open_set) {
         const auto failed = [&](const Error& error) {
-            return with_context(error, fmt::format("{} cannot be read: ", what));
+            return with_context(error, fmt::format(messages::kCannotBeRead, what));
         };
         if (!item.wrong.empty()) return failed(user_error(item.wrong.what, item.wrong.help));
         const bool is_set = item.place == XdmfItem::Place::kHdf;
         if (is_set && !open_set) {
-            return failed(
-                user_error(fmt::format("it lies in an HDF5 file, `{}:{}`, which is not read",
-                                       item.text, item.set),
-                           "write the file with its data as XML or Binary, or as a .vtu"));
+            return failed(user_error(fmt::format(messages::kLiesInHdf5, item.text, item.set),
+                                     messages::kLiesInHdf5Help));
         }
         ItemNumbers out;
         int64_t whole = 1;  // numbers of the array of which it may be a slab
@@ -136,11 +135,11 @@ class Source {
     /// Opens the field, which has a value for each of `items`, and says how many channels it has.
     Result<ItemNumbers> open_field(int64_t items, int32_t* channels) const {
         const int64_t count = field_->item.count;
-        const std::string what = fmt::format("its field `{}`", field_->name);
+        const std::string what = fmt::format(messages::kItsField, field_->name);
         Result<ItemNumbers> opened = numbers(field_->item, what);
         if (!opened) return opened;
         if (count % items != 0) {
-            return user_error(fmt::format("{} has {} numbers, for {} {}", what, count, items,
+            return user_error(fmt::format(messages::kNumbersFor, what, count, items,
                                           field_->of_points ? "points" : "cells"));
         }
         const Result<int32_t> found = field_channels(field_->name, count / items);
@@ -152,7 +151,7 @@ class Source {
     /// Reads three numbers, which XDMF has in the order z, y, x.
     Result<Vec3d> read_vector(const XdmfItem& item, const std::string& what) const {
         if (item.wrong.empty() && item.count != 3)
-            return user_error(what + " is not of three numbers");
+            return user_error(what + messages::kNotThreeNumbers);
         const Result<ItemNumbers> opened = numbers(item, what);
         if (!opened) return opened.error();
         std::array<double, 3> zyx{};
@@ -162,13 +161,10 @@ class Source {
 
     MadeReader open_regular() const {
         if (grid_.geometry != "origin_dxdydz" || grid_.point_items.size() != 2)
-            return user_error(
-                fmt::format("its regular grid has a geometry `{}`; ORIGIN_DXDYDZ with two arrays "
-                            "is read",
-                            grid_.geometry));
-        const Result<Vec3d> origin = read_vector(grid_.point_items[0], "the origin of its grid");
+            return user_error(fmt::format(messages::kRegularGeometry, grid_.geometry));
+        const Result<Vec3d> origin = read_vector(grid_.point_items[0], messages::kOriginOfGrid);
         if (!origin) return origin.error();
-        const Result<Vec3d> step = read_vector(grid_.point_items[1], "the spacing of its grid");
+        const Result<Vec3d> step = read_vector(grid_.point_items[1], messages::kSpacingOfGrid);
         if (!step) return step.error();
         const Result<std::array<int64_t, 3>> along = sides();
         if (!along) return along.error();
@@ -176,7 +172,7 @@ class Source {
         for (int a = 0; a < 3; ++a) {
             const int64_t side = (*along)[static_cast<size_t>(a)] - (field_->of_points ? 0 : 1);
             if (side < 1 || side > kMostSide)
-                return user_error(fmt::format("a side of {} is not possible", side));
+                return user_error(fmt::format(messages::kSideNotPossible, side));
             size[a] = static_cast<int32_t>(side);
         }
         GridFrame frame;
@@ -196,8 +192,7 @@ class Source {
 
     /// Of the three sides that a topology gives in the order z, y, x.
     Result<std::array<int64_t, 3>> sides() const {
-        if (grid_.points_along.size() != 3)
-            return user_error("its structured grid must have three dimensions");
+        if (grid_.points_along.size() != 3) return user_error(messages::kStructuredDimensions);
         return std::array<int64_t, 3>{grid_.points_along[2], grid_.points_along[1],
                                       grid_.points_along[0]};
     }
@@ -219,7 +214,7 @@ class Source {
         if (!points) return points.error();
         const int64_t wanted = (*along)[0] * (*along)[1] * (*along)[2];
         if (*points != wanted) {
-            return user_error(fmt::format("its grid has {} points instead of {}", *points, wanted));
+            return user_error(fmt::format(messages::kGridPoints, *points, wanted));
         }
         if (Result<void> got = read_points(*points, &*mesh); !got) return got.error();
         mesh->values.resize(static_cast<size_t>(count));
@@ -231,9 +226,7 @@ class Source {
     MadeReader open_crossed(const std::array<int64_t, 3>& along, int32_t channels,
                             ArrayNumbers* values) const {
         if (grid_.geometry != "vxvyvz" || grid_.point_items.size() != 3) {
-            return user_error(fmt::format(
-                "its rectilinear grid has a geometry `{}`; VXVYVZ with three arrays is read",
-                grid_.geometry));
+            return user_error(fmt::format(messages::kRectilinearGeometry, grid_.geometry));
         }
         CrossedField crossed;
         crossed.channels = channels;
@@ -243,10 +236,10 @@ class Source {
         for (size_t a = 0; a < 3; ++a) {
             const XdmfItem& item = grid_.point_items[a];
             if (item.wrong.empty() && item.count != along[a]) {
-                return user_error(fmt::format("axis {} of its grid has {} places for {} points",
-                                              "xyz"[a], item.count, along[a]));
+                return user_error(
+                    fmt::format(messages::kAxisPlaces, "xyz"[a], item.count, along[a]));
             }
-            const Result<ItemNumbers> opened = numbers(item, "an axis of its grid");
+            const Result<ItemNumbers> opened = numbers(item, messages::kAxisOfGrid);
             if (!opened) return opened.error();
             std::vector<double>& axis = crossed.axes[a];
             axis.resize(static_cast<size_t>(item.count));
@@ -262,7 +255,7 @@ class Source {
     }
 
     MadeReader open_cells() const {
-        if (grid_.cell_items.size() != 1) return user_error("it must have exactly one cell array");
+        if (grid_.cell_items.size() != 1) return user_error(messages::kOneCellArray);
         CellMesh mesh;
         const Result<int64_t> points = point_count();
         if (!points) return points.error();
@@ -273,7 +266,7 @@ class Source {
         const int64_t count = field_->item.count;
         constexpr int64_t kBytesOfPoint = 24, kBytesOfCell = 37;
         if (grid_.cells > INT32_MAX || *points > INT32_MAX)
-            return user_error(fmt::format("it has more than {} points or cells", INT32_MAX));
+            return user_error(fmt::format(messages::kMoreThanPointsOrCells, INT32_MAX));
         if (Result<void> fits =
                 check_memory(*points * kBytesOfPoint + grid_.cells * kBytesOfCell + 4 * count,
                              limits_.memory_bytes);
@@ -293,16 +286,14 @@ class Source {
         const std::vector<XdmfItem>& items = grid_.point_items;
         const bool apart = grid_.geometry == "x_y_z";
         if (!apart && grid_.geometry != "xyz" && !grid_.geometry.empty())
-            return user_error(fmt::format("its points are given as `{}`; XYZ and X_Y_Z are read",
-                                          grid_.geometry));
-        if (items.size() != (apart ? 3 : 1))
-            return user_error("its points are not as many arrays as their geometry asks for");
+            return user_error(fmt::format(messages::kPointsGivenAs, grid_.geometry));
+        if (items.size() != (apart ? 3 : 1)) return user_error(messages::kPointArrays);
         for (const XdmfItem& item : items) {
             // Opening it says what is wrong, and that the file has bytes for its numbers.
-            if (const Result<ItemNumbers> opened = numbers(item, kPoints); !opened)
+            if (const Result<ItemNumbers> opened = numbers(item, messages::kItsPoints); !opened)
                 return opened.error();
             if (item.count != items[0].count || (!apart && item.count % 3 != 0))
-                return user_error("its points have not three coordinates each");
+                return user_error(messages::kPointsNotThree);
         }
         return apart ? items[0].count : items[0].count / 3;
     }
@@ -311,7 +302,7 @@ class Source {
         mesh->points.resize(static_cast<size_t>(3 * points));
         const std::vector<XdmfItem>& items = grid_.point_items;
         for (size_t i = 0; i < items.size(); ++i) {
-            const Result<ItemNumbers> opened = numbers(items[i], kPoints);
+            const Result<ItemNumbers> opened = numbers(items[i], messages::kItsPoints);
             if (!opened) return opened.error();
             if (items.size() == 1) {
                 if (Result<void> got = (*opened)->next(mesh->points.data(), mesh->points.size());
@@ -359,22 +350,17 @@ class Source {
             return grid_.topology == kind.name;
         });
         if (!mixed && (all == kKinds.end() || !all->solid)) {
-            return user_error(
-                fmt::format("its cells are of type `{}`; tetrahedra, hexahedra, wedges and Mixed "
-                            "of them are sampled",
-                            grid_.topology));
+            return user_error(fmt::format(messages::kXdmfTypesNotSampled, grid_.topology));
         }
         const XdmfItem& item = grid_.cell_items[0];
-        const Result<ItemNumbers> opened = numbers(item, "its topology");
+        const Result<ItemNumbers> opened = numbers(item, messages::kItsTopology);
         if (!opened) return opened.error();
         if (mixed ? item.count < 2 * grid_.cells : item.count != grid_.cells * all->corners)
-            return user_error(
-                fmt::format("its topology has {} numbers, which are not those of {} cells",
-                            item.count, grid_.cells));
+            return user_error(fmt::format(messages::kTopologyCount, item.count, grid_.cells));
         std::vector<int32_t> kept;
         int64_t left = item.count;
         const auto next = [&](double* out) -> Result<void> {
-            if (--left < 0) return user_error("its topology has fewer numbers than its cells take");
+            if (--left < 0) return user_error(messages::kTopologyTooShort);
             return (*opened)->next(out, 1);
         };
         for (int64_t i = 0; i < grid_.cells; ++i) {
@@ -386,10 +372,7 @@ class Source {
                 kind = std::find_if(kKinds.begin(), kKinds.end(),
                                     [&](const Kind& k) { return k.code == code; });
                 if (kind == kKinds.end()) {
-                    return user_error(
-                        fmt::format("cell {} is of XDMF's type {:g}; tetrahedra (6), wedges (8) "
-                                    "and hexahedra (9) are sampled; write linear cells",
-                                    i, code));
+                    return user_error(fmt::format(messages::kXdmfCellTypeNotSampled, i, code));
                 }
                 corners = kind->corners;
                 if (kind->corners == 0) {
@@ -401,19 +384,16 @@ class Source {
                 if (Result<void> got = next(&number); !got) return got.error();
                 const double point = number - static_cast<double>(grid_.first_point);
                 if (!(point >= 0 && point < static_cast<double>(points)))
-                    return user_error(
-                        fmt::format("cell {} has a corner that is none of the points", i));
+                    return user_error(fmt::format(messages::kCornerIsNoPoint, i));
                 if (kind->solid) mesh->corners.push_back(static_cast<int32_t>(point));
             }
             if (!kind->solid) continue;
             mesh->types.push_back(kind->type);
             kept.push_back(static_cast<int32_t>(i));
         }
-        if (left != 0) return user_error("its topology has more numbers than its cells take");
+        if (left != 0) return user_error(messages::kTopologyTooLong);
         return kept;
     }
-
-    static constexpr const char* kPoints = "its points";
 
     const fs::path& path_;
     const texture::VolumeOptions& options_;

@@ -21,6 +21,7 @@
 #include "base/vec.h"
 #include "tests/unit/texture/field_test.h"
 #include "tools/dicom/dicom_series.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -212,7 +213,7 @@ class DicomTest : public FieldTest {
         if (made) return "no error";
         const std::string text = made.error().text();
         EXPECT_THAT(text, Not(HasSubstr("DOE")));
-        const std::string start = "cannot read " + series().string() + ": ";
+        const std::string start = fmt::format(messages::kCannotReadBefore, series().string());
         EXPECT_TRUE(text.starts_with(start)) << text;
         return text.substr(start.size());
     }

@@ -5,6 +5,7 @@
 // What tests of files with fields share: a field that is linear in space, a block of cells, and what
 // comes of a file.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,6 +22,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "texture/volume.h"
 #include "tools/texture/convert_volume.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 
@@ -104,7 +106,7 @@ class FieldTest : public ::testing::Test {
         const Result<void> made =
             make_volume_file(file, folder_.path() / "out.oftx", options, limits);
         if (made) return "no error";
-        const std::string start = "cannot read " + file.string() + ": ";
+        const std::string start = fmt::format(messages::kCannotReadBefore, file.string());
         EXPECT_TRUE(made.error().text().starts_with(start)) << made.error().text();
         return made.error().text().substr(start.size());
     }

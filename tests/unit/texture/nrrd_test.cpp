@@ -3,12 +3,14 @@
 //
 // NRRD in every order of axes: the same texels must come out in the same place, wherever the file has its
 // channels, and whichever way its axes run.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
 
 #include "tests/unit/texture/field_test.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -191,10 +193,8 @@ TEST_F(NrrdTest, UnitsAreMillimetres) {
     VolumeOptions options;
     options.unit = "cm";
     EXPECT_EQ(extent("", options), cm);
-    EXPECT_EQ(
-        trouble(folder_.write("u.nrrd", head + "space units: \"au\" \"au\" \"au\"\n\n1\n")),
-        "its unit of length is `au`, which is not known; say which it is by `unit`: mm, cm, m, "
-        "um or in");
+    EXPECT_EQ(trouble(folder_.write("u.nrrd", head + "space units: \"au\" \"au\" \"au\"\n\n1\n")),
+              fmt::format(messages::kUnknownUnit, "au") + "; " + messages::kUnknownUnitHelp);
 }
 
 TEST_F(NrrdTest, SaysWhatIsWrong) {
@@ -202,24 +202,22 @@ TEST_F(NrrdTest, SaysWhatIsWrong) {
         return trouble(folder_.write(
             "w.nrrd", "NRRD0004\ntype: float\n" + fields + "encoding: text\n\n1 2 3 4 5 6 7 8\n"));
     };
-    EXPECT_EQ(with("sizes: 2 2\n"),
-              "it has 2 dimensions; it must have 3, or 4 where one is of channels");
+    EXPECT_EQ(with("sizes: 2 2\n"), fmt::format(messages::kNrrdDimensions, 2));
     EXPECT_EQ(with("sizes: 2 2 2\nkinds: vector domain domain\n"),
-              "2 of its 3 axes lie in space, and a volume has 3");
+              fmt::format(messages::kAxesInSpace, 2, 3));
     EXPECT_EQ(with("sizes: 1 2 2 2\nkinds: domain domain domain domain\n"),
-              "4 of its axes lie in space, and a volume has 3");
+              messages::kFourAxesInSpace);
     EXPECT_EQ(with("sizes: 1 2 2 2\nkinds: vector list domain domain\n"),
-              "2 of its 4 axes lie in space, and a volume has 3");
+              fmt::format(messages::kAxesInSpace, 2, 4));
     EXPECT_EQ(with("sizes: 2 2 1 2\nkinds: domain domain domain time\n"),
-              "it has 2 steps of time; write one of them");
+              fmt::format(messages::kStepsOfTime, 2));
     EXPECT_EQ(with("sizes: 2 2 2\nspace directions: (1,0,0) (0,1,0)\n"),
-              "its `space directions` has 2 entries for 3 axes");
+              fmt::format(messages::kEntriesForAxes, "space directions", 2, 3));
     EXPECT_EQ(with("sizes: 2 2 2\nspace directions: (1,0) (0,1) (0,1)\n"),
-              "its `space directions` are malformed; `(1,0,0) (0,1,0) (0,0,1)` is right");
+              messages::kSpaceDirectionsMalformed);
     EXPECT_EQ(with("sizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) (1,1,0)\n"),
-              "the axes of its grid lie in a plane");
-    EXPECT_EQ(with("sizes: 2 2 2\ndata file: LIST\n"),
-              "its numbers lie in several files, which its `data file` lists; write them as one");
+              messages::kAxesInAPlane);
+    EXPECT_EQ(with("sizes: 2 2 2\ndata file: LIST\n"), messages::kDataFileLists);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/texture/optional_converter.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 
 #include "tests/support/meshes/temp_folder.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -50,8 +52,7 @@ TEST(OptionalConverter, ThatIsMissingIsNamedWithItsRemedy) {
     char* argv[] = {word.data(), nullptr};
     const Error error = execute(converter, argv);
     EXPECT_EQ(error.code, ErrorCode::kOutside);
-    EXPECT_EQ(error.text(),
-              "this `openfab` was built without its reader of some volumes; install it");
+    EXPECT_EQ(error.text(), fmt::format(messages::kBuiltWithoutReader, "some") + "; install it");
 }
 
 TEST(Guarded, PassesErrorsOnAndOutlivesACrash) {
@@ -64,12 +65,12 @@ TEST(Guarded, PassesErrorsOnAndOutlivesACrash) {
               "wrong; do right");
 #ifndef OPENFAB_SANITIZED  // which end otherwise
     EXPECT_EQ(text([]() -> Result<void> { std::abort(); }),
-              "cannot read scan: it is damaged, the library that reads it crashed");
+              fmt::format(messages::kReaderCrashed, "scan", ""));
     EXPECT_EQ(text([]() -> Result<void> {
                   now_reading("series/im7");
                   std::abort();
               }),
-              "cannot read scan: im7: it is damaged, the library that reads it crashed");
+              fmt::format(messages::kReaderCrashed, "scan", "im7: "));
 #endif
     EXPECT_NE(text([]() -> Result<void> { ::_exit(7); }), "no error");
 }

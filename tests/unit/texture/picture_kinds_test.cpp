@@ -18,8 +18,10 @@
 
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "texture/pyramid.h"
 #include "tools/texture/convert.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -494,8 +496,7 @@ TEST_F(PictureKinds, OfSeveralPicturesTheFirstIsReadAndTheOthersAreTold) {
         write(1);
         EXPECT_EQ(told(), "");
         write(2);
-        const std::string line =
-            fmt::format("note: {} holds several pictures: the first is read\n", name);
+        const std::string line = "note: " + fmt::format(messages::kSeveralPictures, name) + "\n";
         EXPECT_EQ(told(), line + line);
     }
 }
@@ -533,8 +534,8 @@ TEST_F(PictureKinds, PlainBitsWithAndWithoutBlanks) {
             make_pyramid_file(folder_.write("picture", text), folder_.path() / "none.oftx", {});
         return made ? "no error" : made.error().text();
     };
-    EXPECT_NE(error_of("P1\n4 2\n1101010").find("cut short"), Bytes::npos);
-    EXPECT_NE(error_of("P1\n4 2\n11010201").find("pixel (1, 1) is neither 0 nor 1"), Bytes::npos);
+    EXPECT_THAT(error_of("P1\n4 2\n1101010"), testing::Says(messages::kCutShortAtPixel));
+    EXPECT_THAT(error_of("P1\n4 2\n11010201"), testing::Says(messages::kPixelNotABit, 1, 1));
     EXPECT_NE(error_of("P1\n999999999 2\n1").find("size"), Bytes::npos);
 }
 

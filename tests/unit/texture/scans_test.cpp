@@ -3,6 +3,8 @@
 //
 // NIfTI and MetaImage, made here byte by byte: the same texels must come out in the same place, whichever
 // way the axes run and however the file says so.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <libdeflate.h>
 
@@ -12,7 +14,9 @@
 #include <cstring>
 #include <functional>
 
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -247,26 +251,24 @@ TEST_F(ScansTest, NiftiNumbersAreWhatTheFileMeans) {
         EXPECT_EQ(values(gzipped(steps), options), wanted) << "packed";
     }
     EXPECT_EQ(trouble(folder_.write("n.nii", steps)),
-              "it has 3 volumes in time; choose one by `field`: 0 to 2");
+              fmt::format(messages::kVolumesInTime, 3) + "; " +
+                  fmt::format(messages::kVolumesInTimeHelp, 2));
     EXPECT_EQ(trouble(folder_.write("n.nii", Nifti(1).size(two).type(32, 64).bytes())),
-              "its numbers are complex; write them as floats of 32 or 64 bits");
+              fmt::format(messages::kNumbersAre, "complex; ") + messages::kNumbersAreHelp);
     EXPECT_EQ(trouble(folder_.write("n.nii", Nifti(1).size(two).type(16, 32).bytes() + "1234")),
-              "it is cut short");
-    EXPECT_EQ(trouble(folder_.write("n.nii", "nothing")), "it is not a NIfTI file");
+              messages::kCutShort);
+    EXPECT_EQ(trouble(folder_.write("n.nii", "nothing")), messages::kNotNifti);
     EXPECT_THAT(
         trouble(folder_.write("none.hdr", Nifti(1).size(two).type(2, 8).detached().bytes())),
         ::testing::HasSubstr("its data file `none.img` cannot be read: "));
     std::string analyze = Nifti(1).size(two).type(2, 8).bytes();
     analyze.replace(344, 4, 4, '\0');
-    EXPECT_EQ(
-        trouble(folder_.write("a.hdr", analyze)),
-        "it is of Analyze 7.5, which does not say where left and right are; write it as NIfTI");
+    EXPECT_EQ(trouble(folder_.write("a.hdr", analyze)),
+              std::string(messages::kAnalyze75) + "; " + messages::kAnalyze75Help);
     EXPECT_EQ(trouble(folder_.write("a.img", "1234")),
-              "it holds numbers alone; name the header that says what they are: .hdr");
-    EXPECT_EQ(
-        trouble(folder_.write("a.pvtu", "<VTKFile/>")),
-        "it names the parts of a grid, which are files of VTK; name one of them, or merge them "
-        "to one");
+              std::string(messages::kOnlyNumbers) + "; " + messages::kOnlyNumbersHdrHelp);
+    EXPECT_EQ(trouble(folder_.write("a.pvtu", "<VTKFile/>")),
+              std::string(messages::kPartsOfGrid) + "; " + messages::kPartsOfGridHelp);
 }
 
 TEST_F(ScansTest, MetaImageIsPutInOrderInEveryForm) {
@@ -309,12 +311,13 @@ TEST_F(ScansTest, MetaImageIsPutInOrderInEveryForm) {
     EXPECT_EQ(wrong("NDims = 3\n"),
               "it is not a MetaImage file: no line of it names its ElementDataFile");
     EXPECT_EQ(wrong("ElementType = MET_SHORT\nNDims = 2\nElementDataFile = LOCAL\n"),
-              "it has 2 dimensions; a volume has 3");
+              fmt::format(messages::kVolumeDimensions, 2));
     EXPECT_EQ(wrong("ElementType = MET_STRING\nNDims = 3\nElementDataFile = LOCAL\n"),
-              "its numbers are of type `MET_STRING`, which is not known");
+              fmt::format(messages::kUnknownNumberType, "MET_STRING"));
     EXPECT_EQ(wrong(head + "ElementDataFile = slice%03d.raw 0 3 1\n"),
-              "its numbers lie in several files; write them as one");
-    EXPECT_EQ(wrong(head + "ElementDataFile = LOCAL\nxx"), "it is cut short");
+              std::string(messages::kNumbersInSeveralFiles) + "; " +
+                  messages::kNumbersInSeveralFilesHelp);
+    EXPECT_EQ(wrong(head + "ElementDataFile = LOCAL\nxx"), messages::kCutShort);
 }
 
 }  // namespace

@@ -21,9 +21,11 @@
 #include "base/input_file.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
 #include "texture/volume.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
+#include "tools/texture/messages.h"
 
 extern char** environ;
 
@@ -115,13 +117,13 @@ TEST_F(StrangersFiles, FormatsAreToldByContentAndOnlyThoseOfPictures) {
         EXPECT_EQ(error_of(picture(std::string(format) + ".avi", format)), "no error") << format;
     for (const char* format : {"iff", "ico"}) {
         EXPECT_THAT(error_of(picture("p.png", format)),
-                    HasSubstr("it is not a supported picture; supported: PNG, JPEG"))
+                    testing::Says(messages::kNotASupportedPicture, "PNG, JPEG"))
             << format;
     }
     // A playlist, by which a player would open what it names.
     const fs::path list = folder_.write(
         "list.avi", "#EXTM3U\n#EXT-X-MEDIA-SEQUENCE:0\n#EXTINF:10.0,\nfile:///etc/passwd\n");
-    EXPECT_THAT(error_of(list), HasSubstr("it is not a supported picture"));
+    EXPECT_THAT(error_of(list), testing::Says(messages::kNotASupportedPicture));
 }
 
 TEST_F(StrangersFiles, WhatIsNoFileIsNotOpened) {
@@ -137,20 +139,20 @@ TEST_F(StrangersFiles, WhatIsNoFileIsNotOpened) {
 TEST_F(StrangersFiles, SizesAreKnownBeforeMemoryIsTaken) {
     const fs::path large = folder_.write("large.png", one_bit_png(16384));
     ASSERT_LT(fs::file_size(large), 50'000u);
-    EXPECT_THAT(error_of(large), HasSubstr("it takes 4.29 GB of memory, more than the 300 MB of "
-                                           "`--memory`; scale it down, or give it "
-                                           "`--memory 4300MB`"));
+    EXPECT_THAT(error_of(large),
+                testing::Says(messages::kTakesTooMuchMemory, "4.29 GB", "300 MB", "4300"));
     EXPECT_EQ(error_of(folder_.write("small.png", one_bit_png(1024))), "no error");
 
     header("bomb.nrrd", "encoding: gzip", "1000 1000 700");
     std::ofstream(folder_.path() / "world/bomb.nrrd", std::ios::app | std::ios::binary)
         << std::string(787'000, 'x');
-    EXPECT_THAT(error_of_volume("bomb.nrrd"), HasSubstr("it takes 9.60 GB of memory"));
+    EXPECT_THAT(error_of_volume("bomb.nrrd"),
+                testing::Says(messages::kTakesTooMuchMemory, "9.60 GB"));
     // Larger than its bytes can decompress to.
     header("thin.nrrd", "encoding: gzip\n\n" + gzip(std::string(100, 'x')), "256 256 64");
-    EXPECT_THAT(error_of_volume("thin.nrrd"), HasSubstr("its compressed data is damaged"));
+    EXPECT_THAT(error_of_volume("thin.nrrd"), testing::Says(messages::kCompressedOfOtherSize));
     header("more.nrrd", "encoding: gzip\n\n" + gzip(std::string(9, 'x')));
-    EXPECT_THAT(error_of_volume("more.nrrd"), HasSubstr("or of another size than it says"));
+    EXPECT_THAT(error_of_volume("more.nrrd"), testing::Says(messages::kCompressedOfOtherSize));
     header("whole.nrrd", "encoding: gzip\n\n" + gzip(std::string(8, 'x')));
     EXPECT_EQ(error_of_volume("whole.nrrd"), "no error");
 }

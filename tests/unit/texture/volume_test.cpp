@@ -4,6 +4,8 @@
 #include "tests/support/places/places.h"
 
 #include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <libdeflate.h>
 #include <stdlib.h>
@@ -17,8 +19,10 @@
 
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "texture/reading_progress.h"
 #include "tools/texture/convert_volume.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -73,7 +77,7 @@ class VolumeTest : public ::testing::Test {
     std::string trouble(const std::filesystem::path& file, const VolumeOptions& options = {}) {
         const Result<void> made = make_volume_file(file, folder_.path() / "out.oftx", options);
         if (made) return "no error";
-        const std::string start = "cannot read " + file.string() + ": ";
+        const std::string start = fmt::format(messages::kCannotReadBefore, file.string());
         return made.error().text().starts_with(start) ? made.error().text().substr(start.size())
                                                       : made.error().text();
     }
@@ -146,14 +150,14 @@ TEST_F(VolumeTest, NpyOfIntegersAndChannels) {
         "b.npy", npy(">i2", "False", "(1, 1, 2)", std::string("\xff\xfe\x01\x00", 4)));
     EXPECT_EQ(level0(*converted(big)), (std::vector<float>{-2, 256}));
     EXPECT_EQ(trouble(folder_.write("d.npy", npy("<f4", "False", "(2, 2)", std::string(16, 0)))),
-              "it has 2 dimensions; it must have (z, y, x) or (z, y, x, channel)");
+              fmt::format(messages::kNpyDimensions, 2));
     EXPECT_EQ(trouble(folder_.write("e.npy", npy("<f4", "False", "(2, 2, 2)", std::string(16, 0)))),
-              "it is cut short");
+              messages::kCutShort);
     EXPECT_EQ(trouble(folder_.write("g.npy", npy("<c8", "False", "(1, 1, 1)", std::string(16, 0)))),
-              "its numbers are of kind '<c8', which is not known");
+              fmt::format(messages::kUnknownNumberKind, "'<c8'"));
     EXPECT_EQ(trouble(folder_.write(
                   "n.npy", npy("<f4", "False", "(1, 1, 1)", bytes_of<float>({std::nanf("")})))),
-              "it holds a value that is not a finite number");
+              messages::kValueNotFinite);
 }
 
 TEST_F(VolumeTest, NpyOfHalves) {
@@ -174,7 +178,7 @@ TEST_F(VolumeTest, NpyOfHalves) {
     for (const uint16_t bad : {0x7c00, 0xfc00, 0x7e00}) {
         EXPECT_EQ(trouble(folder_.write(
                       "n.npy", npy("<f2", "False", "(1, 1, 1)", bytes_of<uint16_t>({bad})))),
-                  "it holds a value that is not a finite number");
+                  messages::kValueNotFinite);
     }
 }
 
@@ -205,11 +209,12 @@ TEST_F(VolumeTest, NrrdWithItsPlace) {
             "NRRD0001\ntype: uchar\ndimension: 4\nsizes: 2 1 1 1\nencoding: raw\n\n\x33\xff"))),
         (std::vector<float>{0.2f, 1}));
 
-    EXPECT_EQ(trouble(folder_.write("s.nrrd", header + "encoding: raw\n\nxx")), "it is cut short");
+    EXPECT_EQ(trouble(folder_.write("s.nrrd", header + "encoding: raw\n\nxx")),
+              messages::kCutShort);
     EXPECT_EQ(trouble(folder_.write("y.nrrd", header + "encoding: gzip\n\nxx")),
-              "its compressed data is damaged or of another size than it says");
+              messages::kCompressedOfOtherSize);
     EXPECT_EQ(trouble(folder_.write("w.nrrd", header + "encoding: bzip2\n\nxx")),
-              "its encoding `bzip2` is unknown; known: raw, text, gzip");
+              fmt::format(messages::kUnknownEncoding, "bzip2"));
 }
 
 TEST_F(VolumeTest, NrrdBehindWhatItSkips) {
@@ -245,22 +250,20 @@ TEST_F(VolumeTest, NrrdBehindWhatItSkips) {
               values);
 
     EXPECT_EQ(trouble(file("encoding: gzip\nbyte skip: -1\n", gzipped(raw))),
-              "its `byte skip` is -1, which is for the encoding `raw` alone: where other data end "
-              "does not say where they begin");
+              messages::kByteSkipOfPacked);
     EXPECT_EQ(trouble(file("encoding: raw\nline skip: 1\nbyte skip: -1\n", "\n" + raw)),
-              "it has a `line skip` and a `byte skip` of -1, which counts from the end; give one "
-              "of them");
+              messages::kBothSkips);
     EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: -2\n", raw)),
-              "its `byte skip` is `-2`; a whole number from -1 is right");
+              fmt::format(messages::kNotAWholeNumberFrom, "byte skip", -2, -1));
     EXPECT_EQ(trouble(file("encoding: raw\nline skip: some\n", raw)),
-              "its `line skip` is `some`; a whole number from 0 is right");
+              fmt::format(messages::kNotAWholeNumberFrom, "line skip", "some", 0));
     EXPECT_EQ(trouble(file("encoding: raw\nline skip: 4\n", "a\nb\n")),
-              "it has fewer lines than its `line skip`");
-    EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: 1\n", raw)), "it is cut short");
+              messages::kFewerLinesThanSkip);
+    EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: 1\n", raw)), messages::kCutShort);
     EXPECT_EQ(trouble(file("encoding: raw\nbyte skip: 9223372036854775807\n", raw)),
-              "it is cut short");
+              messages::kCutShort);
     EXPECT_EQ(trouble(file("encoding: gzip\nbyte skip: 7\n", gzipped(raw))),
-              "its compressed data is damaged or of another size than it says");
+              messages::kCompressedOfOtherSize);
 }
 
 TEST_F(VolumeTest, CubeTables) {
@@ -284,16 +287,16 @@ TEST_F(VolumeTest, CubeTables) {
     EXPECT_EQ(trouble(folder_.write("wide.cube", std::string_view("\xFF\xFEL\0U\0T\0", 8))),
               "the file is text in UTF-16; save it as UTF-8");
     EXPECT_EQ(trouble(folder_.write("short.cube", "LUT_3D_SIZE 2\n0 0 0\n")),
-              "it has 1 rows of colours; LUT_3D_SIZE 2 asks for 8");
+              fmt::format(messages::kLutRows, 1, 2, 8));
     EXPECT_EQ(trouble(folder_.write("one.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n")),
-              "it holds a 1-D table; a 3-D one is needed");
+              messages::kLutIs1d);
     EXPECT_EQ(trouble(folder_.write("bad.cube", "LUT_3D_SIZE 2\n0 0\n")),
-              "line 2 is not three numbers");
+              fmt::format(messages::kLineNotThreeNumbers, 2));
     EXPECT_EQ(trouble(folder_.write("late.cube", "0 0 0\nLUT_3D_SIZE 2\n")),
-              "line 1 has a colour, and no LUT_3D_SIZE is before it");
-    EXPECT_EQ(trouble(folder_.write("none.cube", "# nothing\n")), "it has no LUT_3D_SIZE");
+              fmt::format(messages::kColourBeforeLutSize, 1));
+    EXPECT_EQ(trouble(folder_.write("none.cube", "# nothing\n")), messages::kNoLutSize);
     EXPECT_EQ(trouble(folder_.write("side.cube", "LUT_3D_SIZE 257\n")),
-              "LUT_3D_SIZE is 257; 2 to 256 are possible");
+              fmt::format(messages::kLutSize, 257.0, 256));
 }
 
 TEST_F(VolumeTest, LargeCubeTablesAreReadSoon) {
@@ -301,7 +304,7 @@ TEST_F(VolumeTest, LargeCubeTablesAreReadSoon) {
     for (int i = 0; i < 256 * 256 * 256 + 1; ++i)
         text += "0 1 0\n";
     EXPECT_EQ(trouble(folder_.write("large.cube", text)),
-              "it has 16777217 rows of colours; LUT_3D_SIZE 256 asks for 16777216");
+              fmt::format(messages::kLutRows, 16777217, 256, 16777216));
 }
 
 TEST_F(VolumeTest, SlicesInOrderOfTheirNumbers) {
@@ -406,7 +409,7 @@ TEST_F(VolumeTest, ManyPagesOfATiffAreReadOneByOne) {
             ASSERT_FLOAT_EQ(texels[2 * page], static_cast<float>(page % 256) / 255.0f);
     }
     EXPECT_EQ(trouble(folder_.write("more.tif", tiff(2049, false, false))),
-              "it has more than 2048 pages; write its slices as files of their own");
+              fmt::format(messages::kTooManyPages, 2048));
     // A repeated directory is not a page.
     EXPECT_EQ(size(*converted(folder_.write("ring.tif", tiff(5, false, false, 8)))),
               (Vec3i{2, 1, 5}));
@@ -519,7 +522,8 @@ TEST_F(VolumeTest, NotesOfTheHelperArePassedOn) {
         EXPECT_EQ(::testing::internal::GetCapturedStderr(), "note: a slice\n");
         ASSERT_EQ(made.has_value(), !fails);
         if (fails) {
-            EXPECT_TRUE(made.error().text().starts_with("cannot read ")) << made.error().text();
+            EXPECT_THAT(made.error().text(), testing::Says(messages::kCannotReadBefore))
+                << made.error().text();
         }
     }
 }

@@ -3,13 +3,17 @@
 //
 // VTK's older files, written here as its own writers do, as text and as bytes: a field that is linear in
 // space must come back as such.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -93,7 +97,8 @@ TEST_F(VtkLegacyTest, StructuredPointsAreReadInEveryForm) {
         ASSERT_NE(of_vectors, nullptr);
         EXPECT_EQ(level0(*of_vectors), vectors);
         options.field = "names";
-        EXPECT_EQ(trouble(file, options), "it has no field `names`; it has `E`, `v`, `n o`");
+        EXPECT_EQ(trouble(file, options),
+                  fmt::format(messages::kNoSuchField, "names", "`E`, `v`, `n o`"));
     }
 }
 
@@ -166,31 +171,29 @@ TEST_F(VtkLegacyTest, SaysWhatIsWrong) {
     const std::string one = grid + "POINT_DATA 2\nSCALARS a float\nLOOKUP_TABLE t\n";
     EXPECT_EQ(with(one + "1 2"), "no error");
     EXPECT_EQ(with(grid + "POINT_DATA 2\nSCALARS a float\n1 2"), "no error") << "without a table";
-    EXPECT_EQ(with(one + "1"), "line 8: it is cut short: an array has fewer numbers than it says");
-    EXPECT_EQ(with(one + "1 x"), "`x` in it is not a finite number");
-    EXPECT_EQ(with("TEXT\n"), "line 3: it is `TEXT`, where ASCII or BINARY is read");
-    EXPECT_EQ(with("ASCII\n"), "it has no DATASET");
-    EXPECT_EQ(
-        with("ASCII\nDATASET POLYDATA\n"),
-        "line 4: it holds a surface (POLYDATA), which has no volume; write it as a mesh: STL, "
-        "PLY or OBJ");
+    EXPECT_EQ(with(one + "1"), std::string("line 8: ") + messages::kArrayCutShort);
+    EXPECT_EQ(with(one + "1 x"), fmt::format(messages::kNumberNotFinite, "x"));
+    EXPECT_EQ(with("TEXT\n"), "line 3: " + fmt::format(messages::kNeitherAsciiNorBinary, "TEXT"));
+    EXPECT_EQ(with("ASCII\n"), messages::kNoDataSet);
+    EXPECT_EQ(with("ASCII\nDATASET POLYDATA\n"),
+              std::string("line 4: ") + messages::kIsASurface + "; " + messages::kIsASurfaceHelp);
     EXPECT_EQ(with("ASCII\nDATASET FIELD\n"),
-              "line 4: it holds FIELD; STRUCTURED_POINTS, RECTILINEAR_GRID, STRUCTURED_GRID and "
-              "UNSTRUCTURED_GRID are read");
-    EXPECT_EQ(with(grid + "BLANKING 1\n"), "line 6: `blanking` is no keyword of VTK that is read");
-    EXPECT_EQ(with(grid), "it has no field: no array of numbers on points or cells");
+              "line 4: " + fmt::format(messages::kDataSetNotRead, "FIELD"));
+    EXPECT_EQ(with(grid + "BLANKING 1\n"),
+              "line 6: " + fmt::format(messages::kUnknownKeyword, "blanking"));
+    EXPECT_EQ(with(grid), messages::kNoField);
     EXPECT_EQ(with(grid + "POINT_DATA 3\nSCALARS a float\n1 2 3"),
-              "array `a` has 3 numbers, where the grid has 2");
+              fmt::format(messages::kArrayCount, "a", 3, 2));
     EXPECT_EQ(with(one + "1 2\nSCALARS b float\nLOOKUP_TABLE t\n1 2\n"),
-              "it has several fields, `a`, `b`, and none is named by `field`");
+              std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
     EXPECT_EQ(with(grid + "POINT_DATA 2\nSCALARS a variant\n1 2"),
-              "line 7: its numbers are of type `variant`, which is not known");
+              "line 7: " + fmt::format(messages::kUnknownNumberType, "variant"));
     EXPECT_EQ(with("BINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 1 1\nPOINT_DATA 2\n"
                    "SCALARS a float\nLOOKUP_TABLE t\n1234"),
-              "it is cut short: an array has fewer numbers than it says");
+              messages::kArrayCutShort);
     EXPECT_THAT(with("ASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 float\n0 0 0\nCELLS 1 3\n9 0 0\n"
                      "CELL_TYPES 1\n12\nCELL_DATA 1\nSCALARS a int\n1\n"),
-                ::testing::HasSubstr("its cells have more corners than its CELLS say"));
+                testing::Says(messages::kCornersBeyondCells));
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 //
 // VTK's files, written here as its own writers do: fields that are linear in space must come back as
 // such, wherever and however their cells lie.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -12,7 +14,9 @@
 #include <ctime>
 
 #include "tests/support/memory/meter.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -354,15 +358,14 @@ TEST_F(VtkTest, RectilinearAndCurvilinearGridsAreSampled) {
                                 "</Coordinates></Piece></RectilinearGrid>")));
     };
     const std::string axis = w.array("x", "Float32", 1, std::vector<float>{0, 1});
-    EXPECT_EQ(wrong("0 1 0 1 0 1", axis + axis),
-              "it has 2 arrays of coordinates, where 3 are read");
-    EXPECT_EQ(wrong("0 1 0 1 0 2", axis + axis + axis),
-              "it is cut short: an array has fewer numbers than it says");
+    EXPECT_EQ(wrong("0 1 0 1 0 1", axis + axis), fmt::format(messages::kAxesArrays, 2));
+    EXPECT_EQ(wrong("0 1 0 1 0 2", axis + axis + axis), messages::kArrayCutShort);
     EXPECT_EQ(wrong("0 1 0 1 0 0", axis + axis + axis),
-              "its grid has 2 x 2 x 1 points, and no cell between them");
-    EXPECT_EQ(wrong("0 1 0 1 1 0", axis + axis + axis), "its extent 1 to 0 is not possible");
+              fmt::format(messages::kNoCellBetweenPoints, 2, 2, 1));
+    EXPECT_EQ(wrong("0 1 0 1 1 0", axis + axis + axis),
+              fmt::format(messages::kExtentNotPossible, 1.0, 0.0));
     EXPECT_EQ(wrong("0 65535 0 65535 0 65535", axis + axis + axis),
-              "it has more than 2147483647 points");
+              fmt::format(messages::kMoreThanPoints, 2147483647));
 }
 
 /// A grid of the same places and numbers as a rectilinear and as a curvilinear one.
@@ -430,7 +433,7 @@ TEST_F(VtkTest, ARectilinearGridIsSampledAsItsCuboids) {
                   "w.vtr",
                   as_both_grids(wrong, "<PointData>" + writer.array("p", "Float64", 2, of_points) +
                                            "</PointData>")[0])),
-              "the places along y of its grid neither rise nor fall");
+              fmt::format(messages::kPlacesNotMonotonic, "y"));
 }
 
 TEST_F(VtkTest, ALargeRectilinearGridIsRead) {
@@ -508,28 +511,27 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
     };
     Writer w(Form::kText);
     const std::vector<float> field(64, 1), short_field(63, 1);
-    EXPECT_EQ(trouble(with("", &w)), "it has no field: no array of numbers on points or cells");
+    EXPECT_EQ(trouble(with("", &w)), messages::kNoField);
     const std::string two = "<PointData>" + w.array("a", "Float32", 1, field) +
                             w.array("b", "Float32", 1, field) + "</PointData>";
     EXPECT_EQ(trouble(with(two, &w)),
-              "it has several fields, `a`, `b`, and none is named by `field`");
+              std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
     VolumeOptions options;
     options.field = "c";
-    EXPECT_EQ(trouble(with(two, &w), options), "it has no field `c`; it has `a`, `b`");
+    EXPECT_EQ(trouble(with(two, &w), options),
+              fmt::format(messages::kNoSuchField, "c", "`a`, `b`"));
     EXPECT_EQ(
         trouble(with("<PointData>" + w.array("a", "Float32", 1, short_field) + "</PointData>", &w)),
-        "it is cut short: an array has fewer numbers than it says");
+        messages::kArrayCutShort);
     EXPECT_EQ(trouble(with("<PointData>" + w.array("t", "Float32", 9, field) + "</PointData>", &w)),
-              "its field `t` has 9 components; 1 to 4 are possible");
+              fmt::format(messages::kFieldComponents, "t", 9));
     options = {};
     options.pitch_mm = 1e-4;
     const std::string one = "<PointData>" + w.array("a", "Float32", 1, field) + "</PointData>";
-    EXPECT_EQ(
-        trouble(with(one, &w), options),
-        "resampled at 0.0001 mm it has 30000 texels along x, and 16384 are possible; give it a "
-        "coarser `pitch_mm`");
+    EXPECT_EQ(trouble(with(one, &w), options),
+              fmt::format(messages::kResampledTooLarge, 0.0001, 30000.0, "x", 16384.0));
     EXPECT_THAT(trouble(with(one, &w), {}, {4000, {}}),
-                ::testing::HasSubstr("of memory, more than the 4 kB of `--memory`"));
+                testing::Says(messages::kTakesTooMuchMemory, "*", "4 kB"));
     BlockMesh quadratic;
     quadratic.points.assign(30, 0);
     quadratic.add(24, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
@@ -539,10 +541,10 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
                                             "<CellData>" +
                                                 w.array("a", "Float32", 1, std::vector<float>{1}) +
                                                 "</CellData>")))),
-                ::testing::HasSubstr("cell 0 is of VTK's type 24; tetrahedra (10)"));
+                testing::Says(messages::kVtkCellTypeNotSampled, "0", "24"));
     EXPECT_EQ(trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
-              "line 1: it holds PolyData, which is not read; write it as ImageData "
-              "(.vti), RectilinearGrid (.vtr), StructuredGrid (.vts) or UnstructuredGrid (.vtu)");
+              "line 1: " + fmt::format(messages::kVtkKindNotRead, "PolyData") + "; " +
+                  messages::kVtkKindNotReadHelp);
     // The name of a packer stands in files of text, too.
     for (const Form form : {Form::kPacked, Form::kText}) {
         Writer writer(form);
@@ -559,8 +561,8 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
         }
         EXPECT_EQ(trouble(folder_.write("z.vtu", text)),
                   form == Form::kText ? "no error"
-                                      : "its data is packed by vtkLZ4DataCompressor; write it with "
-                                        "zlib (vtkZLibDataCompressor), or not compressed");
+                                      : fmt::format(messages::kPackedBy, "vtkLZ4DataCompressor; ") +
+                                            messages::kPackedByHelp);
     }
 }
 

@@ -3,13 +3,17 @@
 //
 // XDMF, written here: fields that are linear in space must come back as such, from text and from data
 // files of either byte order.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -342,7 +346,7 @@ TEST_F(XdmfTest, TheStepOfATimeIsRead) {
                 ::testing::HasSubstr("takes parts by `xi:include` that are not"))
         << "of which of the two is not known";
     EXPECT_EQ(trouble(folder_.write("a.nrrd", "NRRD0004\n"), options),
-              "it has no steps, of which `time` could choose one; leave `time` out");
+              std::string(messages::kNoStepsOfTime) + "; " + messages::kNoStepsOfTimeHelp);
 }
 
 TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
@@ -394,19 +398,19 @@ TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
         return message(file(grid("<Topology TopologyType=\"" + type + "\" Dimensions=\"" + sizes +
                                  "\"/>" + points_of(mesh, &w) + field)));
     };
-    EXPECT_EQ(shaped("3DRectMesh", "5 3 4"),
-              "its rectilinear grid has a geometry `xyz`; VXVYVZ with three arrays is read");
-    EXPECT_EQ(shaped("3DSMesh", "5 12"), "its structured grid must have three dimensions");
-    EXPECT_EQ(shaped("3DSMesh", "5 12 1"),
-              "its grid has 1 x 12 x 5 points, and no cell between them");
-    EXPECT_EQ(shaped("3DSMesh", "5 3 5"), "its field `E` has 60 numbers, for 75 points");
-    EXPECT_EQ(shaped("3DSMesh", "5 3 2"), "its grid has 60 points instead of 30");
+    EXPECT_EQ(shaped("3DRectMesh", "5 3 4"), fmt::format(messages::kRectilinearGeometry, "xyz"));
+    EXPECT_EQ(shaped("3DSMesh", "5 12"), messages::kStructuredDimensions);
+    EXPECT_EQ(shaped("3DSMesh", "5 12 1"), fmt::format(messages::kNoCellBetweenPoints, 1, 12, 5));
+    EXPECT_EQ(shaped("3DSMesh", "5 3 5"),
+              fmt::format(messages::kNumbersFor, fmt::format(messages::kItsField, "E"), 60, 75,
+                          "points"));
+    EXPECT_EQ(shaped("3DSMesh", "5 3 2"), fmt::format(messages::kGridPoints, 60, 30));
     const std::string short_axis =
         file(grid("<Topology TopologyType=\"3DRectMesh\" Dimensions=\"5 3 4\"/>"
                   "<Geometry GeometryType=\"VXVYVZ\">" +
                   w.item(kFloat64, "4", axes[0]) + w.item(kFloat64, "4", axes[0]) +
                   w.item(kFloat64, "5", axes[2]) + "</Geometry>" + field));
-    EXPECT_EQ(message(short_axis), "axis y of its grid has 4 places for 3 points");
+    EXPECT_EQ(message(short_axis), fmt::format(messages::kAxisPlaces, "y", 4, 3));
 }
 
 TEST_F(XdmfTest, PartsOfArraysAreTaken) {
@@ -442,7 +446,9 @@ TEST_F(XdmfTest, PartsOfArraysAreTaken) {
                 points_of(mesh, &writer) + cells_of(mesh, &writer) +
                 attribute("E", "Node", part(sizes, which, writer.item(kFloat64, "3 130", rows))))));
         };
-        const std::string start = "its field `E` cannot be read: its hyperslab ";
+        const std::string start =
+            fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
+            "its hyperslab ";
         EXPECT_EQ(wrong("64", "1 1 1 2 1"),
                   start + "has not a start, a stride and a count for each side of its array");
         EXPECT_EQ(wrong("64", "1 1 1 0 1 64"),
@@ -466,7 +472,9 @@ TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
                                    "Format=\"Binary\">" +
                                        name + "</DataItem>")));
     };
-    const std::string start = "its field `E` cannot be read: its data file ";
+    const std::string start =
+        fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
+        "its data file ";
     EXPECT_THAT(message(with("/etc/passwd")),
                 ::testing::StartsWith(start + "`/etc/passwd` cannot be read: "));
     EXPECT_THAT(message(with("../x.bin")),
@@ -475,9 +483,11 @@ TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
                 ::testing::StartsWith(start + "`missing.bin` cannot be read: "));
     folder_.write("short.bin", std::string(255, 'a'));
     EXPECT_EQ(message(with("short.bin")),
-              "its field `E` cannot be read: it is cut short: an array has fewer numbers than it "
-              "says");
-    EXPECT_EQ(message(with(" ")), "its field `E` cannot be read: it names no data file");
+              fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
+                  messages::kArrayCutShort);
+    EXPECT_EQ(message(with(" ")),
+              fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
+                  "it names no data file");
     // The texture of other data is another one.
     folder_.write("e.bin", std::string(256, '\0'));
     const auto path = folder_.write("m.xdmf", with("e.bin"));
@@ -501,11 +511,10 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
                     attribute("a", "Node",
                               "<DataItem Dimensions=\"64\" " + attributes + ">m.h5:/u</DataItem>"));
     };
-    const std::string start = "its field `a` cannot be read: ";
-    EXPECT_EQ(item(R"(Format="HDF")"),
-              start +
-                  "it lies in an HDF5 file, `m.h5:/u`, which is not read; write the file with "
-                  "its data as XML or Binary, or as a .vtu");
+    const std::string start =
+        fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "a"));
+    EXPECT_EQ(item(R"(Format="HDF")"), start + fmt::format(messages::kLiesInHdf5, "m.h5", "/u") +
+                                           "; " + messages::kLiesInHdf5Help);
     EXPECT_THAT(item(R"(Format="TIFF")"), ::testing::StartsWith(start + "its format `tiff`"));
     EXPECT_THAT(item(R"(Reference="XML")"),
                 ::testing::StartsWith(start + "it is a reference to another"));
@@ -522,16 +531,18 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_THAT(item(R"(Precision="2")"), ::testing::StartsWith(start + "numbers of 2 bytes"));
     EXPECT_THAT(item(R"(Format="Binary" Seek="-1")"),
                 ::testing::StartsWith(start + "its `Seek` is `-1`"));
-    EXPECT_EQ(with(points + cells), "it has no field: no array of numbers on points or cells");
+    EXPECT_EQ(with(points + cells), messages::kNoField);
     EXPECT_EQ(with(points + cells + field + attribute("b", "Node", w.item(kFloat32, "64", values))),
-              "it has several fields, `a`, `b`, and none is named by `field`");
+              std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
     EXPECT_EQ(with(points + cells +
                    attribute("a", "Node", w.item(kFloat32, "64", std::vector<float>(63)))),
-              "it is cut short: an array has fewer numbers than it says");
+              messages::kArrayCutShort);
     EXPECT_EQ(with(points + cells + attribute("a", "Node", w.item(kFloat32, "63", values))),
-              "its field `a` has 63 numbers, for 64 points");
-    EXPECT_EQ(with(points + cells + attribute("a", "Cell", w.item(kFloat32, "64", values))),
-              "its field `a` has 64 numbers, for 27 cells");
+              fmt::format(messages::kNumbersFor, fmt::format(messages::kItsField, "a"), 63, 64,
+                          "points"));
+    EXPECT_EQ(
+        with(points + cells + attribute("a", "Cell", w.item(kFloat32, "64", values))),
+        fmt::format(messages::kNumbersFor, fmt::format(messages::kItsField, "a"), 64, 27, "cells"));
     EXPECT_THAT(with(points + cells + attribute("a", "Node", w.item(kFloat32, "0", values))),
                 ::testing::StartsWith(start + "its `Dimensions` are not whole numbers from 1"));
     EXPECT_THAT(
@@ -539,23 +550,22 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
         ::testing::StartsWith(start + "its `Dimensions` are not whole numbers from 1"));
     EXPECT_THAT(
         with(points + topology("Tetrahedron_10", 27, w.item(kInt64, "27 8", mesh.corners)) + field),
-        ::testing::StartsWith("its cells are of type `tetrahedron_10`; tetrahedra"));
+        testing::Says(messages::kXdmfTypesNotSampled, "tetrahedron_10"));
     EXPECT_EQ(
         with(points + topology("Hexahedron", 26, w.item(kInt64, "27 8", mesh.corners)) + field),
-        "its topology has 216 numbers, which are not those of 26 cells");
+        fmt::format(messages::kTopologyCount, 216, 26));
     const auto mixed = [&](const std::vector<int64_t>& numbers) {
         return with(points +
                     topology("Mixed", 1, w.item(kInt64, std::to_string(numbers.size()), numbers)) +
                     field);
     };
     EXPECT_THAT(mixed({7, 0, 1, 2, 3, 4}),
-                ::testing::StartsWith("cell 0 is of XDMF's type 7; tetrahedra (6)"));
-    EXPECT_EQ(mixed({6, 0, 1, 2}), "its topology has fewer numbers than its cells take");
-    EXPECT_EQ(mixed({6, 0, 1, 2, 16, 3}), "its topology has more numbers than its cells take");
-    EXPECT_EQ(mixed({6, 0, 1, 2, 64}), "cell 0 has a corner that is none of the points");
-    EXPECT_EQ(mixed({3, 1000000000000, 1, 2}),
-              "its topology has fewer numbers than its cells take");
-    EXPECT_THAT(mixed({4, 0, 1, 2}), ::testing::StartsWith("it has no cells with a volume"));
+                testing::Says(messages::kXdmfCellTypeNotSampled, "0", "7"));
+    EXPECT_EQ(mixed({6, 0, 1, 2}), messages::kTopologyTooShort);
+    EXPECT_EQ(mixed({6, 0, 1, 2, 16, 3}), messages::kTopologyTooLong);
+    EXPECT_EQ(mixed({6, 0, 1, 2, 64}), fmt::format(messages::kCornerIsNoPoint, 0));
+    EXPECT_EQ(mixed({3, 1000000000000, 1, 2}), messages::kTopologyTooShort);
+    EXPECT_THAT(mixed({4, 0, 1, 2}), testing::Says(messages::kNoCellsWithVolume));
     EXPECT_THAT(with("<include/>"),
                 ::testing::HasSubstr("takes parts by `xi:include` that are not"));
     EXPECT_EQ(message("<VTKFile/>"), "line 1: it is not an XDMF file");
