@@ -13,6 +13,7 @@
 
 #include "base/input_file.h"
 #include "tools/dicom/dicom_elements.h"
+#include "tools/dicom/messages.h"
 #include "tools/texture/check_memory.h"
 
 namespace openfab::tools {
@@ -20,9 +21,8 @@ namespace openfab::tools {
 namespace {
 
 Error cut_short(int64_t there, int64_t needed) {
-    return user_error(
-        fmt::format("it is cut short: it has {} of {} bytes of pixels", there, needed),
-        "copy it anew from where it came from");
+    return user_error(fmt::format(messages::kPixelsCutShort, there, needed),
+                      messages::kCopyItAgain);
 }
 
 /// Fails where the items that packed pixels lie in do not all end within the file.
@@ -105,7 +105,7 @@ Result<void> DicomPixels::unpack(const std::shared_ptr<const DicomImage>& image)
     if (image->is_deflated) {
         gdcm::Reader reader;
         reader.SetFileName(file->name().c_str());
-        if (!reader.Read()) return user_error("it is damaged");
+        if (!reader.Read()) return user_error(messages::kPixelsDamaged);
         const std::string_view there =
             bytes_of(reader.GetFile().GetDataSet(), gdcm::Tag(0x7fe0, 0x0010));
         if (static_cast<int64_t>(there.size()) < all)
@@ -117,7 +117,7 @@ Result<void> DicomPixels::unpack(const std::shared_ptr<const DicomImage>& image)
         reader.SetFileName(file->name().c_str());
         if (!reader.Read() || reader.GetImage().GetBufferLength() != bytes_.size() ||
             !reader.GetImage().GetBuffer(bytes_.data()))
-            return user_error("its packed pixels are damaged, or of a kind that is not known");
+            return user_error(messages::kPackedPixelsDamaged);
     }
     unpacked_ = image;
     return {};

@@ -9,6 +9,7 @@
 
 #include "tools/dicom/dicom_pixels.h"
 #include "tools/dicom/dicom_slice.h"
+#include "tools/dicom/messages.h"
 #include "tools/dicom/series_list.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/placed_grid.h"
@@ -33,16 +34,13 @@ Error gap(const DicomSlice& below, const DicomSlice& slice, double step_mm, doub
     const double missing = std::round(step_mm / usual_mm) - 1;
     if (missing >= 1 && std::abs(step_mm - (missing + 1) * usual_mm) <= tolerance_mm) {
         const Vec3d &from = below.position, &to = slice.position;
-        return user_error(
-            fmt::format("{:.0f} slice{} missing between {}, at ({:g}, {:g}, {:g}) mm, and {}, at "
-                        "({:g}, {:g}, {:g}) mm: they are {:.3f} mm apart, others {:.3f} mm",
-                        missing, missing == 1 ? " is" : "s are", below.name(), from.x, from.y,
-                        from.z, slice.name(), to.x, to.y, to.z, step_mm, usual_mm),
-            "copy the whole series");
+        return user_error(fmt::format(messages::kSlicesMissing, missing,
+                                      missing == 1 ? " is" : "s are", below.name(), from.x, from.y,
+                                      from.z, slice.name(), to.x, to.y, to.z, step_mm, usual_mm),
+                          messages::kSlicesMissingHelp);
     }
     return named(
-        slice, user_error(fmt::format("it lies {:.3f} mm from {}, where slices are {:.3f} mm apart",
-                                      step_mm, below.name(), usual_mm)));
+        slice, user_error(fmt::format(messages::kSliceOutOfStep, step_mm, below.name(), usual_mm)));
 }
 
 /// Puts slices in order along their normal and finds the step between them.
@@ -60,9 +58,8 @@ Result<Vec3d> find_step(std::vector<DicomSlice>* slices) {
         const DicomSlice &below = (*slices)[i - 1], &slice = (*slices)[i];
         steps.push_back(dot(slice.position - below.position, normal));
         if (!(steps.back() >= kRounding_mm)) {
-            return named(slice, user_error(fmt::format("it lies where {} does", below.name()),
-                                           "a volume has one slice a place: keep one of the times, "
-                                           "echoes or copies"));
+            return named(slice, user_error(fmt::format(messages::kSliceAtSamePlace, below.name()),
+                                           messages::kSliceAtSamePlaceHelp));
         }
     }
     std::vector<double> sorted = steps;
@@ -81,7 +78,7 @@ Result<Vec3d> find_step(std::vector<DicomSlice>* slices) {
     for (size_t i = 1; i < slices->size(); ++i) {
         const Vec3d off = (*slices)[i].position - first.position - step * static_cast<double>(i);
         if (length(off) > std::max(kRounding_mm, usual / 20))
-            return named((*slices)[i], user_error("it lies beside the line of the others"));
+            return named((*slices)[i], user_error(messages::kSliceBesideLine));
     }
     return step;
 }
@@ -131,7 +128,7 @@ Error no_slices(const std::vector<DicomHead>& heads) {
     if (scan != heads.end()) return trouble_of(*scan);
     if (heads.size() == 1 && heads.front().file.filename() != "DICOMDIR")
         return trouble_of(heads.front());
-    return user_error("it has no slices", "name the folder that holds those of a series");
+    return user_error(messages::kNoSlices, messages::kNoSlicesHelp);
 }
 
 /// Tells which files were passed over. Fails where one of them may belong to the series.
@@ -147,10 +144,9 @@ Result<void> pass_over(const std::vector<DicomHead>& heads, const std::string& s
     }
     const std::string folder = heads.front().file.parent_path().filename().string();
     if (!foreign.empty())
-        tell(fmt::format("{}: passed over what are no slices: {}", folder, list_some(foreign)));
+        tell(fmt::format(messages::kPassedOverNoSlices, folder, list_some(foreign)));
     if (!others.empty())
-        tell(fmt::format("{}: passed over what belongs to other series: {}", folder,
-                         list_some(others)));
+        tell(fmt::format(messages::kPassedOverOtherSeries, folder, list_some(others)));
     return {};
 }
 
@@ -169,12 +165,8 @@ Result<void> check_files(const std::vector<DicomSlice>& slices) {
         if (!image.is_placed) unplaced.push_back(name);
         if (image.is_inverted) inverted.push_back(name);
     }
-    if (!unplaced.empty())
-        tell(fmt::format("{} does not say where it lies: its first pixel is put at 0, 0, 0",
-                         list_some(unplaced)));
-    if (!inverted.empty())
-        tell(fmt::format("values are as stored of {}, shown with the lowest white (MONOCHROME1)",
-                         list_some(inverted)));
+    if (!unplaced.empty()) tell(fmt::format(messages::kPlaceUnknown, list_some(unplaced)));
+    if (!inverted.empty()) tell(fmt::format(messages::kStoredMonochrome1, list_some(inverted)));
     return {};
 }
 
@@ -208,8 +200,7 @@ MadeReader open_dicom_series(const std::vector<fs::path>& files,
     const DicomSlice& first = slices->front();
     const GridFrame frame{first.position, {first.across, first.down, *step}};
     if (!is_along_axes(frame) && !options.outside) {
-        return user_error("its slices are not along x, y and z, so that it is resampled",
-                          "say by `outside` which value lies around it: -1000 is air");
+        return user_error(messages::kObliqueSlices, messages::kObliqueSlicesHelp);
     }
     return place_reader(std::make_unique<SeriesReader>(std::move(*slices), limits.memory_bytes),
                         frame, options, limits);

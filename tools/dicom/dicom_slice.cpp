@@ -12,6 +12,7 @@
 
 #include "base/input_file.h"
 #include "tools/dicom/dicom_elements.h"
+#include "tools/dicom/messages.h"
 #include "tools/texture/check_memory.h"
 
 namespace openfab::tools {
@@ -28,18 +29,16 @@ constexpr double kMostFrames = 16384;
 Result<void> read_format(const gdcm::DataSet& set, DicomImage* out) {
     out->height = short_of(set, {0x0028, 0x0010}, 0);
     out->width = short_of(set, {0x0028, 0x0011}, 0);
-    if (out->width < 1 || out->height < 1) return user_error("it holds no picture");
+    if (out->width < 1 || out->height < 1) return user_error(messages::kNoPicture);
     if (const int32_t samples = short_of(set, {0x0028, 0x0002}, 1); samples != 1)
-        return user_error(fmt::format("it has {} values a pixel; a scan has one", samples));
+        return user_error(fmt::format(messages::kValuesPerPixel, samples));
     const std::string_view photometric = trimmed(bytes_of(set, {0x0028, 0x0004}));
     out->is_inverted = photometric == "MONOCHROME1";
     if (!photometric.empty() && !out->is_inverted && photometric != "MONOCHROME2")
-        return user_error(fmt::format("its pixels are colours ({})", photometric));
+        return user_error(fmt::format(messages::kPixelsAreColours, photometric));
     if (bytes_of(set, {0x0008, 0x0008}).find("MOSAIC") != std::string_view::npos)
-        return user_error("its picture is made of several slices (a mosaic)",
-                          "write it as one slice a file, or as frames");
-    if (set.FindDataElement(gdcm::Tag(0x0028, 0x3000)))
-        return user_error("its values go through a table (Modality LUT), which is not read");
+        return user_error(messages::kMosaic, messages::kMosaicHelp);
+    if (set.FindDataElement(gdcm::Tag(0x0028, 0x3000))) return user_error(messages::kModalityLut);
     out->bits_allocated = short_of(set, {0x0028, 0x0100}, 0);
     out->bits_stored = short_of(set, {0x0028, 0x0101}, out->bits_allocated);
     out->high_bit = short_of(set, {0x0028, 0x0102}, out->bits_stored - 1);
@@ -47,14 +46,12 @@ Result<void> read_format(const gdcm::DataSet& set, DicomImage* out) {
     const int32_t all = out->bits_allocated;
     if ((all != 8 && all != 16 && all != 32) || out->bits_stored < 1 || out->bits_stored > all ||
         out->high_bit < out->bits_stored - 1 || out->high_bit >= all)
-        return user_error(fmt::format("its pixels of {} bits in {} are not read; 8, 16 and 32 are",
-                                      out->bits_stored, all));
+        return user_error(fmt::format(messages::kPixelBits, out->bits_stored, all));
     double frames = 1;
     const std::string_view count = bytes_of(set, {0x0028, 0x0008});
     if (!trimmed(count).empty() && (!parse_decimals(count, &frames, 1) || !(frames >= 1) ||
                                     frames > kMostFrames || frames != std::floor(frames)))
-        return user_error(fmt::format("its number of frames, {}, is not a number from 1 to {}",
-                                      trimmed(count), kMostFrames));
+        return user_error(fmt::format(messages::kFrameCount, trimmed(count), kMostFrames));
     out->frames = static_cast<int32_t>(frames);
     return {};
 }
@@ -118,25 +115,25 @@ class Places {
         if (frame == 0)
             image_->is_placed = image_->frames == 1 || !where.empty() || !turned.empty();
         if (image_->is_placed && !parse_decimals(where, position.data(), 3))
-            return user_error("it does not say where it lies (Image Position)");
+            return user_error(messages::kNoImagePosition);
         if (image_->is_placed && !parse_decimals(turned, axes.data(), 6))
-            return user_error("it does not say how it is turned (Image Orientation)");
+            return user_error(messages::kNoImageOrientation);
         if (!parse_decimals(groups_.find(frame, kMeasures, {0x0028, 0x0030}), spacing.data(), 2) ||
             !(spacing[0] > 0) || !(spacing[1] > 0))
-            return user_error("it does not say how large its pixels are (Pixel Spacing)");
+            return user_error(messages::kNoPixelSpacing);
         out->position = {position[0], position[1], position[2]};
         const Vec3d across{axes[0], axes[1], axes[2]}, down{axes[3], axes[4], axes[5]};
         constexpr double kRounding = 1e-3;
         if (!(std::abs(length(across) - 1) <= kRounding) ||
             !(std::abs(length(down) - 1) <= kRounding) ||
             !(std::abs(dot(across, down)) <= kRounding))
-            return user_error("the axes of its orientation are not at right angles, of length 1");
+            return user_error(messages::kOrientationNotOrthogonal);
         // Between rows first, then between columns.
         out->down = down * spacing[0];
         out->across = across * spacing[1];
         const std::string thickness = groups_.find(frame, kMeasures, {0x0018, 0x0050});
         if (!trimmed(thickness).empty() && !parse_decimals(thickness, &out->thickness_mm, 1))
-            return user_error("its thickness is not a number");
+            return user_error(messages::kThicknessNotANumber);
         return {};
     }
 
@@ -148,18 +145,15 @@ class Places {
             if (offset_.empty()) {
                 offset_.resize(count);
                 if (!parse_decimals(offsets_, offset_.data(), count))
-                    return user_error(
-                        fmt::format("the offsets of its {} frames are not so many numbers", count));
+                    return user_error(fmt::format(messages::kFrameOffsets, count));
             }
             return offset_[static_cast<size_t>(frame)] - offset_[0];
         }
         double step = slice.thickness_mm;
         const std::string spacing = groups_.find(frame, kMeasures, {0x0018, 0x0088});
         if (!trimmed(spacing).empty() && !parse_decimals(spacing, &step, 1))
-            return user_error("the distance of its frames is not a number");
-        if (step == 0)
-            return user_error(
-                "it does not say how far its frames are apart (Spacing Between Slices)");
+            return user_error(messages::kFrameDistanceNotANumber);
+        if (step == 0) return user_error(messages::kNoSliceSpacing);
         return step * frame;
     }
 
@@ -171,7 +165,7 @@ class Places {
         if ((!trimmed(slope).empty() && !parse_decimals(slope, &out->slope, 1)) ||
             (!trimmed(intercept).empty() && !parse_decimals(intercept, &out->intercept, 1)) ||
             (!trimmed(dose).empty() && !parse_decimals(dose, &out->slope, 1)))
-            return user_error("its rescale slope or intercept is not a number");
+            return user_error(messages::kRescaleNotANumber);
         return {};
     }
 
@@ -192,7 +186,7 @@ Result<std::vector<DicomSlice>> read_slices(const gdcm::DataSet& set,
         slice.frame = frame;
         if (Result<void> place = places.read(frame, &slice); !place) {
             if (image->frames == 1) return place.error();
-            return with_context(place.error(), fmt::format("frame {}: ", frame + 1));
+            return with_context(place.error(), fmt::format(messages::kInFrame, frame + 1));
         }
     }
     return slices;
@@ -225,7 +219,7 @@ Result<DicomHead> read_dicom_head(const fs::path& path, int64_t memory_bytes) {
     if (!file) return file.error();
     DicomHead out;
     out.file = path;
-    out.trouble = user_error("it is not a DICOM file, or damaged");
+    out.trouble = user_error(messages::kNotDicom);
     gdcm::Reader reader;
     reader.SetFileName(file->name().c_str());
     out.is_foreign = !is_marked(path, *file);
@@ -254,7 +248,7 @@ Result<DicomHead> read_dicom_head(const fs::path& path, int64_t memory_bytes) {
     if (image->series_number) out.names.push_back(std::to_string(*image->series_number));
     constexpr std::string_view kDirectory = "1.2.840.10008.1.3.10";
     out.is_foreign = trimmed(bytes_of(meta, {0x0002, 0x0002})) == kDirectory;
-    out.trouble = user_error("it has no pixels");
+    out.trouble = user_error(messages::kNoPixels);
     const auto at = static_cast<int64_t>(reader.GetStreamCurrentPosition());
     if (!image->is_deflated && !find_pixels(*file, at, image.get())) return out;
     Result<std::vector<DicomSlice>> slices = read_slices(set, image);

@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "tools/dicom/messages.h"
+
 namespace openfab::tools {
 
 namespace {
@@ -50,10 +52,8 @@ Result<std::vector<Part>> parts_of(std::vector<DicomSlice> slices) {
         Part& part = found == parts.end() ? parts.emplace_back() : *found;
         part.slices.push_back(std::move(slice));
         if (parts.size() > kMostParts) {
-            return user_error(fmt::format("its slices are of more than {} series, sizes and "
-                                          "orientations",
-                                          kMostParts),
-                              "name the files of one by a pattern");
+            return user_error(fmt::format(messages::kTooManySeries, kMostParts),
+                              messages::kTooManySeriesHelp);
         }
     }
     for (size_t i = 0; i < parts.size(); ++i) {
@@ -82,10 +82,9 @@ std::string orientation(const DicomSlice& slice) {
 std::string describe(const Part& part, const std::string& name) {
     const DicomSlice& first = part.slices.front();
     const size_t count = part.slices.size();
-    std::string out =
-        fmt::format("{} ({} x {} pixels of {:.3g} x {:.3g} mm, {}, {} slice{}", name,
-                    part.image().width, part.image().height, length(first.across),
-                    length(first.down), orientation(first), count, count == 1 ? "" : "s");
+    std::string out = fmt::format(messages::kSeriesLine, name, part.image().width,
+                                  part.image().height, length(first.across), length(first.down),
+                                  orientation(first), count, count == 1 ? "" : "s");
     if (count == 1) out += " " + first.name();
     if (!part.image().description.empty()) out += fmt::format(", `{}`", part.image().description);
     return out + ")";
@@ -144,7 +143,7 @@ Result<std::vector<DicomSlice>> choose_series(std::vector<DicomSlice> slices,
     if (!field.empty()) {
         std::vector<Part> found = named(parts, field);
         if (found.empty())
-            return user_error(fmt::format("it has no series {}; it has {}", field, list(parts)));
+            return user_error(fmt::format(messages::kNoSuchSeries, field, list(parts)));
         parts = std::move(found);
     }
     if (parts.size() == 1) return std::move(parts.front().slices);
@@ -152,10 +151,8 @@ Result<std::vector<DicomSlice>> choose_series(std::vector<DicomSlice> slices,
         return part.image().series == parts.front().image().series;
     });
     return user_error(
-        fmt::format("its slices are not of one {}: {}", one_series ? "grid" : "series",
-                    list(parts)),
-        one_series ? "name one by `field`, by what stands before the brackets, or take others out"
-                   : "name one by `field`, by its number, description or identifier (UID)");
+        fmt::format(messages::kNotOfOneSeries, one_series ? "grid" : "series", list(parts)),
+        one_series ? messages::kNotOfOneSeriesBrackets : messages::kNotOfOneSeriesIdentifier);
 }
 
 std::string list_some(const std::vector<std::string>& names) {

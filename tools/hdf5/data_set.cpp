@@ -10,6 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "tools/hdf5/messages.h"
+#include "tools/texture/messages.h"
+
 namespace openfab::tools {
 
 namespace {
@@ -52,21 +55,20 @@ class SetNumbers final : public ArrayNumbers {
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
         H5PLset_loading_state(0);  // else filters that a file names are loaded as code
         file_ = {H5Fopen(file.name().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
-        if (!file_.ok()) return user_error("its data file is not an HDF5 file, or is damaged");
+        if (!file_.ok()) return user_error(messages::kNotHdf5);
         const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
         H5Pset_elink_cb(access, refuse, nullptr);
         set_ = {H5Dopen2(file_, set.c_str(), access), H5Dclose};
-        if (!set_.ok())
-            return user_error(fmt::format("there is no data set `{}` in its data file", set));
+        if (!set_.ok()) return user_error(fmt::format(messages::kNoDataSetOfName, set));
         const Handle layout(H5Dget_create_plist(set_), H5Pclose);
         if (!layout.ok() || H5Pget_layout(layout) == H5D_VIRTUAL ||
             H5Pget_external_count(layout) != 0)
-            return user_error(fmt::format("the data set `{}` has its numbers in other files", set),
-                              "write it with its numbers in its own");
+            return user_error(fmt::format(messages::kNumbersElsewhere, set),
+                              messages::kNumbersElsewhereHelp);
         const Handle type(H5Dget_type(set_), H5Tclose);
         const H5T_class_t kind = H5Tget_class(type);
         if (kind != H5T_INTEGER && kind != H5T_FLOAT)
-            return user_error(fmt::format("the data set `{}` does not hold numbers", set));
+            return user_error(fmt::format(messages::kDataSetWithoutNumbers, set));
         space_ = {H5Dget_space(set_), H5Sclose};
         const int rank = H5Sget_simple_extent_ndims(space_);
         sizes_.resize(static_cast<size_t>(std::max(rank, 0)));
@@ -78,21 +80,19 @@ class SetNumbers final : public ArrayNumbers {
         if (slab) {
             if (!has_sides ||
                 !std::equal(sizes_.begin(), sizes_.end(), slab->sizes.begin(), slab->sizes.end())) {
-                return user_error(fmt::format(
-                    "the data set `{}` has the sides {}, not {} as its `Dimensions` say", set,
-                    fmt::join(sizes_, " "), fmt::join(slab->sizes, " ")));
+                return user_error(fmt::format(messages::kDataSetSides, set, fmt::join(sizes_, " "),
+                                              fmt::join(slab->sizes, " ")));
             }
             start_.assign(slab->start.begin(), slab->start.end());
             stride_.assign(slab->stride.begin(), slab->stride.end());
             sizes_.assign(slab->count.begin(), slab->count.end());
         } else if (!has_sides || all != count) {
-            return user_error(fmt::format(
-                "the data set `{}` has not the {} numbers of its `Dimensions`", set, count));
+            return user_error(fmt::format(messages::kDataSetCount, set, count));
         }
         // What is not stored has a default, so a small file may claim any size.
         constexpr uint64_t kDensest = 1032;  // of deflate: bytes per compressed byte
         if (H5Dget_storage_size(set_) < static_cast<uint64_t>(all) * H5Tget_size(type) / kDensest)
-            return user_error(kArrayCutShort);
+            return user_error(messages::kArrayCutShort);
         plan(layout);
         return {};
     }
@@ -128,7 +128,7 @@ class SetNumbers final : public ArrayNumbers {
     }
 
     Result<void> fill() {
-        if (begin_ == sizes_[axis_]) return user_error(kArrayCutShort);
+        if (begin_ == sizes_[axis_]) return user_error(messages::kArrayCutShort);
         const hsize_t rows = std::min(rows_, sizes_[axis_] - begin_);
         std::vector<hsize_t> start = start_, size = sizes_;
         start[axis_] += begin_ * stride_[axis_];
@@ -140,8 +140,7 @@ class SetNumbers final : public ArrayNumbers {
         if (H5Sselect_hyperslab(space_, H5S_SELECT_SET, start.data(), stride_.data(), size.data(),
                                 nullptr) < 0 ||
             H5Dread(set_, H5T_NATIVE_DOUBLE, memory, space_, H5P_DEFAULT, held_.data()) < 0)
-            return user_error(
-                "a data set of its HDF5 file is damaged, or packed by an unknown filter");
+            return user_error(messages::kDataSetDamaged);
         begin_ += rows;
         return {};
     }

@@ -14,6 +14,7 @@
 #include "base/run_main.h"
 #include "base/say.h"
 #include "base/units.h"
+#include "tools/step/messages.h"
 #include "tools/step/solids_package.h"
 #include "tools/step/step_solids.h"
 
@@ -36,7 +37,7 @@ int step_main(int argc, char** argv) {
             if (!length) return openfab::usage_error("`--tolerance`: " + length.error().text());
             mm = *length;
         }
-        if (!(mm > 0)) return openfab::usage_error("`--tolerance` must be above 0");
+        if (!(mm > 0)) return openfab::usage_error(openfab::tools::messages::kToleranceAboveZero);
         const Result<openfab::tools::StepFile> solids = openfab::tools::read_step(input, mm);
         if (!solids) return solids.error();
         for (const std::string& text : solids->notes)

@@ -31,6 +31,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "tools/step/messages.h"
 
 namespace openfab::tools {
 
@@ -64,9 +65,9 @@ class SolidReader {
         reader.SetColorMode(Standard_True);
         reader.SetNameMode(Standard_True);
         if (reader.ReadFile(file_.c_str()) != IFSelect_RetDone)
-            return error("it is no STEP file, or damaged", "files of STEP begin with ISO-10303-21");
+            return error(messages::kNotStep, messages::kNotStepHelp);
         Handle(TDocStd_Document) document = new TDocStd_Document("XmlXCAF");
-        if (!reader.Transfer(document)) return error("its shapes cannot be read");
+        if (!reader.Transfer(document)) return error(messages::kShapesCannotBeRead);
         shapes_ = XCAFDoc_DocumentTool::ShapeTool(document->Main());
         colors_ = XCAFDoc_DocumentTool::ColorTool(document->Main());
         TDF_LabelSequence roots;
@@ -76,14 +77,10 @@ class SolidReader {
             if (!done) return done.error();
         }
         if (out_.solids.empty())
-            return error(
-                others_ > 0 ? "it has no solids, only surfaces or curves" : "it has no solids",
-                "export closed solids from the program that made it");
+            return error(others_ > 0 ? messages::kOnlySurfaces : messages::kNoSolids,
+                         messages::kNoSolidsHelp);
         if (others_ > 0)
-            out_.notes.push_back(fmt::format(
-                "{}: {} shapes that are no solids are left out: close them in the program that "
-                "made them",
-                file_, others_));
+            out_.notes.push_back(fmt::format(messages::kShapesLeftOut, file_, others_));
         return std::move(out_);
     }
 
@@ -116,7 +113,7 @@ class SolidReader {
     /// A label of an assembly or a part; what it is called and coloured counts for what says nothing itself.
     Result<void> visit(const TDF_Label& label, const TopLoc_Location& at, const std::string& holder,
                        const Color& held_color, int depth) {
-        if (depth > kDeepest) return error("assemblies are nested too deep");
+        if (depth > kDeepest) return error(messages::kAssembliesTooDeep);
         TDF_Label of = label;
         TopLoc_Location placed = at;
         std::string name = name_of(label);
@@ -148,7 +145,7 @@ class SolidReader {
         for (TopExp_Explorer each(shape, TopAbs_SOLID); each.More(); each.Next()) {
             any = true;
             if (out_.solids.size() == kMostSolids)
-                return error(fmt::format("it has more than {} solids", kMostSolids));
+                return error(fmt::format(messages::kMoreThanSolids, kMostSolids));
             const Color own = color_of(each.Current());
             Result<void> done = add(each.Current(), placed, name, own ? own : color);
             if (!done) return done;
@@ -171,10 +168,8 @@ class SolidReader {
             TopLoc_Location of_face;
             const Handle(Poly_Triangulation) mesh = BRep_Tool::Triangulation(face, of_face);
             if (mesh.IsNull())
-                return error(
-                    fmt::format("a face of the solid `{}` cannot be divided into triangles",
-                                printable(name)),
-                    "heal the solid in the program that made it");
+                return error(fmt::format(messages::kFaceNotDivided, printable(name)),
+                             messages::kFaceNotDividedHelp);
             std::vector<int32_t> of_node(static_cast<size_t>(mesh->NbNodes()) + 1);
             for (int i = 1; i <= mesh->NbNodes(); ++i) {
                 const gp_Pnt p = mesh->Node(i).Transformed(of_face.Transformation());
@@ -216,10 +211,10 @@ Result<StepFile> read_step(const std::filesystem::path& file, double tolerance_m
     try {
         return SolidReader(file.string(), tolerance_mm).read();
     } catch (const Standard_Failure& failure) {
-        return user_error(fmt::format("{}: OpenCASCADE cannot read it: {}", file.string(),
+        return user_error(fmt::format(messages::kOpenCascadeCannotRead, file.string(),
                                       printable(failure.GetMessageString())));
     } catch (const std::exception& failure) {
-        return user_error(fmt::format("{}: OpenCASCADE cannot read it: {}", file.string(),
+        return user_error(fmt::format(messages::kOpenCascadeCannotRead, file.string(),
                                       printable(failure.what())));
     }
 }

@@ -18,6 +18,7 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/units.h"
+#include "tools/vdb/messages.h"
 #include "tools/vdb/sparse_grids.h"
 
 namespace openfab::tools {
@@ -147,12 +148,11 @@ Result<Fractions> open_fractions(const std::string& array) {
     if (!json) return json.error();
     Fractions out;
     if (!read_description(*json, &out))
-        return user_error(fmt::format("`{}` does not describe an array of OpenFab", beside));
+        return user_error(fmt::format(messages::kNotAnArrayOfOpenFab, beside));
     const JsonMember* const complete = json->find("complete");
-    if (complete == nullptr || !complete->value.boolean)
-        return wrong("is of a print that ended early; print it again");
+    if (complete == nullptr || !complete->value.boolean) return wrong(messages::kArrayOfEndedPrint);
     Result<InputFile> file = InputFile::open(array);
-    if (!file) return with_context(file.error(), fmt::format("cannot read `{}`: ", array));
+    if (!file) return with_context(file.error(), fmt::format(messages::kCannotReadArray, array));
     const double voxels = static_cast<double>(out.size.x) * out.size.y * out.size.z;
     const int64_t payload = file->bytes() - static_cast<int64_t>(raster::kNpyHeaderBytes);
     out.materials = static_cast<size_t>(
@@ -161,10 +161,10 @@ Result<Fractions> open_fractions(const std::string& array) {
                                        static_cast<int64_t>(out.materials)};
     std::vector<uint8_t> header(raster::kNpyHeaderBytes);
     const Result<size_t> got = file->read(0, header.data(), header.size());
-    if (!got) return with_context(got.error(), fmt::format("cannot read `{}`: ", array));
+    if (!got) return with_context(got.error(), fmt::format(messages::kCannotReadArray, array));
     if (out.materials == 0 || out.materials > out.names.size() ||
         header != raster::npy_header("<f4", shape))
-        return wrong(fmt::format("is not the array that `{}` describes", beside));
+        return wrong(fmt::format(messages::kNotTheDescribedArray, beside));
     out.file.emplace(std::move(*file));
     return out;
 }
@@ -207,8 +207,8 @@ class FractionBlocks {
                            row * static_cast<int64_t>(row_values_ * sizeof(float));
         float* const to = rows_.data() + row_values_ * kSide * static_cast<size_t>(dz);
         const Result<size_t> got = f_.file->read(at, to, bytes);
-        if (!got) return with_context(got.error(), fmt::format("cannot read `{}`: ", name_));
-        if (*got != bytes) return user_error(fmt::format("`{}` is cut short", name_));
+        if (!got) return with_context(got.error(), fmt::format(messages::kCannotReadArray, name_));
+        if (*got != bytes) return user_error(fmt::format(messages::kArrayFileCutShort, name_));
         return {};
     }
     void gather(int32_t x, size_t material) {
@@ -243,9 +243,8 @@ Result<void> make_vdb_of_print(const std::string& print, const std::string& vdb,
     const int64_t left =
         memory_bytes - static_cast<int64_t>(CodeSlab::bytes(info)) - 2 * (*reader)->slice_bytes();
     if (left <= 0) {
-        return user_error(fmt::format(
-            "{}: eight slices of {} x {} voxels take more than `--memory` allows, {}; raise it",
-            print, info.size.x, info.size.y, format_bytes(memory_bytes)));
+        return user_error(fmt::format(messages::kEightSlicesTooLarge, print, info.size.x,
+                                      info.size.y, format_bytes(memory_bytes)));
     }
     CodeSlab slab(info);
     SparseGrids grids({info.origin_mm, info.pitch_mm}, left);
@@ -273,8 +272,8 @@ Result<void> make_vdb_of_fractions(const std::string& array, const std::string& 
     const int64_t rows_bytes = int64_t{kSide} * kSide * fractions->size.x *
                                static_cast<int64_t>(fractions->materials * sizeof(float));
     if (rows_bytes >= memory_bytes) {
-        return user_error(fmt::format("{}: rows of {} voxels take more than `--memory` allows, {}",
-                                      array, fractions->size.x, format_bytes(memory_bytes)));
+        return user_error(fmt::format(messages::kRowsTooLarge, array, fractions->size.x,
+                                      format_bytes(memory_bytes)));
     }
     SparseGrids grids(fractions->frame, memory_bytes - rows_bytes);
     for (size_t m = 0; m < fractions->materials; ++m)

@@ -12,6 +12,7 @@
 
 #include "backends/common/part_file.h"
 #include "base/units.h"
+#include "tools/vdb/messages.h"
 #include "tools/vdb/openvdb.h"
 
 namespace openfab::tools {
@@ -109,17 +110,15 @@ Result<void> SparseGrids::set_block(Grid& grid, const Vec3i& corner, const Voxel
                                    (kNodeBytes + kAllocatorBytes);
     }
     if (grids_->leaves_bytes + grids_->nodes_bytes <= memory_bytes_) return {};
-    return user_error(fmt::format(
-        "the voxels that are not void up to slice {} take more than the {} that `--memory` leaves "
-        "for them; raise it, or print fewer slices (`--slices`) or at a coarser pitch",
-        corner.z + 7, format_bytes(memory_bytes_)));
+    return user_error(
+        fmt::format(messages::kGridsTooLarge, corner.z + 7, format_bytes(memory_bytes_)));
 }
 
 Result<void> SparseGrids::write(const std::filesystem::path& path) const {
     Result<std::unique_ptr<backends::PartFile>> file = backends::PartFile::create(path);
     if (!file) return file.error();
     const auto failed = [&](const char* why) {
-        return outside_error(fmt::format("cannot write to `{}`: {}", path.string(), why));
+        return outside_error(fmt::format(messages::kCannotWriteTo, path.string(), why));
     };
     // Opened again by its name: the other is for its lock, and to be synced.
     std::ofstream out((*file)->temporary_path(), std::ios::binary);
@@ -135,7 +134,7 @@ Result<void> SparseGrids::write(const std::filesystem::path& path) const {
     } catch (const std::exception& error) {
         return failed(error.what());
     }
-    if (!out.flush()) return failed(errno != 0 ? std::strerror(errno) : "the disk failed");
+    if (!out.flush()) return failed(errno != 0 ? std::strerror(errno) : messages::kDiskFailed);
     out.close();
     return (*file)->keep();
 }

@@ -12,6 +12,7 @@
 #include "tools/texture/check_memory.h"
 #include "tools/texture/placed_grid.h"
 #include "tools/texture/write_volume.h"
+#include "tools/vdb/messages.h"
 #include "tools/vdb/openvdb.h"
 
 namespace openfab::tools {
@@ -83,14 +84,13 @@ GridFrame frame_of(const openvdb::GridBase& grid, const openvdb::Coord& low, dou
 
 Result<openvdb::CoordBBox> box_of(const openvdb::GridBase& grid) {
     const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
-    if (box.empty()) return user_error(fmt::format("its grid `{}` is empty", grid.getName()));
+    if (box.empty()) return user_error(fmt::format(messages::kGridEmpty, grid.getName()));
     for (int a = 0; a < 3; ++a) {
         constexpr int64_t kMost = 16384;
         const int64_t side = int64_t{box.max()[a]} - box.min()[a] + 1;
         if (side > kMost) {
             return user_error(
-                fmt::format("its grid `{}` has {} voxels along {}, and {} are possible",
-                            grid.getName(), side, "xyz"[a], kMost));
+                fmt::format(messages::kGridTooLarge, grid.getName(), side, "xyz"[a], kMost));
         }
     }
     return box;
@@ -111,15 +111,15 @@ Result<std::string> choose(openvdb::io::File* file, const std::string& wanted) {
     std::vector<std::string> names;
     for (auto name = file->beginName(); name != file->endName(); ++name)
         names.push_back(name.gridName());
-    if (names.empty()) return user_error("it has no grid");
+    if (names.empty()) return user_error(messages::kNoGrid);
     if (wanted.empty() && names.size() == 1) return names.front();
     if (std::find(names.begin(), names.end(), wanted) != names.end()) return wanted;
     std::string all;
     for (const std::string& name : names)
         all += fmt::format("{}`{}`", all.empty() ? "" : ", ", name);
     if (wanted.empty())
-        return user_error("it has several grids, " + all + ", and none is named by `field`");
-    return user_error(fmt::format("it has no grid `{}`; it has {}", wanted, all));
+        return user_error(messages::kSeveralGrids + all + messages::kSeveralGridsHelp);
+    return user_error(fmt::format(messages::kNoSuchGrid, wanted, all));
 }
 
 /// The unit that the options or the file name, in mm.
@@ -146,7 +146,7 @@ MadeReader open_vdb_grid(const fs::path& path, const texture::VolumeOptions& opt
     const double unit = unit_of(file, options);
     const openvdb::GridBase::Ptr grid = file.readGrid(*name);
     if (!grid->transform().isLinear())
-        return user_error(fmt::format("its grid `{}` is not placed by a linear transform", *name));
+        return user_error(fmt::format(messages::kGridNotLinear, *name));
     if (grid->isType<openvdb::FloatGrid>())
         return open_grid<openvdb::FloatGrid>(grid, unit, options, limits);
     if (grid->isType<openvdb::DoubleGrid>())
@@ -159,8 +159,7 @@ MadeReader open_vdb_grid(const fs::path& path, const texture::VolumeOptions& opt
         return open_grid<openvdb::Vec3SGrid>(grid, unit, options, limits);
     if (grid->isType<openvdb::Vec3DGrid>())
         return open_grid<openvdb::Vec3DGrid>(grid, unit, options, limits);
-    return user_error(
-        fmt::format("its grid `{}` is of type {}, which is not read", *name, grid->valueType()));
+    return user_error(fmt::format(messages::kGridTypeNotRead, *name, grid->valueType()));
 }
 
 Result<void> make_vdb_volume_file(const fs::path& source, const fs::path& out,

@@ -3,14 +3,19 @@
 //
 // Folders as hospitals hand them out: several series, scouts, lists and notes among slices, slices that
 // were copied in part, files of many frames, old orders of bytes.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/dicom_files.h"
+#include "tools/dicom/messages.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -67,13 +72,15 @@ TEST_F(DicomHospital, PixelsThatAreCutShortAreCounted) {
         write(fmt::format("im{}", k), slice.bytes());
     }
     ASSERT_EQ(trouble(), "no error");
-    const std::string whole = slice.bytes(), help = "copy it anew from where it came from";
+    const std::string whole = slice.bytes(), help = messages::kCopyItAgain;
     write("im2", whole.substr(0, whole.size() - 62));
-    EXPECT_EQ(trouble(), "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
+    EXPECT_EQ(trouble(),
+              "im2: " + fmt::format(messages::kPixelsCutShort, 8130, 8192) + "; " + help);
     // Its length says so, too.
     slice.pixels.resize(4065);
     write("im2", slice.bytes());
-    EXPECT_EQ(trouble(), "im2: it is cut short: it has 8130 of 8192 bytes of pixels; " + help);
+    EXPECT_EQ(trouble(),
+              "im2: " + fmt::format(messages::kPixelsCutShort, 8130, 8192) + "; " + help);
     slice.pixels.assign(64 * 64, 1000);
     const std::string packed = slice.bytes(kRunLengths);
     write("im2", packed);
@@ -81,8 +88,8 @@ TEST_F(DicomHospital, PixelsThatAreCutShortAreCounted) {
     write("im2", packed.substr(0, packed.size() - 100));
     // An empty table, the head of a frame, 64 bytes of its own head and two planes of 41 runs; 8 bytes end all.
     const int needed = 8 + 8 + 64 + 2 * (64 * 64 + 41 + 1);
-    EXPECT_EQ(trouble(), fmt::format("im2: it is cut short: it has {} of {} bytes of pixels; {}",
-                                     needed - 92, needed, help));
+    EXPECT_EQ(trouble(),
+              "im2: " + fmt::format(messages::kPixelsCutShort, needed - 92, needed) + "; " + help);
 }
 
 TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
@@ -98,11 +105,11 @@ TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
     fill(&scout);
     write("scout", scout.bytes());
     const std::string both =
-        "1 (4 x 3 pixels of 1 x 1 mm, axial, 8 slices, `Thorax 1.0 B30f`), "
-        "7 (2 x 3 pixels of 1 x 1 mm, coronal, 1 slice scout, `Scout`)";
-    EXPECT_EQ(trouble(),
-              "its slices are not of one series: " + both +
-                  "; name one by `field`, by its number, description or identifier (UID)");
+        fmt::format(messages::kSeriesLine, 1, 4, 3, 1.0, 1.0, "axial", 8,
+                    fmt::format(messages::kSeriesLine, "s, `Thorax 1.0 B30f`), 7", 2, 3, 1.0, 1.0,
+                                "coronal", 1, " scout, `Scout`)"));
+    EXPECT_EQ(trouble(), fmt::format(messages::kNotOfOneSeries, "series", "") + both + "; " +
+                             messages::kNotOfOneSeriesIdentifier);
     VolumeOptions options;
     for (const char* name : {"7", "1.2.4", "Scout"}) {
         options.field = name;
@@ -117,7 +124,7 @@ TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
         EXPECT_EQ(size(*p), (Vec3i{4, 3, 8})) << name;
     }
     options.field = "2";
-    EXPECT_EQ(trouble(options), "it has no series 2; it has " + both);
+    EXPECT_EQ(trouble(options), fmt::format(messages::kNoSuchSeries, 2, "") + both);
 
     // Numbers that do not tell them apart.
     scout.series_number = 1;
@@ -131,7 +138,7 @@ TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
     // A scout of the same series.
     scout.series = "1.2.3";
     write("scout", scout.bytes());
-    EXPECT_THAT(trouble(), AllOf(HasSubstr("its slices are not of one grid: 1/1 (4 x 3"),
+    EXPECT_THAT(trouble(), AllOf(testing::Says(messages::kNotOfOneSeries, "grid", "1/1 (4 x 3"),
                                  HasSubstr("), 1/2 (2 x 3")));
     options.field = "1/1";
     const auto p = converted(options);
@@ -146,9 +153,8 @@ TEST_F(DicomHospital, AMissingSliceOfFourIsNotTheRule) {
         fill(&slice);
         write(fmt::format("im{}", z), slice.bytes());
     }
-    EXPECT_THAT(trouble(),
-                HasSubstr("1 slice is missing between im1, at (0, 0, 2.5) mm, and im3, at "
-                          "(0, 0, 7.5) mm: they are 5.000 mm apart, others 2.500 mm"));
+    EXPECT_THAT(trouble(), testing::Says(messages::kSlicesMissing, "1", " is", "im1", "0", "0",
+                                         "2.5", "im3", "0", "0", "7.5", "5.000", "2.500"));
     fs::remove(series() / "im1");
     slice.position.z = 2.5 * 4;
     fill(&slice);
@@ -177,15 +183,17 @@ TEST_F(DicomHospital, FramesMayBeMissing) {
     add_enhanced(&slice, {0, 0, 2}, false);
     std::string whole = slice.bytes();
     write("enhanced", whole.substr(0, whole.size() - 25));
-    EXPECT_THAT(trouble(),
-                HasSubstr("enhanced: it is cut short: it has 95 of 120 bytes of pixels"));
+    EXPECT_THAT(trouble(), ::testing::HasSubstr("enhanced: " +
+                                                fmt::format(messages::kPixelsCutShort, 95, 120)));
     // The fourth frame (in places 0 3 1 4 2) moves from 9 mm to where the fifth is.
     const size_t at = whole.find("0\\0\\9");
     ASSERT_NE(at, std::string::npos);
     whole[at + 4] = '5';
     write("enhanced", whole);
-    EXPECT_THAT(trouble(), HasSubstr("enhanced, frame 5: it lies where enhanced, frame 4 does; a "
-                                     "volume has one slice a place"));
+    EXPECT_THAT(trouble(),
+                ::testing::HasSubstr("enhanced, frame 5: " +
+                                     fmt::format(messages::kSliceAtSamePlace, "enhanced, frame 4") +
+                                     "; a volume has one slice a place"));
 }
 
 TEST_F(DicomHospital, FramesOfOneDistance) {
@@ -211,8 +219,7 @@ TEST_F(DicomHospital, FramesWithoutAPlaceAreInPlaceTowardsEachOther) {
     bytes.insert(bytes.find(element(0x20, 0x0e, "UI", slice.series)), spacing(2));
     write("frames", bytes);
     expect_field({4, 3, 3}, {-0.5, -0.5, -1});
-    EXPECT_EQ(told(),
-              "note: frames does not say where it lies: its first pixel is put at 0, 0, 0\n");
+    EXPECT_EQ(told(), fmt::format(messages::kPlaceUnknown, "note: frames") + "\n");
 }
 
 TEST_F(DicomHospital, DosesHaveOffsetsAndAScale) {
@@ -266,12 +273,13 @@ TEST_F(DicomHospital, ValuesAreAsStoredHoweverTheyAreShown) {
     slice.photometric = "MONOCHROME1";
     write_series(slice, {0, 0, 1});
     expect_field({4, 3, 8}, {-0.5, -0.5, -0.5});
-    EXPECT_EQ(told(),
-              "note: values are as stored of im0, im1, im2, im3, im4 and 3 more, shown with the "
-              "lowest white (MONOCHROME1)\n");
+    EXPECT_EQ(
+        told(),
+        "note: " + fmt::format(messages::kStoredMonochrome1, "im0, im1, im2, im3, im4 and 3 more") +
+            "\n");
     slice.photometric = "PALETTE COLOR ";
     write_series(slice, {0, 0, 1});
-    EXPECT_EQ(trouble(), "im0: its pixels are colours (PALETTE COLOR)");
+    EXPECT_EQ(trouble(), "im0: " + fmt::format(messages::kPixelsAreColours, "PALETTE COLOR"));
 }
 
 TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
@@ -284,9 +292,8 @@ TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
     write("preview.jpg", "\xff\xd8");
     write("empty", "");
     expect_field({4, 3, 8}, {-0.5, -0.5, 0.5});
-    EXPECT_EQ(
-        told(),
-        "note: series: passed over what are no slices: DICOMDIR, README, empty, preview.jpg\n");
+    EXPECT_EQ(told(), fmt::format(messages::kPassedOverNoSlices, "note: series",
+                                  "DICOMDIR, README, empty, preview.jpg\n"));
 
     // A picture of a report, and a report, of series of their own.
     Slice report = slice;
@@ -298,16 +305,18 @@ TEST_F(DicomHospital, WhatIsNoSliceIsPassedOverAndTold) {
     const std::string text = report.bytes();
     write("words", text.substr(0, text.find(element(0x28, 2, "US", number(1, 2)))));
     expect_field({4, 3, 8}, {-0.5, -0.5, 0.5});
-    EXPECT_THAT(told(), HasSubstr("note: series: passed over what belongs to other series: report "
-                                  "(its pixels are colours (PALETTE COLOR)), words (it has no "
-                                  "pixels)\n"));
+    EXPECT_THAT(told(),
+                testing::Says(
+                    messages::kPassedOverOtherSeries, "note: series",
+                    "report (its pixels are colours (PALETTE COLOR)), words (it has no pixels)\n"));
     VolumeOptions options;
     options.field = "9";
-    EXPECT_EQ(trouble(options), "report: its pixels are colours (PALETTE COLOR)");
+    EXPECT_EQ(trouble(options),
+              "report: " + fmt::format(messages::kPixelsAreColours, "PALETTE COLOR"));
     // One of the same series may be a slice.
     report.series = slice.series;
     write("report", report.bytes());
-    EXPECT_EQ(trouble(), "report: its pixels are colours (PALETTE COLOR)");
+    EXPECT_EQ(trouble(), "report: " + fmt::format(messages::kPixelsAreColours, "PALETTE COLOR"));
 }
 
 TEST_F(DicomHospital, TilesAndTablesAreNotTakenForValues) {
@@ -315,23 +324,20 @@ TEST_F(DicomHospital, TilesAndTablesAreNotTakenForValues) {
     slice.pixels.assign(12, 0);
     slice.more = sequence(0x28, 0x3000, {});
     write("a", slice.bytes());
-    EXPECT_EQ(trouble(), "a: its values go through a table (Modality LUT), which is not read");
+    EXPECT_EQ(trouble(), std::string("a: ") + messages::kModalityLut);
     slice.more.clear();
     std::string bytes = slice.bytes();
     const std::string after = element(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2");
     bytes.insert(bytes.find(after), element(8, 8, "CS", "ORIGINAL\\PRIMARY\\M\\MOSAIC"));
     write("a", bytes);
-    EXPECT_EQ(
-        trouble(),
-        "a: its picture is made of several slices (a mosaic); write it as one slice a file, or "
-        "as frames");
+    EXPECT_EQ(trouble(), std::string("a: ") + messages::kMosaic + "; " + messages::kMosaicHelp);
 }
 
 TEST_F(DicomHospital, AFolderWithoutSlicesSaysWhy) {
     write("DICOMDIR", "a list");
-    EXPECT_EQ(trouble(), "it has no slices; name the folder that holds those of a series");
+    EXPECT_EQ(trouble(), std::string(messages::kNoSlices) + "; " + messages::kNoSlicesHelp);
     write("README", "a list");
-    EXPECT_EQ(trouble(), "it has no slices; name the folder that holds those of a series");
+    EXPECT_EQ(trouble(), std::string(messages::kNoSlices) + "; " + messages::kNoSlicesHelp);
 }
 
 TEST_F(DicomHospital, TooManyOrientationsAreRefused) {
@@ -352,8 +358,7 @@ TEST_F(DicomHospital, TooManyOrientationsAreRefused) {
     slice.groups = sequence(0x5200, 0x9230, items);
     write("radial", slice.bytes());
     EXPECT_EQ(trouble(),
-              "its slices are of more than 1000 series, sizes and orientations; name the files of "
-              "one by a pattern");
+              fmt::format(messages::kTooManySeries, 1000) + "; " + messages::kTooManySeriesHelp);
 }
 
 TEST_F(DicomHospital, DamagedFilesOfFramesAreErrors) {
@@ -375,7 +380,8 @@ TEST_F(DicomHospital, DamagedFilesOfFramesAreErrors) {
             ++wrong;
             EXPECT_EQ(made.error().code, ErrorCode::kUserInput)
                 << "seed " << seed << ": " << made.error().text();
-            EXPECT_THAT(made.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+            EXPECT_THAT(made.error().text(), testing::Says(messages::kCannotReadBefore))
+                << "seed " << seed;
         }
     }
     EXPECT_GT(wrong, many / 2) << "most of the file is heads";

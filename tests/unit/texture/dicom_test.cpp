@@ -4,6 +4,8 @@
 // Series of DICOM slices.
 #include "tools/dicom/dicom_series.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,8 +15,11 @@
 #include "base/vec.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/dicom_files.h"
+#include "tools/dicom/messages.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -103,14 +108,14 @@ TEST_F(DicomTest, SaysWhichSliceIsWrong) {
     Slice slice;
     write_series(slice, {0, 0, 1});
     fs::remove(series() / "im1");  // of z = 5
-    EXPECT_EQ(trouble(),
-              "1 slice is missing between im4, at (0, 0, 4) mm, and im6, at (0, 0, 6) mm: they are "
-              "2.000 mm apart, others 1.000 mm; copy the whole series");
+    EXPECT_EQ(trouble(), fmt::format(messages::kSlicesMissing, 1.0, " is", "im4", 0.0, 0.0, 4.0,
+                                     "im6", 0.0, 0.0, 6.0, 2.000, 1.000) +
+                             "; " + messages::kSlicesMissingHelp);
     slice.position = {0, 0, 5};
     fill(&slice);
     write("im1", slice.bytes());
     write("again", slice.bytes());
-    EXPECT_THAT(trouble(), HasSubstr("it lies where "));
+    EXPECT_THAT(trouble(), testing::Says(messages::kSliceAtSamePlace));
     fs::remove(series() / "again");
     EXPECT_EQ(trouble(), "no error");
     write("DICOMDIR", "a list");
@@ -123,30 +128,31 @@ TEST_F(DicomTest, SaysWhichSliceIsWrong) {
         write("im1", other.bytes());
         return trouble();
     };
+    EXPECT_THAT(with([](Slice* s) { s->width = 3; }),
+                testing::Says(messages::kSeriesLine, "1/1", "4", "3", "1", "1", "axial", "7",
+                              "s), 1/2 (3 x 3 pixels of 1 x 1 mm, axial, 1 slice im1); name one by "
+                              "`field`, by what"));
     EXPECT_THAT(
-        with([](Slice* s) { s->width = 3; }),
-        HasSubstr("1/1 (4 x 3 pixels of 1 x 1 mm, axial, 7 slices), 1/2 (3 x 3 pixels of 1 x 1 "
-                  "mm, axial, 1 slice im1); name one by `field`, by what"));
-    EXPECT_THAT(with([](Slice* s) { s->row_mm = 1.1; }),
-                HasSubstr("1/2 (4 x 3 pixels of 1 x 1.1 mm, axial, 1 slice im1)"));
+        with([](Slice* s) { s->row_mm = 1.1; }),
+        testing::Says(messages::kSeriesLine, "1/2", "4", "3", "1", "1.1", "axial", "1", " im1)"));
     EXPECT_THAT(with([](Slice* s) { s->position.x = 1; }),
-                HasSubstr("im1: it lies beside the line of the others"));
-    EXPECT_EQ(with([](Slice* s) { s->pixels.pop_back(); }),
-              "im1: it is cut short: it has 22 of 24 bytes of pixels; copy it anew from where it "
-              "came from");
+                ::testing::HasSubstr(std::string("im1: ") + messages::kSliceBesideLine));
+    EXPECT_EQ(
+        with([](Slice* s) { s->pixels.pop_back(); }),
+        "im1: " + fmt::format(messages::kPixelsCutShort, 22, 24) + "; " + messages::kCopyItAgain);
     EXPECT_THAT(with([](Slice* s) { s->frames = 2; }),
                 HasSubstr("im1: frame 1: it does not say how far its frames are apart"));
     EXPECT_THAT(with([](Slice* s) { s->more = element(0x28, 8, "IS", "99999"); }),
-                HasSubstr("im1: its number of frames, 99999, is not a number from 1 to 16384"));
+                ::testing::HasSubstr("im1: " + fmt::format(messages::kFrameCount, 99999, 16384)));
     EXPECT_THAT(with([](Slice* s) {
                     s->across = {1, 1, 0};
                 }),
                 HasSubstr("im1: the axes of its orientation are not at right angles"));
     write("im1", good.substr(0, good.find(element(0x28, 2, "US", number(1, 2)))));
     write("im1.dcm", "no scan");
-    EXPECT_EQ(trouble(), "im1: it has no pixels");
+    EXPECT_EQ(trouble(), std::string("im1: ") + messages::kNoPixels);
     fs::remove(series() / "im1");
-    EXPECT_EQ(trouble(), "im1.dcm: it is not a DICOM file, or damaged");
+    EXPECT_EQ(trouble(), std::string("im1.dcm: ") + messages::kNotDicom);
     fs::remove(series() / "im1.dcm");
     write("im1", good);
     EXPECT_THAT(trouble({}, {2000, {}}), HasSubstr("im0: it takes"));
@@ -171,7 +177,8 @@ TEST_F(DicomTest, DamagedSlicesAreErrors) {
             if (made) continue;
             ++wrong;
             EXPECT_EQ(made.error().code, ErrorCode::kUserInput) << "seed " << seed;
-            EXPECT_THAT(made.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+            EXPECT_THAT(made.error().text(), testing::Says(messages::kCannotReadBefore))
+                << "seed " << seed;
             if (made.error().text().find("crashed") != std::string::npos) {
                 EXPECT_THAT(made.error().text(), HasSubstr(": im1: ")) << "seed " << seed;
             }

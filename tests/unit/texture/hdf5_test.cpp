@@ -5,6 +5,8 @@
 // either byte order.
 #include "tools/hdf5/hdf5_volume.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
@@ -14,8 +16,11 @@
 
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "tools/hdf5/messages.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
@@ -142,8 +147,7 @@ TEST_F(Hdf5Test, PartsOfDataSetsAreRead) {
                "</DataItem>" + of + "</DataItem>";
     };
     EXPECT_THAT(wrong(part("3 1 4 1 1 1 1 1 64", named("5 2 140", "m.h5:/E"))),
-                HasSubstr("the data set `/E` has the sides 5 140 2, not 5 2 140 as its "
-                          "`Dimensions` say"));
+                testing::Says(messages::kDataSetSides, "/E", "5 140 2", "5 2 140"));
     const std::string which = "3 4 1  1 2 1  1 64 1";
     EXPECT_EQ(wrong(part(which, contiguous)), "no error");
     expect_linear(file(part(which, chunks)), 2e-6);
@@ -157,7 +161,7 @@ TEST_F(Hdf5Test, ReadsNothingFromOtherFiles) {
     const hid_t external = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_external(external, outside.c_str(), 0, 512);
     EXPECT_THAT(wrong(item("/E", {64}, std::vector<double>(), H5T_IEEE_F64LE, external)),
-                HasSubstr("the data set `/E` has its numbers in other files"));
+                testing::Says(messages::kNumbersElsewhere, "/E"));
     H5Pclose(external);
 
     const hid_t other =
@@ -173,40 +177,42 @@ TEST_F(Hdf5Test, ReadsNothingFromOtherFiles) {
     const hid_t follows = H5Dopen2(file_, "/F", H5P_DEFAULT);
     EXPECT_GE(follows, 0) << "the link itself is sound";
     H5Dclose(follows);
-    EXPECT_THAT(wrong(named("64", "m.h5:/F")), HasSubstr("there is no data set `/F`"));
+    EXPECT_THAT(wrong(named("64", "m.h5:/F")), testing::Says(messages::kNoDataSetOfName, "/F"));
 
     const hid_t mapped = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_virtual(mapped, space, "other.h5", "/F", space);
     EXPECT_THAT(wrong(item("/V", {64}, std::vector<double>(), H5T_IEEE_F64LE, mapped)),
-                HasSubstr("the data set `/V` has its numbers in other files"));
+                testing::Says(messages::kNumbersElsewhere, "/V"));
     H5Pclose(mapped);
     H5Sclose(space);
-    EXPECT_THAT(
-        wrong(named("64", "../m.h5:/E")),
-        HasSubstr("its field `E` cannot be read: its data file `../m.h5` cannot be read: "));
+    EXPECT_THAT(wrong(named("64", "../m.h5:/E")),
+                ::testing::HasSubstr(
+                    fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
+                    "its data file `../m.h5` cannot be read: "));
 }
 
 TEST_F(Hdf5Test, SaysWhatIsWrong) {
     write_mesh();
     item("/E", {64}, values(), H5T_IEEE_F64LE);
-    EXPECT_THAT(wrong(named("64", "m.h5:/none")), HasSubstr("there is no data set `/none`"));
-    EXPECT_THAT(wrong(named("64", "m.h5:/mesh")), HasSubstr("there is no data set `/mesh`"));
+    EXPECT_THAT(wrong(named("64", "m.h5:/none")),
+                testing::Says(messages::kNoDataSetOfName, "/none"));
+    EXPECT_THAT(wrong(named("64", "m.h5:/mesh")),
+                testing::Says(messages::kNoDataSetOfName, "/mesh"));
     EXPECT_THAT(wrong(named("128", "m.h5:/E")),
-                HasSubstr("the data set `/E` has not the 128 numbers of its `Dimensions`"));
+                testing::Says(messages::kDataSetCount, "/E", "128"));
     EXPECT_THAT(wrong(named("64", "m.h5")), HasSubstr("it names no data file"));
-    EXPECT_THAT(wrong(named("64", "m.xdmf:/E")),
-                HasSubstr("its data file is not an HDF5 file, or is damaged"));
+    EXPECT_THAT(wrong(named("64", "m.xdmf:/E")), testing::Says(messages::kNotHdf5));
     const hid_t text = H5Tcopy(H5T_C_S1);
     H5Tset_size(text, 8);
     EXPECT_THAT(wrong(item("/text", {64}, std::vector<double>(), text)),
-                HasSubstr("the data set `/text` does not hold numbers"));
+                testing::Says(messages::kDataSetWithoutNumbers, "/text"));
     H5Tclose(text);
     const hid_t chunked = H5Pcreate(H5P_DATASET_CREATE);
     const hsize_t chunk = 1024;
     H5Pset_chunk(chunked, 1, &chunk);
     EXPECT_THAT(
         wrong(item("/claimed", {hsize_t{1} << 36}, std::vector<double>(), H5T_IEEE_F64LE, chunked)),
-        HasSubstr("it is cut short"));
+        testing::Says(messages::kCutShort));
     H5Pclose(chunked);
 }
 
@@ -228,7 +234,8 @@ TEST_F(Hdf5Test, DamagedFilesAreErrors) {
         if (done) continue;
         ++wrong;
         EXPECT_EQ(done.error().code, ErrorCode::kUserInput) << "seed " << seed;
-        EXPECT_THAT(done.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+        EXPECT_THAT(done.error().text(), testing::Says(messages::kCannotReadBefore))
+            << "seed " << seed;
     }
     EXPECT_GT(wrong, many / 10);
 }

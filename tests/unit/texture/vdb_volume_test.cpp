@@ -4,6 +4,7 @@
 // Grids that OpenVDB wrote, as volumes; and what `openfab export` wrote, in again.
 #include "tools/vdb/vdb_volume.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,16 +17,18 @@
 #include "base/vec.h"
 #include "tests/fuzz/mutations/mutate.h"
 #include "tests/support/long_run.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/messages.h"
 #include "tools/vdb/convert.h"
+#include "tools/vdb/messages.h"
 #include "tools/vdb/openvdb.h"
 
 namespace openfab::tools {
 namespace {
 
 namespace fs = std::filesystem;
-using ::testing::HasSubstr;
 
 class VdbVolumeTest : public FieldTest {
   protected:
@@ -136,7 +139,7 @@ TEST_F(VdbVolumeTest, VectorsCodesAndWhatIsNotActive) {
     codes->getAccessor().setValue(openvdb::Coord(0, 0, 0), 9);
     codes->getAccessor().setValue(openvdb::Coord(2, 0, 0), -9);
     write({flow, codes, openvdb::BoolGrid::create()});
-    EXPECT_THAT(trouble(), HasSubstr("it has several grids, "));
+    EXPECT_THAT(trouble(), testing::Says(messages::kSeveralGrids));
     VolumeOptions options;
     options.field = "flow";
     const auto p = converted(options);
@@ -150,27 +153,26 @@ TEST_F(VdbVolumeTest, VectorsCodesAndWhatIsNotActive) {
     options.outside = 0;
     EXPECT_EQ(converted(options)->texels()[1], 0);
     options.field = "none";
-    EXPECT_THAT(trouble(options), HasSubstr("it has no grid `none`; it has "));
+    EXPECT_THAT(trouble(options), testing::Says(messages::kNoSuchGrid, "none"));
 }
 
 TEST_F(VdbVolumeTest, SaysWhatIsNotRead) {
     openvdb::FloatGrid::Ptr empty = openvdb::FloatGrid::create();
     empty->setName("E");
     write({empty});
-    EXPECT_THAT(trouble(), HasSubstr("its grid `E` is empty"));
+    EXPECT_THAT(trouble(), testing::Says(messages::kGridEmpty, "E"));
     empty->getAccessor().setValue(openvdb::Coord(0, 0, 0), 1);
     empty->getAccessor().setValue(openvdb::Coord(20'000, 0, 0), 1);
     write({empty});
-    EXPECT_THAT(trouble(),
-                HasSubstr("its grid `E` has 20001 voxels along x, and 16384 are possible"));
+    EXPECT_THAT(trouble(), testing::Says(messages::kGridTooLarge, "E", "20001", "x", "16384"));
     openvdb::BoolGrid::Ptr mask = openvdb::BoolGrid::create();
     mask->setName("mask");
     write({mask});
-    EXPECT_THAT(trouble(), HasSubstr("its grid `mask` is of type bool, which is not read"));
+    EXPECT_THAT(trouble(), testing::Says(messages::kGridTypeNotRead, "mask", "bool"));
     write({field(kScaled)});
-    EXPECT_THAT(trouble({}, {5000, {}}), HasSubstr("of memory, more than the 5 kB of `--memory`"));
+    EXPECT_THAT(trouble({}, {5000, {}}), testing::Says(messages::kTakesTooMuchMemory, "*", "5 kB"));
     folder_.write("a.vdb", "no grids");
-    EXPECT_THAT(trouble(), HasSubstr("cannot read "));
+    EXPECT_THAT(trouble(), testing::Says(messages::kCannotReadBefore));
 }
 
 TEST_F(VdbVolumeTest, FractionsGoOutAndComeInAgain) {
@@ -219,7 +221,8 @@ TEST_F(VdbVolumeTest, DamagedFilesAreErrors) {
         if (made) continue;
         ++wrong;
         EXPECT_EQ(made.error().code, ErrorCode::kUserInput) << "seed " << seed;
-        EXPECT_THAT(made.error().text(), HasSubstr("cannot read ")) << "seed " << seed;
+        EXPECT_THAT(made.error().text(), testing::Says(messages::kCannotReadBefore))
+            << "seed " << seed;
     }
     EXPECT_GT(wrong, many / 10);
 }
