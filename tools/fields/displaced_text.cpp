@@ -9,6 +9,7 @@
 
 #include "base/similarity.h"
 #include "mesh/read/threemf_displaced.h"
+#include "tools/fields/messages.h"
 #include "tools/fields/node_text.h"
 
 namespace openfab::tools {
@@ -36,9 +37,7 @@ Result<DisplacedText> displaced_text(const mesh::ThreemfPlaced& placed, const Af
     DisplacedText out;
     if (placed.model->displacements == nullptr) return out;
     const double scale = even_scale(to_mm);
-    if (!(scale > 0))
-        return error("it is displaced and scaled, but not alike in all directions",
-                     "apply the scale in the program that made it");
+    if (!(scale > 0)) return error(messages::kDisplacedAndScaled, messages::kApplyTheScale);
     const mesh::ThreemfDisplacements& all = *placed.model->displacements;
     std::string choice;
     int number = 0;
@@ -50,11 +49,7 @@ Result<DisplacedText> displaced_text(const mesh::ThreemfPlaced& placed, const Af
         });
         if (!used) continue;
         const auto map = all.maps.find(group.map);
-        if (map == all.maps.end())
-            return error(
-                fmt::format("the displacement {} refers to the map {}, which does not "
-                            "exist",
-                            id, group.map));
+        if (map == all.maps.end()) return error(fmt::format(messages::kNoSuchMap, id, group.map));
         const std::string uniform = fmt::format("map_{}", number);
         out.maps.push_back({uniform, map->second.path, map->second.wrap, map->second.nearest});
         const double height = group.height * scale, offset = group.offset * scale;

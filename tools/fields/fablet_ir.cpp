@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "base/text.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -67,10 +68,10 @@ class Reader {
             text.remove_prefix(std::min(end + 1, text.size()));
             ++number_of_line;
             if (!line(one))
-                return internal_error(fmt::format("line {} of the compiler's text is `{}`",
-                                                  number_of_line, printable(one)));
+                return internal_error(
+                    fmt::format(messages::kCompilerLine, number_of_line, printable(one)));
         }
-        if (out_.volume.empty()) return internal_error("the compiler's text has no volume stage");
+        if (out_.volume.empty()) return internal_error(messages::kNoVolumeStage);
         return std::move(out_);
     }
 

@@ -16,6 +16,7 @@
 #include "tools/fields/displaced_text.h"
 #include "tools/fields/function_text.h"
 #include "tools/fields/lattice_text.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -45,21 +46,20 @@ class FabletText {
 
     Result<FieldFablet> level_set(const mesh::ThreemfPlaced& placed) {
         const mesh::ThreemfLevelSet& set = *placed.object->level_set;
-        const std::string whose = "the level set of " + placed.place();
+        const std::string whose = messages::kLevelSetOf + placed.place();
         if (Result<void> fine = check_map(whose); !fine) return fine.error();
         const auto domain = model_.objects.find(set.mesh);
         if (domain == model_.objects.end() || domain->second.triangles.empty())
-            return error(whose,
-                         fmt::format("`meshid` refers to object {}, which is no mesh", set.mesh));
+            return error(whose, fmt::format(messages::kMeshIdIsNoMesh, set.mesh));
         const FieldBounds bounds = bounds_of(domain->second, set.box_only);
         const Vec3d size = bounds.box.size();
         if (!(std::min({size.x, size.y, size.z}) > 0))
-            return error(whose, fmt::format("object {}, which bounds it, is flat", set.mesh));
+            return error(whose, fmt::format(messages::kBoundIsFlat, set.mesh));
         const Result<std::string> value =
             functions_.at(set.field, "q", ThreemfType::kScalar, whose);
         if (!value) return value.error();
         if (set.field.least_feature > 0)
-            out_.notes.push_back(fmt::format("{}: its smallest feature is {:g} mm", whose,
+            out_.notes.push_back(fmt::format(messages::kSmallestFeature, whose,
                                              set.field.least_feature * scale_of_lengths()));
         if (Result<void> done = volume_stage(set.volume, placed.object, whose); !done)
             return done.error();
@@ -73,10 +73,7 @@ class FabletText {
             const ThreemfObject* mesh = &domain->second;
             if (set.box_only) mesh = &(box = box_mesh(bounds.box));
             out_.meshes.push_back({"", "bounds", obj_text(*mesh, to_mm_)});
-            out_.notes.push_back(fmt::format(
-                "{}: the mesh that bounds it is not convex: it is printed as that mesh, void "
-                "where the level set is outside, and its surface is the mesh's",
-                whose));
+            out_.notes.push_back(fmt::format(messages::kBoundNotConvex, whose));
         }
         return finish(set.field.transform, whose);
     }
@@ -105,7 +102,7 @@ class FabletText {
     Result<void> check_map(const std::string& whose) const {
         const Affine3d back = inverse(to_mm_);
         for (const double m : back.m) {
-            if (!std::isfinite(m)) return error(whose, "its transform is flat");
+            if (!std::isfinite(m)) return error(whose, messages::kTransformIsFlat);
         }
         return {};
     }
@@ -151,8 +148,7 @@ class FabletText {
     Result<void> volume_stage(int64_t id, const ThreemfObject* object, const std::string& whose) {
         const auto it = model_.fields.volumes.find(id);
         if (id >= 0 && it == model_.fields.volumes.end())
-            return error(whose,
-                         fmt::format("it refers to volumetric data {}, which does not exist", id));
+            return error(whose, fmt::format(messages::kNoSuchVolumeData, id));
         const mesh::ThreemfVolumeData none;
         const mesh::ThreemfVolumeData& data = id >= 0 ? it->second : none;
         for (const ThreemfField& one : data.properties) {
@@ -165,11 +161,7 @@ class FabletText {
             return mixture(own, whose);
         }
         if (!data.mixture.empty()) {
-            if (data.color)
-                out_.notes.push_back(
-                    fmt::format("{}: it has a colour and a mixture of materials; the mixture is "
-                                "printed",
-                                whose));
+            if (data.color) out_.notes.push_back(fmt::format(messages::kColourAndMixture, whose));
             return mixture(data, whose);
         }
         if (data.color) return color(*data.color, whose);
@@ -180,7 +172,7 @@ class FabletText {
 
     Result<void> color(const ThreemfField& field, const std::string& whose) {
         const Result<std::string> value =
-            functions_.at(field, "q", ThreemfType::kVector, "the colour of " + whose);
+            functions_.at(field, "q", ThreemfType::kVector, messages::kColourOf + whose);
         if (!value) return value.error();
         out_.inks = uses_point_ = true;
         volume_ += fmt::format(
@@ -194,20 +186,19 @@ class FabletText {
     Result<void> mixture(const mesh::ThreemfVolumeData& data, const std::string& whose) {
         const auto group = model_.groups.find(data.materials);
         if (group == model_.groups.end() || group->second.kind != ThreemfGroup::Kind::kMaterials)
-            return error(whose, fmt::format("`basematerialid` is {}, which are no base materials",
-                                            data.materials));
+            return error(whose, fmt::format(messages::kNoBaseMaterials, data.materials));
         const ThreemfGroup& of = group->second;
         if (data.mixture.size() > of.names.size())
-            return error(whose, fmt::format("it mixes {} materials, and there are {}",
-                                            data.mixture.size(), of.names.size()));
+            return error(whose, fmt::format(messages::kMixesMoreThanThereAre, data.mixture.size(),
+                                            of.names.size()));
         if (data.mixture.size() > kMostMaterials)
-            return error(whose, fmt::format("it mixes {} materials; at most {} are possible",
-                                            data.mixture.size(), kMostMaterials));
+            return error(whose,
+                         fmt::format(messages::kMixesTooMany, data.mixture.size(), kMostMaterials));
         uses_point_ = true;
         for (size_t i = 0; i < data.mixture.size(); ++i) {
             const ThreemfField& one = data.mixture[i];
             const Result<std::string> value =
-                functions_.at(one, "q", ThreemfType::kScalar, "the mixture of " + whose);
+                functions_.at(one, "q", ThreemfType::kScalar, messages::kMixtureOf + whose);
             if (!value) return value.error();
             const std::string uniform = fmt::format("material_{}", i);
             out_.materials.push_back({uniform, of.names[i], linear(of.values[i])});
@@ -224,7 +215,7 @@ class FabletText {
     Result<void> property(const ThreemfField& field, const std::string& whose) {
         for (const ThreemfType type : {ThreemfType::kScalar, ThreemfType::kVector}) {
             const Result<std::string> value =
-                functions_.at(field, "q", type, fmt::format("the property `{}`", field.name));
+                functions_.at(field, "q", type, fmt::format(messages::kTheProperty, field.name));
             if (!value && type == ThreemfType::kVector) return value.error();
             if (!value) continue;
             const std::string name = "property_" + openfl_name(field.name);
@@ -233,10 +224,9 @@ class FabletText {
                 "{{\n"
                 "        return {};\n    }}\n",
                 printable(field.name), openfl_type(type), name, *value);
-            out_.notes.push_back(fmt::format(
-                "{}: its property `{}`{} is the function `{}` of the fablet, and says nothing of "
-                "what is printed until a stage uses it",
-                whose, field.name, field.required ? ", which the file requires," : "", name));
+            out_.notes.push_back(fmt::format(messages::kPropertyIsFunction, whose, field.name,
+                                             field.required ? messages::kRequiredByFile : "",
+                                             name));
             break;
         }
         return {};
@@ -304,10 +294,7 @@ class FabletText {
         const Affine3d to_mm = product(to_mm_, inverse(to_function));
         const double scale = even_scale(to_mm);
         if (!(scale > 0))
-            return error(whose,
-                         "it asks for distances of meshes, and is scaled, but not alike in all "
-                         "directions",
-                         "apply the scale in the program that made it");
+            return error(whose, messages::kDistancesAndScaled, messages::kApplyTheScale);
         const auto ask = [&](int64_t id, const std::string& uniform) {
             text += fmt::format(
                 "    // The distance of a point from {} {}, in the file's unit.\n"
@@ -323,7 +310,7 @@ class FabletText {
         }
         for (const int64_t id : functions_.lattices()) {
             const std::string uniform = fmt::format("lattice_{}", id);
-            const std::string name = fmt::format("object {}", id);
+            const std::string name = fmt::format(messages::kObjectOfFile, id);
             // The model is in memory, and what is made of it no larger.
             int64_t memory = std::numeric_limits<int64_t>::max();
             mesh::ThreemfTold told;
@@ -331,7 +318,7 @@ class FabletText {
                 mesh::lattice_beams(model_.objects.at(id), to_mm, name, file_, &memory, &told);
             if (!beams) return beams.error();
             if (beams->beams.beams.empty())
-                return error(whose, fmt::format("the lattice of {} is without beams", name));
+                return error(whose, fmt::format(messages::kLatticeWithoutBeams, name));
             for (const mesh::LeftOut& left : told.list())
                 out_.notes.push_back(fmt::format("{}: {}", whose, describe(left)));
             out_.meshes.push_back({uniform, uniform, lattice_text(beams->beams), true});

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/fields/function_text.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -21,11 +22,11 @@ Result<FunctionTexts::Slope> FunctionTexts::slope(Scope* scope, const ThreemfNod
     if (!step) return step.error();
     if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector ||
         step->type != ThreemfType::kScalar)
-        return error(place(*scope, &node), "it wants a resource, a vector and a scalar");
+        return error(place(*scope, &node), messages::kWantsResourceVectorScalar);
     const Result<Made> made = make({std::stoll(id->text), node.of_output, {}});
     if (!made) return made.error();
     if (made->type != ThreemfType::kScalar)
-        return error(place(*scope, &node), "the gradient of what is no scalar");
+        return error(place(*scope, &node), messages::kGradientOfNoScalar);
     std::string list;
     for (const char* axis : {"h, 0, 0", "0, h, 0", "0, 0, h"})
         list += fmt::format("{}{}(p + float3({})) - {}(p - float3({}))", list.empty() ? "" : ", ",

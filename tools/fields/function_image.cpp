@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "tools/fields/function_text.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -20,23 +21,20 @@ Result<FunctionTexts::Made> FunctionTexts::make_image(const Key& key,
                                                       const ThreemfFunction& function) {
     const auto image = model_.fields.images.find(function.image);
     if (image == model_.fields.images.end())
-        return error(place(key.function), fmt::format("it refers to the image {}, which does not "
-                                                      "exist",
-                                                      function.image));
+        return error(place(key.function), fmt::format(messages::kNoSuchImage, function.image));
     const mesh::ThreemfImage& of = image->second;
-    const std::string where = fmt::format("image {}", function.image);
+    const std::string where = fmt::format(messages::kTheImage, function.image);
     if (of.rows <= 0 || of.columns <= 0 || of.count <= 0)
-        return error(where, "it has no rows, columns or sheets");
+        return error(where, messages::kNoRowsColumnsSheets);
     if (static_cast<int64_t>(of.sheets.size()) != of.count)
-        return error(where, fmt::format("`sheetcount` is {}, and there are {} sheets", of.count,
-                                        of.sheets.size()));
+        return error(where, fmt::format(messages::kSheetCount, of.count, of.sheets.size()));
     static constexpr std::pair<std::string_view, int> kChannels[] = {
         {"color", -1}, {"red", 0}, {"green", 1}, {"blue", 2}, {"alpha", 3}};
     const auto channel = std::ranges::find(kChannels, std::string_view(key.output),
                                            &std::pair<std::string_view, int>::first);
     if (channel == std::end(kChannels))
-        return error(place(key.function), fmt::format("it has no output `{}`", shown(key.output)),
-                     "a function from an image has `color`, `red`, `green`, `blue` and `alpha`");
+        return error(place(key.function), fmt::format(messages::kNoOutput, shown(key.output)),
+                     messages::kImageOutputs);
     images_.insert(key.function);
     // Of an image that repeats along any axis the others stay half a texel from its ends, where it clamps.
     const bool repeats =

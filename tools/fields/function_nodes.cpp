@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "abi/fablet_table.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -57,22 +58,22 @@ bool decides(const IrLine& line) {
 
 /// What a user calls an operation that no node does.
 std::string called(const IrLine& line) {
-    if (line.op == "noise" || line.op == "simplex" || line.op == "cellular") return "it uses noise";
-    if (line.op == "sample") return "it looks up a texture";
-    if (line.op.starts_with("loop")) return "it has a loop with a number of trips that varies";
-    if (line.op.starts_with("query")) return "it asks for the nearest point of a surface";
-    if (line.op == "derivative") return "it asks for a derivative along the surface";
-    if (line.op == "hash") return "it uses random numbers";
-    return "it calculates with bits of integers";
+    if (line.op == "noise" || line.op == "simplex" || line.op == "cellular")
+        return messages::kUsesNoise;
+    if (line.op == "sample") return messages::kLooksUpTexture;
+    if (line.op.starts_with("loop")) return messages::kVaryingLoop;
+    if (line.op.starts_with("query")) return messages::kAsksNearestPoint;
+    if (line.op == "derivative") return messages::kAsksDerivative;
+    if (line.op == "hash") return messages::kUsesRandomNumbers;
+    return messages::kCalculatesWithBits;
 }
 
 std::string called_input(const std::string& input) {
-    if (input == "distance" || input.starts_with("shape_distance"))
-        return "it asks for the distance to a surface";
-    if (input.starts_with("nearest")) return "it reads attributes of the nearest surface point";
-    if (input == "instance") return "it depends on which placement it is in";
-    if (input == "frame") return "it depends on the size or the place of voxels";
-    return fmt::format("it reads the `{}` of the print", input);
+    if (input == "distance" || input.starts_with("shape_distance")) return messages::kAsksDistance;
+    if (input.starts_with("nearest")) return messages::kReadsAttributes;
+    if (input == "instance") return messages::kDependsOnPlacement;
+    if (input == "frame") return messages::kDependsOnVoxels;
+    return fmt::format(messages::kReadsThePrints, input);
 }
 
 NodeValue number(float x) {
@@ -89,7 +90,7 @@ std::string FunctionNodes::ref(const NodeValue& value) {
     if (!value.is_number) return value.ref;
     std::string& known = constants_[std::bit_cast<uint32_t>(value.number)];
     if (!known.empty()) return known;
-    if (!std::isfinite(value.number)) fail("one of its numbers is not finite");
+    if (!std::isfinite(value.number)) fail(messages::kFunctionNumberNotFinite);
     const std::string name = fmt::format("c{}", constants_.size());
     fmt::format_to(std::back_inserter(nodes_),
                    "<i:constant identifier=\"{}\" value=\"{}\"><i:out><i:scalar "
@@ -111,7 +112,7 @@ NodeValue FunctionNodes::node(const char* kind,
                    "<i:{0} identifier=\"{1}\"><i:in>{2}</i:in><i:out><i:scalar "
                    "identifier=\"result\"/></i:out></i:{0}>\n",
                    kind, name, in);
-    if (++count_ > kMostNodes) fail(fmt::format("it is more than {} nodes", kMostNodes));
+    if (++count_ > kMostNodes) fail(fmt::format(messages::kTooManyNodes, kMostNodes));
     return it->second = {false, 0, name + ".result", false};
 }
 
@@ -265,7 +266,7 @@ NodeValue FunctionNodes::line(const IrLine& line) {
         for (size_t i = 0; !is_float && i < line.args.size(); ++i) {
             // A factor of a hash, whose products wrap.
             if (arg(i).is_number && std::fabs(arg(i).number) > kMostInteger)
-                fail("it calculates with bits of integers");
+                fail(messages::kCalculatesWithBits);
         }
         if (exact) return binary(kind, arg(0), arg(1));
     }

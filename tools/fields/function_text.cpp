@@ -10,6 +10,7 @@
 #include "base/near_miss.h"
 #include "base/text.h"
 #include "mesh/read/threemf_text.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -112,13 +113,14 @@ Error FunctionTexts::error(const std::string& place, const std::string& what,
 std::string FunctionTexts::place(int64_t function) const {
     const auto it = model_.fields.functions.find(function);
     if (it == model_.fields.functions.end() || it->second.name.empty())
-        return fmt::format("function {}", function);
-    return fmt::format("function {} `{}`", function, shown(it->second.name));
+        return fmt::format(messages::kTheFunction, function);
+    return fmt::format(messages::kTheNamedFunction, function, shown(it->second.name));
 }
 
 std::string FunctionTexts::place(const Scope& scope, const ThreemfNode* node) const {
     const std::string function = place(scope.key->function);
-    return node == nullptr ? function : fmt::format("{}, node `{}`", function, shown(node->name));
+    return node == nullptr ? function
+                           : fmt::format(messages::kTheNode, function, shown(node->name));
 }
 
 std::string FunctionTexts::unique(const std::string& wanted) {
@@ -132,24 +134,21 @@ Result<std::string> FunctionTexts::at(const mesh::ThreemfField& field, const std
                                       ThreemfType type, const std::string& whose) {
     const auto it = model_.fields.functions.find(field.function);
     if (it == model_.fields.functions.end())
-        return error(whose,
-                     fmt::format("it refers to function {}, which does not exist", field.function));
+        return error(whose, fmt::format(messages::kNoSuchFunction, field.function));
     if (it->second.image < 0) {
         for (const ThreemfPort& port : it->second.inputs) {
             if (port.type == ThreemfType::kVector && it->second.inputs.size() == 1) continue;
             if (port.name != "pos" || port.type != ThreemfType::kVector)
-                return error(
-                    place(field.function),
-                    fmt::format("{} calls it with a point alone, and it has the input `{}`", whose,
-                                shown(port.name)),
-                    "its only input can be the vector `pos`");
+                return error(place(field.function),
+                             fmt::format(messages::kCalledWithPoint, whose, shown(port.name)),
+                             messages::kCalledWithPointHelp);
         }
     }
     const Result<Made> made = make({field.function, field.channel, {}});
     if (!made) return made.error();
     if (made->type != type)
         return error(place(field.function),
-                     fmt::format("its output `{}` is {}, and {} wants {}", shown(field.channel),
+                     fmt::format(messages::kOutputIsAndWants, shown(field.channel),
                                  name_of(made->type), whose, name_of(type)));
     const bool asks = it->second.image >= 0 || !it->second.inputs.empty();
     return fmt::format("{}({})", made->name, asks ? mapped_text(field.transform, point) : "");
@@ -159,7 +158,7 @@ Result<FunctionTexts::Made> FunctionTexts::make(const Key& key) {
     const auto function = model_.fields.functions.find(key.function);
     if (function == model_.fields.functions.end())
         return error(open_.empty() ? file_ : place(open_.back()),
-                     fmt::format("it calls function {}, which does not exist", key.function));
+                     fmt::format(messages::kCallsNoFunction, key.function));
     const auto [it, fresh] = made_.try_emplace(key);
     if (!fresh && !it->second.name.empty()) return it->second;
     if (!fresh || open_.size() >= kDeepest) {
@@ -168,9 +167,9 @@ Result<FunctionTexts::Made> FunctionTexts::make(const Key& key) {
         for (size_t i = from; i < open_.size(); ++i)
             chain += fmt::format("{} -> ", open_[i]);
         return error(place(key.function),
-                     fresh ? fmt::format("calls are nested more than {} deep", kDeepest)
-                           : fmt::format("it calls itself: {}{}", chain, key.function),
-                     "a function of 3MF cannot be recursive");
+                     fresh ? fmt::format(messages::kCallsTooDeep, kDeepest)
+                           : fmt::format(messages::kCallsItself, chain, key.function),
+                     messages::kCallsItselfHelp);
     }
     open_.push_back(key.function);
     Result<Made> made = function->second.image >= 0 ? make_image(key, function->second)
@@ -201,8 +200,7 @@ Result<std::vector<std::pair<size_t, std::string>>> FunctionTexts::order(const S
             for (const auto& [known, index] : scope.nodes)
                 names.push_back(known);
             return error(place(scope, by),
-                         fmt::format("it refers to `{}`, and there is no node `{}`",
-                                     shown(reference), shown(name)),
+                         fmt::format(messages::kNoSuchNode, shown(reference), shown(name)),
                          suggest(shown(name), names));
         }
         const ThreemfNode& node = scope.function->nodes[it->second];
@@ -220,8 +218,8 @@ Result<std::vector<std::pair<size_t, std::string>>> FunctionTexts::order(const S
             if (ring.size() > 400) break;
         }
         return error(place(scope, &node),
-                     fmt::format("it depends on itself: {}{}", ring, shown(node.name)),
-                     "nodes of 3MF have no cycles");
+                     fmt::format(messages::kDependsOnItself, ring, shown(node.name)),
+                     messages::kDependsOnItselfHelp);
     };
     if (Result<void> entered = enter(from, nullptr); !entered) return entered.error();
     while (!stack.empty()) {
@@ -249,18 +247,18 @@ Result<FunctionTexts::Made> FunctionTexts::make_graph(const Key& key,
         std::vector<std::string> names;
         for (const ThreemfPort& port : function.outputs)
             names.push_back(port.name);
-        return error(place(key.function), fmt::format("it has no output `{}`", shown(key.output)),
+        return error(place(key.function), fmt::format(messages::kNoOutput, shown(key.output)),
                      suggest(shown(key.output), names));
     }
     if (out->from.empty())
         return error(place(key.function),
-                     fmt::format("its output `{}` refers to nothing", shown(out->name)));
+                     fmt::format(messages::kOutputRefersToNothing, shown(out->name)));
     for (size_t i = 0; i < function.nodes.size(); ++i) {
         if (function.nodes[i].name.empty())
-            return error(place(key.function), "one of its nodes has no `identifier`");
+            return error(place(key.function), messages::kNodeWithoutIdentifier);
         if (!scope.nodes.emplace(function.nodes[i].name, i).second)
-            return error(place(key.function), fmt::format("two of its nodes are called `{}`",
-                                                          shown(function.nodes[i].name)));
+            return error(place(key.function),
+                         fmt::format(messages::kTwoNodesOfName, shown(function.nodes[i].name)));
     }
     std::string parameters;
     for (const ThreemfPort& port : function.inputs) {
@@ -288,9 +286,8 @@ Result<FunctionTexts::Made> FunctionTexts::make_graph(const Key& key,
     if (!value) return value.error();
     const bool spreads = value->type == ThreemfType::kScalar && out->type == ThreemfType::kVector;
     if (value->type != out->type && !spreads)
-        return error(place(key.function),
-                     fmt::format("its output `{}` is {}, and is given {}", shown(out->name),
-                                 name_of(out->type), name_of(value->type)));
+        return error(place(key.function), fmt::format(messages::kOutputIsGiven, shown(out->name),
+                                                      name_of(out->type), name_of(value->type)));
     const std::string plain = openfl_name(function.name.empty() ? "function" : function.name);
     const Made made{unique(fmt::format("{}_{}_{}", plain, key.function, openfl_name(out->name))),
                     out->type};
@@ -301,9 +298,8 @@ Result<FunctionTexts::Made> FunctionTexts::make_graph(const Key& key,
                                  scope.lines, value->text));
     length_ += texts_.back().size();
     if (length_ > kLongest)
-        return error(
-            place(key.function),
-            fmt::format("the text of its functions is longer than {} MB", kLongest / 1'000'000));
+        return error(place(key.function),
+                     fmt::format(messages::kTextTooLong, kLongest / 1'000'000));
     return made;
 }
 
@@ -335,8 +331,7 @@ Result<FieldValue> FunctionTexts::value_of(const Scope& scope, const ThreemfNode
         for (const auto& [known, value] : scope.inputs)
             names.push_back(known);
         return error(place(scope, node.name.empty() ? nullptr : &node),
-                     fmt::format("it refers to `{}`, and the function has no input `{}`",
-                                 shown(port.from), shown(output)),
+                     fmt::format(messages::kNoInput, shown(port.from), shown(output)),
                      suggest(shown(output), names));
     }
     const ThreemfNode& from = scope.function->nodes[scope.nodes.at(name)];
@@ -348,7 +343,7 @@ Result<FieldValue> FunctionTexts::input(const Scope& scope, const ThreemfNode& n
     const ThreemfPort* port = find_port(node.inputs, name);
     if (port == nullptr || port->from.empty())
         return error(place(scope, &node),
-                     fmt::format("a node `{}` needs the input `{}`", shown(node.kind), name));
+                     fmt::format(messages::kNodeNeedsInput, shown(node.kind), name));
     return value_of(scope, node, *port);
 }
 
@@ -372,16 +367,15 @@ Result<FieldValue> FunctionTexts::node_value(Scope* scope, const ThreemfNode& no
         if (!vector) return vector;
         if (vector->type != ThreemfType::kVector)
             return error(place(*scope, &node),
-                         fmt::format("input `A` is {} instead of a vector", name_of(vector->type)));
+                         fmt::format(messages::kInputANotVector, name_of(vector->type)));
         if (output != "x" && output != "y" && output != "z")
-            return error(place(*scope, &node), fmt::format("a vector has no `{}`", shown(output)),
-                         "its outputs are `x`, `y` and `z`");
+            return error(place(*scope, &node), fmt::format(messages::kVectorHasNo, shown(output)),
+                         messages::kVectorOutputs);
         return FieldValue{vector->text + "." + output, ThreemfType::kScalar};
     }
     const NodeKind* kind = find_node_kind(node.kind);
     if (kind == nullptr)
-        return error(place(*scope, &node),
-                     fmt::format("unknown kind of node `{}`", shown(node.kind)),
+        return error(place(*scope, &node), fmt::format(messages::kUnknownNode, shown(node.kind)),
                      suggest(shown(node.kind), node_kinds()));
     std::vector<FieldValue> inputs;
     for (const std::string_view name : mesh::threemf_words(kind->inputs)) {
@@ -399,12 +393,11 @@ Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,
     const Result<FieldValue> id = input(*scope, node, "functionID");
     if (!id) return id;
     if (id->type != ThreemfType::kResource)
-        return error(place(*scope, &node), "`functionID` is no resource");
+        return error(place(*scope, &node), messages::kFunctionIdNoResource);
     Key key{std::stoll(id->text), output, {}};
     const auto callee = model_.fields.functions.find(key.function);
     if (callee == model_.fields.functions.end())
-        return error(place(*scope, &node),
-                     fmt::format("it calls function {}, which does not exist", key.function));
+        return error(place(*scope, &node), fmt::format(messages::kCallsNoFunction, key.function));
     std::vector<ThreemfPort> wanted = callee->second.inputs;
     if (callee->second.image >= 0) wanted = {{"pos", ThreemfType::kVector, ""}};
     std::string arguments;
@@ -416,8 +409,8 @@ Result<FieldValue> FunctionTexts::call(Scope* scope, const ThreemfNode& node,
         if (given->type != port.type && !spreads)
             return error(
                 place(*scope, &node),
-                fmt::format("input `{}` is {}, and {} wants {}", shown(port.name),
-                            name_of(given->type), place(key.function), name_of(port.type)));
+                fmt::format(messages::kInputIsAndWants, shown(port.name), name_of(given->type),
+                            place(key.function), name_of(port.type)));
         if (port.type == ThreemfType::kResource) {
             key.resources[port.name] = std::stoll(given->text);
         } else {
@@ -436,22 +429,20 @@ Result<FieldValue> FunctionTexts::distance(Scope* scope, const ThreemfNode& node
     const Result<FieldValue> id = input(*scope, node, lattice ? "beamlattice" : "mesh");
     if (!id) return id;
     if (id->type != ThreemfType::kResource || pos->type != ThreemfType::kVector)
-        return error(place(*scope, &node), "it wants a vector and a resource");
+        return error(place(*scope, &node), messages::kWantsVectorResource);
     const int64_t object = std::stoll(id->text);
     const auto it = model_.objects.find(object);
     if (lattice) {
         if (it == model_.objects.end() || it->second.lattice == nullptr ||
             it->second.lattice->beams.empty())
-            return error(
-                place(*scope, &node),
-                fmt::format("it refers to object {}, which has no lattice of beams", object));
+            return error(place(*scope, &node),
+                         fmt::format(messages::kObjectWithoutLattice, object));
         lattices_.insert(object);
         return FieldValue{fmt::format("lattice_{}_distance({})", object, pos->text),
                           ThreemfType::kScalar};
     }
     if (it == model_.objects.end() || it->second.triangles.empty())
-        return error(place(*scope, &node),
-                     fmt::format("it refers to object {}, which is no mesh", object));
+        return error(place(*scope, &node), fmt::format(messages::kObjectIsNoMesh, object));
     meshes_.insert(object);
     const std::string text = fmt::format("mesh_{}_distance({})", object, pos->text);
     return FieldValue{node.kind == "mesh" ? text : "abs(" + text + ")", ThreemfType::kScalar};

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "mesh/read/threemf_text.h"
+#include "tools/fields/messages.h"
 
 namespace openfab::tools {
 
@@ -124,15 +125,15 @@ std::string_view openfl_type(ThreemfType type) {
 std::string_view name_of(ThreemfType type) {
     switch (type) {
         case ThreemfType::kScalar:
-            return "a scalar";
+            return messages::kAScalar;
         case ThreemfType::kVector:
-            return "a vector";
+            return messages::kAVector;
         case ThreemfType::kMatrix:
-            return "a matrix";
+            return messages::kAMatrix;
         case ThreemfType::kResource:
             break;
     }
-    return "a resource";
+    return messages::kAResource;
 }
 
 std::string float_text(double value) {
@@ -165,17 +166,17 @@ Complaint node_text(const NodeKind& kind, const std::vector<FieldValue>& inputs,
     for (size_t i = 0; i < inputs.size(); ++i) {
         const char wanted = kind.types[i];
         if (inputs[i].type == ThreemfType::kResource)
-            return fmt::format("input `{}` is a resource", names[i]);
+            return fmt::format(messages::kInputIsResource, names[i]);
         if (wanted == '*') {
             // A scalar goes with a vector, which the specification does not ask for.
             const bool mixed = any != nullptr && any->type != inputs[i].type;
             if (mixed &&
                 (any->type == ThreemfType::kMatrix || inputs[i].type == ThreemfType::kMatrix))
-                return fmt::format("input `{}` is {}, and another {}", names[i],
-                                   name_of(inputs[i].type), name_of(any->type));
+                return fmt::format(messages::kInputAndAnother, names[i], name_of(inputs[i].type),
+                                   name_of(any->type));
             if (any == nullptr || any->type == ThreemfType::kScalar) any = &inputs[i];
         } else if (inputs[i].type != type_of(wanted)) {
-            return fmt::format("input `{}` is {} instead of {}", names[i], name_of(inputs[i].type),
+            return fmt::format(messages::kInputInstead, names[i], name_of(inputs[i].type),
                                name_of(type_of(wanted)));
         }
     }
@@ -197,8 +198,7 @@ Complaint constant_text(const mesh::ThreemfNode& node, FieldValue* out) {
     std::string list;
     for (const double value : node.numbers) {
         const std::string text = float_text(value);
-        if (text.empty())
-            return fmt::format("{:g} is beyond what a number of single precision can be", value);
+        if (text.empty()) return fmt::format(messages::kBeyondSinglePrecision, value);
         list += (list.empty() ? "" : ", ") + text;
     }
     constexpr size_t kVector = 3;

@@ -8,9 +8,11 @@
 
 #include "mesh/read/beams_text.h"
 #include "mesh/read/threemf_shapes.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/mesh/threemf_package.h"
 #include "tools/fields/fablet_text.h"
 #include "tools/fields/lattice_text.h"
+#include "tools/fields/messages.h"
 #include "tools/fields/node_text.h"
 
 namespace openfab::tools {
@@ -121,8 +123,7 @@ TEST(Fields, AConvexMeshBoundsByItsPlanesAndAnotherByItself) {
     EXPECT_THAT(other->source, HasSubstr("if (!(level < 0)) return mc;"));
     EXPECT_THAT(other->source, Not(HasSubstr("@Shape")));
     ASSERT_EQ(other->notes.size(), 1u);
-    EXPECT_THAT(other->notes[0],
-                HasSubstr("object `thing`: the mesh that bounds it is not convex"));
+    EXPECT_THAT(other->notes[0], testing::Says(messages::kBoundNotConvex, "object `thing`"));
 }
 
 TEST(Fields, WhatIsWrongHasItsPlace) {
@@ -132,38 +133,42 @@ TEST(Fields, WhatIsWrongHasItsPlace) {
     EXPECT_THAT(error_of(graph(
                     node("abs", "a", {{"A", "b.result"}}) + node("sin", "b", {{"A", "a.result"}}),
                     "b.result")),
-                HasSubstr("a.3mf: function 5 `f`, node `b`: it depends on itself: b <- a <- b"));
+                ::testing::HasSubstr("a.3mf: " + fmt::format(messages::kTheNamedFunction, 5, "f") +
+                                     fmt::format(messages::kTheNode, "", "b") + ": " +
+                                     fmt::format(messages::kDependsOnItself, "", "b <- a <- b")));
     EXPECT_THAT(error_of(graph(node("abs", "a", {{"A", "lenght.result"}}) +
                                    node("length", "length", {{"A", "inputs.pos"}}),
                                "a.result")),
-                HasSubstr("node `a`: it refers to `lenght.result`, and there is no node `lenght`"));
+                ::testing::HasSubstr(
+                    "node `a`: " + fmt::format(messages::kNoSuchNode, "lenght.result", "lenght")));
     EXPECT_THAT(error_of(graph(node("sine", "a", {{"A", "inputs.pos"}}), "a.result")),
-                HasSubstr("node `a`: unknown kind of node `sine`"));
+                ::testing::HasSubstr("node `a`: " + fmt::format(messages::kUnknownNode, "sine")));
     EXPECT_THAT(error_of(graph(node("abs", "a", {{"A", "inputs.p"}}), "a.result")),
-                HasSubstr("it refers to `inputs.p`, and the function has no input `p`"));
+                testing::Says(messages::kNoInput, "inputs.p", "p"));
     EXPECT_THAT(error_of(graph(node("addition", "a", {{"A", "inputs.pos"}}), "a.result")),
-                HasSubstr("node `a`: a node `addition` needs the input `B`"));
-    EXPECT_THAT(error_of(graph(node("length", "a", {{"A", "c.value"}}) +
-                                   node("constant", "c", {}, R"(value="1")", "value"),
-                               "a.result")),
-                HasSubstr("node `a`: input `A` is a scalar instead of a vector"));
+                ::testing::HasSubstr("node `a`: " +
+                                     fmt::format(messages::kNodeNeedsInput, "addition", "B")));
+    EXPECT_THAT(
+        error_of(graph(node("length", "a", {{"A", "c.value"}}) +
+                           node("constant", "c", {}, R"(value="1")", "value"),
+                       "a.result")),
+        ::testing::HasSubstr("node `a`: " + fmt::format(messages::kInputANotVector, "a scalar")));
     EXPECT_THAT(error_of(graph(node("abs", "a", {{"A", "inputs.pos"}}), "a.result")),
-                HasSubstr("its output `shape` is a scalar, and is given a vector"));
+                testing::Says(messages::kOutputIsGiven, "shape", "a scalar", "a vector"));
     EXPECT_THAT(error_of(graph(node("constant", "c", {}, R"(value="one")", "value"), "c.value")),
                 HasSubstr("3dmodel.model:"));
-    EXPECT_THAT(
-        error_of(level_set("", "")),
-        HasSubstr("the level set of object `thing`: it refers to function 5, which does not "
-                  "exist"));
+    EXPECT_THAT(error_of(level_set("", "")),
+                ::testing::HasSubstr(messages::kLevelSetOf + std::string("object `thing`: ") +
+                                     fmt::format(messages::kNoSuchFunction, 5)));
     EXPECT_THAT(error_of(level_set(ball(), R"(volumeid="77")")),
-                HasSubstr("it refers to volumetric data 77, which does not exist"));
+                testing::Says(messages::kNoSuchVolumeData, "77"));
     EXPECT_THAT(error_of(level_set(R"(<v:functionfromimage3d id="5" image3did="9"/>)", "")),
-                HasSubstr("function 5: it refers to the image 9, which does not exist"));
+                ::testing::HasSubstr("function 5: " + fmt::format(messages::kNoSuchImage, 9)));
     EXPECT_THAT(
         error_of(level_set(
             R"(<v:image3d id="9"><v:imagestack rowcount="2" columncount="2" sheetcount="2"><v:imagesheet path="/a.png"/></v:imagestack></v:image3d><v:functionfromimage3d id="5" image3did="9"/>)",
             "")),
-        HasSubstr("image 9: `sheetcount` is 2, and there are 1 sheets"));
+        ::testing::HasSubstr("image 9: " + fmt::format(messages::kSheetCount, 2, 1)));
 }
 
 TEST(Fields, AFunctionThatCallsItselfIsAnError) {
@@ -174,7 +179,8 @@ TEST(Fields, AFunctionThatCallsItselfIsAnError) {
     EXPECT_THAT(error_of(level_set(function(5, kPos, fmt::format(fmt::runtime(call), 6), out) +
                                        function(6, kPos, fmt::format(fmt::runtime(call), 5), out),
                                    "")),
-                HasSubstr("function 5: it calls itself: 5 -> 6 -> 5"));
+                ::testing::HasSubstr("function 5: " +
+                                     fmt::format(messages::kCallsItself, "", "5 -> 6 -> 5")));
     // A function as an input of another.
     const std::string apply =
         R"(<i:functioncall identifier="c"><i:in><i:resourceref identifier="functionID" ref="inputs.what"/><i:vectorref identifier="pos" ref="inputs.pos"/></i:in><i:out><i:scalar identifier="shape"/></i:out></i:functioncall>)";
@@ -224,8 +230,8 @@ TEST(Fields, MixturesColoursAndPropertiesAreStages) {
             materials + ball() +
                 R"(<v:volumedata id="8"><v:color functionid="5" channel="shape"/></v:volumedata>)",
             R"(volumeid="8")")),
-        HasSubstr("its output `shape` is a scalar, and the colour of the level set of object "
-                  "`thing` wants a vector"));
+        testing::Says(messages::kOutputIsAndWants, "shape", "a scalar",
+                      "the colour of the level set of object `thing`", "a vector"));
 }
 
 TEST(Fields, MatricesAreWrittenRowByRow) {
@@ -265,8 +271,7 @@ TEST(Fields, BeamsThatAFunctionAsksForAreAText) {
     EXPECT_EQ(
         made->meshes[0].obj,
         "node 10 0 0 0\nnode 14 0 0 0\nnode 14 0 0 1\nends flat dome\nstrut 0 1 2 1\nball 2\n");
-    EXPECT_THAT(error_of(asks(2)),
-                HasSubstr("node `far`: it refers to object 2, which has no lattice"));
+    EXPECT_THAT(error_of(asks(2)), testing::Says(messages::kObjectWithoutLattice, 2));
 }
 
 TEST(Fields, TextsOfBeamsAreReadAgain) {

@@ -12,6 +12,7 @@
 
 #include "tools/fields/fablet_ir.h"
 #include "tools/fields/field_model.h"
+#include "tools/fields/messages.h"
 #include "tools/fields/volume_shares.h"
 
 namespace openfab::tools {
@@ -105,17 +106,16 @@ TEST(FunctionNodes, ConditionsAreSelects) {
 
 TEST(FunctionNodes, WhatNoFunctionSaysIsNamed) {
     EXPECT_EQ(shape_of("    %3 = const uint 5\n    %4 = noise float 0 %2 %3\n", 4),
-              "it uses noise");
+              messages::kUsesNoise);
     EXPECT_EQ(shape_of("    %3 = convert int %2\n    %4 = const int 668265263\n"
                        "    %5 = mul int %3 %4\n    %6 = convert float %5\n",
                        6),
-              "it calculates with bits of integers");
-    EXPECT_EQ(shape_of("    %3 = input float instance 0 0\n", 3),
-              "it depends on which placement it is in");
+              messages::kCalculatesWithBits);
+    EXPECT_EQ(shape_of("    %3 = input float instance 0 0\n", 3), messages::kDependsOnPlacement);
     EXPECT_EQ(shape_of("    %3 = const bool true\n    %4 = query bool -1 %3 %2 %2 %2\n"
                        "    %5 = query_result float distance 0 0 %4\n",
                        5),
-              "it asks for the nearest point of a surface");
+              messages::kAsksNearestPoint);
 }
 
 TEST(VolumeShares, VoidIsWhereAllAmountsAreZero) {
