@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/tray_worlds.h"
@@ -46,9 +47,8 @@ Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
             continue;
         }
         if (all_but_the_build(*root) != all_but_the_build(out.root)) {
-            return user_error(fmt::format("{} and {} differ in more than what they build",
-                                          arguments.worlds[0], file),
-                              "arrange each by itself");
+            return user_error(fmt::format(messages::kWorldsDiffer, arguments.worlds[0], file),
+                              messages::kArrangeEachAlone);
         }
         // Objects have the same numbers there.
         std::move(world->build.begin(), world->build.end(), std::back_inserter(out.world.build));
@@ -75,19 +75,17 @@ Result<void> run_arrange(const ArrangeArguments& arguments) {
     } else if (arguments.turn == "upright") {
         options.turns = Turns::kUpright;
     } else if (arguments.turn != "all") {
-        return usage_error(fmt::format("--turn {}: it is none, upright or all", arguments.turn));
+        return usage_error(fmt::format(messages::kTurnChoice, arguments.turn));
     }
     options.misplaced =
-        options.turns == Turns::kAll
-            ? "cut it by `openfab split`"
-            : "cut it by `openfab split`, or let it lie on its side by `--turn all`";
+        options.turns == Turns::kAll ? messages::kCutItWithSplit : messages::kCutItOrTurnIt;
     Result<Loaded> loaded = load(arguments, *memory);
     if (!loaded) return loaded.error();
     const world::World* const world = &loaded->world;
     const JsonValue* const root = &loaded->root;
     const std::string& fit = arguments.fit.empty() ? world->printer : arguments.fit;
     if (fit.empty()) {
-        return usage_error("the world names no printer: say by `--fit` what it is to fit");
+        return usage_error(messages::kWorldNamesNoPrinter);
     }
     const Result<MachineTray> machine = machine_tray(fit);
     if (!machine) return machine.error();

@@ -21,6 +21,7 @@
 #include "base/units.h"
 #include "program/output_check.h"
 #include "tools/openfab/check_findings.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/viewer/child.h"
 #include "world/printer.h"
@@ -48,10 +49,9 @@ Result<CheckedPrint> read_print(const std::string& file, int64_t memory, int32_t
     const int64_t voxels = (int64_t{size.x} + 2) * (int64_t{size.y} + 2) * (int64_t{slices} + 2);
     if (voxels > memory / kCheckBytesPerVoxel) {
         *too_large = true;
-        return user_error(
-            fmt::format("a check of {} x {} x {} voxels takes {}", size.x, size.y, slices,
-                        format_bytes(voxels * kCheckBytesPerVoxel)),
-            "give more `--memory`, check at a coarser pitch with `--draft 2`, or cut the world");
+        return user_error(fmt::format(messages::kCheckTakes, size.x, size.y, slices,
+                                      format_bytes(voxels * kCheckBytesPerVoxel)),
+                          messages::kCheckTakesHelp);
     }
     print.codes = inspection::Box<uint8_t>({size.x + 2, size.y + 2, slices + 2});
     for (int32_t z = 0;; ++z) {
@@ -102,10 +102,9 @@ class Checker {
             if (!written) return written;
         }
         if (found->empty()) return {};
-        return user_error(
-            fmt::format("{} place{} the machine's limits do not allow", found->size(),
-                        found->size() == 1 ? " that" : "s that"),
-            arguments_.before_print() ? "nothing was printed; without `--check` it would be" : "");
+        return user_error(fmt::format(messages::kPlacesNotAllowed, found->size(),
+                                      found->size() == 1 ? " that" : "s that"),
+                          arguments_.before_print() ? messages::kNothingPrintedAfterCheck : "");
     }
 
   private:
@@ -117,8 +116,7 @@ class Checker {
             const bool is_world = arguments_.file.ends_with(".json");
             if (!is_world && !arguments_.before_print()) {
                 return usage_error(
-                    fmt::format("`{}` is neither a world (.fab.json) nor a print (.ofr)",
-                                printable(arguments_.file)));
+                    fmt::format(messages::kNeitherWorldNorPrint, printable(arguments_.file)));
             }
             if (is_world) {
                 const Result<void> read = read_world(&name);
@@ -172,7 +170,7 @@ class Checker {
             if (text.empty()) return {};
             const Result<double> mm = parse_length_mm(text);
             if (!mm || !(*mm >= 0))
-                return usage_error(fmt::format("{} {}: not a length, as 0.4mm", option, text));
+                return usage_error(fmt::format(messages::kNotALengthAs, option, text));
             to->others = *mm;
             given = true;
             return {};
@@ -185,7 +183,7 @@ class Checker {
             double mm3 = -1;
             const auto end = std::from_chars(number.data(), number.data() + number.size(), mm3);
             if (end.ec != std::errc() || end.ptr != number.data() + number.size() || !(mm3 >= 0))
-                return usage_error(fmt::format("{} {}: not a volume, as 0.5mm3", option, text));
+                return usage_error(fmt::format(messages::kNotAVolumeAs, option, text));
             *to = mm3;
             given = true;
             return {};
@@ -201,7 +199,7 @@ class Checker {
         for (const std::string& pair : arguments_.apart) {
             const size_t comma = pair.find(',');
             if (comma == std::string::npos)
-                return usage_error(fmt::format("--apart {}: not two names, as water,salt", pair));
+                return usage_error(fmt::format(messages::kNotTwoNames, pair));
             limits.apart.emplace_back(pair.substr(0, comma), pair.substr(comma + 1));
             given = true;
         }
@@ -211,10 +209,7 @@ class Checker {
             limits.wall_mm.others = limits.gap_mm.others = limits.hole_mm.others = two;
             limits.island_mm3.others = 1;
             limits.trapped_mm3 = 0;
-            note(
-                fmt::format("the printer's profile has no `checks`: walls, gaps and holes below "
-                            "two voxels, {:.3g} mm, islands below 1 mm3, and all that is trapped",
-                            two));
+            note(fmt::format(messages::kProfileWithoutChecks, two));
         }
         limits_ = std::move(limits);
         return {};
@@ -234,10 +229,7 @@ class Checker {
             Result<CheckedPrint> print = read_print(file.string(), memory_, parts, &too_large);
             if (print || !too_large || parts == 1 || arguments_.parts > 0) {
                 if (print && parts < kMostParts && arguments_.parts == 0) {
-                    note(
-                        fmt::format("memory allows {} of {} parts of each voxel: at some angles "
-                                    "walls may be half a voxel off",
-                                    parts, kMostParts));
+                    note(fmt::format(messages::kPartsOfVoxel, parts, kMostParts));
                 }
                 return print;
             }
@@ -251,11 +243,9 @@ class Checker {
                           ? arguments_.pitch_mm(printer_.pitch_mm)
                           : printer_.pitch_mm * static_cast<double>(arguments_.draft);
         if (!(std::min({pitch.x, pitch.y, pitch.z}) > 0)) {
-            return user_error(fmt::format("the pitch of `{}` is not known", printer_.name),
-                              arguments_.before_print()
-                                  ? "give it, as `--dpi 600x600 --layer 30um`"
-                                  : "check an .ofr file that was printed with `--dpi` and "
-                                    "`--layer`");
+            return user_error(fmt::format(messages::kPitchNotKnown, printer_.name),
+                              arguments_.before_print() ? messages::kPitchNotKnownWorldHelp
+                                                        : messages::kPitchNotKnownPrintHelp);
         }
         pitch = pitch * (1.0 / parts);
         std::vector<std::string> argv{(*programs / "openfab").string(),
@@ -293,7 +283,7 @@ class Checker {
         while (!message.empty() && message.back() == '\n')
             message.pop_back();
         return Error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
-                     message.empty() ? fmt::format("the print ended with {}", code) : message};
+                     message.empty() ? fmt::format(messages::kPrintEndedWith, code) : message};
     }
 
     Vec3d place_of(const CheckedPrint& print, const Vec3d& voxel) const {
@@ -325,19 +315,16 @@ class Checker {
                                        : fmt::format(" of `{}`", printable(finding.material));
             const std::string limit =
                 finding.fault == Fault::kTouch ? "" : fmt::format(" (limit {:.3g})", finding.limit);
-            tell_line(fmt::format(
-                "{:15} {:.3g} {}{}{} at {:.2f}, {:.2f}, {:.2f} mm, in a box of {:.2f} x "
-                "{:.2f} x {:.2f} mm\n",
-                name_of(finding.fault), finding.measure, unit_of(finding.fault), limit, of, at.x,
-                at.y, at.z, size.x, size.y, size.z));
+            tell_line(fmt::format(messages::kFindingLine, name_of(finding.fault), finding.measure,
+                                  unit_of(finding.fault), limit, of, at.x, at.y, at.z, size.x,
+                                  size.y, size.z));
         }
         for (const auto& [fault, count] : counts) {
             if (count > kMostLines)
-                tell_line(
-                    fmt::format("{:15} {} more{}\n", name_of(fault), count - kMostLines,
-                                arguments_.report.empty() ? "; `--report FILE` has all" : ""));
+                tell_line(fmt::format(messages::kMoreFindings, name_of(fault), count - kMostLines,
+                                      arguments_.report.empty() ? messages::kReportHasAll : ""));
         }
-        if (found.empty() && !arguments_.before_print()) show("nothing found\n");
+        if (found.empty() && !arguments_.before_print()) show(messages::kNothingFound);
     }
     void tell_line(const std::string& line) const {
         if (arguments_.before_print()) {

@@ -11,6 +11,7 @@
 
 #include "inspection/components.h"
 #include "inspection/thickness.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -53,8 +54,7 @@ class Finder {
             if (materials[m].name == name || materials[m].channel == name)
                 return static_cast<uint8_t>(m + 1);
         }
-        const std::string text =
-            fmt::format("nothing is checked of `{}`: the print has no such material", name);
+        const std::string text = fmt::format(messages::kNoSuchMaterialToCheck, name);
         if (std::find(notes_->begin(), notes_->end(), text) == notes_->end())
             notes_->push_back(text);
         return 0;
@@ -230,9 +230,9 @@ const char* name_of(Fault fault) {
         case Fault::kIsland:
             return "island";
         case Fault::kTrappedVoid:
-            return "trapped void";
+            return messages::kTrappedVoid;
         case Fault::kTrappedSupport:
-            return "trapped support";
+            return messages::kTrappedSupport;
         case Fault::kTouch:
             return "touch";
     }

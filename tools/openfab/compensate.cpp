@@ -26,6 +26,7 @@
 #include "deformation/fit_field.h"
 #include "deformation/refine.h"
 #include "mesh/load/load_mesh.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -77,9 +78,7 @@ Result<std::vector<Pair>> read_points(const std::string& file) {
                 ++at;
         }
         if (!fine || count != 6) {
-            Error error = user_error(
-                "not six numbers: x, y, z where it should be, and where it was "
-                "found, in mm");
+            Error error = user_error(messages::kNotSixNumbers);
             error.location = {file, line, 1};
             return error;
         }
@@ -182,8 +181,8 @@ Result<std::vector<Pair>> pairs_of_meshes(const mesh::Mesh& nominal, const mesh:
     deformation::Surface got{measured.positions, measured.triangles, {}};
     if (!deformation::refine(cell_mm / 4, kMostTriangles, &wanted) ||
         !deformation::refine(cell_mm * kFine, kMostTriangles, &got)) {
-        return user_error(fmt::format("the meshes are too large for cells of {:.3g} mm", cell_mm),
-                          "give a larger `--cell`");
+        return user_error(fmt::format(messages::kMeshesTooLargeForCells, cell_mm),
+                          messages::kGiveLargerCell);
     }
     const Found found(got, cell_mm / 2);
     size_t lost = 0;
@@ -198,10 +197,7 @@ Result<std::vector<Pair>> pairs_of_meshes(const mesh::Mesh& nominal, const mesh:
         else
             ++lost;
     }
-    note(
-        fmt::format("the meshes differ in their triangles: {} places of {} were found along "
-                    "normals; what slid along the surface is not seen, points would tell",
-                    out.size(), out.size() + lost));
+    note(fmt::format(messages::kMeshesDiffer, out.size(), out.size() + lost));
     return out;
 }
 
@@ -220,9 +216,8 @@ Result<Field> grid_around(const std::vector<Pair>& pairs, double cell_mm) {
         nodes = std::min(nodes * field.nodes[axis], kMostNodes + 1);
     }
     if (nodes > kMostNodes) {
-        return user_error(
-            fmt::format("cells of {:.3g} mm make more than {} nodes", cell_mm, kMostNodes),
-            "give a larger `--cell`");
+        return user_error(fmt::format(messages::kTooManyFieldNodes, cell_mm, kMostNodes),
+                          messages::kGiveLargerCell);
     }
     field.spacing_mm = {cell_mm, cell_mm, cell_mm};
     return field;
@@ -260,12 +255,12 @@ Result<void> run_compensate(const CompensateArguments& arguments) {
     const Result<int64_t> memory = parse_memory_option(arguments.memory);
     if (!memory) return memory.error();
     if (!arguments.output.ends_with(".json"))
-        return usage_error(fmt::format("-o {}: a field's name ends in .json", arguments.output));
+        return usage_error(fmt::format(messages::kFieldNameEnds, arguments.output));
     double cell_mm = 0;
     if (!arguments.cell.empty()) {
         const Result<double> cell = parse_length_mm(arguments.cell);
         if (!cell || !(*cell > 0))
-            return usage_error(fmt::format("--cell {}: not a length, as 5mm", arguments.cell));
+            return usage_error(fmt::format(messages::kCellNotALength, arguments.cell));
         cell_mm = *cell;
     }
     double smoothness = 1e-3;
@@ -273,7 +268,7 @@ Result<void> run_compensate(const CompensateArguments& arguments) {
         const std::string& text = arguments.smoothness;
         const auto read = std::from_chars(text.data(), text.data() + text.size(), smoothness);
         if (read.ec != std::errc() || read.ptr != text.data() + text.size() || !(smoothness > 0))
-            return usage_error(fmt::format("--smooth {}: not a number above 0", text));
+            return usage_error(fmt::format(messages::kSmoothNotANumber, text));
     }
     std::vector<Pair> pairs;
     const auto usual_cell = [&](const Box3d& box) {
@@ -283,9 +278,8 @@ Result<void> run_compensate(const CompensateArguments& arguments) {
     };
     if (arguments.measured.empty()) {
         if (!is_points(arguments.nominal)) {
-            return usage_error(fmt::format(
-                "`{}` alone is no measurement: give the measured mesh, too, or a .csv of points",
-                printable(arguments.nominal)));
+            return usage_error(
+                fmt::format(messages::kMeasurementMissing, printable(arguments.nominal)));
         }
         Result<std::vector<Pair>> read = read_points(arguments.nominal);
         if (!read) return read.error();
@@ -309,8 +303,7 @@ Result<void> run_compensate(const CompensateArguments& arguments) {
     }
     constexpr size_t kFewest = 4;
     if (pairs.size() < kFewest) {
-        return user_error(
-            fmt::format("{} places were measured; at least {} are needed", pairs.size(), kFewest));
+        return user_error(fmt::format(messages::kTooFewPlaces, pairs.size(), kFewest));
     }
     Result<Field> field = grid_around(pairs, cell_mm);
     if (!field) return field.error();
@@ -322,14 +315,9 @@ Result<void> run_compensate(const CompensateArguments& arguments) {
     }
     before = std::sqrt(before / static_cast<double>(pairs.size()));
     const double left = deformation::fit_field(pairs, smoothness, &*field);
-    show(fmt::format(
-        "{} places, off by {:.4g} mm (root of mean square), at most {:.4g}; the field of "
-        "{} x {} x {} nodes leaves {:.4g} mm\n",
-        pairs.size(), before, largest, field->nodes.x, field->nodes.y, field->nodes.z, left));
-    if (left > 0.5 * before)
-        note(
-            "the field explains less than half of it: smaller cells may follow it, a machine's own "
-            "scatter none");
+    show(fmt::format(messages::kFieldMade, pairs.size(), before, largest, field->nodes.x,
+                     field->nodes.y, field->nodes.z, left));
+    if (left > 0.5 * before) note(messages::kFieldExplainsLittle);
     return write_field(*field, arguments.output);
 }
 

@@ -22,6 +22,7 @@
 #include "tools/openfab/commands.h"
 #include "tools/openfab/export_functions.h"
 #include "tools/openfab/known_printer.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/slice_copy.h"
 
@@ -38,7 +39,7 @@ Result<void> export_slice(const ExportOptions& options, ofr::OfrReader* reader) 
         Result<bool> more = reader->next();
         if (!more) return more.error();
         if (!*more) {
-            return user_error(fmt::format("{} has the slices {} to {}, not {}", options.file,
+            return user_error(fmt::format(messages::kNotAmongSlices, options.file,
                                           reader->info().slice_begin, reader->info().slice_end - 1,
                                           options.slice));
         }
@@ -78,8 +79,8 @@ Error exec_vdb(const ExportOptions& options, int64_t memory_bytes) {
     if (!folder) return folder.error();
     const std::filesystem::path helper = *folder / "openfab-vdb";
     if (!std::filesystem::exists(helper)) {
-        Error error = outside_error("this `openfab` was built without OpenVDB");
-        error.help = "run `scripts/setup --vdb` and build again";
+        Error error = outside_error(messages::kBuiltWithoutOpenVdb);
+        error.help = messages::kBuiltWithoutOpenVdbHelp;
         return error;
     }
     const std::string memory = fmt::format("--memory={}B", memory_bytes);
@@ -88,14 +89,14 @@ Error exec_vdb(const ExportOptions& options, int64_t memory_bytes) {
                                 "--",           options.file.c_str(), nullptr};
     ::execv(helper.c_str(), const_cast<char* const*>(argv));
     return outside_error(
-        fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(errno)));
+        fmt::format(messages::kCannotStartProgram, helper.string(), std::strerror(errno)));
 }
 
 Result<void> export_vdb(const ExportOptions& options, int64_t memory_bytes) {
     if (options.slice >= 0 || !options.previews.empty())
-        return usage_error("`--slice` and `--preview` make pictures; export them by themselves");
+        return usage_error(messages::kPicturesApart);
     if (options.print.output.empty() || options.print.output == "-")
-        return usage_error("a vdb is a file of its own; write `-o FILE.vdb`");
+        return usage_error(messages::kVdbAlone);
     std::vector<std::filesystem::path> inputs{options.file == "-" ? "/dev/stdin" : options.file};
     if (options.file.ends_with(".npy")) inputs.emplace_back(raster::array_json_path(options.file));
     const std::filesystem::path output = options.print.output;
@@ -108,10 +109,9 @@ Result<void> export_vdb(const ExportOptions& options, int64_t memory_bytes) {
 
 Result<void> export_world(const ExportOptions& options, int64_t memory_bytes) {
     if (options.slice >= 0 || !options.previews.empty())
-        return usage_error("`--slice` and `--preview` are for slices; print the world for them");
+        return usage_error(messages::kSlicesOfWorlds);
     if (!options.print.format.empty() && options.print.format != "3mf")
-        return usage_error(
-            fmt::format("a world is exported as 3mf; for `{}` print it", options.print.format));
+        return usage_error(fmt::format(messages::kWorldAs3mf, options.print.format));
     return export_functions({options.file, options.print.output, options.voxel, options.composite,
                              options.programs, memory_bytes});
 }
@@ -123,14 +123,13 @@ Result<void> run_export(ExportOptions options) {
     if (!memory) return memory.error();
     if (options.file.ends_with(".json")) return export_world(options, *memory);
     if (options.composite || options.programs || !options.voxel.empty())
-        return usage_error(
-            "`--voxel`, `--composite` and `--allow-programs` are for a world, NAME.fab.json");
+        return usage_error(messages::kOptionsOfWorlds);
     if (writes_vdb(options)) return export_vdb(options, *memory);
     if (options.file.ends_with(".npy")) {
-        return usage_error("fractions are exported as OpenVDB: write `-o FILE.vdb`");
+        return usage_error(messages::kFractionsAsVdb);
     }
     if (options.slice >= 0 && (options.print.output.empty() || !options.previews.empty()))
-        return usage_error("`--slice` writes one picture; write `--slice N -o FILE.png`");
+        return usage_error(messages::kSliceIsOnePicture);
     Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(options.file, *memory);
     if (!reader) return reader.error();
     if (Result<void> fine = check_copy(&options, {options.file}, (*reader)->info(), *memory); !fine)

@@ -26,6 +26,7 @@
 #include "tools/fields/volume_shares.h"
 #include "tools/openfab/export_stack.h"
 #include "tools/openfab/field_package.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/viewer/child.h"
 #include "world/world.h"
@@ -73,8 +74,7 @@ class FunctionsExport {
 
     Result<void> run() {
         if (world_.build.empty())
-            return user_error(
-                fmt::format("{}: `build` is empty: nothing to write", arguments_.world));
+            return user_error(fmt::format(messages::kBuildEmpty, arguments_.world));
         std::string why;
         for (const world::Placement& placement : world_.build) {
             const Result<int> made = object_of(placement, &why);
@@ -145,36 +145,33 @@ class FunctionsExport {
         const auto key = std::make_pair(placement.object, s);
         if (placement.overrides.empty() && made_.contains(key)) return made_[key];
         const auto say_why = [&](const std::string& what) {
-            *why = fmt::format("object `{}`: {}", object.name, what);
+            *why = fmt::format(messages::kOfObject, object.name, what);
             return 0;
         };
-        if (placement.piece >= 0) return say_why("it is cut into pieces");
+        if (placement.piece >= 0) return say_why(messages::kCutIntoPieces);
         const auto beams = world_.beams.find(object.mesh);
         if (beams != world_.beams.end() && has_lonely_balls(*beams->second))
-            return say_why("it has balls that end no beam");
+            return say_why(messages::kBallsThatEndNoBeam);
         const Result<const FabletIr*> fablet = fablet_of(object.fablet);
         if (!fablet) return fablet.error();
-        if ((*fablet)->has_surface) return say_why("its fablet displaces its surface");
-        if ((*fablet)->object_count > 0) return say_why("its fablet asks for other objects");
+        if ((*fablet)->has_surface) return say_why(messages::kDisplacesSurface);
+        if ((*fablet)->object_count > 0) return say_why(messages::kFabletAsksObjects);
         if ((*fablet)->has_dither)
-            note_once(
-                fmt::format("the dither rule of fablet `{}` is left out: in the file are "
-                            "mixtures, not voxels",
-                            (*fablet)->name));
+            note_once(fmt::format(messages::kDitherRuleLeftOut, (*fablet)->name));
         const Result<part::BoundUniforms> bound = bind_uniforms(
             world_, **fablet, bindings_of(object, placement), object.name, object.location);
         if (!bound) return bound.error();
         Shape shape;
         if (const auto it = world_.shapes.find(object.mesh); it != world_.shapes.end()) {
-            if (it->second.program != nullptr) return say_why("a program makes it");
+            if (it->second.program != nullptr) return say_why(messages::kMadeByProgram);
             const Result<void> found =
                 shape_of(it->second.fablet, object, *bound, **fablet, &shape);
             if (!found) return found.error();
-            if (shape.fablet->grows) return say_why("its shape grows by rules");
-            if (shape.fablet->object_count > 0) return say_why("its shape asks for other objects");
+            if (shape.fablet->grows) return say_why(messages::kGrowsByRules);
+            if (shape.fablet->object_count > 0) return say_why(messages::kShapeAsksObjects);
         }
         const bool even = s[1] == 0 && s[2] == 0 && s[5] == 0;
-        if (!even) return say_why("it is sheared");
+        if (!even) return say_why(messages::kSheared);
         const Result<int> id = make(object, **fablet, *bound, shape, scale);
         if (!id && id.error().code == ErrorCode::kUserInput) return say_why(id.error().message);
         if (id && placement.overrides.empty()) made_[key] = *id;
@@ -239,7 +236,7 @@ class FunctionsExport {
         const int only = only_amount(fablet.volume, amounts);
         const auto beams = world_.beams.find(object.mesh);
         if (beams != world_.beams.end() && (only < 0 || has_void))
-            return user_error("its beams are of several materials");
+            return user_error(messages::kBeamsOfSeveralMaterials);
         const bool mixed =
             only < 0 && std::set<size_t>(of_material.begin(), of_material.end()).size() > 1;
         int volume = 0, materials = 0;
@@ -269,16 +266,13 @@ class FunctionsExport {
                 const NodeValue inside = level ? *level : NodeValue{true, -1, {}, false};
                 level = nodes.select(empty, total, inside, one);
                 if (!void_amounts.empty())
-                    note_once(
-                        fmt::format("object `{}`: where it is partly void, it is solid from "
-                                    "half of it on",
-                                    object.name));
+                    note_once(fmt::format(messages::kPartlyVoidIsSolid, object.name));
             }
             if (mixed) add_shares(order, shares, total, &nodes, &outputs);
         }
         if (!mixed)
             order = {of_material.empty() ? 0 : of_material[static_cast<size_t>(std::max(only, 0))]};
-        if (of_material.empty()) return user_error("it is all void");
+        if (of_material.empty()) return user_error(messages::kAllVoid);
         std::vector<ModelMaterial> group;
         for (const size_t one : order)
             group.push_back(model_material(world_.materials[one]));
@@ -300,10 +294,7 @@ class FunctionsExport {
         }
         if (beams != world_.beams.end()) {
             if (has_hulls(*beams->second))
-                note_once(fmt::format(
-                    "object `{}`: beams of two radii are the hulls of two balls, and in 3MF a cone "
-                    "between them, which is a little thinner",
-                    object.name));
+                note_once(fmt::format(messages::kBeamsOfTwoRadii, object.name));
             return model_.add_beams(object.name, *beams->second, materials);
         }
         const mesh::Mesh& mesh = world_.meshes[static_cast<size_t>(object.mesh)];
@@ -375,17 +366,14 @@ class FunctionsExport {
         const Result<FractionStack> stack =
             print_fractions(arguments_.world, voxel, arguments_.programs, folder_);
         if (!stack) return stack.error();
-        note(fmt::format(
-            "{}: no function of 3MF can say that; all that is printed is written as stacks of {} x "
-            "{} x {} images, of voxels of {:.4g} x {:.4g} x {:.4g} mm; `--voxel` changes them",
-            why, stack->size[0], stack->size[1], stack->size[2], stack->pitch_mm.x,
-            stack->pitch_mm.y, stack->pitch_mm.z));
+        note(fmt::format(messages::kWrittenAsStacks, why, stack->size[0], stack->size[1],
+                         stack->size[2], stack->pitch_mm.x, stack->pitch_mm.y, stack->pitch_mm.z));
         FieldModel model(arguments_.composite);
         std::vector<size_t> order;
         for (size_t m = 0; m < stack->used.size(); ++m) {
             if (stack->used[m]) order.push_back(m);
         }
-        if (order.empty()) return user_error("nothing was printed: there is no material in it");
+        if (order.empty()) return user_error(messages::kNothingPrintedNoMaterial);
         FieldPackage package;
         Result<void> done = package.begin(arguments_.output);
         if (!done) return done;
@@ -446,9 +434,7 @@ class FunctionsExport {
 }  // namespace
 
 Result<void> export_functions(const FunctionsArguments& arguments) {
-    if (!arguments.output.ends_with(".3mf"))
-        return usage_error(
-            "a world is exported as 3MF: write `-o FILE.3mf`; slices come from `openfab print`");
+    if (!arguments.output.ends_with(".3mf")) return usage_error(messages::kExportTo3mf);
     Result<world::World> world = world::load_world(arguments.world, {{}, arguments.memory_bytes});
     if (!world) return world.error();
     if (Result<void> apart = program::check_outputs(

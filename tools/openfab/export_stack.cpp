@@ -17,6 +17,7 @@
 #include "backends/raster/png_encode.h"
 #include "base/input_file.h"
 #include "base/json.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/viewer/child.h"
 
@@ -30,7 +31,7 @@ constexpr float kWhite = 65535;
 Result<Vec3d> vector_of(const JsonValue& root, const char* name) {
     const JsonMember* member = root.find(name);
     if (member == nullptr || member->value.items.size() != 3)
-        return internal_error(fmt::format("the print does not say its `{}`", name));
+        return internal_error(fmt::format(messages::kPrintDoesNotSay, name));
     const std::vector<JsonValue>& items = member->value.items;
     return Vec3d{items[0].number, items[1].number, items[2].number};
 }
@@ -46,7 +47,7 @@ Result<void> each_slice(const FractionStack& stack, const Visit& visit) {
     for (int32_t z = 0; z < stack.size[2]; ++z) {
         in.read(reinterpret_cast<char*>(values.data()),
                 static_cast<std::streamsize>(count * sizeof(float)));
-        if (!in) return outside_error(fmt::format("`{}` ended early", stack.file.string()));
+        if (!in) return outside_error(fmt::format(messages::kEndedEarly, stack.file.string()));
         if (Result<void> done = visit(z, std::span<const float>(values)); !done) return done;
     }
     return {};
@@ -116,7 +117,7 @@ Result<FractionStack> print_fractions(const std::string& world, const std::strin
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     constexpr std::string_view kShape = "'shape': (";
     const size_t shape = text.find(kShape);
-    if (!in || shape == std::string::npos) return internal_error("the fractions have no shape");
+    if (!in || shape == std::string::npos) return internal_error(messages::kFractionsWithoutShape);
     std::array<int64_t, 4> sizes{};
     const char* at = text.c_str() + shape + kShape.size();
     for (int64_t& size : sizes) {
@@ -126,7 +127,7 @@ Result<FractionStack> print_fractions(const std::string& world, const std::strin
     }
     if (sizes[3] != static_cast<int64_t>(stack.materials.size()) ||
         *std::min_element(sizes.begin(), sizes.end()) < 1)
-        return internal_error("the fractions have another shape");
+        return internal_error(messages::kFractionsOfOtherShape);
     for (size_t axis = 0; axis < 3; ++axis)
         stack.size[axis] = static_cast<int32_t>(sizes[2 - axis]);
     stack.data_at = raster::kNpyHeaderBytes;
@@ -171,7 +172,7 @@ Result<void> make_sheets(const FractionStack& stack, const TakeSheet& take) {
             image.rows = rows;
             constexpr int kLevel = 6;
             const std::vector<uint8_t> png = raster::encode_png(image, kLevel);
-            if (png.empty()) return Result<void>(outside_error("out of memory"));
+            if (png.empty()) return Result<void>(outside_error(messages::kOutOfMemory));
             return take(z, material, png);
         };
         if (Result<void> done = sheet(-1); !done) return done;

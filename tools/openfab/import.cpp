@@ -15,6 +15,7 @@
 #include "tools/openfab/import_looks.h"
 #include "tools/openfab/import_notes.h"
 #include "tools/openfab/importer.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -71,9 +72,7 @@ Result<Import> Importer::run() {
         out_.fablets.push_back(name);
     if (shares_one_) {
         out_.notes.push_back(
-            fmt::format("`{}` has {} bodies, more than a world has materials: those without "
-                        "one of their own share one",
-                        file_, loaded_.bodies.size()));
+            fmt::format(messages::kBodiesShareMaterial, file_, loaded_.bodies.size()));
     }
     add_notes(loaded_, file_, {options_.y_up, options_.largest_mm.has_value()}, &out_.notes);
     return std::move(out_);
@@ -85,7 +84,7 @@ bool Importer::alone() const {
 }
 
 std::string Importer::what(const mesh::LoadedMesh& body) const {
-    return alone() ? file_ : fmt::format("{}: body `{}`", file_, body.body);
+    return alone() ? file_ : fmt::format(messages::kBodyOf, file_, body.body);
 }
 
 Result<void> Importer::bind_body(size_t b) {
@@ -170,7 +169,7 @@ Result<void> Importer::bind_void() {
 Result<void> Importer::bind_profile() {
     if (options_.profile.empty()) return {};
     const auto bad = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", options_.profile));
+        return with_context(error, fmt::format(messages::kCannotReadFile, options_.profile));
     };
     const Result<InputFile> file = InputFile::open(options_.profile);
     if (!file) return bad(file.error());
@@ -178,8 +177,7 @@ Result<void> Importer::bind_profile() {
     constexpr const char* kSizes = "4 33 33 33";
     const Result<texture::NrrdHeader> header = texture::read_nrrd_header(*file);
     if (!header || header->field("sizes") != kSizes || !header->data_file().empty()) {
-        return bad(user_error("it is no table of inks over colours",
-                              "`openfab color bake` makes one of a printer's profile"));
+        return bad(user_error(messages::kNoTableOfInks, messages::kNoTableOfInksHelp));
     }
     Result<std::string> bytes = file->read_all(options_.memory_bytes);
     if (!bytes) return bad(bytes.error());
@@ -241,10 +239,8 @@ std::string Importer::world() {
 }
 
 Error Importer::too_many_materials() const {
-    return user_error(fmt::format(
-        "{}: it has {} materials, and a world at most {}; `--one-material` makes all of one, "
-        "`--fablet painted` makes their colours a skin of inks, and other fablets do without",
-        file_, materials_.lines().size(), kMostMaterials));
+    return user_error(
+        fmt::format(messages::kTooManyMaterials, file_, materials_.lines().size(), kMostMaterials));
 }
 
 Result<Import> make_import(const mesh::LoadedBodies& loaded, const Pictures& pictures,

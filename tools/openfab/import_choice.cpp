@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "base/text.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/stock.h"
 
 namespace openfab::tools {
@@ -52,10 +53,7 @@ class Choice {
             looks.push_back(std::move(look));
         }
         if (pictures_lost) {
-            notes->push_back(fmt::format(
-                "`{}` has pictures, but no texture coordinates to place them by: they are left "
-                "out. `--mapping box`, `planar` or `triplanar` maps the first one",
-                file_));
+            notes->push_back(fmt::format(messages::kPicturesWithoutCoordinates, file_));
         }
         return looks;
     }
@@ -69,7 +67,7 @@ class Choice {
     }
     /// The file, and the body where there are several, for messages.
     std::string what(const mesh::LoadedMesh& body) const {
-        return alone() ? file_ : fmt::format("{}: body `{}`", file_, body.body);
+        return alone() ? file_ : fmt::format(messages::kBodyOf, file_, body.body);
     }
 
     bool has_picture(const mesh::LoadedMesh& body) const {
@@ -114,40 +112,33 @@ class Choice {
 
     Result<void> check(const mesh::LoadedMesh& body, const std::string& f, bool pictured) const {
         const auto does_not_go = [&](const char* option, const char* with) {
-            return usage_error(
-                fmt::format("`{}` is for {}, and the fablet is `{}`", option, with, f));
+            return usage_error(fmt::format(messages::kIsForFablets, option, with, f));
         };
         const StockFablet& stock = *find_stock_fablet(f);
         const bool forced = !options_.fablet.empty() || alone();
         const bool by_uv = options_.mapping.empty() || options_.mapping == "uv";
         if (!by_uv && f != "mapped" && forced)
-            return does_not_go("--mapping", "the fablet `mapped`");
+            return does_not_go("--mapping", messages::kTheFabletMapped);
         if (options_.mapping == "uv" && f == "mapped")
-            return does_not_go("--mapping uv", "the fablet `textured`");
+            return does_not_go("--mapping uv", messages::kTheFabletTextured);
         if (!options_.side.empty() && (f != "mapped" || mapping_of(options_) != Mapping::kPlanar) &&
             forced)
-            return usage_error("`--side` is for `--mapping planar`");
+            return usage_error(messages::kSideIsForPlanar);
         if (options_.picture_mm && f != "mapped" && forced)
-            return does_not_go("--picture-size", "`--mapping planar`, `box` or `triplanar`");
+            return does_not_go("--picture-size", messages::kMappingsWithoutUv);
         if (pictured && !stock.picture)
-            return does_not_go("--picture", "the fablets `textured`, `mapped` and `relief`");
+            return does_not_go("--picture", messages::kFabletsWithPicture);
         if (!options_.profile.empty() && !stock.inks && forced)
-            return does_not_go("--profile", "the fablets `textured`, `mapped` and `painted`");
+            return does_not_go("--profile", messages::kFabletsWithInks);
         if (stock.uv && !has(body, "uv", 2)) {
-            return user_error(fmt::format(
-                "{}: the mesh has no texture coordinates, which `{}` needs; {}", what(body), f,
-                f == "textured" ? "`--mapping box`, `planar` or `triplanar` does without"
-                                : "choose another `--fablet`"));
+            return user_error(fmt::format(messages::kNoCoordinates, what(body), f,
+                                          f == "textured" ? messages::kNoCoordinatesMappingHelp
+                                                          : messages::kNoCoordinatesFabletHelp));
         }
         if (stock.picture && !pictured && (f == "textured" ? !any_picture() : !has_picture(body)))
-            return user_error(fmt::format(
-                "{}: the mesh has no picture, which `{}` needs; give one with `--picture FILE`",
-                what(body), f));
+            return user_error(fmt::format(messages::kNoPictureFor, what(body), f));
         if (stock.colors && !has(body, "color", 3) && !any_color(body))
-            return user_error(fmt::format(
-                "{}: the mesh's vertices have no colours, which `{}` needs; choose another "
-                "`--fablet`",
-                what(body), f));
+            return user_error(fmt::format(messages::kNoVertexColours, what(body), f));
         return {};
     }
 

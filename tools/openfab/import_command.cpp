@@ -26,6 +26,7 @@
 #include "tools/openfab/import_step.h"
 #include "tools/openfab/import_text.h"
 #include "tools/openfab/list_mesh.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/stock.h"
 #include "world/printer.h"
 
@@ -48,7 +49,7 @@ Result<void> read_length(const char* option, const std::string& text, std::optio
     if (text.empty()) return {};
     const Result<double> length = parse_length_mm(text);
     if (!length) return usage_error(fmt::format("`{}`: {}", option, length.error().text()));
-    if (!(*length > 0)) return usage_error(fmt::format("`{}` must be above 0", option));
+    if (!(*length > 0)) return usage_error(fmt::format(messages::kMustBeAboveZero, option));
     *mm = *length;
     return {};
 }
@@ -61,7 +62,7 @@ Result<void> copy_into(const fs::path& from, const fs::path& to) {
     if (!status) fs::copy_file(from, to, fs::copy_options::overwrite_existing, status);
     if (!status) return {};
     return outside_error(
-        fmt::format("cannot copy `{}` to `{}`: {}", from.string(), to.string(), status.message()));
+        fmt::format(messages::kCannotCopy, from.string(), to.string(), status.message()));
 }
 
 /// Writes the mesh, its files, pictures and fablet, and the world last.
@@ -105,7 +106,7 @@ Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies
             Result<void> readable = bytes ? write_file(copy, *bytes) : bytes.error();
             if (readable && sheets.contains(sources[i])) {
                 // Of hundreds of sheets each check would be a process; the print reads them soon.
-                if (!bytes->starts_with("\x89PNG")) readable = user_error("it is no PNG");
+                if (!bytes->starts_with("\x89PNG")) readable = user_error(messages::kNotAPng);
             } else if (readable) {
                 readable = texture::check_picture(copy);
             }
@@ -124,16 +125,16 @@ Result<Pictures> read_pictures_of(const fs::path& mesh, const mesh::LoadedBodies
 Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
     const fs::path mesh = arguments->file;
     if (!mesh::is_mesh_file(mesh)) {
-        return usage_error(fmt::format("`{}` does not have the extension of a mesh; supported: {}",
-                                       arguments->file, mesh::mesh_formats()));
+        return usage_error(
+            fmt::format(messages::kNoMeshExtension, arguments->file, mesh::mesh_formats()));
     }
     ImportOptions& import = arguments->import;
     if (!import.fablet.empty() && find_stock_fablet(import.fablet) == nullptr) {
-        return usage_error(fmt::format("there is no stock fablet `{}`; choose from {}",
-                                       import.fablet, stock_fablet_names()));
+        return usage_error(
+            fmt::format(messages::kNoStockFablet, import.fablet, stock_fablet_names()));
     }
     if (import.one_material && !import.fablet.empty() && import.fablet != "solid")
-        return usage_error("`--one-material` is for the fablet `solid`");
+        return usage_error(messages::kOneMaterialIsForSolid);
     if (Result<void> read = read_length("--size", arguments->size, &import.largest_mm); !read)
         return read.error();
     if (Result<void> read =
@@ -144,8 +145,7 @@ Result<mesh::MeshOptions> read_arguments(ImportArguments* arguments) {
     if (!memory) return memory.error();
     import.y_up = arguments->up == "y";
     if (!arguments->up.empty() && mesh::format_says_up(mesh)) {
-        return usage_error(
-            "glTF is y-up by definition, and the mesh is already rotated; leave `--up` out");
+        return usage_error(messages::kGltfIsYUp);
     }
     mesh::MeshOptions options;
     options.name = mesh.stem().string();
@@ -169,8 +169,7 @@ Result<mesh::LoadedBodies> load_all(const fs::path& mesh, const mesh::MeshOption
         mesh, {.unit_mm = options.unit_mm, .body = {}, .memory_bytes = options.memory_bytes});
     if (!found || found->lattices.empty()) return loaded;
     if (!loaded && found->has_meshes) return loaded;
-    if (options.recentre)
-        return usage_error("`--recentre` moves meshes, and the file has lattices of beams");
+    if (options.recentre) return usage_error(messages::kRecentreWithLattices);
     *lattices = std::move(found->lattices);
     if (!loaded) {
         mesh::LoadedBodies alone;
@@ -199,8 +198,7 @@ Result<mesh::LoadedBodies> load_fields_too(const fs::path& mesh, const mesh::Mes
     if (!loaded && fields->has_meshes) return loaded;
     if (options.recentre || import.largest_mm)
         return usage_error(
-            fmt::format("`{}` is for meshes, and the file has level sets or volumetric data",
-                        options.recentre ? "--recentre" : "--size"));
+            fmt::format(messages::kIsForMeshes, options.recentre ? "--recentre" : "--size"));
     if (!loaded) {
         mesh::LoadedBodies alone;
         alone.unit_mm = fields->unit_mm;
@@ -236,8 +234,8 @@ std::string summary(const mesh::LoadedBodies& loaded, const Import& import) {
         fablets += fmt::format("{}`{}`", i == 0 ? "" : last ? " and " : ", ", import.fablets[i]);
     }
     const std::string bodies =
-        loaded.bodies.size() <= 1 ? "" : fmt::format("of {} bodies ", loaded.bodies.size());
-    return fmt::format("{}with the fablet{} {}", bodies, import.fablets.size() == 1 ? "" : "s",
+        loaded.bodies.size() <= 1 ? "" : fmt::format(messages::kOfBodies, loaded.bodies.size());
+    return fmt::format(messages::kSummaryFablets, bodies, import.fablets.size() == 1 ? "" : "s",
                        fablets);
 }
 
@@ -256,8 +254,7 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
     const fs::path world = folder / (mesh.stem().string() + ".fab.json");
     std::error_code status;
     if (fs::exists(world, status))
-        return user_error(
-            fmt::format("`{}` exists already; choose another folder", world.string()));
+        return user_error(fmt::format(messages::kFolderExists, world.string()));
 
     Result<mesh::LoadedBodies> loaded = load_all(mesh, *options, &arguments.import.lattices);
     loaded = load_fields_too(mesh, *options, std::move(loaded), &arguments);
@@ -283,7 +280,7 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
     if (arguments.quiet) return world;
     if (loaded->bodies.size() == 1) {
         for (const auto& [name, number] : loaded->bodies[0].groups)
-            say(fmt::format("group {} is {}\n", number, printable(name)));
+            say(fmt::format(messages::kGroupIs, number, printable(name)));
     }
     say(fmt::format("made {} {}\n", world.string(), summary(*loaded, *import)));
     return world;
@@ -319,7 +316,7 @@ Error import_materialx(const ImportArguments& arguments) {
         argv.push_back(const_cast<char*>(word.c_str()));
     argv.push_back(nullptr);
     ::execvp(argv[0], argv.data());
-    return outside_error("looks of MaterialX want `python3` on the PATH");
+    return outside_error(messages::kMaterialXWantsPython);
 }
 
 /// Makes a 3MF file of the solids, in a folder that is removed, and goes on with that.
@@ -328,8 +325,7 @@ Result<void> import_step(ImportArguments arguments) {
     if (Result<void> read = read_length("--tolerance", arguments.tolerance, &tolerance); !read)
         return read;
     if (!arguments.unit.empty() || !arguments.up.empty())
-        return usage_error(
-            "STEP files say their unit and have z up; leave `--unit` and `--up` out");
+        return usage_error(messages::kStepSaysUnit);
     const Result<world::Printer> printer = world::load_printer(arguments.import.printer);
     if (!printer) return printer.error();
     const Vec3d& pitch = printer->pitch_mm;
@@ -350,22 +346,19 @@ Result<void> import_step(ImportArguments arguments) {
 Result<void> run_import(ImportArguments arguments) {
     if (arguments.file.ends_with(".mtlx")) return import_materialx(arguments);
     if (is_step_file(arguments.file)) return import_step(std::move(arguments));
-    if (!arguments.tolerance.empty())
-        return usage_error("`--tolerance` is for STEP files, whose surfaces are curved");
+    if (!arguments.tolerance.empty()) return usage_error(messages::kToleranceIsForStep);
     if (arguments.list) {
         const Result<mesh::MeshOptions> options = read_arguments(&arguments);
         if (!options) return options.error();
         return list_mesh(arguments.file, {options->unit_mm, options->y_up, options->repair,
                                           arguments.json, options->memory_bytes});
     }
-    if (arguments.json) return usage_error("`--json` is for `--list`");
-    if (arguments.folder.empty())
-        return usage_error("name the folder to make: `-o FOLDER`; `--list` only shows the file");
+    if (arguments.json) return usage_error(messages::kJsonIsForList);
+    if (arguments.folder.empty()) return usage_error(messages::kNameTheFolder);
     const std::string stem = fs::path(arguments.file).stem().string();
     const Result<fs::path> world = import_mesh(std::move(arguments));
     if (!world) return world.error();
-    say(fmt::format("print it: openfab print {} -o {}\n", shell_word(world->string()),
-                    shell_word(stem + ".ofr")));
+    say(fmt::format(messages::kPrintIt, shell_word(world->string()), shell_word(stem + ".ofr")));
     return {};
 }
 

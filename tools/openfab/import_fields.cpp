@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "mesh/read/threemf_shapes.h"
 #include "tools/fields/function_text.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -134,10 +135,8 @@ Result<ImportedFields> load_fields(const fs::path& file, const mesh::MeshOptions
     }
     for (size_t i = 0; i < used.size(); ++i) {
         if (!used[i])
-            out.left_out.push_back(
-                {"volumetric data and displacements of meshes that are several bodies",
-                 read->meshes[i].place(),
-                 "make an object of each body in the program that made them", 1});
+            out.left_out.push_back({messages::kFieldsOfSeveralBodies, read->meshes[i].place(),
+                                    messages::kFieldsOfSeveralBodiesHelp, 1});
     }
     return out;
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/openfab/messages.h"
 #include "tools/openfab/up_axis.h"
 
 namespace openfab::tools {
@@ -47,17 +48,13 @@ class Notes {
         const std::string why = loaded_.bodies.size() == 1 ? y_up_evidence(loaded_.bodies[0].mesh)
                                                            : y_up_evidence(whole());
         if (why.empty()) return;
-        notes_.push_back(fmt::format(
-            "`{}` may lie on its back: {}. Import it with `--up y` if y is up in it", file_, why));
+        notes_.push_back(fmt::format(messages::kMayLieOnItsBack, file_, why));
     }
 
     void say_unit() {
         const Vec3d size = box_.size();
         if (!loaded_.unit_note.starts_with("assumed")) return;
-        notes_.push_back(fmt::format(
-            "`{}` gives no unit: taken as millimetres, {:.4g} x {:.4g} x {:.4g} mm. Import it "
-            "with --unit or --size if that is wrong",
-            file_, size.x, size.y, size.z));
+        notes_.push_back(fmt::format(messages::kNoUnit, file_, size.x, size.y, size.z));
     }
 
     void say_far() {
@@ -68,10 +65,7 @@ class Notes {
         constexpr double kSteps = 8'388'608;  // of single precision
         constexpr double kCoarse = 0.0005;
         if (far / kSteps < kCoarse) return;
-        notes_.push_back(fmt::format(
-            "`{}` reaches {:.4g} m from its origin, where a fablet's numbers have steps of {:.2g} "
-            "mm; `--recentre` moves it to the origin",
-            file_, far / 1000, far / kSteps));
+        notes_.push_back(fmt::format(messages::kFarFromOrigin, file_, far / 1000, far / kSteps));
     }
 
     void say_overlaps() {
@@ -83,11 +77,8 @@ class Notes {
         }
         if (pairs.empty()) return;
         if (loaded_.overlaps.size() > kMost)
-            pairs += fmt::format(" and {} pairs more", loaded_.overlaps.size() - kMost);
-        notes_.push_back(fmt::format(
-            "{} share volume: the one of higher `priority` gets it, of equals the later; set "
-            "`priority` in the world if it is to be another",
-            pairs));
+            pairs += fmt::format(messages::kPairsMore, loaded_.overlaps.size() - kMost);
+        notes_.push_back(fmt::format(messages::kShareVolume, pairs));
     }
     const std::string& name(int32_t body) const {
         return loaded_.bodies[static_cast<size_t>(body)].body;
@@ -108,15 +99,9 @@ class Notes {
             }
         }
         if (cutters.empty()) return;
-        notes_.push_back(fmt::format(
-            "{} cut others: objects of void, of a priority above all. The cut goes through "
-            "whatever is there, and has no coloured skin of its own",
-            cutters));
+        notes_.push_back(fmt::format(messages::kCutOthers, cutters));
         if (!strangers.empty()) {
-            notes_.push_back(fmt::format(
-                "{} of another assembly may be cut, too: give a higher `priority` to what should "
-                "not be",
-                strangers));
+            notes_.push_back(fmt::format(messages::kMayCutAssembly, strangers));
         }
     }
 

@@ -6,6 +6,8 @@
 
 #include <filesystem>
 
+#include "tools/openfab/messages.h"
+
 namespace openfab::tools {
 
 namespace {
@@ -52,11 +54,10 @@ std::vector<std::string> leave_out_unreadable(const Pictures& pictures,
         if (found != pictures.end() && found->second) continue;
         if (told.emplace(look.picture->source, true).second) {
             const std::string of =
-                look.name.empty() ? "" : fmt::format(" of material `{}`", look.name);
+                look.name.empty() ? "" : fmt::format(messages::kOfMaterial, look.name);
             const std::string why =
                 found == pictures.end() ? "" : ": " + found->second.error().text();
-            notes.push_back(
-                fmt::format("the picture `{}`{} is left out{}", look.picture->name, of, why));
+            notes.push_back(fmt::format(messages::kPictureOfLeftOut, look.picture->name, of, why));
         }
         look.picture.reset();
     }
@@ -69,7 +70,7 @@ std::string ImportPictures::add(const mesh::PictureUse& use, bool luminance,
     if (found == pictures_.end() || !found->second) {
         if (told_.emplace(use.source, true).second) {
             notes->push_back(found == pictures_.end()
-                                 ? fmt::format("the picture `{}` is left out", use.name)
+                                 ? fmt::format(messages::kPictureLeftOut, use.name)
                                  : found->second.error().text());
         }
         return {};
@@ -122,10 +123,11 @@ Result<std::string> ImportPictures::add_volume(const FieldImage& image) {
         for (size_t i = 0; i < image.sheets.size(); ++i) {
             const auto found = pictures_.find(image.sheets[i]);
             if (found == pictures_.end() || !found->second)
-                return user_error(fmt::format(
-                    "sheet {} of image {}{}", i, image.image,
-                    found == pictures_.end() ? fmt::format(" is missing: `{}`", image.sheets[i])
-                                             : ": " + found->second.error().text()));
+                return user_error(
+                    fmt::format(messages::kSheetOfImage, i, image.image,
+                                found == pictures_.end()
+                                    ? fmt::format(messages::kSheetIsMissing, image.sheets[i])
+                                    : ": " + found->second.error().text()));
             files_.push_back({fmt::format("{}/sheet_{:05}.png", stack->second, i), *found->second});
         }
     }
@@ -145,10 +147,10 @@ Result<std::string> ImportPictures::add_volume(const FieldImage& image) {
 Result<std::string> ImportPictures::add_map(const FieldMap& map) {
     const auto found = pictures_.find(map.source);
     if (found == pictures_.end() || !found->second)
-        return user_error(fmt::format("the displacement map `{}` {}", map.source,
-                                      found == pictures_.end()
-                                          ? "is missing"
-                                          : "cannot be read: " + found->second.error().text()));
+        return user_error(fmt::format(
+            messages::kDisplacementMap, map.source,
+            found == pictures_.end() ? messages::kMapIsMissing
+                                     : messages::kMapCannotBeRead + found->second.error().text()));
     const std::filesystem::path plain =
         plain_name(std::filesystem::path(map.source).filename().string());
     const std::string texture = names_.unique(plain.stem().string());

@@ -12,6 +12,7 @@
 
 #include "base/clean_exit.h"
 #include "base/text.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 
 namespace openfab::tools {
@@ -28,9 +29,8 @@ Result<void> solids_of_step(const fs::path& file, const fs::path& output, double
     if (!folder) return folder.error();
     const fs::path helper = *folder / "openfab-step";
     if (::access(helper.c_str(), X_OK) != 0) {
-        Error error =
-            outside_error("this `openfab` was built without OpenCASCADE, which reads STEP");
-        error.help = "run `scripts/setup --step` and build again, or export the solids as 3MF";
+        Error error = outside_error(messages::kBuiltWithoutOpenCascade);
+        error.help = messages::kBuiltWithoutOpenCascadeHelp;
         return error;
     }
     const std::string to = "--output=" + output.string();
@@ -42,19 +42,16 @@ Result<void> solids_of_step(const fs::path& file, const fs::path& output, double
         posix_spawn(&process, argv[0], nullptr, nullptr, const_cast<char* const*>(argv), environ);
     if (failed != 0)
         return outside_error(
-            fmt::format("cannot start `{}`: {}", helper.string(), std::strerror(failed)));
+            fmt::format(messages::kCannotStartProgram, helper.string(), std::strerror(failed)));
     RunningProgram running(process);
     int status = 0;
     if (!running.wait(&status))
-        return outside_error(fmt::format("cannot wait for `{}`", helper.string()));
+        return outside_error(fmt::format(messages::kCannotWaitForProgram, helper.string()));
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
     // It has said what is wrong. One that a damaged file has killed has not.
     if (WIFEXITED(status) && WEXITSTATUS(status) == 1) return user_error("");
     if (WIFSIGNALED(status))
-        return user_error(
-            fmt::format("{}: OpenCASCADE cannot read it: its program was ended by "
-                        "signal {}",
-                        file.string(), WTERMSIG(status)));
+        return user_error(fmt::format(messages::kStepReaderEnded, file.string(), WTERMSIG(status)));
     return outside_error("");
 }
 

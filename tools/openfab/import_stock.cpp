@@ -15,6 +15,7 @@
 #include "base/json.h"
 #include "tools/openfab/import_looks.h"
 #include "tools/openfab/importer.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -184,10 +185,7 @@ Result<void> Importer::bind_skins(const mesh::LoadedMesh& body, BodyLook* look) 
 }
 
 Error Importer::no_picture(const mesh::LoadedMesh& body) const {
-    return user_error(
-        fmt::format("{}: the mesh has no picture, which `textured` needs; give "
-                    "one with `--picture FILE`",
-                    what(body)));
+    return user_error(fmt::format(messages::kNoPictureFor, what(body), "textured"));
 }
 
 Result<std::string> Importer::texture_of(const GroupLook& group) {
@@ -218,10 +216,7 @@ Result<void> Importer::bind_mapped(const mesh::LoadedMesh& body, BodyLook* /*loo
     uniform("size", mm > 0 ? numbers({mm, mm, mm}) : numbers({size.x, size.y, size.z}));
     if (options_.mapping.empty() && options_.fablet.empty() && !mapping_told_) {
         mapping_told_ = true;
-        out_.notes.push_back(fmt::format(
-            "`{}` has no texture coordinates: the picture is on each of its six sides. "
-            "`--mapping planar` or `triplanar` maps it otherwise, `--picture-size` repeats it",
-            file_));
+        out_.notes.push_back(fmt::format(messages::kOnSixSides, file_));
     }
     return {};
 }

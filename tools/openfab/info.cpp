@@ -19,6 +19,7 @@
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/list_mesh.h"
+#include "tools/openfab/messages.h"
 #include "world/world.h"
 
 namespace openfab::tools {
@@ -58,8 +59,7 @@ Result<std::string> describe_unfinished(ofr::OfrReader* reader) {
     const int32_t whole = reader->whole_slices();
     const int32_t planned = reader->info().slice_end - reader->info().slice_begin;
     if (reader->disk_failed()) return more.error();
-    return fmt::format("no: {} of {} slices are whole; printing with `--resume` continues", whole,
-                       planned);
+    return fmt::format(messages::kSlicesWhole, whole, planned);
 }
 
 Result<void> info_of_ofr(const std::string& file, int64_t memory_bytes) {
@@ -130,24 +130,18 @@ int64_t count_slice_files(const fs::path& folder) {
 Result<void> info_of_folder(const fs::path& folder) {
     const fs::path file = folder / "manifest.json";
     const std::optional<std::string> text = read_manifest(file);
-    if (!text)
-        return user_error(
-            fmt::format("`{}` is not a folder of slices: it has no manifest.json that can be read",
-                        folder.string()));
+    if (!text) return user_error(fmt::format(messages::kNotAFolderOfSlices, folder.string()));
     rapidjson::Document manifest;
     manifest.Parse<rapidjson::kParseIterativeFlag>(text->c_str());
     if (manifest.HasParseError() || !manifest.IsObject()) {
-        return user_error(fmt::format("`{}` is damaged", file.string()));
+        return user_error(fmt::format(messages::kFolderDamaged, file.string()));
     }
     // Of a print that was cut short its manifest, which was written at its start, knows no slices.
     const auto whole = manifest.FindMember("complete");
     if (whole != manifest.MemberEnd() && whole->value.IsBool() && !whole->value.GetBool()) {
         for (const char* name : {"title", "printer", "slices_planned", "pixels", "dpi", "layer_um"})
             show(fmt::format("{:<16} {}\n", name, printable(text_of(manifest, name))));
-        show(
-            fmt::format("complete         no: {} files of slices are there; printing with "
-                        "`--resume` continues after the last whole slice\n",
-                        count_slice_files(folder)));
+        show(fmt::format(messages::kFolderIncomplete, count_slice_files(folder)));
         return {};
     }
     for (const char* name :
@@ -279,7 +273,7 @@ Result<void> info(const std::string& file, const std::vector<std::string>& allow
                   const std::string& memory, bool json) {
     const Result<int64_t> bytes = parse_memory_option(memory);
     if (!bytes) return bytes.error();
-    if (json && !mesh::is_mesh_file(file)) return usage_error("`--json` is for meshes");
+    if (json && !mesh::is_mesh_file(file)) return usage_error(messages::kJsonIsForMeshes);
     std::error_code status;
     if (fs::is_directory(file, status)) return info_of_folder(file);
     if (file.ends_with(".json")) return info_of_world(file, allow, *bytes);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "base/units.h"
+#include "tools/openfab/messages.h"
 #include "world/printer.h"
 
 namespace openfab::tools {
@@ -20,10 +21,7 @@ Result<MachineTray> machine_tray(const std::string& fit) {
             const size_t end = std::min(rest.find('x'), rest.size());
             const Result<double> size = parse_length_mm(std::string(rest.substr(0, end)) + "mm");
             if (!size || !(*size > 0) || (a < 2) == (end == rest.size())) {
-                return usage_error(
-                    fmt::format("--fit {}: not a printer, nor a size as "
-                                "490x390x200mm",
-                                fit));
+                return usage_error(fmt::format(messages::kFitIsNoPrinter, fit));
             }
             out.size_mm[a] = *size;
             rest.remove_prefix(std::min(end + 1, rest.size()));
@@ -33,8 +31,8 @@ Result<MachineTray> machine_tray(const std::string& fit) {
     const Result<world::Printer> printer = world::load_printer(fit);
     if (!printer) return printer.error();
     if (!printer->knows_build_volume()) {
-        return user_error(fmt::format("--fit {}: the size of its tray is not known", fit),
-                          "give a size, as 490x390x200mm");
+        return user_error(fmt::format(messages::kFitTrayUnknown, fit),
+                          messages::kFitTrayUnknownHelp);
     }
     return MachineTray{printer->build_volume_mm, fit};
 }
@@ -42,7 +40,7 @@ Result<MachineTray> machine_tray(const std::string& fit) {
 Result<double> length_option(const char* option, const std::string& text) {
     const Result<double> mm = parse_length_mm(text);
     if (mm && *mm >= 0) return *mm;
-    return usage_error(fmt::format("{} {}: not a length, as 6mm", option, text));
+    return usage_error(fmt::format(messages::kGapNotALength, option, text));
 }
 
 }  // namespace openfab::tools

@@ -14,6 +14,7 @@
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/slice_copy.h"
 
 namespace openfab::tools {
@@ -31,13 +32,13 @@ Result<std::vector<Shard>> open_shards(const std::vector<std::string>& files,
                                        int64_t memory_bytes) {
     std::vector<Shard> shards;
     for (const std::string& file : files) {
-        if (file == "-") return usage_error("`merge` reads files, not standard input");
+        if (file == "-") return usage_error(messages::kMergeReadsFiles);
         Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(file, memory_bytes);
         if (!reader) return reader.error();
         Result<pipeline::PrintTotals> totals = ofr::OfrReader::read_totals(file);
         if (!totals) {
             Error error = totals.error();
-            error.help = "complete it by printing again with `--resume`";
+            error.help = messages::kCompleteItWithResume;
             return error;
         }
         shards.push_back({file, (*reader)->info(), std::move(*totals)});
@@ -50,8 +51,8 @@ Result<std::vector<Shard>> open_shards(const std::vector<std::string>& files,
 
 /// Names slices in a message; `end` is one past the last.
 std::string slices(int32_t begin, int32_t end) {
-    return end - begin == 1 ? fmt::format("slice {}", begin)
-                            : fmt::format("slices {} to {}", begin, end - 1);
+    return end - begin == 1 ? fmt::format(messages::kOneSlice, begin)
+                            : fmt::format(messages::kSlicesTo, begin, end - 1);
 }
 
 /// Fails where two parts are not of one print, or its slices are not each in one of them.
@@ -60,21 +61,16 @@ Result<void> check_neighbours(const Shard& below, const Shard& above) {
     moved.slice_begin = below.info.slice_begin;
     moved.slice_end = below.info.slice_end;
     if (ofr::write_header(moved) != ofr::write_header(below.info)) {
-        return user_error(fmt::format(
-            "`{}` and `{}` are not parts of one print: they differ in size, pitch, materials, seed "
-            "or in what they were made of; print both from the same files with the same options",
-            below.file, above.file));
+        return user_error(fmt::format(messages::kNotPartsOfOnePrint, below.file, above.file));
     }
     const int32_t end = below.info.slice_end;
     const int32_t begin = above.info.slice_begin;
     if (begin > end) {
-        return user_error(fmt::format("no file has {}; print with `--slices {}:{}`",
-                                      slices(end, begin), end, begin));
+        return user_error(fmt::format(messages::kNoFileHasSlices, slices(end, begin), end, begin));
     }
     if (begin < end) {
-        return user_error(fmt::format(
-            "both `{}` and `{}` have {}; leave out one file, or print it again with fewer slices",
-            below.file, above.file, slices(begin, std::min(end, above.info.slice_end))));
+        return user_error(fmt::format(messages::kBothHaveSlices, below.file, above.file,
+                                      slices(begin, std::min(end, above.info.slice_end))));
     }
     return {};
 }

@@ -16,6 +16,7 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/stock.h"
 
 namespace openfab::tools {
@@ -112,8 +113,7 @@ std::vector<std::string> template_list() {
 
 Result<void> make_folder(const std::string& path, const std::string& from) {
     if (std::find(kTemplates.begin(), kTemplates.end(), from) == kTemplates.end()) {
-        return usage_error(
-            fmt::format("there is no template `{}`; these are: {}", from, template_names()));
+        return usage_error(fmt::format(messages::kNoSuchTemplate, from, template_names()));
     }
     const fs::path folder = fs::path(path).lexically_normal();
     std::string name = folder.filename().string();
@@ -123,14 +123,10 @@ Result<void> make_folder(const std::string& path, const std::string& from) {
                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                            "0123456789_-") == std::string::npos;
     if (!plain || fablet.empty() || (fablet[0] >= '0' && fablet[0] <= '9')) {
-        return usage_error(
-            fmt::format("no fablet can be named after `{}`; use letters, digits, - and _, "
-                        "a letter first",
-                        path));
+        return usage_error(fmt::format(messages::kNoFabletName, path));
     }
     std::error_code status;
-    if (fs::exists(folder, status))
-        return user_error(fmt::format("`{}` exists already; choose another name", path));
+    if (fs::exists(folder, status)) return user_error(fmt::format(messages::kNameExists, path));
     const Result<Started> made =
         from == kTemplates[0] ? Result<Started>(starter(name, fablet)) : stock_started(name, from);
     if (!made) return made.error();

@@ -28,6 +28,7 @@
 #include "texture/cache.h"
 #include "tools/openfab/check.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 #include "tools/openfab/stock.h"
 #include "world/fablet_sources.h"
@@ -58,12 +59,12 @@ Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments)
         taken.words.push_back(value);
     };
     const std::array<Option, 4> options{{
-        {"--fablet", "a file of OpenFL source",
+        {"--fablet", messages::kAnOpenFlFile,
          [&](std::string value) {
              keep_word("--fablet", value);
              taken.fablet = std::move(value);
          }},
-        {"--schedule", "a schedule, or a folder of them",
+        {"--schedule", messages::kAScheduleOrFolder,
          [&](std::string value) {
              keep_word("--schedule", value);
              taken.schedules.paths.push_back(std::move(value));
@@ -73,7 +74,7 @@ Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments)
              keep_word("--param", value);
              taken.schedules.params.push_back(std::move(value));
          }},
-        {"--check-picture", "a .png file",
+        {"--check-picture", messages::kAPngFile,
          [&](std::string value) {
              taken.check = true;
              taken.check_picture = std::move(value);
@@ -97,7 +98,7 @@ Result<CompileOptions> take_compile_options(std::vector<std::string>* arguments)
         } else if (i + 1 < arguments->size()) {
             option->take((*arguments)[++i]);
         } else {
-            return usage_error(fmt::format("`{}` needs {}", option->name, option->needs));
+            return usage_error(fmt::format(messages::kOptionNeeds, option->name, option->needs));
         }
     }
     *arguments = std::move(others);
@@ -138,11 +139,7 @@ Result<Sources> sources_of(const program::Options& options, const std::string& f
     if (!fablet.empty()) sources.files.emplace_back(fablet);
     if (!input.ends_with(".json")) {
         if (!fablet.empty()) return sources;
-        return usage_error(fmt::format(
-            "`{}` is not a world (.fab.json); a mesh alone needs `--fablet FILE.fl`, or a "
-            "stock fablet: "
-            "{}",
-            input, stock_fablet_names()));
+        return usage_error(fmt::format(messages::kMeshNeedsFablet, input, stock_fablet_names()));
     }
     // The print binary reads the meshes.
     Result<world::World> world =
@@ -201,7 +198,7 @@ Error exec_print_binary(const PrintBinary& program, const std::vector<std::strin
     } else {
         ::execv(program.path.c_str(), argv.data());
     }
-    return outside_error(fmt::format("cannot start `{}`: {}", name, system_reason(errno)));
+    return outside_error(fmt::format(messages::kCannotStartProgram, name, system_reason(errno)));
 }
 
 Result<void> print_world(std::vector<std::string> arguments) {
@@ -255,7 +252,7 @@ int start_helper(const char* name, char** argv) {
         ::setenv("OPENFAB_HELPER", (*folder / "openfab").c_str(), 0);
         ::execv(helper.c_str(), argv);
         failed = outside_error(
-            fmt::format("cannot start `{}`: {}", helper.string(), system_reason(errno)));
+            fmt::format(messages::kCannotStartProgram, helper.string(), system_reason(errno)));
     }
     return say_error(failed);
 }

@@ -26,6 +26,7 @@
 #include "base/say.h"
 #include "base/system_reason.h"
 #include "texture/cache.h"
+#include "tools/openfab/messages.h"
 
 extern char** environ;
 
@@ -119,14 +120,14 @@ Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& progra
     hash.add_text(abi::isa_name(wanted.isa));
     for (const fs::path& source : wanted.sources) {
         if (Result<void> added = hash.add_content(source); !added) {
-            return with_context(added.error(), fmt::format("cannot read the fablet source `{}`: ",
-                                                           source.string()));
+            return with_context(added.error(),
+                                fmt::format(messages::kCannotReadFabletSource, source.string()));
         }
     }
     if (wanted.dither) {
         hash.add_text("dither rule " + wanted.dither->rule);
         if (Result<void> added = hash.add_content(wanted.dither->source); !added) {
-            return with_context(added.error(), fmt::format("cannot read the dither rule `{}`: ",
+            return with_context(added.error(), fmt::format(messages::kCannotReadDitherRule,
                                                            wanted.dither->source.string()));
         }
     }
@@ -136,7 +137,7 @@ Result<uint64_t> program_hash(const PrintProgram& wanted, const fs::path& progra
         if (fs::is_directory(path, status)) continue;
         if (Result<void> added = hash.add_content(path); !added) {
             return with_context(added.error(),
-                                fmt::format("cannot read the schedule `{}`: ", path.string()));
+                                fmt::format(messages::kCannotReadSchedule, path.string()));
         }
     }
     for (const std::string& param : wanted.schedules.params)
@@ -172,22 +173,20 @@ Result<int> run_program(const std::vector<std::string>& arguments) {
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0) {
         return outside_error(
-            fmt::format("cannot start `{}`: {}", arguments[0], system_reason(failed)));
+            fmt::format(messages::kCannotStartProgram, arguments[0], system_reason(failed)));
     }
     int status = 0;
     if (!RunningProgram(child).wait(&status))
         return outside_error(
-            fmt::format("cannot wait for `{}`: {}", arguments[0], system_reason(errno)));
+            fmt::format(messages::kCannotWaitForProgramWhy, arguments[0], system_reason(errno)));
     if (WIFEXITED(status) && WEXITSTATUS(status) == kNotLoaded) {
-        return outside_error(fmt::format(
-            "the libraries of `{}` cannot be loaded; allow more memory (`ulimit -v`) and "
-            "open files (`ulimit -n`), or install what is missing",
-            fs::path(arguments[0]).filename().string()));
+        return outside_error(
+            fmt::format(messages::kLibrariesNotLoaded, fs::path(arguments[0]).filename().string()));
     }
     if (WIFEXITED(status)) return WEXITSTATUS(status);
     if (WTERMSIG(status) == SIGINT) return exit_code(ErrorCode::kInterrupted);
     const int signal = WTERMSIG(status);
-    const std::string ended = fmt::format("`{}` was ended by signal {}", arguments[0], signal);
+    const std::string ended = fmt::format(messages::kEndedBySignal, arguments[0], signal);
     // Others come from outside, as where memory is short.
     const bool crashed = signal == SIGSEGV || signal == SIGBUS || signal == SIGFPE ||
                          signal == SIGILL || signal == SIGABRT;
@@ -213,7 +212,7 @@ Result<uint64_t> content_hash(const InputFile& file, int64_t bytes) {
         const auto wanted = static_cast<size_t>(std::min<int64_t>(bytes - at, piece.size()));
         const Result<size_t> got = file.read(at, piece.data(), wanted);
         if (!got) return got.error();
-        if (*got == 0) return outside_error("it became shorter while it was read");
+        if (*got == 0) return outside_error(messages::kBecameShorter);
         hash.add_bytes(piece.data(), *got);
         at += static_cast<int64_t>(*got);
     }
@@ -223,7 +222,7 @@ Result<uint64_t> content_hash(const InputFile& file, int64_t bytes) {
 /// Appends the seal.
 Result<void> seal(const fs::path& program) {
     const auto trouble = [&](const std::string& reason) {
-        return outside_error(fmt::format("cannot write `{}`: {}", program.string(), reason));
+        return outside_error(fmt::format(messages::kCannotWrite, program.string(), reason));
     };
     const Result<InputFile> made = InputFile::open(program);
     if (!made) return trouble(made.error().text());
@@ -240,7 +239,7 @@ Result<PrintBinary> open_print_binary(const fs::path& path) {
     Result<InputFile> file = InputFile::open(path);
     if (!file) return file.error();
     const int64_t body = file->bytes() - static_cast<int64_t>(kSealBytes);
-    if (body < 0) return user_error("it is too short");
+    if (body < 0) return user_error(messages::kTooShort);
     std::array<char, kSealBytes> end{};
     const Result<size_t> sealed = file->read(body, end.data(), end.size());
     if (!sealed) return sealed.error();
@@ -249,7 +248,7 @@ Result<PrintBinary> open_print_binary(const fs::path& path) {
     const Result<uint64_t> content = content_hash(*file, body);
     if (!content) return content.error();
     if (!std::string_view(end.data(), end.size()).starts_with(kSeal) || hash != *content)
-        return user_error("it is damaged");
+        return user_error(messages::kDamaged);
     if (::access(path.c_str(), X_OK) != 0) return outside_error(system_reason(errno));
     return PrintBinary{std::move(*file), path};
 }
@@ -291,7 +290,7 @@ Result<void> compile(const fs::path& compiler, const PrintProgram& wanted,
 Result<fs::path> program_folder() {
     std::error_code status;
     const fs::path self = fs::read_symlink("/proc/self/exe", status);
-    if (status) return outside_error("cannot find the program's own folder: " + status.message());
+    if (status) return outside_error(messages::kNoFolderOfProgram + status.message());
     return self.parent_path();
 }
 
@@ -309,8 +308,7 @@ Result<PrintBinary> find_or_build_print_binary(const PrintProgram& wanted, bool 
     if (!programs) return programs.error();
     const fs::path compiler = *programs / "openflc";
     if (::access(compiler.c_str(), X_OK) != 0) {
-        return outside_error(fmt::format(
-            "the compiler `openflc` is not beside this program, in `{}`", programs->string()));
+        return outside_error(fmt::format(messages::kNoCompilerBeside, programs->string()));
     }
     const Result<uint64_t> hash = program_hash(wanted, *programs);
     if (!hash) return hash.error();
@@ -323,9 +321,9 @@ Result<PrintBinary> find_or_build_print_binary(const PrintProgram& wanted, bool 
     if (keeps) {
         clear_left_over(*cache);
     } else if (!quiet) {
-        note(fmt::format("the compiled program is not cached: {}", keeps.error().text()));
+        note(fmt::format(messages::kProgramNotCached, keeps.error().text()));
     }
-    if (!quiet) say(fmt::format("compiling {} ...\n", wanted.sources.front().filename().string()));
+    if (!quiet) say(fmt::format(messages::kCompiling, wanted.sources.front().filename().string()));
     // In a folder of its own, so that concurrent prints do not see each other's partial programs,
     // and none is left behind if this process dies.
     const Result<std::unique_ptr<TemporaryFolder>> folder =
@@ -337,12 +335,11 @@ Result<PrintBinary> find_or_build_print_binary(const PrintProgram& wanted, bool 
     if (keeps) fs::rename(made, *cache / name, status);
     if (status) {
         return outside_error(
-            fmt::format("cannot write `{}`: {}", (*cache / name).string(), status.message()));
+            fmt::format(messages::kCannotWrite, (*cache / name).string(), status.message()));
     }
     Result<PrintBinary> program = open_print_binary(keeps ? *cache / name : made);
     if (!program) {
-        return outside_error(
-            fmt::format("cannot read the program that was compiled: {}", program.error().text()));
+        return outside_error(fmt::format(messages::kCannotReadCompiled, program.error().text()));
     }
     // Without a cache it is executed from its descriptor, although its file is deleted.
     if (!keeps) program->path.clear();

@@ -12,6 +12,7 @@
 
 #include "base/json.h"
 #include "base/text.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/module_text.h"
 
 namespace openfab::tools {
@@ -43,12 +44,12 @@ class Reader {
 
     Result<Table> read() {
         Table out;
-        if (!root_.is(Kind::kObject)) return wrong(root_, "a table is an object");
+        if (!root_.is(Kind::kObject)) return wrong(root_, messages::kTableIsAnObject);
         for (const JsonMember& member : root_.members) {
             constexpr std::array kKeys{"property", "unit",   "materials",
                                        "measured", "source", "rows"};
             if (std::find(kKeys.begin(), kKeys.end(), member.key) == kKeys.end())
-                return wrong(member.value, fmt::format("`{}` is no key of a table", member.key));
+                return wrong(member.value, fmt::format(messages::kNoKeyOfTable, member.key));
         }
         for (const auto& [key, to] :
              {std::pair{"property", &out.property}, {"unit", &out.unit}, {"source", &out.source}}) {
@@ -72,10 +73,10 @@ class Reader {
     Result<const JsonValue*> member(const JsonValue& object, const char* key, Kind kind,
                                     const char* right) const {
         const JsonMember* const found = object.find(key);
-        if (found == nullptr) return wrong(object, fmt::format("`{}` is missing: {}", key, right));
+        if (found == nullptr) return wrong(object, fmt::format(messages::kKeyMissing, key, right));
         if (found->value.is(kind)) return &found->value;
         return wrong(found->value,
-                     fmt::format("`{}` is {}, not {}", key, found->value.kind_name(), right));
+                     fmt::format(messages::kKeyIsNot, key, found->value.kind_name(), right));
     }
     /// Text for a comment of one line.
     static std::string one_line(const std::string& text) {
@@ -87,19 +88,19 @@ class Reader {
         const Result<const JsonValue*> names = member(root_, "materials", Kind::kArray, "names");
         if (!names) return names.error();
         for (const JsonValue& name : (*names)->items) {
-            if (!name.is(Kind::kString)) return wrong(name, "a material is named by a text");
+            if (!name.is(Kind::kString)) return wrong(name, messages::kMaterialNamedByText);
             out->materials.push_back(one_line(name.text));
         }
         if (out->materials.size() >= 2 && out->materials.size() <= kMostMaterials) return {};
-        return wrong(**names, fmt::format("{} materials; a table has 2 to {}",
-                                          out->materials.size(), kMostMaterials));
+        return wrong(**names,
+                     fmt::format(messages::kMaterialCount, out->materials.size(), kMostMaterials));
     }
     Result<void> read_rows(Table* out) {
         const Result<const JsonValue*> rows = member(root_, "rows", Kind::kArray, "rows");
         if (!rows) return rows.error();
         if ((*rows)->items.size() < 2 || (*rows)->items.size() > kMostRows) {
-            return wrong(**rows, fmt::format("{} rows; a table has 2 to {}", (*rows)->items.size(),
-                                             kMostRows));
+            return wrong(**rows,
+                         fmt::format(messages::kRowCount, (*rows)->items.size(), kMostRows));
         }
         for (const JsonValue& item : (*rows)->items) {
             const Result<Row> row = read_row(item, out->materials.size());
@@ -110,12 +111,9 @@ class Reader {
             const bool rises = out->rows[1].value > out->rows[0].value;
             const float before = out->rows[n - 2].value;
             if (row->value == before || (row->value > before) != rises) {
-                return wrong(
-                    item,
-                    fmt::format("row {} has the value {} after {}; values rise from row to "
-                                "row, or they fall",
-                                n, row->value, before),
-                    "leave out rows that measurement cannot tell apart");
+                return wrong(item,
+                             fmt::format(messages::kValuesNotMonotonic, n, row->value, before),
+                             messages::kValuesNotMonotonicHelp);
             }
         }
         return {};
@@ -127,21 +125,21 @@ class Reader {
         if (!value) return value.error();
         Row row;
         row.value = static_cast<float>((*value)->number);
-        if (!std::isfinite(row.value)) return wrong(**value, "it is not finite");
+        if (!std::isfinite(row.value)) return wrong(**value, messages::kTableValueNotFinite);
         if ((*mixture)->items.size() != materials) {
-            return wrong(**mixture, fmt::format("{} fractions of {} materials",
-                                                (*mixture)->items.size(), materials));
+            return wrong(**mixture, fmt::format(messages::kFractionCount, (*mixture)->items.size(),
+                                                materials));
         }
         double sum = 0;
         for (size_t i = 0; i < materials; ++i) {
             const JsonValue& part = (*mixture)->items[i];
             if (!part.is(Kind::kNumber) || !(part.number >= 0 && part.number <= 1))
-                return wrong(part, "a fraction is a number from 0 to 1");
+                return wrong(part, messages::kFractionOutside);
             row.mixture[i] = static_cast<float>(part.number);
             sum += part.number;
         }
         if (std::abs(sum - 1) > kRounding)
-            return wrong(**mixture, fmt::format("the fractions have a sum of {:g}, not 1", sum));
+            return wrong(**mixture, fmt::format(messages::kFractionSum, sum));
         return row;
     }
 
@@ -167,8 +165,8 @@ Result<std::string> property_module(std::string_view text, const std::string& fi
     const std::filesystem::path path(file);
     const std::string name = constant_name(path.stem().string());
     if (name.empty()) {
-        return user_error(fmt::format("`{}` cannot name constants", path.stem().string()),
-                          "name the table with letters, digits and _, a letter first");
+        return user_error(fmt::format(messages::kCannotNameConstants, path.stem().string()),
+                          messages::kCannotNameConstantsHelp);
     }
     std::vector<std::string> values, mixtures;
     for (size_t i = 0; i < kMostRows; ++i) {

@@ -21,6 +21,7 @@
 #include "program/outputs.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/known_printer.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/receiver.h"
 
 namespace openfab::tools {
@@ -32,8 +33,7 @@ Result<double> parse_seconds(const std::string& text) {
     if (text.empty()) return 0.0;
     const Result<double> seconds = parse_duration(text);
     if (seconds && *seconds > 0 && *seconds <= 86400) return seconds;
-    return usage_error(
-        fmt::format("`--layer-time`: `{}` is no time; write `10s` or `250ms`", text));
+    return usage_error(fmt::format(messages::kLayerTimeNotATime, text));
 }
 
 /// Returns whether the output is a whole print, which nobody who connects may replace.
@@ -50,15 +50,12 @@ bool is_complete(const program::OutputOptions& print) {
 /// Returns ofr or png, as the output's name says.
 Result<const backends::Format*> format_of(const program::OutputOptions& print) {
     if (print.output == "-" || stream::is_address(print.output))
-        return usage_error("`receive` keeps a print; write `-o FILE.ofr` or `-o FOLDER`");
+        return usage_error(messages::kReceiveNeedsOutput);
     world::Printer printer;
     printer.native_format = "png";
     Result<const backends::Format*> format = program::choose_format(print, printer);
     if (!format || (*format)->name == "ofr" || (*format)->name == "png") return format;
-    return usage_error(
-        fmt::format("`receive` keeps an .ofr file or a folder of png slices; `openfab export` "
-                    "makes {} of these",
-                    (*format)->name));
+    return usage_error(fmt::format(messages::kReceiveFormats, (*format)->name));
 }
 
 /// Fails where the output could not be opened when a print comes.
@@ -83,16 +80,12 @@ Result<void> run_receive(const ReceiveArguments& a) {
     const Result<bool> local = stream::is_local(*address);
     if (!local) return local.error();
     if (!*local && token->empty()) {
-        return usage_error(fmt::format(
-            "`{}` can be reached from other machines, so a token is needed; write `--token-file "
-            "FILE` or set OPENFAB_TOKEN, here and where the print is made",
-            a.listen));
+        return usage_error(fmt::format(messages::kTokenNeeded, a.listen));
     }
     ReceiverOptions options;
     if (address->is_tls != (!a.tls_certificate.empty() || !a.tls_key.empty()) ||
         a.tls_certificate.empty() != a.tls_key.empty()) {
-        return usage_error(
-            "`tls://` needs `--tls-cert FILE` and `--tls-key FILE`, and nothing else takes them");
+        return usage_error(messages::kTlsNeedsKeys);
     }
     if (address->is_tls) {
         auto tls = stream::TlsContext::for_receivers(a.tls_certificate, a.tls_key);
@@ -135,8 +128,7 @@ Result<void> run_receive(const ReceiveArguments& a) {
         [print, opened](const pipeline::PrintInfo& info,
                         bool resumed) mutable -> Result<std::unique_ptr<pipeline::SliceSink>> {
         if (!resumed && is_complete(print)) {
-            return user_error(fmt::format(
-                "`{}` holds a whole print; remove it or name another output", print.output));
+            return user_error(fmt::format(messages::kHoldsWholePrint, print.output));
         }
         print.resume = resumed;
         opened->reset();
@@ -144,7 +136,7 @@ Result<void> run_receive(const ReceiveArguments& a) {
     };
     Result<stream::Socket> listening = stream::listen_at(*address);
     if (!listening) return listening.error();
-    say(fmt::format("listening at {}\n", stream::listening_text(*listening, *address)));
+    say(fmt::format(messages::kListeningAt, stream::listening_text(*listening, *address)));
     return Receiver(std::move(*listening), std::move(options), open_sink).run();
 }
 

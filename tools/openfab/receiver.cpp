@@ -19,6 +19,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "runtime/pipeline/print_hash.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -119,7 +120,7 @@ Result<void> Receiver::answer_waiting() {
         client.waits_until = 0;
         client.since = seconds_now();
         if (client.has_wrong_token) {
-            stop(&client, StopCode::kToken, "the token is wrong or missing");
+            stop(&client, StopCode::kToken, messages::kTokenWrong);
         } else {
             stream::Message message = std::move(client.waiting);
             if (Result<void> opened = open(&client, &message); !opened) return opened;
@@ -144,7 +145,7 @@ Result<void> Receiver::open_now(Client* client, const stream::Message& message) 
         ++wrong.count;
         wrong.until = client->waits_until = seconds_now() + pause;
         client->has_wrong_token = true;
-        say(fmt::format("a sender came with a wrong token from {}\n", client->from));
+        say(fmt::format(messages::kWrongTokenFrom, client->from));
         return {};
     }
     wrong_tokens_.erase(host);
@@ -154,13 +155,10 @@ Result<void> Receiver::open_now(Client* client, const stream::Message& message) 
         return {};
     }
     if (most_bytes(*info) > options_.memory_bytes) {
-        say(
-            fmt::format("a print from {} was refused: slices of {} x {} voxels take {} to receive, "
-                        "and `--memory` allows {}\n",
-                        client->from, info->size.x, info->size.y, format_bytes(most_bytes(*info)),
-                        format_bytes(options_.memory_bytes)));
+        say(fmt::format(messages::kPrintRefusedMemory, client->from, info->size.x, info->size.y,
+                        format_bytes(most_bytes(*info)), format_bytes(options_.memory_bytes)));
         stop(client, StopCode::kProtocol,
-             fmt::format("slices of {} take {} of memory, which is more than is allowed here",
+             fmt::format(messages::kSlicesTakeTooMuch,
                          format_bytes(static_cast<int64_t>(slice_bytes(*info))),
                          format_bytes(most_bytes(*info))));
         return {};
@@ -172,12 +170,12 @@ Result<void> Receiver::open_now(Client* client, const stream::Message& message) 
                          !(open->mode == Mode::kSendBack && open->header == header_);
     if (open->sender != sender_ && (other != nullptr || is_held)) {
         ++refused_;
-        say(fmt::format("a second sender, from {}, was refused\n", client->from));
-        stop(client, StopCode::kBusy, "another print is under way");
+        say(fmt::format(messages::kSecondSender, client->from));
+        stop(client, StopCode::kBusy, messages::kAnotherPrint);
         return {};
     }
     if (other != nullptr) other->closing = true;  // its line was cut, and this end has not noticed
-    say(fmt::format("a sender came from {}\n", client->from));
+    say(fmt::format(messages::kSenderCame, client->from));
     return begin_print(client, *open, *info);
 }
 
@@ -185,7 +183,7 @@ Result<void> Receiver::handle(Client* client, stream::Message* message) {
     if (!client->is_sender) {
         if (message->kind == Kind::kOpen && client->waits_until == 0) return open(client, message);
         ++refused_;
-        stop(client, StopCode::kProtocol, "this is a receiver of prints");
+        stop(client, StopCode::kProtocol, messages::kReceiverOfPrints);
         return {};
     }
     switch (message->kind) {
@@ -207,8 +205,8 @@ Result<void> Receiver::handle(Client* client, stream::Message* message) {
             break;
     }
     ++order_errors_;
-    say(fmt::format("a message came that was not expected before slice {}\n", next_));
-    stop(client, StopCode::kAgain, "this message was not expected");
+    say(fmt::format(messages::kUnexpectedMessage, next_));
+    stop(client, StopCode::kAgain, messages::kMessageNotExpected);
     return {};
 }
 
@@ -232,7 +230,7 @@ void Receiver::lose(Client* client) {
     if (client->is_sender && !client->closing && !complete_) {
         ++cuts_;
         held_until_ = seconds_now() + stream::kLostSeconds;
-        say(fmt::format("the line was cut before slice {}\n", next_));
+        say(fmt::format(messages::kLineCut, next_));
     }
     client->line.close();
 }
@@ -247,13 +245,13 @@ Result<void> Receiver::hear(Client* client) {
         Result<bool> got = client->line.next(&message);
         if (!got && client->is_sender) {
             ++checksum_errors_;
-            say(fmt::format("a message was damaged before slice {}\n", next_));
-            stop(client, StopCode::kAgain, "a message was damaged");
+            say(fmt::format(messages::kMessageDamagedAt, next_));
+            stop(client, StopCode::kAgain, messages::kMessageDamaged);
             return {};
         }
         if (!got) {
             ++refused_;
-            stop(client, StopCode::kProtocol, "this is a receiver of prints");
+            stop(client, StopCode::kProtocol, messages::kReceiverOfPrints);
             return {};
         }
         if (!*got) return {};
@@ -323,15 +321,12 @@ Result<void> Receiver::turn() {
 }
 
 void Receiver::summarise() const {
-    std::string text = fmt::format("all {} slices are kept, {} received",
-                                   info_.slice_end - info_.slice_begin, received_);
+    std::string text =
+        fmt::format(messages::kAllSlicesKept, info_.slice_end - info_.slice_begin, received_);
     if (options_.layer_seconds > 0) {
-        text += fmt::format("; the printer waited for {} of them, {:.1f} s in all",
-                            clock_.starved(), clock_.starved_seconds());
+        text += fmt::format(messages::kPrinterWaited, clock_.starved(), clock_.starved_seconds());
     }
-    say(fmt::format(
-        "{}; lines cut: {}, slices out of order: {}, damaged: {}, clients refused: {}\n", text,
-        cuts_, order_errors_, checksum_errors_, refused_));
+    say(fmt::format(messages::kLinesCut, text, cuts_, order_errors_, checksum_errors_, refused_));
 }
 
 Result<void> Receiver::run() {

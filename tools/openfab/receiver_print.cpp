@@ -15,6 +15,7 @@
 #include "base/say.h"
 #include "base/text.h"
 #include "runtime/pipeline/print_hash.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/receiver.h"
 
 namespace openfab::tools {
@@ -94,12 +95,12 @@ Result<void> Receiver::open_output(Client* client, const stream::Open& open,
 Result<void> Receiver::refuse_output(Client* client, const Error& error) {
     close_sink();
     if (is_ours(error)) {
-        stop(client, StopCode::kDisk, "it cannot write its output");
+        stop(client, StopCode::kDisk, messages::kCannotWriteOutput);
         return error;
     }
     // Who sends has no business with what this end's files are called.
-    say(fmt::format("a print from {} was refused: {}\n", client->from, printable(error.text())));
-    stop(client, StopCode::kOtherPrint, "it holds another print, or a complete one");
+    say(fmt::format(messages::kPrintRefused, client->from, printable(error.text())));
+    stop(client, StopCode::kOtherPrint, messages::kHoldsAnotherPrint);
     return {};
 }
 
@@ -129,7 +130,7 @@ Result<void> Receiver::read_back() {
     next_ = info_.slice_begin + *end->kept;
     hash_ = end->hash;
     clock_.begin(info_.slice_end - info_.slice_begin, *end->kept);
-    say(fmt::format("`{}`: {} slices, from slice {}\n", printable(info_.title),
+    say(fmt::format(messages::kPrintFromSlice, printable(info_.title),
                     info_.slice_end - info_.slice_begin, next_));
     get_ready(client);
     return {};
@@ -142,9 +143,8 @@ Result<void> Receiver::check_output() {
     if (sink_ == nullptr || !options_.output_is_there || now - looked_at_ < kLooksEach) return {};
     looked_at_ = now;
     if (options_.output_is_there()) return {};
-    if (Client* const client = sender()) stop(client, StopCode::kDisk, "its output was deleted");
-    return outside_error(
-        "the output was deleted or replaced while a print came into it: its slices are gone");
+    if (Client* const client = sender()) stop(client, StopCode::kDisk, messages::kOutputDeleted);
+    return outside_error(messages::kOutputDeletedMeanwhile);
 }
 
 int32_t Receiver::window() const {
@@ -156,29 +156,27 @@ Result<void> Receiver::take_slice(Client* client, std::vector<uint8_t> bytes) {
     const std::span<const uint8_t> all(bytes);
     const auto damaged = [&](const std::string& why) {
         ++checksum_errors_;
-        say(fmt::format("slice {}: {}; it is asked for again\n", next_, why));
-        stop(client, StopCode::kAgain, fmt::format("slice {} is damaged", next_));
+        say(fmt::format(messages::kAskedForAgain, next_, why));
+        stop(client, StopCode::kAgain, fmt::format(messages::kSliceDamaged, next_));
         return Result<void>();
     };
-    if (bytes.size() < ofr::kSliceHeadBytes) return damaged("it is too short");
+    if (bytes.size() < ofr::kSliceHeadBytes) return damaged(messages::kTooShort);
     const Result<ofr::SliceHead> head = ofr::read_slice_head(all.first(ofr::kSliceHeadBytes));
     if (!head) return damaged(head.error().text());
     if (head->z != next_ || next_ == info_.slice_end) {
         ++order_errors_;
-        say(fmt::format("slice {} came where {} was next; it is asked for again\n", head->z,
-                        next_));
-        stop(client, StopCode::kAgain, fmt::format("slice {} was next", next_));
+        say(fmt::format(messages::kSliceOutOfOrder, head->z, next_));
+        stop(client, StopCode::kAgain, fmt::format(messages::kSliceWasNext, next_));
         return {};
     }
     if (head->frame_bytes != bytes.size() - ofr::kSliceHeadBytes)
-        return damaged("its length is wrong");
+        return damaged(messages::kLengthWrong);
     const Result<void> decoded = ofr::decode_frame(*head, all.subspan(ofr::kSliceHeadBytes), rows_);
     if (!decoded) return damaged(decoded.error().text());
     const auto counts = ofr::count_codes(rows_, info_.bits);
     if (std::any_of(counts.begin() + 1 + static_cast<std::ptrdiff_t>(info_.materials.size()),
                     counts.end(), [](int64_t count) { return count > 0; })) {
-        return damaged(fmt::format("it has codes beyond the {} materials of the header",
-                                   info_.materials.size()));
+        return damaged(fmt::format(messages::kCodesBeyondMaterials, info_.materials.size()));
     }
     const pipeline::SliceView slice{next_, rows_.data(),
                                     backends::packed_row_bytes(info_.size.x, info_.bits),
@@ -186,7 +184,7 @@ Result<void> Receiver::take_slice(Client* client, std::vector<uint8_t> bytes) {
     const Result<void> kept =
         sink_->commit(next_, options_.keeps_frames ? std::move(bytes) : sink_->encode(slice));
     if (!kept) {
-        stop(client, StopCode::kDisk, "it cannot write its output");
+        stop(client, StopCode::kDisk, messages::kCannotWriteOutput);
         return kept;
     }
     hash_ += pipeline::slice_hash(slice.z, slice.data, slice.row_bytes, slice.height);
@@ -202,7 +200,7 @@ Result<void> Receiver::take_index(Client* client, const std::vector<uint8_t>& by
     if (!fits) {
         ++checksum_errors_;
         say("the index does not fit the slices\n");
-        stop(client, StopCode::kProtocol, "the index does not fit the slices");
+        stop(client, StopCode::kProtocol, messages::kIndexDoesNotFit);
         return {};
     }
     if (!complete_) {
@@ -211,7 +209,7 @@ Result<void> Receiver::take_index(Client* client, const std::vector<uint8_t>& by
         sink_.reset();
         is_unfinished_ = false;
         if (!finished) {
-            stop(client, StopCode::kDisk, "it cannot write its output");
+            stop(client, StopCode::kDisk, messages::kCannotWriteOutput);
             return finished;
         }
         complete_ = true;

@@ -10,6 +10,7 @@
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "tools/openfab/known_printer.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -30,10 +31,9 @@ Result<void> check_memory(const ExportOptions& options, const std::string& input
         program::preview_bytes(options.print);
     if (bytes <= memory_bytes) return {};
     return user_error(fmt::format(
-        "{}: slices of {} x {} voxels take {} to write{}, and `--memory` allows {}; raise it if "
-        "you trust the file",
-        input, info.size.x, info.size.y, format_bytes(bytes),
-        format == nullptr ? "" : fmt::format(" as {}", format->name), format_bytes(memory_bytes)));
+        messages::kSlicesTakeToWrite, input, info.size.x, info.size.y, format_bytes(bytes),
+        format == nullptr ? "" : fmt::format(messages::kWrittenAs, format->name),
+        format_bytes(memory_bytes)));
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ Result<int64_t> prepare_copy(ExportOptions* options) {
         options->print.previews.push_back(*spec);
     }
     if (options->print.output.empty() && options->previews.empty())
-        return usage_error("no output given; write `-o FOLDER` or `--preview FILE.png`");
+        return usage_error(messages::kNoOutputGiven);
     return parse_memory_option(options->memory);
 }
 
@@ -59,7 +59,7 @@ Result<void> check_copy(ExportOptions* options, const std::vector<std::string>& 
         const std::string& output = options->print.output;
         const bool is_picture = output.empty() || output == "-" || output.ends_with(".png");
         if (!is_picture || (!options->print.format.empty() && options->print.format != "png"))
-            return usage_error("`--slice` makes a picture; write `-o FILE.png`");
+            return usage_error(messages::kSliceMakesPicture);
         options->print.format = "png";
     } else {
         const Result<const backends::Format*> format =

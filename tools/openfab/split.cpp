@@ -18,6 +18,7 @@
 #include "base/units.h"
 #include "pieces/search.h"
 #include "tools/openfab/machine_tray.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
 #include "tools/openfab/split_places.h"
 #include "tools/openfab/split_seam.h"
@@ -98,11 +99,11 @@ class Splitter {
             return name.empty() || std::find(all.begin(), all.end(), name) != all.end();
         };
         if (!known(names, arguments_.object)) {
-            return user_error(fmt::format("--object {}: there is none; {}", arguments_.object,
+            return user_error(fmt::format(messages::kNoSuchObject, arguments_.object,
                                           suggest(arguments_.object, names)));
         }
         if (!known(materials, arguments_.material)) {
-            return user_error(fmt::format("--material {}: there is none; {}", arguments_.material,
+            return user_error(fmt::format(messages::kNoSuchMaterial, arguments_.material,
                                           suggest(arguments_.material, materials)));
         }
         material_ = arguments_.material;
@@ -132,19 +133,16 @@ class Splitter {
         const std::string is = fmt::format("object `{}`, {:.4g} x {:.4g} x {:.4g} mm", object.name,
                                            size.x, size.y, size.z);
         if (object.pieces != nullptr) {
-            show(fmt::format("{}: it has pieces, which are kept\n", is));
+            show(fmt::format(messages::kHasPieces, is));
             return {};
         }
         if (pieces::fits(size, machine_.size_mm)) {
-            show(fmt::format("{}: it fits as it is\n", is));
+            show(fmt::format(messages::kFitsAsItIs, is));
             return {};
         }
         pieces::SearchOptions search = search_;
         if (pieces::uniform_scale(polar->s) == 0 && (search.peg_mm > 0 || search.number_mm > 0)) {
-            note(
-                fmt::format("object `{}` is not scaled alike in all directions: no dowels and "
-                            "numbers",
-                            object.name));
+            note(fmt::format(messages::kNotScaledAlike, object.name));
             search.peg_mm = search.number_mm = 0;
         }
         if (!arguments_.seam.empty()) {
@@ -167,7 +165,8 @@ class Splitter {
         }
         const std::clock_t start = std::clock();
         Result<pieces::Found> found = pieces::find_cuts({positions, mesh.triangles}, search);
-        if (!found) return with_context(found.error(), fmt::format("object `{}`: ", object.name));
+        if (!found)
+            return with_context(found.error(), fmt::format(messages::kInObject, object.name));
         const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
         for (pieces::Cut& cut : found->tree.cuts) {
             for (pieces::Connector& c : cut.connectors)
@@ -177,21 +176,14 @@ class Splitter {
             "{}: {} pieces (its box: {}), {:.1f} s, {} planes looked at, voxels of "
             "{:.3g} mm\n",
             is, found->pieces, found->least, seconds, found->looked_at, found->voxel_mm));
-        show(fmt::format(
-            "  the least pieces first, then the shortest seam on the surface, in creases rather "
-            "than "
-            "on edges{}, here {:.4g} mm2 of voxels' faces so weighted{}, no thin ends, sections "
-            "that hold a dowel\n",
-            likings(), found->seam_mm2,
-            arguments_.stress.empty()
-                ? ""
-                : fmt::format(", little of `{}` in sections", arguments_.stress)));
+        show(fmt::format(messages::kSplitCriteria, likings(), found->seam_mm2,
+                         arguments_.stress.empty()
+                             ? ""
+                             : fmt::format(messages::kLittleOfMaterial, arguments_.stress)));
         describe(found->tree);
         if (found->without_peg > 0) {
-            note(
-                fmt::format("{} faces between pieces of `{}` are too small for a dowel of {:.3g} "
-                            "mm; glue them, or try a smaller `--peg`",
-                            found->without_peg, object.name, search.peg_mm));
+            note(fmt::format(messages::kFacesTooSmallForDowel, found->without_peg, object.name,
+                             search.peg_mm));
         }
         to_mesh_space(polar->s, &found->tree);
         auto made = std::make_shared<world::ObjectPieces>();
@@ -204,8 +196,9 @@ class Splitter {
 
     std::string likings() const {
         std::string out;
-        if (!arguments_.look.empty()) out += fmt::format(", where `{}` changes", arguments_.look);
-        if (!arguments_.seam.empty()) out += fmt::format(", as painted in `{}`", arguments_.seam);
+        if (!arguments_.look.empty())
+            out += fmt::format(messages::kSeamWhereChanges, arguments_.look);
+        if (!arguments_.seam.empty()) out += fmt::format(messages::kSeamAsPainted, arguments_.seam);
         return out;
     }
 
@@ -224,9 +217,7 @@ class Splitter {
         options.machine = machine_;
         options.gap_mm = gap_mm_;
         options.output = arguments_.output;
-        options.misplaced =
-            "cut it once more in its `pieces`, or take its `pieces` out, so that they are found "
-            "anew; turn a part whose long side is slanted";
+        options.misplaced = messages::kCutOnceMore;
         if (const Result<void> made = write_cuts(); !made) return made;
         if (const Result<void> made = write_exploded(); !made) return made;
         return write_tray_worlds(world_, root_, options);
@@ -245,7 +236,7 @@ class Splitter {
             if (const Result<void> made = write_file(path, text_of(json_of(object.pieces->tree)));
                 !made)
                 return made;
-            show(fmt::format("{}: the cuts of `{}`, to be edited\n", path.string(), object.name));
+            show(fmt::format(messages::kCutsToEdit, path.string(), object.name));
             for (JsonMember& m : objects->value.members) {
                 if (m.key == object.name) set_member(&m.value, "pieces", json_of(file));
             }
@@ -287,7 +278,7 @@ class Splitter {
             fs::path(arguments_.output).parent_path() /
             fmt::format("exploded-{}", fs::path(arguments_.output).filename().string());
         if (const Result<void> made = write_file(path, text_of(root)); !made) return made;
-        show(fmt::format("{}: its pieces apart, for `openfab view`\n", path.string()));
+        show(fmt::format(messages::kPiecesApart, path.string()));
         return {};
     }
 

@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "texture/pyramid.h"
 #include "texture/volume.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -176,9 +177,9 @@ Result<AtPoint> stress_of(const std::string& volume, const Affine3d& to_build, i
     if (!pyramid) return with_context(pyramid.error(), "--stress: ");
     const std::shared_ptr<const texture::Pyramid> held = *pyramid;
     if (held->channels() != 1) {
-        return user_error(fmt::format("--stress {}: it has {} numbers at each place",
-                                      printable(volume), held->channels()),
-                          "name one array, as FILE.vti:von_mises_MPa");
+        return user_error(
+            fmt::format(messages::kStressNumbers, printable(volume), held->channels()),
+            messages::kStressNumbersHelp);
     }
     const std::span<const int32_t> info = held->info();
     std::array<float, 6> box;  // the lowest corner, and the size

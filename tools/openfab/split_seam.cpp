@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/near_miss.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -22,10 +23,8 @@ Result<std::function<double(const Vec3d&)>> seam_of(const mesh::Mesh& mesh, cons
         for (const mesh::MeshAttribute& a : mesh.attributes) {
             if (!a.is_int) names.push_back(a.name);
         }
-        return user_error(
-            fmt::format("--seam {}: the mesh `{}` has no such attribute of corners", name,
-                        mesh.name),
-            names.empty() ? "paint one, as colours of vertices" : suggest(name, names));
+        return user_error(fmt::format(messages::kNoSeamAttribute, name, mesh.name),
+                          names.empty() ? messages::kNoSeamAttributeHelp : suggest(name, names));
     }
     // A coarse table of corners: by cell the mean of their values.
     Box3d box;

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "base/check.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/stock_texts.h"
 
 namespace openfab::tools {
@@ -77,8 +78,7 @@ Result<void> write_file(const std::filesystem::path& file, std::string_view text
     } else if (written) {
         return {};
     }
-    return outside_error(
-        fmt::format("cannot write `{}`: {}", file.string(), std::strerror(failed)));
+    return outside_error(fmt::format(messages::kCannotWrite, file.string(), std::strerror(failed)));
 }
 
 Result<std::filesystem::path> stock_source(const std::string& fablet,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/module_text.h"
 #include "tools/openfab/property_table.h"
 
@@ -57,8 +58,7 @@ Result<std::vector<SweepRow>> rows_of(const JsonValue& root, const std::string& 
     const JsonMember* rows = root.find("rows");
     constexpr size_t kMostRows = 64;
     if (!rows || rows->value.items.size() < 2 || rows->value.items.size() > kMostRows)
-        return wrong(rows ? rows->value : root, file,
-                     fmt::format("a table of a sweep has 2 to {} `rows`", kMostRows));
+        return wrong(rows ? rows->value : root, file, fmt::format(messages::kSweepRows, kMostRows));
     std::vector<SweepRow> out;
     for (const JsonValue& item : rows->value.items) {
         const JsonMember* at = item.find("at");
@@ -66,18 +66,16 @@ Result<std::vector<SweepRow>> rows_of(const JsonValue& root, const std::string& 
         for (const JsonMember* one : {at, value})
             if (!one || !one->value.is(JsonValue::Kind::kNumber) ||
                 !std::isfinite(one->value.number))
-                return wrong(item, file, "a row has an `at` and a `value`, both numbers");
+                return wrong(item, file, messages::kSweepRow);
         const SweepRow row{at->value.number, value->value.number};
         if (!out.empty()) {
             const bool rises =
                 out.size() == 1 ? row.value > out[0].value : out[1].value > out[0].value;
             if (row.value == out.back().value || (row.value > out.back().value) != rises)
-                return wrong(
-                    item, file,
-                    fmt::format("row {} has the value {:g} after {:g}; values rise from row "
-                                "to row, or they fall",
-                                out.size() + 1, row.value, out.back().value),
-                    "sweep a part of the range in which they do");
+                return wrong(item, file,
+                             fmt::format(messages::kSweepNotMonotonic, out.size() + 1, row.value,
+                                         out.back().value),
+                             messages::kSweepNotMonotonicHelp);
         }
         out.push_back(row);
     }
@@ -92,7 +90,7 @@ Result<std::string> sweep_module(const JsonValue& json, const std::string& file)
                                   std::pair("property", &texts[1]), std::pair("unit", &texts[2])}) {
         const JsonMember* m = json.find(key);
         if (!m || !m->value.is(JsonValue::Kind::kString))
-            return wrong(json, file, fmt::format("`{}` is missing: a text", key));
+            return wrong(json, file, fmt::format(messages::kSweepTextMissing, key));
         *to = printable(m->value.text);
         std::erase(*to, '\\');
         std::erase(*to, '"');
@@ -104,9 +102,9 @@ Result<std::string> sweep_module(const JsonValue& json, const std::string& file)
     const std::string name = constant_name(path.stem().string());
     const std::string uniform = constant_name(parameter);
     if (name.empty() || uniform.empty())
-        return user_error(fmt::format("`{}` cannot name constants",
+        return user_error(fmt::format(messages::kCannotNameConstants,
                                       name.empty() ? path.stem().string() : parameter),
-                          "name the table with letters, digits and _, a letter first");
+                          messages::kCannotNameConstantsHelp);
     const auto front = static_cast<float>(rows->front().value),
                back = static_cast<float>(rows->back().value);
     const float first = std::min(front, back), last = std::max(front, back);

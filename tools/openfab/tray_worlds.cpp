@@ -14,6 +14,7 @@
 #include "base/polar.h"
 #include "base/say.h"
 #include "pieces/extent.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
 #include "tools/openfab/stock.h"
 
@@ -180,8 +181,8 @@ class TrayWriter {
 
     std::string name_of(const Thing& thing) const {
         const world::Object& object = object_of(thing);
-        if (thing.piece < 0) return fmt::format("object `{}`", object.name);
-        return fmt::format("piece `{}` of `{}`",
+        if (thing.piece < 0) return fmt::format(messages::kTheObject, object.name);
+        return fmt::format(messages::kPieceOfObject,
                            object.pieces->regions[static_cast<size_t>(thing.piece)].name,
                            object.name);
     }
@@ -193,11 +194,9 @@ class TrayWriter {
         const auto missing =
             static_cast<size_t>(std::find(put.begin(), put.end(), false) - put.begin());
         const Vec3d size = poses_[missing][0].box.size(), &tray = options_.machine.size_mm;
-        return user_error(
-            fmt::format("{} does not fit: it is {:.4g} x {:.4g} x {:.4g} mm, and the "
-                        "tray {:.4g} x {:.4g} x {:.4g} mm",
-                        name_of(things_[missing]), size.x, size.y, size.z, tray.x, tray.y, tray.z),
-            options_.misplaced);
+        return user_error(fmt::format(messages::kDoesNotFit, name_of(things_[missing]), size.x,
+                                      size.y, size.z, tray.x, tray.y, tray.z),
+                          options_.misplaced);
     }
 
     JsonValue item_of(const Spot& spot) const {
@@ -246,8 +245,8 @@ class TrayWriter {
                    fmt::format("{}-{}{}", world_stem(options_.output), tray + 1, kWorldEnd);
         }
         if (const Result<void> made = write_file(path, text_of(root)); !made) return made;
-        show(fmt::format("{}: a tray with {} thing{}, {:.4g} x {:.4g} x {:.4g} mm\n", path.string(),
-                         count, count == 1 ? "" : "s", used.hi.x, used.hi.y, used.hi.z));
+        show(fmt::format(messages::kTrayLine, path.string(), count, count == 1 ? "" : "s",
+                         used.hi.x, used.hi.y, used.hi.z));
         return {};
     }
 
@@ -264,20 +263,17 @@ class TrayWriter {
 
 Result<void> check_beside(const std::string& output, const std::string& world) {
     if (!output.ends_with(kWorldEnd))
-        return usage_error(fmt::format("-o {}: a world's name ends in {}", output, kWorldEnd));
+        return usage_error(fmt::format(messages::kWorldNameEnds, output, kWorldEnd));
     std::error_code ignored;
     const auto folder = [&](const std::string& file) {
         const fs::path parent = fs::path(file).parent_path();
         return fs::weakly_canonical(parent.empty() ? fs::path(".") : parent, ignored);
     };
     if (folder(output) != folder(world)) {
-        return usage_error(
-            fmt::format("-o {}: the new world must stand beside {}, since it names the same files",
-                        output, world));
+        return usage_error(fmt::format(messages::kWorldMustStandBeside, output, world));
     }
     if (fs::equivalent(output, world, ignored)) {
-        return usage_error(
-            fmt::format("-o {}: this is the world itself; give the new one another name", output));
+        return usage_error(fmt::format(messages::kThisIsTheWorld, output));
     }
     return {};
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/vec.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -47,13 +48,12 @@ std::string y_up_evidence(const mesh::Mesh& mesh) {
     const double ratio = size.y / size.z;
     // A tiny area at the bottom is not a base.
     if (base_y > kLarger * base_z && base_y > kNear * size.x * size.z) {
-        return fmt::format(
-            "it has its base at the lowest y, and is {:.2g} times as tall in y as in z", ratio);
+        return fmt::format(messages::kBaseAtLowestY, ratio);
     }
     const bool on_y = std::abs(box.lo.y) <= kNear * size.y;
     const bool spans_z = box.lo.z < -0.1 * size.z && box.hi.z > 0.1 * size.z;
     if (size.y < kSlim * size.z || !on_y || !spans_z || base_z > base_y) return {};
-    return fmt::format("it stands on y = 0, and is {:.2g} times as tall in y as in z", ratio);
+    return fmt::format(messages::kStandsOnY, ratio);
 }
 
 }  // namespace openfab::tools

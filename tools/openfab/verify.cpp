@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::tools {
 
@@ -25,8 +26,8 @@ Result<void> verify(const std::string& file, const std::string& memory) {
         if (!more) return more.error();
         if (!*more) break;
     }
-    say(fmt::format("{}: all {} slices are whole, hash {:016x}\n", printable(file),
-                    (*reader)->whole_slices(), (*reader)->hash()));
+    say(fmt::format(messages::kAllSlicesWhole, printable(file), (*reader)->whole_slices(),
+                    (*reader)->hash()));
     return {};
 }
 

@@ -10,6 +10,7 @@
 #include "base/units.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/commands.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
 
 namespace openfab::tools {
@@ -22,7 +23,7 @@ Result<void> run_view(ViewArguments arguments) {
     arguments.view.memory_bytes = *memory;
     arguments.view.programs = *programs;
     if (arguments.view.file.empty() == arguments.new_folder.empty())
-        return usage_error("give a file to view, or `--new NAME` for a new world");
+        return usage_error(messages::kGiveAFile);
     if (!arguments.new_folder.empty()) {
         if (Result<void> made = make_folder(arguments.new_folder, arguments.from); !made)
             return made;
@@ -47,7 +48,7 @@ Result<void> run_view(ViewArguments arguments) {
         import.memory = arguments.memory;
         const Result<std::filesystem::path> world = import_mesh(std::move(import));
         if (!world) return world.error();
-        note("this world goes with the viewer; `openfab import` makes one that stays");
+        note(messages::kWorldOfViewer);
         arguments.view.file = world->string();
     }
     return viewer::view(arguments.view);

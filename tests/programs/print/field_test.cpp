@@ -13,6 +13,8 @@
 #include <sstream>
 
 #include "tests/programs/print/process_fixture.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 #include "world/messages.h"
 
 namespace openfab::testing {
@@ -144,13 +146,13 @@ TEST_F(MachineTools, CheckFindsAThinSkinInAPrint) {
     EXPECT_GT(std::filesystem::file_size(scratch_ / "r.png"), 500u);
     const Outcome fine = tool({"check", path("w2.ofr"), "--wall", "0.2mm"});
     EXPECT_EQ(fine.exit_code, 0) << fine.out << fine.err;
-    EXPECT_THAT(fine.out, HasSubstr("nothing found"));
+    EXPECT_THAT(fine.out, testing::Says(tools::messages::kNothingFound));
 
     const Outcome apart =
         tool({"check", path("w2.ofr"), "--apart", "white,black", "--apart", "white,gold"});
     EXPECT_EQ(apart.exit_code, 1);
     EXPECT_THAT(apart.out, HasSubstr("touch"));
-    EXPECT_THAT(apart.err, HasSubstr("nothing is checked of `gold`"));
+    EXPECT_THAT(apart.err, testing::Says(tools::messages::kNoSuchMaterialToCheck, "gold"));
     EXPECT_EQ(tool({"check", path("w2.ofr"), "--wall", "wide"}).exit_code, 2);
     EXPECT_EQ(tool({"check", path("p.printer")}).exit_code, 2);
 }

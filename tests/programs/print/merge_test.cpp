@@ -3,6 +3,7 @@
 
 // Prints in parts, by `--slices`, which `openfab merge` makes one: the bytes must be those of one run.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <map>
@@ -10,6 +11,8 @@
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -49,7 +52,7 @@ class Merge : public ::testing::Test {
     void expect_refused(const std::vector<std::string>& files, const std::string& message) {
         const Outcome outcome = merge(files, "refused.ofr");
         EXPECT_EQ(outcome.exit_code, 1);
-        EXPECT_THAT(outcome.err, HasSubstr(message));
+        EXPECT_THAT(outcome.err, testing::Says(message));
         EXPECT_FALSE(fs::exists(path("refused.ofr")));
     }
     std::map<std::string, std::string> files_of(const std::string& folder) {
@@ -90,15 +93,20 @@ TEST_F(Merge, WhatIsNotOnePrintIsRefused) {
     print("c.ofr", "20:24");
     print("d.ofr", "25:40");
     print("other.ofr", "20:30", "other.fab.json");
-    expect_refused({"a.ofr", "b.ofr"}, "b.ofr` have slices 8 to 9;");
+    expect_refused({"a.ofr", "b.ofr"},
+                   fmt::format(tools::messages::kBothHaveSlices, "{}", "{}b.ofr",
+                               fmt::format(tools::messages::kSlicesTo, 8, 9)));
     expect_refused({"b.ofr", "d.ofr", "c.ofr"},
-                   "no file has slice 24; print with `--slices 24:25`");
-    expect_refused({"b.ofr", "other.ofr"}, "are not parts of one print");
-    expect_refused({"b.ofr", "b.ofr"}, "b.ofr` have slices 8 to 19;");
+                   fmt::format(tools::messages::kNoFileHasSlices,
+                               fmt::format(tools::messages::kOneSlice, 24), 24, 25));
+    expect_refused({"b.ofr", "other.ofr"}, tools::messages::kNotPartsOfOnePrint);
+    expect_refused({"b.ofr", "b.ofr"},
+                   fmt::format(tools::messages::kBothHaveSlices, "{}", "{}b.ofr",
+                               fmt::format(tools::messages::kSlicesTo, 8, 19)));
     // Cut in its last slice: what an interrupted print leaves.
     const std::string bytes = read_file(path("c.ofr"));
     scratch_.write("c.ofr", bytes.substr(0, bytes.size() / 2));
-    expect_refused({"b.ofr", "c.ofr"}, "complete it by printing again with `--resume`");
+    expect_refused({"b.ofr", "c.ofr"}, tools::messages::kCompleteItWithResume);
     const Outcome onto = merge({"b.ofr", "a.ofr"}, "b.ofr");
     EXPECT_EQ(onto.exit_code, 1);
 }

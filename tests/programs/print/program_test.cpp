@@ -12,6 +12,8 @@
 #include "backends/ofr/ofr_reader.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -76,7 +78,7 @@ TEST_F(PrintProgram, AFileAndAStreamAreTheSame) {
     EXPECT_TRUE(stream.out == read_file(path("a.ofr")));
     const Outcome verified = openfab({"verify", path("a.ofr")});
     EXPECT_EQ(verified.exit_code, 0) << verified.err;
-    EXPECT_THAT(verified.err, HasSubstr("all 30 slices are whole"));
+    EXPECT_THAT(verified.err, testing::Says(tools::messages::kAllSlicesWhole, "*", 30));
 }
 
 TEST_F(PrintProgram, ExportGivesTheFilesOfADirectPrint) {

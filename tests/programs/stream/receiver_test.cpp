@@ -3,6 +3,7 @@
 
 // A receiver of prints among senders that are cut, slow, wrong or hostile.
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <cstring>
@@ -12,6 +13,8 @@
 #include "backends/ofr/slice_codec.h"
 #include "tests/programs/stream/stream_fixture.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -74,7 +77,7 @@ TEST_F(Receiver, CodesThatNoMaterialHasAreDamage) {
     ASSERT_EQ(parts.info.bits, 4);
     for (const char* output : {"a.ofr", "slices"}) {
         Running receiver(receiving(unix_address(), output));
-        ASSERT_TRUE(receiver.says("listening"));
+        ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
         stream::Line line = connect(unix_address());
         ASSERT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
         const auto width = static_cast<size_t>(parts.info.size.x + 1) / 2;
@@ -87,7 +90,7 @@ TEST_F(Receiver, CodesThatNoMaterialHasAreDamage) {
         ASSERT_TRUE(*line.wait(&answer));
         EXPECT_EQ(answer.kind, stream::Kind::kStop);
         EXPECT_EQ(stream::read_stop(answer.bytes).code, stream::StopCode::kAgain);
-        EXPECT_TRUE(receiver.says("codes beyond the 2 materials"));
+        EXPECT_TRUE(receiver.says(fmt::format(tools::messages::kCodesBeyondMaterials, 2)));
     }
 }
 
@@ -98,7 +101,7 @@ TEST_F(Receiver, SlicesThatDoNotFitTheMemoryWithAllTheirCopiesAreRefused) {
             SCOPED_TRACE(fmt::format("{} {}", output, megabytes));
             Running receiver(
                 receiving(unix_address(), output, {"--memory", fmt::format("{}MB", megabytes)}));
-            ASSERT_TRUE(receiver.says("listening"));
+            ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
             // Noise does not get smaller, so that each copy has the size of the rows. It is made
             // here: what this process takes counts for those that it starts.
             Parts parts = small;
@@ -119,7 +122,8 @@ TEST_F(Receiver, SlicesThatDoNotFitTheMemoryWithAllTheirCopiesAreRefused) {
             const stream::Message answer = open_print(&line, parts, stream::Mode::kAnew, 1);
             EXPECT_EQ(answer.kind, fits ? stream::Kind::kReady : stream::Kind::kStop);
             if (fits) send_slices(&line, parts, 0, 2);
-            EXPECT_TRUE(receiver.says(fits ? "from slice 0" : "`--memory` allows"));
+            EXPECT_TRUE(receiver.says(fits ? tools::messages::kPrintFromSlice
+                                           : tools::messages::kPrintRefusedMemory));
             receiver.kill();
 #ifndef OPENFAB_SANITIZED
             EXPECT_LT(receiver.end().peak_rss_bytes, megabytes * 1'000'000);
@@ -134,13 +138,13 @@ TEST_F(Receiver, APrintThatWasCutIsHeldWhoeverTriesToResumeIt) {
     ASSERT_EQ(run(printing(path("o.ofr"), {}, "other.fab.json")).exit_code, 0);
     const Parts other(read_file(path("o.ofr")));
     Running receiver(receiving(unix_address(), "a.ofr"));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     {
         stream::Line line = connect(unix_address());
         ASSERT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
         send_slices(&line, parts, 0, 50);
     }
-    ASSERT_TRUE(receiver.says("the line was cut before slice"));
+    ASSERT_TRUE(receiver.says(tools::messages::kLineCut));
     const auto refused = [&](const Parts& print, stream::Mode mode, uint64_t sender) {
         stream::Line line = connect(unix_address());
         const stream::Message answer = open_print(&line, print, mode, sender);
@@ -168,14 +172,14 @@ TEST_F(Receiver, WhoReadsBackSlowlyDelaysNobody) {
     ASSERT_EQ(run(printing(path("b.ofr"), {}, "block.fab.json")).exit_code, 0);
     const Parts parts(read_file(path("b.ofr")));
     Running receiver(receiving(unix_address(), "a.ofr"));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     {
         stream::Line line = connect(unix_address());
         ASSERT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
         for (size_t begin = 0; begin < 100; begin += 50)
             send_slices(&line, parts, begin, begin + 50);
     }
-    ASSERT_TRUE(receiver.says("the line was cut"));
+    ASSERT_TRUE(receiver.says(tools::messages::kLineCut));
     stream::Line slow = connect(unix_address());
     EXPECT_EQ(open_print(&slow, parts, stream::Mode::kSendBack, 2).kind, stream::Kind::kBack);
     // It takes nothing more for now. Others are answered.
@@ -207,13 +211,13 @@ TEST_F(Receiver, LargeSlicesThatAreSentBackDoNotEndTheLine) {
         parts.slices.push_back(ofr::encode_slice({z, rows.data(), 350, 700, 700}));
     ASSERT_GT(parts.slices[0].size(), 80'000u);
     Running receiver(receiving(unix_address(), "a.ofr"));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     {
         stream::Line line = connect(unix_address());
         ASSERT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
         send_slices(&line, parts, 0, 2);
     }
-    ASSERT_TRUE(receiver.says("the line was cut"));
+    ASSERT_TRUE(receiver.says(tools::messages::kLineCut));
     stream::Line line = connect(unix_address());
     EXPECT_EQ(open_print(&line, parts, stream::Mode::kSendBack, 2).kind, stream::Kind::kBack);
     stream::Message answer;
@@ -228,7 +232,7 @@ TEST_F(Receiver, AnOutputThatIsDeletedEndsThePrint) {
     const Parts parts(undisturbed());
     for (const char* output : {"a.ofr", "slices"}) {
         Running receiver(receiving(unix_address(), output));
-        ASSERT_TRUE(receiver.says("listening"));
+        ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
         stream::Line line = connect(unix_address());
         ASSERT_EQ(open_print(&line, parts, stream::Mode::kAnew, 1).kind, stream::Kind::kReady);
         send_slices(&line, parts, 0, 5);
@@ -238,7 +242,7 @@ TEST_F(Receiver, AnOutputThatIsDeletedEndsThePrint) {
         ASSERT_TRUE(*line.wait(&answer));
         EXPECT_EQ(stream::read_stop(answer.bytes).code, stream::StopCode::kDisk);
         EXPECT_EQ(receiver.end().exit_code, 3);
-        EXPECT_THAT(receiver.end().err, HasSubstr("was deleted or replaced"));
+        EXPECT_THAT(receiver.end().err, testing::Says(tools::messages::kOutputDeletedMeanwhile));
     }
 }
 
@@ -259,11 +263,11 @@ TEST_F(Receiver, TokensCannotBeTriedOutQuickly) {
         EXPECT_EQ(stream::read_stop(answer.bytes).code, stream::StopCode::kToken);
     }
     EXPECT_GT(seconds_now() - start, 3.5);
-    EXPECT_TRUE(receiver.says("a wrong token from 127.0.0.1:"));
+    EXPECT_TRUE(receiver.says(fmt::format(tools::messages::kWrongTokenFrom, "127.0.0.1:{}")));
     stream::Line right = connect(address);
     EXPECT_EQ(open_print(&right, parts, stream::Mode::kAnew, 2, "open sesame").kind,
               stream::Kind::kReady);
-    EXPECT_TRUE(receiver.says("a sender came from 127.0.0.1:"));
+    EXPECT_TRUE(receiver.says(fmt::format(tools::messages::kSenderCame, "127.0.0.1:{}")));
 }
 
 TEST_F(Receiver, PipesAreRefusedWhereFilesAreMeant) {

@@ -22,6 +22,8 @@
 #include "tests/support/memory/meter.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 
@@ -46,11 +48,11 @@ class Running {
         return err_;
     }
     bool ended() const { return ended_; }
-    /// Waits until it has said `text`; returns whether it has.
-    bool says(const std::string& text, double seconds = kHangSeconds) {
+    /// Waits until it has said a message; returns whether it has.
+    bool says(const std::string& message, double seconds = kHangSeconds) {
         for (const double start = seconds_now(); seconds_now() - start < seconds;) {
-            if (err().find(text) != std::string::npos) return true;
-            if (ended_) return outcome_.err.find(text) != std::string::npos;
+            if (testing::says(err(), message)) return true;
+            if (ended_) return testing::says(outcome_.err, message);
             std::this_thread::sleep_for(std::chrono::milliseconds(2));
         }
         return false;
@@ -129,11 +131,14 @@ class Stream : public ::testing::Test {
     }
     /// Where a receiver listens, by what it says.
     static std::string address_of(Running* receiver) {
-        EXPECT_TRUE(receiver->says("listening at ") && receiver->says("\n"));
+        const std::string_view row = tools::messages::kListeningAt;
+        EXPECT_TRUE(receiver->says(std::string(row)));
         const std::string err = receiver->err();
-        const size_t at = err.find("listening at ");
+        const std::string_view before = row.substr(0, row.find('{'));
+        const size_t at = err.find(before);
         if (at == std::string::npos) return "";
-        return err.substr(at + 13, err.find('\n', at) - at - 13);
+        const size_t from = at + before.size();
+        return err.substr(from, err.find('\n', from) - from);
     }
     stream::Line connect(const std::string& address) {
         Result<stream::Socket> socket = stream::connect_to(*stream::parse_address(address), 5);

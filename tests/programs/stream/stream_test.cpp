@@ -15,6 +15,8 @@
 #include "tests/programs/stream/proxy.h"
 #include "tests/programs/stream/stream_fixture.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -39,7 +41,7 @@ TEST_F(Stream, TheReceiverKeepsWhatAFileWouldHold) {
         EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
         EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
         EXPECT_THAT(receiver.end().err,
-                    HasSubstr("lines cut: 0, slices out of order: 0, damaged: 0"));
+                    testing::Says(tools::messages::kLinesCut, "*", "0", "0", "0"));
         fs::remove(path("a.ofr"));
     }
     Running receiver(receiving(kAnyPort, "slices"));
@@ -63,7 +65,7 @@ TEST_F(Stream, ALineThatIsCutAtRandomMomentsIsTakenUpAgain) {
     EXPECT_EQ(proxy.cuts_made(), kCuts);
     EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
     EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
-    EXPECT_THAT(receiver.end().err, HasSubstr("slices out of order: 0, damaged: 0"));
+    EXPECT_THAT(receiver.end().err, testing::Says(tools::messages::kLinesCut, "*", "*", "0", "0"));
 }
 
 TEST_F(Stream, ADamagedSliceIsSentAgain) {
@@ -74,15 +76,16 @@ TEST_F(Stream, ADamagedSliceIsSentAgain) {
     EXPECT_EQ(sent.exit_code, 0) << sent.err << receiver.err();
     EXPECT_EQ(receiver.end().exit_code, 0);
     EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
-    EXPECT_THAT(receiver.end().err, HasSubstr("damaged: 1"));
+    EXPECT_THAT(receiver.end().err, testing::Says(tools::messages::kLinesCut, "*", "*", "*", "1"));
 }
 
 TEST_F(Stream, AReceiverThatIsKilledIsFoundAgain) {
     auto receiver = std::make_unique<Running>(receiving(unix_address(), "a.ofr", kSlow));
-    ASSERT_TRUE(receiver->says("listening"));
+    ASSERT_TRUE(receiver->says(tools::messages::kListeningAt));
     Running sender(printing(unix_address()));
     for (int kills = 0; kills < 3; ++kills) {
-        ASSERT_TRUE(receiver->says("slices, from slice")) << receiver->err() << sender.err();
+        ASSERT_TRUE(receiver->says(tools::messages::kPrintFromSlice))
+            << receiver->err() << sender.err();
         std::this_thread::sleep_for(std::chrono::milliseconds(100 + random_() % 300));
         receiver->kill();
         receiver = std::make_unique<Running>(receiving(unix_address(), "a.ofr", kSlow));
@@ -97,7 +100,7 @@ TEST_F(Stream, ASenderThatIsKilledIsResumed) {
         for (const char* output : {"a.ofr", "slices"}) {
             SCOPED_TRACE(output);
             auto receiver = std::make_unique<Running>(receiving(unix_address(), output, kSlow));
-            ASSERT_TRUE(receiver->says("listening"));
+            ASSERT_TRUE(receiver->says(tools::messages::kListeningAt));
             for (int kills = 0; kills < 2; ++kills) {
                 Running sender(printing(unix_address(), {kills == 0 ? "--progress" : "--resume",
                                                          kills == 0 ? "none" : "--progress=none"}));
@@ -107,7 +110,7 @@ TEST_F(Stream, ASenderThatIsKilledIsResumed) {
                 if (!restarted) continue;
                 receiver->kill();
                 receiver = std::make_unique<Running>(receiving(unix_address(), output, kSlow));
-                ASSERT_TRUE(receiver->says("listening"));
+                ASSERT_TRUE(receiver->says(tools::messages::kListeningAt));
             }
             const Outcome sent = run(printing(unix_address(), {"--resume"}));
             EXPECT_EQ(sent.exit_code, 0) << sent.err;
@@ -133,11 +136,11 @@ TEST_F(Stream, ASlowPrinterHoldsThePrintBackInFlatMemory) {
     const Outcome file = run(to(path("file.ofr")));
     ASSERT_EQ(file.exit_code, 0) << file.err;
     Running receiver(receiving(unix_address(), "a.ofr", kSlow));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     const Outcome sent = run(to(unix_address()));
     EXPECT_EQ(sent.exit_code, 0) << sent.err;
     EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
-    EXPECT_THAT(receiver.end().err, HasSubstr("the printer waited for "));
+    EXPECT_THAT(receiver.end().err, testing::Says(tools::messages::kPrinterWaited));
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("file.ofr")));
     EXPECT_GT(fs::file_size(path("a.ofr")), 15'000'000u);
 #ifndef OPENFAB_SANITIZED
@@ -148,7 +151,7 @@ TEST_F(Stream, ASlowPrinterHoldsThePrintBackInFlatMemory) {
 
 TEST_F(Stream, APrintThatWaitsForASlowPrinterCanBeInterrupted) {
     Running receiver(receiving(unix_address(), "a.ofr", {"--layer-time", "10s", "--buffer", "2"}));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     RunOptions options;
     options.interrupt_when = [](int elapsed_ms, const Outcome& so_far) {
         return elapsed_ms > 500 && so_far.err.find("slice 1 of") != std::string::npos;
@@ -170,11 +173,12 @@ TEST_F(Stream, AReceiverChecksItsOutputBeforeItListens) {
     };
     for (const auto& [output, exit_code, message] :
          {Refused{"none/x.ofr", 3, "No such file or directory"},
-          Refused{"rx.gcvf", 2, "makes gcvf of these"}, Refused{"rx.bmp", 2, "--format bmp"},
-          Refused{"photos", 1, "a.txt"}, Refused{"folder.ofr", 1, "is a folder"}}) {
+          Refused{"rx.gcvf", 2, tools::messages::kReceiveFormats},
+          Refused{"rx.bmp", 2, "--format bmp"}, Refused{"photos", 1, "a.txt"},
+          Refused{"folder.ofr", 1, "is a folder"}}) {
         const Outcome refused = run(receiving(unix_address(), output));
         EXPECT_EQ(refused.exit_code, exit_code) << refused.err;
-        EXPECT_THAT(refused.err, HasSubstr(message));
+        EXPECT_THAT(refused.err, testing::Says(message));
         EXPECT_THAT(refused.err, Not(HasSubstr("listening")));
     }
     EXPECT_EQ(read_file(path("photos/a.txt")), "mine");
@@ -184,15 +188,15 @@ TEST_F(Stream, AFullDiskOfTheReceiverEndsBothAndIsGoneOnWith) {
     RunOptions full;
     full.largest_file_bytes = static_cast<int64_t>(undisturbed().size() / 2);
     Running receiver(receiving(unix_address(), "a.ofr"), full);
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     const Outcome sent = run(printing(unix_address()));
     EXPECT_EQ(sent.exit_code, 3) << sent.err;
-    EXPECT_THAT(sent.err, HasSubstr("it cannot write its output"));
+    EXPECT_THAT(sent.err, testing::Says(tools::messages::kCannotWriteOutput));
     EXPECT_THAT(sent.err, HasSubstr("`--resume`"));
     EXPECT_EQ(receiver.end().exit_code, 3);
     EXPECT_THAT(receiver.end().err, HasSubstr("File too large"));
     Running again(receiving(unix_address(), "a.ofr"));
-    ASSERT_TRUE(again.says("listening"));
+    ASSERT_TRUE(again.says(tools::messages::kListeningAt));
     EXPECT_EQ(run(printing(unix_address(), {"--resume"})).exit_code, 0);
     EXPECT_EQ(again.end().exit_code, 0);
     EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
@@ -201,14 +205,14 @@ TEST_F(Stream, AFullDiskOfTheReceiverEndsBothAndIsGoneOnWith) {
 TEST_F(Stream, AWrongTokenIsRefused) {
     const Outcome open_to_all = run(receiving("tcp://0.0.0.0:0", "a.ofr"));
     EXPECT_EQ(open_to_all.exit_code, 2);
-    EXPECT_THAT(open_to_all.err, HasSubstr("a token is needed"));
+    EXPECT_THAT(open_to_all.err, testing::Says(tools::messages::kTokenNeeded));
     Running receiver(receiving(kAnyPort, "a.ofr", {"--token-file", path("token")}));
     const std::string address = address_of(&receiver);
     for (const std::vector<std::string>& given :
          {std::vector<std::string>{}, std::vector<std::string>{"--token-file", path("wrong")}}) {
         const Outcome refused = run(printing(address, given));
         EXPECT_EQ(refused.exit_code, 1);
-        EXPECT_THAT(refused.err, HasSubstr("the token is wrong or missing"));
+        EXPECT_THAT(refused.err, testing::Says(tools::messages::kTokenWrong));
     }
     RunOptions environment;
     environment.environment = {{"OPENFAB_TOKEN", "open sesame"}};
@@ -222,7 +226,7 @@ TEST_F(Stream, StrangersNeitherDelayNorDamageAPrint) {
     Running receiver(receiving(kAnyPort, "a.ofr", {"--layer-time", "100ms"}));
     const std::string address = address_of(&receiver);
     Running sender(printing(address));
-    ASSERT_TRUE(receiver.says("slices, from slice"));
+    ASSERT_TRUE(receiver.says(tools::messages::kPrintFromSlice));
     std::vector<stream::Line> strangers;
     // Garbage, and a message that is too long: both are told so and cut off.
     for (int i = 0; i < 2; ++i) {
@@ -250,19 +254,19 @@ TEST_F(Stream, StrangersNeitherDelayNorDamageAPrint) {
     EXPECT_EQ(sender.end().exit_code, 0) << sender.end().err;
     EXPECT_EQ(receiver.end().exit_code, 0) << receiver.end().err;
     EXPECT_TRUE(read_file(path("a.ofr")) == undisturbed());
-    EXPECT_THAT(receiver.end().err, HasSubstr("lines cut: 0"));
+    EXPECT_THAT(receiver.end().err, testing::Says(tools::messages::kLinesCut, "*", "0"));
 }
 
 TEST_F(Stream, ASecondSenderIsRefused) {
     Running receiver(receiving(unix_address(), "a.ofr", kSlow));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     Running first(printing(unix_address()));
-    ASSERT_TRUE(receiver.says("slices, from slice"));
+    ASSERT_TRUE(receiver.says(tools::messages::kPrintFromSlice));
     for (const char* world : {"ball.fab.json", "other.fab.json"}) {
         for (const char* how : {"--progress=none", "--resume"}) {
             const Outcome second = run(printing(unix_address(), {how}, world));
             EXPECT_EQ(second.exit_code, 3) << second.err;
-            EXPECT_THAT(second.err, HasSubstr("another print is under way"));
+            EXPECT_THAT(second.err, testing::Says(tools::messages::kAnotherPrint));
         }
     }
     EXPECT_EQ(first.end().exit_code, 0) << first.end().err;
@@ -274,11 +278,11 @@ TEST_F(Stream, AWholePrintIsNotReplaced) {
     undisturbed();
     fs::copy_file(path("undisturbed.ofr"), path("a.ofr"));
     Running receiver(receiving(unix_address(), "a.ofr"));
-    ASSERT_TRUE(receiver.says("listening"));
+    ASSERT_TRUE(receiver.says(tools::messages::kListeningAt));
     for (const char* world : {"ball.fab.json", "other.fab.json"}) {
         const Outcome refused = run(printing(unix_address(), {}, world));
         EXPECT_EQ(refused.exit_code, 1) << refused.err;
-        EXPECT_THAT(refused.err, HasSubstr("it holds another print, or a complete one"));
+        EXPECT_THAT(refused.err, testing::Says(tools::messages::kHoldsAnotherPrint));
     }
     EXPECT_EQ(run(printing(unix_address(), {"--resume"}, "other.fab.json")).exit_code, 1);
     // The same one has nothing left to send.
@@ -392,8 +396,9 @@ TEST_F(Stream, TlsNeedsItsFiles) {
         EXPECT_THAT(outcome.exit_code, ::testing::AnyOf(1, 2));
         return outcome.err;
     };
-    EXPECT_THAT(refusal(kAnyTlsPort, {}), HasSubstr("needs `--tls-cert FILE`"));
-    EXPECT_THAT(refusal(kAnyPort, certificate("loopback")), HasSubstr("nothing else takes them"));
+    EXPECT_THAT(refusal(kAnyTlsPort, {}), testing::Says(tools::messages::kTlsNeedsKeys));
+    EXPECT_THAT(refusal(kAnyPort, certificate("loopback")),
+                testing::Says(tools::messages::kTlsNeedsKeys));
     EXPECT_THAT(refusal(kAnyTlsPort, {"--tls-cert", path("token"), "--tls-key", path("token")}),
                 HasSubstr("cannot read a certificate from"));
     EXPECT_THAT(refusal(kAnyTlsPort, {"--tls-cert", tls_file("loopback.pem"), "--tls-key",

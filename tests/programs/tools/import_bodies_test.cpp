@@ -13,6 +13,8 @@
 #include "tests/support/meshes/zip_archive.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -130,7 +132,8 @@ TEST_F(ImportBodies, TouchingOnesKeepEachToItsOwnMaterial) {
     scratch_.write("two.3mf", package(kMaterials + object(2, "left", 0, mesh_of(left)) +
                                           object(3, "right", 1, mesh_of(right)),
                                       "<item objectid=\"2\"/><item objectid=\"3\"/>"));
-    EXPECT_THAT(import("two.3mf", "threemf"), HasSubstr("of 2 bodies with the fablet `solid`"));
+    EXPECT_THAT(import("two.3mf", "threemf"),
+                testing::Says(tools::messages::kSummaryFablets, "of 2 bodies ", "", "`solid`"));
     EXPECT_THAT(world("threemf", "two"),
                 HasSubstr("\"left\": {\"file\": \"two.3mf\", \"body\": \"left\"}"));
     EXPECT_THAT(world("threemf", "two"), HasSubstr("\"PLA_2\": {\"key\": \"#0000ff\""));
@@ -257,7 +260,7 @@ TEST_F(ImportBodies, ThreeHundredAreAsManyObjectsOfOneFile) {
         text += fmt::format("o body {}\n", i) +
                 obj_box({12.0 * (i % 10), 12.0 * (i / 10), 0, 10}, 8 * i);
     scratch_.write("many.obj", text);
-    EXPECT_THAT(import("many.obj", "many"), HasSubstr("share one"));
+    EXPECT_THAT(import("many.obj", "many"), testing::Says(tools::messages::kBodiesShareMaterial));
     const Outcome info = openfab({"info", path("many/many.fab.json")});
     EXPECT_EQ(info.exit_code, 0) << info.err;
     EXPECT_THAT(info.out, HasSubstr("build      300 placed, 118 x 358 x 10 mm"));
@@ -270,7 +273,7 @@ TEST_F(ImportBodies, ThreeHundredAreAsManyObjectsOfOneFile) {
 
 TEST_F(ImportBodies, WhatLiesFarOutIsToldAndRecentred) {
     scratch_.write("far.obj", "# Units: mm\n" + obj_box({50'000.25, -70'000, 12, 10}, 0));
-    EXPECT_THAT(import("far.obj", "far"), HasSubstr("`--recentre` moves it"));
+    EXPECT_THAT(import("far.obj", "far"), testing::Says(tools::messages::kFarFromOrigin));
     import("far.obj", "near", {"--recentre"});
     EXPECT_THAT(world("near", "far"), HasSubstr("\"origin_mm\": [50005, -69995, 12]"));
     EXPECT_THAT(openfab({"info", path("near/far.fab.json")}).out, HasSubstr("from -4.75 -5 0"));

@@ -12,6 +12,8 @@
 
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -72,8 +74,8 @@ TEST_F(MachineCommands, APrintIsCheckedBeforeItIsMade) {
                                  "--check-picture", path("a.png")});
     EXPECT_EQ(bad.exit_code, 1) << bad.err;
     EXPECT_THAT(bad.err, HasSubstr("wall            0.199 mm (limit 0.35)"));
-    EXPECT_THAT(bad.err, HasSubstr("1 place that the machine's limits do not allow"));
-    EXPECT_THAT(bad.err, HasSubstr("nothing was printed"));
+    EXPECT_THAT(bad.err, testing::Says(tools::messages::kPlacesNotAllowed, "1", " that"));
+    EXPECT_THAT(bad.err, testing::Says(tools::messages::kNothingPrintedAfterCheck));
     EXPECT_EQ(bad.out, "");
     EXPECT_FALSE(fs::exists(path("a.ofr")));
     EXPECT_GT(fs::file_size(path("a.png")), 500u);
@@ -136,7 +138,7 @@ TEST_F(MachineCommands, ArrangeTakesAsManyTraysAsItNeeds) {
     const Outcome high = openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json")});
     EXPECT_EQ(high.exit_code, 1);
     EXPECT_THAT(high.err, HasSubstr("object `pole` does not fit: it is 1 x 1 x 12 mm"));
-    EXPECT_THAT(high.err, HasSubstr("--turn all"));
+    EXPECT_THAT(high.err, testing::Says(tools::messages::kCutItOrTurnIt));
     EXPECT_EQ(openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json"), "--turn", "all"})
                   .exit_code,
               0);
@@ -182,7 +184,7 @@ TEST_F(MachineCommands, SplitPiecesArePlacedAnewAndPrint) {
     const Outcome mixed = openfab(
         {"arrange", path("bar.fab.json"), path("other.fab.json"), "-o", path("anew.fab.json")});
     EXPECT_EQ(mixed.exit_code, 1);
-    EXPECT_THAT(mixed.err, HasSubstr("differ in more than what they build"));
+    EXPECT_THAT(mixed.err, testing::Says(tools::messages::kWorldsDiffer));
 }
 
 TEST_F(MachineCommands, SeamsGoWhereColoursChangeAndAwayFromStress) {

@@ -3,6 +3,7 @@
 
 // `openfab import`, `new` and quick mode, up to the print, without writing OpenFL.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cstdlib>
@@ -16,6 +17,7 @@
 #include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 #include "tools/color/ink_table.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -84,7 +86,7 @@ TEST_F(OpenfabImport, ColoursAreMixedByAProfile) {
     const Outcome imported = openfab(
         {"import", path("grey.obj"), "-o", path("grey"), "--size", "20mm", "--profile", table});
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
-    EXPECT_THAT(imported.err, HasSubstr("with the fablet `painted`"));
+    EXPECT_THAT(imported.err, testing::Says(tools::messages::kSummaryFablets, "", "", "`painted`"));
     // Inks right through, so that the whole block is what the table says of that grey.
     const Outcome printed = openfab({"print", path("grey/grey.fab.json"), "-o", path("grey.ofr"),
                                      "--voxel", "0.2mm", "--set", "grey.depth=50"});
@@ -107,24 +109,27 @@ TEST_F(OpenfabImport, ColoursAreMixedByAProfile) {
         const Outcome checked = run({program("openflc"), "check", source}, {});
         EXPECT_EQ(checked.exit_code, 0) << checked.err;
     }
-    const auto refused = [&](const std::vector<std::string>& more, int code, const char* message) {
+    const auto refused = [&](const std::vector<std::string>& more, int code,
+                             const std::string& message) {
         std::vector<std::string> arguments{"import", path("block.obj"), "-o", path("no")};
         arguments.insert(arguments.end(), more.begin(), more.end());
         const Outcome outcome = openfab(arguments);
         EXPECT_EQ(outcome.exit_code, code) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr(message));
+        EXPECT_THAT(outcome.err, testing::Says(message));
     };
     refused({"--profile", table, "--fablet", "shell"}, 2,
-            "`--profile` is for the fablets `textured`, `mapped` and `painted`");
-    refused({"--profile", path("photo.ppm")}, 1, "it is no table of inks over colours");
+            fmt::format(tools::messages::kIsForFablets, "--profile",
+                        tools::messages::kFabletsWithInks, "shell"));
+    refused({"--profile", path("photo.ppm")}, 1, tools::messages::kNoTableOfInks);
     refused({"--profile", path("none.nrrd")}, 1, "none.nrrd");
 }
 
 TEST_F(OpenfabImport, ATexturedModelPrintsByItsMaterials) {
     const Outcome imported = openfab({"import", path("block.obj"), "-o", path("made")});
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
-    EXPECT_THAT(imported.err, HasSubstr("the fablet `textured`"));
-    EXPECT_THAT(imported.err, HasSubstr("gives no unit: taken as millimetres, 4 x 4 x 2 mm"));
+    EXPECT_THAT(imported.err,
+                testing::Says(tools::messages::kSummaryFablets, "", "", "`textured`"));
+    EXPECT_THAT(imported.err, testing::Says(tools::messages::kNoUnit, "*", "4", "4", "2"));
     const Outcome printed = openfab(
         {"print", path("made/block.fab.json"), "-o", path("a.ofr"), "--set", "block.density=1"});
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
@@ -229,8 +234,8 @@ TEST_F(OpenfabImport, APictureIsMappedOntoAMeshWithoutCoordinates) {
     const Outcome imported =
         openfab({"import", path("plain.obj"), "-o", path("made"), "--picture", path("two.ppm")});
     ASSERT_EQ(imported.exit_code, 0) << imported.err;
-    EXPECT_THAT(imported.err, HasSubstr("the fablet `mapped`"));
-    EXPECT_THAT(imported.err, HasSubstr("on each of its six sides"));
+    EXPECT_THAT(imported.err, testing::Says(tools::messages::kSummaryFablets, "", "", "`mapped`"));
+    EXPECT_THAT(imported.err, testing::Says(tools::messages::kOnSixSides));
     const std::string world = read_file(path("made/plain.fab.json"));
     EXPECT_THAT(world, HasSubstr("\"mapping\": 1"));
     EXPECT_THAT(world, HasSubstr("\"center\": [2, 2, 1]"));
@@ -296,24 +301,30 @@ TEST_F(OpenfabImport, AMappedPictureIsPrintedWhereItIs) {
 
 TEST_F(OpenfabImport, OptionsThatDoNotGoTogetherAreTold) {
     scratch_.write("plain.obj", plain_block());
-    const auto told = [&](std::vector<std::string> more, int code, const char* words) {
+    const auto told = [&](std::vector<std::string> more, int code, const std::string& words) {
         more.insert(more.begin(), {"import", path("plain.obj"), "-o", path("made")});
         const Outcome outcome = openfab(more);
         EXPECT_EQ(outcome.exit_code, code) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr(words));
+        EXPECT_THAT(outcome.err, testing::Says(words));
         EXPECT_FALSE(fs::exists(path("made")));
     };
     const std::string photo = path("photo.ppm");
-    told({"--picture", photo, "--fablet", "solid"}, 2, "`--picture` is for the fablets `textured`");
-    told({"--picture", photo, "--mapping", "uv"}, 1, "`--mapping box`, `planar` or `triplanar`");
-    told({"--picture", photo, "--side", "top"}, 2, "`--side` is for `--mapping planar`");
-    told({"--mapping", "box", "--fablet", "shell"}, 2, "`--mapping` is for the fablet `mapped`");
-    told({"--fablet", "solid", "--picture-size", "3mm"}, 2, "`--picture-size` is for");
-    told({"--picture", photo, "--mapping", "box", "--picture-size", "0mm"}, 2, "above 0");
+    told({"--picture", photo, "--fablet", "solid"}, 2,
+         fmt::format(tools::messages::kIsForFablets, "--picture",
+                     tools::messages::kFabletsWithPicture, "solid"));
+    told({"--picture", photo, "--mapping", "uv"}, 1, tools::messages::kNoCoordinatesMappingHelp);
+    told({"--picture", photo, "--side", "top"}, 2, tools::messages::kSideIsForPlanar);
+    told({"--mapping", "box", "--fablet", "shell"}, 2,
+         fmt::format(tools::messages::kIsForFablets, "--mapping", tools::messages::kTheFabletMapped,
+                     "shell"));
+    told({"--fablet", "solid", "--picture-size", "3mm"}, 2,
+         fmt::format(tools::messages::kIsForFablets, "--picture-size", "{}", "{}"));
+    told({"--picture", photo, "--mapping", "box", "--picture-size", "0mm"}, 2,
+         tools::messages::kMustBeAboveZero);
     told({"--mapping", "round"}, 2, "planar");
     const Outcome gltf = openfab({"import", path("a.glb"), "-o", path("made"), "--up", "y"});
     EXPECT_EQ(gltf.exit_code, 2);
-    EXPECT_THAT(gltf.err, HasSubstr("glTF is y-up by definition"));
+    EXPECT_THAT(gltf.err, testing::Says(tools::messages::kGltfIsYUp));
 }
 
 /// A pyramid whose base is at the lowest y, or z.
@@ -344,7 +355,7 @@ TEST_F(OpenfabImport, AFigureThatLiesOnItsBackIsTold) {
     scratch_.write("figure.obj", pyramid(true));
     const Outcome lying = openfab({"import", path("figure.obj"), "-o", path("lying")});
     EXPECT_EQ(lying.exit_code, 0) << lying.err;
-    EXPECT_THAT(lying.err, HasSubstr("may lie on its back"));
+    EXPECT_THAT(lying.err, testing::Says(tools::messages::kMayLieOnItsBack));
     EXPECT_THAT(lying.err, HasSubstr("2.5 times as tall in y as in z"));
     EXPECT_THAT(lying.err, HasSubstr("--up y"));
     const Outcome up = openfab(
@@ -439,7 +450,8 @@ TEST_F(OpenfabImport, KeepsToItsMemory) {
     const Outcome picture = openfab({"import", path("block.obj"), "-o", path("block"), "--fablet",
                                      "textured", "--memory", "20MB"});
     EXPECT_EQ(picture.exit_code, 1) << picture.err;
-    EXPECT_THAT(picture.err, HasSubstr("the picture `photo.ppm` of material `photo` is left out"));
+    EXPECT_THAT(picture.err, testing::Says(tools::messages::kPictureOfLeftOut, "photo.ppm",
+                                           " of material `photo`"));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 // `openfab print`: compiles what changed, once, and passes the compiler's errors on.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,6 +14,8 @@
 
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -65,7 +68,7 @@ class OpenfabPrint : public ::testing::Test {
 TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     const Outcome first = print({path("world.fab.json"), "-o", path("a.ofr")});
     ASSERT_EQ(first.exit_code, 0) << first.err;
-    EXPECT_THAT(first.err, HasSubstr("compiling plain.fl"));
+    EXPECT_THAT(first.err, testing::Says(tools::messages::kCompiling, "plain.fl"));
     const Outcome second = print({path("world.fab.json"), "-o", path("b.ofr")});
     ASSERT_EQ(second.exit_code, 0) << second.err;
     EXPECT_THAT(second.err, Not(HasSubstr("compiling")));
@@ -79,7 +82,7 @@ TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
     scratch_.write("plain.fl", std::string(kFablet) + "// changed\n");
     const Outcome changed = print({path("world.fab.json"), "-o", path("b.ofr")});
     ASSERT_EQ(changed.exit_code, 0) << changed.err;
-    EXPECT_THAT(changed.err, HasSubstr("compiling plain.fl"));
+    EXPECT_THAT(changed.err, testing::Says(tools::messages::kCompiling, "plain.fl"));
     EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
 }
 
@@ -95,7 +98,7 @@ TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
         const Outcome outcome = tuned(more);
         EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
         EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
-        return outcome.err.find("compiling plain.fl") != std::string::npos;
+        return testing::says(outcome.err, fmt::format(tools::messages::kCompiling, "plain.fl"));
     };
     ASSERT_EQ(print({path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
     EXPECT_TRUE(compiles());
@@ -112,7 +115,7 @@ TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
     EXPECT_THAT(read_file(path("base.sched")), HasSubstr("strip"));
     const Outcome bare = print({path("world.fab.json"), "-o", path("b.ofr"), "--schedule"});
     EXPECT_EQ(bare.exit_code, 2);
-    EXPECT_THAT(bare.err, HasSubstr("`--schedule` needs a schedule"));
+    EXPECT_THAT(bare.err, testing::Says(tools::messages::kOptionNeeds, "--schedule", "a schedule"));
     const Outcome missing =
         print({path("world.fab.json"), "-o", path("b.ofr"), "--schedule", path("none.sched")});
     EXPECT_NE(missing.exit_code, 0);
@@ -353,7 +356,7 @@ TEST_F(OpenfabPrint, ACompilerThatCrashesIsABug) {
         const Outcome outcome =
             run({path("openfab"), "print", path("world.fab.json"), "-o", path("a.ofr")},
                 {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
-        EXPECT_THAT(outcome.err, HasSubstr("was ended by signal "));
+        EXPECT_THAT(outcome.err, testing::Says(tools::messages::kEndedBySignal));
         return outcome.exit_code;
     };
     EXPECT_EQ(exit_code_with("SEGV"), 4);
@@ -372,7 +375,7 @@ TEST_F(OpenfabPrint, ACompilerThatIsNotLoadedIsNoBug) {
                  program("openfab"), "print", path("world.fab.json"), "-o", path("a.ofr")},
                 options);
         EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr("ulimit -v"));
+        EXPECT_THAT(outcome.err, testing::Says(tools::messages::kLibrariesNotLoaded));
         EXPECT_THAT(outcome.err, Not(HasSubstr("internal error")));
     }
 }
@@ -414,9 +417,10 @@ TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
                     path(output)},
                    options);
     };
-    const auto notes = AllOf(HasSubstr("note: the compiled program is not cached: "),
-                             HasSubstr("note: filtered textures are not cached: "),
-                             HasSubstr("it cannot be written to: Permission denied"));
+    const auto notes =
+        AllOf(::testing::HasSubstr("note: " + fmt::format(tools::messages::kProgramNotCached, "")),
+              HasSubstr("note: filtered textures are not cached: "),
+              HasSubstr("it cannot be written to: Permission denied"));
     const Outcome unwritten = print_with(0555, "a.ofr");
     EXPECT_EQ(unwritten.exit_code, 0) << unwritten.err;
     EXPECT_THAT(unwritten.err, notes);
@@ -540,7 +544,9 @@ TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
             if (std::string(input) == "block.obj") words.insert(words.end(), {"--fablet", "solid"});
             const Outcome outcome = run(words, {environment, {}, {}});
             EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-            EXPECT_THAT(outcome.err, HasSubstr("note: the compiled program is not cached: "));
+            EXPECT_THAT(outcome.err,
+                        ::testing::HasSubstr("note: " +
+                                             fmt::format(tools::messages::kProgramNotCached, "")));
         }
     }
     EXPECT_FALSE(fs::exists(path("was-here")));

@@ -11,6 +11,8 @@
 
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -51,7 +53,7 @@ TEST_F(ViewFiles, WhatIsDroppedLiesBesideTheWorldAndNothingIsReplaced) {
     ASSERT_EQ(viewer.post("/api/upload?name=part.obj&at=20", text.substr(20)).status, 200);
     const HttpAnswer used = viewer.post("/api/use", R"({"name": "part.obj", "object": "cube"})");
     ASSERT_EQ(used.status, 200) << used.body;
-    EXPECT_THAT(member(used.json(), "notes").text, HasSubstr("no unit"));
+    EXPECT_THAT(member(used.json(), "notes").text, testing::Says(tools::messages::kNoUnit));
     EXPECT_EQ(read_file((scratch_ / "part.obj").string()), mine) << "the other one stays";
     EXPECT_EQ(read_file((scratch_ / "part-2.obj").string()), text);
     EXPECT_THAT(read_file(world()), HasSubstr(R"("mesh": "part")"));

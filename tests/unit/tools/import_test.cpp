@@ -12,6 +12,8 @@
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 #include "tools/openfab/stock.h"
 #include "world/world.h"
 
@@ -236,7 +238,8 @@ TEST(Import, OffersAWayOutOfTooManyMaterials) {
         body.look_of.clear();
     const Result<Import> bare = make_import(loaded, {}, "cube.obj", {});
     ASSERT_TRUE(bare) << bare.error().text();
-    EXPECT_THAT(fmt::format("{}", fmt::join(bare->notes, "\n")), HasSubstr("share one"));
+    EXPECT_THAT(fmt::format("{}", fmt::join(bare->notes, "\n")),
+                testing::Says(messages::kBodiesShareMaterial));
 }
 
 TEST(Import, NamesManyPicturesOfOneName) {
@@ -270,7 +273,7 @@ TEST(Import, RefusesWhatTheMeshLacks) {
     loaded.bodies[0].mesh = testing::without(loaded.bodies[0].mesh, "uv");
     options.fablet = "textured";
     EXPECT_THAT(make_import(loaded, one_picture(), "cube.obj", options).error().text(),
-                HasSubstr("no texture coordinates"));
+                testing::Says(messages::kNoCoordinates, "cube.obj", "textured"));
     options.fablet.clear();
     EXPECT_EQ(make_import(loaded, one_picture(), "cube.obj", options)->fablets[0], "solid");
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/openfab/property_table.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -65,21 +67,21 @@ TEST(PropertyTable, SaysWhereItIsWrong) {
     EXPECT_EQ(trouble(table(good)), "no error");
     EXPECT_THAT(trouble("["), HasSubstr("t.json:1:"));
     EXPECT_THAT(trouble(table(good, R"("uint": "MPa",)")),
-                HasSubstr("`uint` is no key of a table"));
-    EXPECT_THAT(trouble(R"({"property": "x"})"), HasSubstr("`unit` is missing"));
-    EXPECT_THAT(trouble(table(row("1, 0", "1"))), HasSubstr("1 rows; a table has 2 to 16"));
-    EXPECT_THAT(
-        trouble(table(good + "," + row("0.5, 0.5", "1.5"))),
-        HasSubstr("row 3 has the value 1.5 after 2; values rise from row to row, or they fall"));
+                testing::Says(messages::kNoKeyOfTable, "uint"));
+    EXPECT_THAT(trouble(R"({"property": "x"})"), testing::Says(messages::kKeyMissing, "unit"));
+    EXPECT_THAT(trouble(table(row("1, 0", "1"))), testing::Says(messages::kRowCount, "1", "16"));
+    EXPECT_THAT(trouble(table(good + "," + row("0.5, 0.5", "1.5"))),
+                testing::Says(messages::kValuesNotMonotonic, "3", "1.5", "2"));
     EXPECT_THAT(trouble(table(row("1, 0", "1") + "," + row("0, 1", "1"))),
-                HasSubstr("row 2 has the value 1 after 1"));
+                testing::Says(messages::kValuesNotMonotonic, "2", "1", "1"));
     EXPECT_THAT(trouble(table(row("1, 0", "1") + "," + row("0, 0.9", "2"))),
-                HasSubstr("the fractions have a sum of 0.9, not 1"));
+                testing::Says(messages::kFractionSum, "0.9"));
     EXPECT_THAT(trouble(table(row("1, 0", "1") + "," + row("1", "2"))),
-                HasSubstr("1 fractions of 2 materials"));
+                testing::Says(messages::kFractionCount, "1", "2"));
     EXPECT_THAT(trouble(table(row("2, -1", "1") + "," + row("0, 1", "2"))),
-                HasSubstr("a fraction is a number from 0 to 1"));
-    EXPECT_THAT(trouble(table(good), "1st.json"), HasSubstr("`1st` cannot name constants"));
+                testing::Says(messages::kFractionOutside));
+    EXPECT_THAT(trouble(table(good), "1st.json"),
+                testing::Says(messages::kCannotNameConstants, "1st"));
 }
 
 TEST(PropertyTable, OfASweepIsAFunctionOfWhatIsWanted) {
@@ -99,10 +101,10 @@ TEST(PropertyTable, OfASweepIsAFunctionOfWhatIsWanted) {
     const Result<std::string> bent =
         sweep(R"({"at": 1, "value": 2}, {"at": 2, "value": 3}, {"at": 3, "value": 1})");
     ASSERT_FALSE(bent);
-    EXPECT_THAT(bent.error().text(), HasSubstr("row 3 has the value 1 after 3"));
+    EXPECT_THAT(bent.error().text(), testing::Says(messages::kValuesNotMonotonic, "3", "1", "3"));
     const Result<std::string> one = sweep(R"({"at": 1, "value": 2})");
     ASSERT_FALSE(one);
-    EXPECT_THAT(one.error().text(), HasSubstr("2 to 64 `rows`"));
+    EXPECT_THAT(one.error().text(), testing::Says(messages::kSweepRows, "64"));
 }
 
 }  // namespace
