@@ -15,6 +15,7 @@
 #include "base/input_file.h"
 #include "base/text.h"
 #include "tools/color/chart_texts.h"
+#include "tools/color/messages.h"
 #include "tools/color/nrrd_write.h"
 #include "tools/color/picture.h"
 #include "tools/color/print_inks.h"
@@ -73,8 +74,7 @@ int rows_of(const SampleTable& chart) {
 
 Result<void> is_chart(const SampleTable& chart) {
     if (chart.columns > 0) return {};
-    return user_error("the table does not say how its patches lie",
-                      "give the `chart.txt` of the chart; its OPENFAB_COLUMNS says it");
+    return user_error(messages::kPatchLayoutUnknown, messages::kPatchLayoutUnknownHelp);
 }
 
 /// Of a patch, what is measured: the borders mix with their neighbours.
@@ -164,13 +164,13 @@ Result<void> write_chart(const fs::path& folder, const SampleTable& chart,
     std::error_code failed;
     // A chart's world may have been edited.
     if (fs::exists(folder / "chart.fab.json", failed)) {
-        return user_error(fmt::format("`{}` exists already; choose another folder",
-                                      (folder / "chart.fab.json").string()));
+        return user_error(
+            fmt::format(messages::kFolderExists, (folder / "chart.fab.json").string()));
     }
     fs::create_directories(folder, failed);
     if (failed) {
         return outside_error(
-            fmt::format("cannot make the folder {}: {}", folder.string(), failed.message()));
+            fmt::format(messages::kCannotMakeFolder, folder.string(), failed.message()));
     }
     const char* const source = chart.has_inks ? "ink_chart.fl" : "color_chart.fl";
     std::string world(chart_text("chart.fab.json"));
@@ -200,11 +200,13 @@ Result<void> write_chart(const fs::path& folder, const SampleTable& chart,
     if (!done || chart.has_inks) return done;
     const Result<InputFile> table = InputFile::open(ink_table);
     if (!table)
-        return with_context(table.error(), fmt::format("cannot read {}: ", ink_table.string()));
+        return with_context(table.error(),
+                            fmt::format(messages::kCannotReadBefore, ink_table.string()));
     constexpr int64_t kLargestTable = 16 << 20;
     const Result<std::string> bytes = table->read_all(kLargestTable);
     if (!bytes)
-        return with_context(bytes.error(), fmt::format("cannot read {}: ", ink_table.string()));
+        return with_context(bytes.error(),
+                            fmt::format(messages::kCannotReadBefore, ink_table.string()));
     return write("inks.nrrd", *bytes);
 }
 
@@ -254,16 +256,12 @@ Result<SampleTable> read_photograph(const fs::path& file, const SampleTable& cha
     for (size_t i = 0; i < corners.size(); ++i) {
         quad[i / 2][i % 2] = corners[i];
         if (corners[i] < 0 || corners[i] > (i % 2 == 0 ? w : h)) {
-            return user_error(
-                fmt::format("corner {} lies outside the picture of {} x {}", i / 2 + 1, w, h),
-                "corners are X,Y of pixels from the top left");
+            return user_error(fmt::format(messages::kCornerOutside, i / 2 + 1, w, h),
+                              messages::kCornerOutsideHelp);
         }
     }
     const Square2Quad map(quad);
-    if (!map.fine)
-        return user_error(
-            "the corners lie on a line",
-            "give those of the chart: top left, top right, bottom right, bottom left");
+    if (!map.fine) return user_error(messages::kCornersOnLine, messages::kCornersOnLineHelp);
     const int columns = chart.columns, rows = rows_of(chart);
     const auto side = [&](size_t a, size_t b) {
         return std::hypot(quad[b][0] - quad[a][0], quad[b][1] - quad[a][1]);
@@ -273,9 +271,8 @@ Result<SampleTable> read_photograph(const fs::path& file, const SampleTable& cha
     constexpr double kFewestPixels = 4;
     if (across < kFewestPixels) {
         return user_error(
-            fmt::format("{}: patches are {:.2g} pixels across there, and {} are needed",
-                        file.string(), across, kFewestPixels),
-            "give the corners of the chart in pixels, or a larger photograph");
+            fmt::format(messages::kPatchesTooSmall, file.string(), across, kFewestPixels),
+            messages::kPatchesTooSmallHelp);
     }
     SampleTable out = chart;
     out.has_lab = true;
@@ -316,9 +313,7 @@ Result<PrintedChart> read_print(const std::string& file, const SampleTable& char
     // Patches are squares.
     if (std::abs(patch_x / patch_y - 1) > 0.02) {
         return user_error(
-            fmt::format("{}: it is not the print of this chart, of {} x {} patches: they "
-                        "would be {:.3g} x {:.3g} mm",
-                        file, columns, rows, patch_x, patch_y));
+            fmt::format(messages::kNotPrintOfChart, file, columns, rows, patch_x, patch_y));
     }
     const auto patch_of = [](int32_t voxel, int32_t size, int patches) {
         const double place = (voxel + 0.5) / size * patches;
@@ -362,9 +357,8 @@ Result<PrintedChart> read_print(const std::string& file, const SampleTable& char
         for (const int64_t count : counts[k])
             all += count;
         if (all == 0) {
-            return user_error(
-                fmt::format("patch {} of the chart is not in {}", chart.samples[k].id, file),
-                "print the chart's world as it is, alone");
+            return user_error(fmt::format(messages::kPatchMissing, chart.samples[k].id, file),
+                              messages::kPatchMissingHelp);
         }
         out.voxels = std::min(out.voxels, all);
         Inks inks;

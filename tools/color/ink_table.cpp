@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "tools/color/messages.h"
 #include "tools/color/nrrd_write.h"
 #include "tools/texture/volume_reader.h"
 
@@ -45,7 +46,7 @@ Result<InkTable> InkTable::bake(const PrinterProfile& profile, const BakeOptions
 
 Result<InkTable> InkTable::read(const std::filesystem::path& file) {
     const auto bad = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", file.string()));
+        return with_context(error, fmt::format(messages::kCannotReadBefore, file.string()));
     };
     const tools::MadeReader reader = tools::open_nrrd(file, {}, {});
     if (!reader) return bad(reader.error());
@@ -53,10 +54,9 @@ Result<InkTable> InkTable::read(const std::filesystem::path& file) {
     const Vec3i& size = volume.size;
     if (volume.channels != 4 || size.x != kInkTableNodes || size.y != kInkTableNodes ||
         size.z != kInkTableNodes) {
-        return bad(user_error(
-            fmt::format("it is {} x {} x {} with {} channels, not {} in all directions with 4",
-                        size.x, size.y, size.z, volume.channels, kInkTableNodes),
-            "tables of inks are made by `openfab color bake`"));
+        return bad(user_error(fmt::format(messages::kInkTableSides, size.x, size.y, size.z,
+                                          volume.channels, kInkTableNodes),
+                              messages::kInkTableHelp));
     }
     std::vector<Inks> nodes;
     std::vector<float> slice(static_cast<size_t>(volume.slice_floats()));

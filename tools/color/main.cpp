@@ -26,6 +26,7 @@
 #include "tools/color/chart.h"
 #include "tools/color/check_print.h"
 #include "tools/color/ink_table.h"
+#include "tools/color/messages.h"
 #include "tools/color/nominal_inks.h"
 #include "tools/color/picture.h"
 #include "tools/color/print_inks.h"
@@ -63,28 +64,28 @@ Result<void> simulate(const Arguments& a) {
     if (!chart) return chart.error();
     const Result<double> skin = parse_length_mm(a.skin);
     if (!skin) return skin.error();
-    if (*skin <= 0) return usage_error("a skin is thicker than 0");
+    if (*skin <= 0) return usage_error(messages::kSkinAboveZero);
     if (!chart->has_inks) {
-        return user_error(fmt::format("{} is no chart of inks", a.second),
-                          "`openfab color chart` without `--table` makes one");
+        return user_error(fmt::format(messages::kNoChartOfInks, a.second),
+                          messages::kNoChartOfInksHelp);
     }
     chart->has_lab = true;
     for (Sample& sample : chart->samples)
         sample.lab = inks->predict(sample.inks, *skin);
     return write_whole_file(a.output,
-                            format_samples(*chart, fmt::format("simulated from {}", a.first)));
+                            format_samples(*chart, fmt::format(messages::kSimulatedFrom, a.first)));
 }
 
 Result<void> read_picture(const Arguments& a) {
     const Result<SampleTable> chart = read_samples(a.second);
     if (!chart) return chart.error();
     if (!chart->has_inks)
-        return user_error(fmt::format("{} is no chart of inks", a.second),
-                          "`openfab color chart` without `--table` makes one");
+        return user_error(fmt::format(messages::kNoChartOfInks, a.second),
+                          messages::kNoChartOfInksHelp);
     Result<SampleTable> measured = read_photograph(a.first, *chart, a.corners);
     if (!measured) return measured.error();
-    return write_whole_file(a.output,
-                            format_samples(*measured, fmt::format("photographed: {}", a.first)));
+    return write_whole_file(
+        a.output, format_samples(*measured, fmt::format(messages::kPhotographed, a.first)));
 }
 
 Result<void> profile(const Arguments& a) {
@@ -99,10 +100,8 @@ Result<void> profile(const Arguments& a) {
     const Result<std::string> made = make_profile(*model, options);
     if (!made) return made.error();
     if (Result<void> done = write_whole_file(a.output, *made); !done) return done;
-    say(
-        fmt::format("fitted {} patches; what the others predict for one is off by CIEDE2000 "
-                    "{:.2f} in the mean, {:.2f} at worst\n",
-                    model->patches(), model->left_out_mean(), model->left_out_worst()));
+    say(fmt::format(messages::kFitted, model->patches(), model->left_out_mean(),
+                    model->left_out_worst()));
     return {};
 }
 
@@ -115,7 +114,8 @@ Result<void> bake(const Arguments& a) {
     if (!profile) return profile.error();
     const BakeOptions options{kIntents.at(a.intent), a.black_point, a.limit / 100};
     const Result<InkTable> table = InkTable::bake(*profile, options);
-    if (!table) return with_context(table.error(), fmt::format("cannot read {}: ", a.first));
+    if (!table)
+        return with_context(table.error(), fmt::format(messages::kCannotReadBefore, a.first));
     return write_whole_file(a.output, table->format(fmt::format(
                                           "inks of `{}`, {}{}, limit {} %: cyan, magenta, yellow, "
                                           "black over sRGB",
@@ -130,7 +130,8 @@ Result<void> write_proof(const Arguments& a, const std::string& profile_file, in
     if (!profile) return profile.error();
     const Result<std::vector<Lab>> colours = profile->to_lab(inks, a.absolute);
     if (!colours)
-        return with_context(colours.error(), fmt::format("cannot read {}: ", profile_file));
+        return with_context(colours.error(),
+                            fmt::format(messages::kCannotReadBefore, profile_file));
     constexpr Rgb kNothing{0.2, 0.2, 0.2};
     std::vector<Rgb> pixels;
     pixels.reserve(colours->size());
@@ -148,7 +149,7 @@ Result<void> proof_print(const Arguments& a) {
     if (!window) return window.error();
     const Result<double> skin = parse_length_mm(a.skin);
     if (!skin) return skin.error();
-    if (*window <= 0 || *skin <= 0) return usage_error("a window and a skin are larger than 0");
+    if (*window <= 0 || *skin <= 0) return usage_error(messages::kWindowAndSkinAboveZero);
     const Result<PrintTop> top = read_print_top(a.first, *window, *skin, kDefaultMemoryBytes);
     if (!top) return top.error();
     return write_proof(a, a.second, top->width, top->height, top->windows, top->is_there);
@@ -157,14 +158,10 @@ Result<void> proof_print(const Arguments& a) {
 Result<void> proof(const Arguments& a) {
     if (lower_ascii(a.first).ends_with(".ofr")) {
         if (a.third.empty()) return proof_print(a);
-        return usage_error(
-            "the inks of a print are in it, and no table is looked up: `openfab color proof "
-            "PRINT.ofr PROFILE -o proof.png`");
+        return usage_error(messages::kProofOfPrint);
     }
     if (a.third.empty()) {
-        return usage_error(
-            "a picture is proofed by a table of inks and a profile: `openfab color proof PICTURE "
-            "TABLE PROFILE -o proof.png`");
+        return usage_error(messages::kProofOfPicture);
     }
     const Result<Picture> picture = Picture::read(a.first);
     if (!picture) return picture.error();

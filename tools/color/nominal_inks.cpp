@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/scan_number.h"
+#include "tools/color/messages.h"
 #include "tools/color/read_named.h"
 
 namespace openfab::color {
@@ -63,8 +64,8 @@ Result<NominalInks> NominalInks::parse(std::string_view text) {
         line = trim(line.substr(0, line.find('#')));
         if (line.empty() || line.starts_with("material,")) continue;
         const auto bad = [&](const std::string& what) {
-            return user_error(fmt::format("line {}: {}", number, what),
-                              "a line is `cyan,absorption_r,_g,_b,scattering_r,_g,_b` in 1/mm");
+            return user_error(fmt::format(messages::kLineOf, number, what),
+                              messages::kNominalLineHelp);
         };
         std::vector<std::string_view> words;
         for (size_t from = 0; from <= line.size();) {
@@ -73,8 +74,8 @@ Result<NominalInks> NominalInks::parse(std::string_view text) {
             from = to + 1;
         }
         const auto name = std::find(kNames.begin(), kNames.end(), words[0]);
-        if (name == kNames.end()) return bad(fmt::format("unknown material `{}`", words[0]));
-        if (words.size() != 7) return bad(fmt::format("{} values, not 7", words.size()));
+        if (name == kNames.end()) return bad(fmt::format(messages::kUnknownMaterial, words[0]));
+        if (words.size() != 7) return bad(fmt::format(messages::kNotSevenValues, words.size()));
         const auto m = static_cast<size_t>(name - kNames.begin());
         found[m] = true;
         for (size_t i = 0; i < 6; ++i) {
@@ -82,13 +83,13 @@ Result<NominalInks> NominalInks::parse(std::string_view text) {
             const bool scatters = i >= 3;
             if (!scan_number(words[i + 1], &value).empty() || value < 0 || value > 1e4 ||
                 (scatters && value < 1e-3))
-                return bad(fmt::format("`{}` is not a coefficient", words[i + 1]));
+                return bad(fmt::format(messages::kNotACoefficient, words[i + 1]));
             Band& band = out.bands_[m][i % 3];
             (scatters ? band.scattering : band.absorption) = value;
         }
     }
     for (size_t m = 0; m < kNames.size(); ++m) {
-        if (!found[m]) return user_error(fmt::format("the table has no `{}`", kNames[m]));
+        if (!found[m]) return user_error(fmt::format(messages::kNominalMissing, kNames[m]));
     }
     return out;
 }

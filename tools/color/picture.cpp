@@ -9,6 +9,7 @@
 #include "backends/raster/png_encode.h"
 #include "base/color.h"
 #include "base/units.h"
+#include "tools/color/messages.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/still_image.h"
 
@@ -26,7 +27,7 @@ Result<void> decode(tools::StillImage* image, std::vector<Rgb>* pixels) {
         for (int x = 0; x < width; ++x) {
             std::array<float, 4> v{};
             if (!decoder.pixel(pixel, v.data()))
-                return user_error(fmt::format("pixel ({}, {}) is not a finite number", x, y));
+                return user_error(fmt::format(messages::kPixelNotFinite, x, y));
             pixels->push_back({static_cast<double>(v[0]), static_cast<double>(v[grey ? 0 : 1]),
                                static_cast<double>(v[grey ? 0 : 2])});
             pixel += decoder.channels_in();
@@ -39,7 +40,7 @@ Result<void> decode(tools::StillImage* image, std::vector<Rgb>* pixels) {
 
 Result<Picture> Picture::read(const std::filesystem::path& file) {
     const auto named = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", file.string()));
+        return with_context(error, fmt::format(messages::kCannotReadBefore, file.string()));
     };
     try {
         const Result<std::unique_ptr<tools::StillImage>> image =
@@ -47,12 +48,11 @@ Result<Picture> Picture::read(const std::filesystem::path& file) {
         if (!image) return named(image.error());
         const OIIO::ImageSpec& spec = (*image)->spec();
         if (spec.nchannels > 4) {
-            return named(
-                user_error(fmt::format("it has {} channels; 1 to 4 are possible", spec.nchannels)));
+            return named(user_error(fmt::format(messages::kChannels, spec.nchannels)));
         }
         if (int64_t{spec.width} * spec.height > kMostPixels) {
-            return named(user_error(fmt::format("it has {} x {} pixels", spec.width, spec.height),
-                                    "scale it down to 64 million"));
+            return named(user_error(fmt::format(messages::kPixelCount, spec.width, spec.height),
+                                    messages::kPixelCountHelp));
         }
         Picture out;
         out.width_ = spec.width;
@@ -90,7 +90,7 @@ Result<std::vector<uint8_t>> png_of(int width, int height, const std::vector<Rgb
     image.text = "OpenFab";
     constexpr int kLevel = 6;
     std::vector<uint8_t> png = raster::encode_png(image, kLevel);
-    if (png.empty()) return outside_error("no memory for a picture");
+    if (png.empty()) return outside_error(messages::kNoMemoryForPicture);
     return png;
 }
 

@@ -13,6 +13,7 @@
 #include "backends/ofr/ofr_reader.h"
 #include "base/text.h"
 #include "base/units.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 
@@ -42,9 +43,8 @@ Result<std::vector<int>> inks_of_codes(const pipeline::PrintInfo& info, const st
             found = true;
         }
         if (!found) {
-            return user_error(
-                fmt::format("no material of {} has a name with `{}`", file, kNames[i]),
-                "inks are found by the names of their materials");
+            return user_error(fmt::format(messages::kNoMaterialNamed, file, kNames[i]),
+                              messages::kNoMaterialNamedHelp);
         }
     }
     return out;
@@ -58,11 +58,9 @@ Result<PrintTop> read_print_top(const std::string& file, double window_mm, doubl
     const Result<std::vector<int>> inks = inks_of_codes(info, file);
     if (!inks) return inks.error();
     if (window_mm < std::max(info.pitch_mm.x, info.pitch_mm.y)) {
-        return user_error(
-            fmt::format("a window of {:g} mm is smaller than the voxels of {}, {:g} x "
-                        "{:g} mm",
-                        window_mm, file, info.pitch_mm.x, info.pitch_mm.y),
-            "give a larger `--window`");
+        return user_error(fmt::format(messages::kWindowTooSmall, window_mm, file, info.pitch_mm.x,
+                                      info.pitch_mm.y),
+                          messages::kWindowTooSmallHelp);
     }
     const auto windows_along = [&](int32_t voxels, double pitch) {
         return std::max(1, static_cast<int>(std::lround(voxels * pitch / window_mm)));
@@ -76,9 +74,9 @@ Result<PrintTop> read_print_top(const std::string& file, double window_mm, doubl
     const size_t bytes = area * sizeof(int32_t) + windows * (sizeof(Counts) + sizeof(Inks));
     if (bytes > static_cast<size_t>(memory_bytes)) {
         return user_error(
-            fmt::format("the area of {} takes {}, more than {}", file,
-                        format_bytes(static_cast<int64_t>(bytes)), format_bytes(memory_bytes)),
-            "print it coarser (`--draft`), or give a larger `--window`");
+            fmt::format(messages::kAreaTakes, file, format_bytes(static_cast<int64_t>(bytes)),
+                        format_bytes(memory_bytes)),
+            messages::kAreaTakesHelp);
     }
     std::vector<bool> is_seen(inks->size(), true);
     is_seen[0] = false;

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "tools/color/least_squares.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 
@@ -95,20 +96,18 @@ std::vector<Sample> distinct(const SampleTable& table) {
 
 Result<PrinterModel> PrinterModel::fit(const SampleTable& table) {
     if (!table.has_inks || !table.has_lab) {
-        return user_error(
-            "the table has no measured patches of inks",
-            "a line has the amounts, `CMYK_C` to `CMYK_K`, and what was measured, `LAB_L` to "
-            "`LAB_B`, `XYZ_X` to `XYZ_Z` or `RGB_R` to `RGB_B`");
+        return user_error(messages::kNoMeasuredPatches, messages::kNoMeasuredPatchesHelp);
     }
     const std::vector<Sample> samples = distinct(table);
     if (samples.size() < kFewestPatches || samples.size() > kMostPatches) {
-        return user_error(fmt::format("the table has {} different patches, not {} to {}",
-                                      samples.size(), kFewestPatches, kMostPatches),
-                          "print the chart of `openfab color chart`");
+        return user_error(
+            fmt::format(messages::kPatchCount, samples.size(), kFewestPatches, kMostPatches),
+            messages::kPatchCountHelp);
     }
     PrinterModel model;
-    constexpr std::array<const char*, kInks + 1> kNames = {"pure cyan", "pure magenta",
-                                                           "pure yellow", "pure black", "no ink"};
+    constexpr std::array<const char*, kInks + 1> kNames = {
+        messages::kPureCyan, messages::kPureMagenta, messages::kPureYellow, messages::kPureBlack,
+        messages::kNoInk};
     for (size_t i = 0; i <= kInks; ++i) {
         Inks pure{};
         if (i < kInks) pure[i] = 1;
@@ -121,16 +120,16 @@ Result<PrinterModel> PrinterModel::fit(const SampleTable& table) {
         };
         const auto found = std::find_if(samples.begin(), samples.end(), is_pure);
         if (found == samples.end()) {
-            return user_error(fmt::format("the table has no patch of {}", kNames[i]),
-                              "the charts of `openfab color chart` have all that is needed");
+            return user_error(fmt::format(messages::kNoPatchOf, kNames[i]),
+                              messages::kNoPatchOfHelp);
         }
         model.primaries_[i] = bands_of(found->lab);
         if (i == kInks) model.white_ = found->lab;
     }
     constexpr double kDarkestWhite = 20;
     if (model.white_.l < kDarkestWhite) {
-        return user_error(fmt::format("the patch without ink has L* = {:.1f}", model.white_.l),
-                          "Lab is 0 to 100 and XYZ 0 to 100 where white is the brightest patch");
+        return user_error(fmt::format(messages::kWhitePatch, model.white_.l),
+                          messages::kWhitePatchHelp);
     }
     model.fit_mixing(samples);
     model.fit_residual(samples);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/color/messages.h"
 #include "tools/color/profile.h"
 #include "tools/color/read_named.h"
 
@@ -35,21 +36,21 @@ cmsUInt32Number number_of(Intent intent) {
 const char* kind_of(cmsProfileClassSignature kind) {
     switch (kind) {
         case cmsSigInputClass:
-            return "a profile of a scanner or camera";
+            return messages::kScannerProfile;
         case cmsSigDisplayClass:
-            return "a profile of a display";
+            return messages::kDisplayProfile;
         case cmsSigLinkClass:
-            return "a link between two devices";
+            return messages::kDeviceLink;
         case cmsSigAbstractClass:
-            return "an abstract profile";
+            return messages::kAbstractProfile;
         case cmsSigColorSpaceClass:
-            return "a profile of a colour space";
+            return messages::kColourSpaceProfile;
         case cmsSigNamedColorClass:
-            return "a list of named colours";
+            return messages::kNamedColours;
         case cmsSigOutputClass:
-            return "a printer's profile";
+            return messages::kPrinterProfile;
         default:
-            return "a profile of an unknown class";
+            return messages::kUnknownClass;
     }
 }
 
@@ -82,24 +83,22 @@ Result<PrinterProfile> PrinterProfile::parse(std::vector<uint8_t> bytes) {
     out.bytes_ = std::move(bytes);
     out.context_ = std::make_unique<IccContext>();
     out.profile_ = out.context_->open(out.bytes_);
-    const char* const kWanted =
-        "a printer's profile is wanted: output class, CMYK, as `openfab color profile` makes";
+    const char* const kWanted = messages::kPrinterProfileWanted;
     if (out.profile_ == nullptr) {
         return user_error(
-            fmt::format("it is not an ICC profile: {}", out.context_->complaint("it is too short")),
-            kWanted);
+            fmt::format(messages::kNotIcc, out.context_->complaint(messages::kTooShort)), kWanted);
     }
     cmsHPROFILE const p = out.profile_.get();
     const cmsProfileClassSignature kind = cmsGetDeviceClass(p);
     if (kind != cmsSigOutputClass)
-        return user_error(fmt::format("it is {}", kind_of(kind)), kWanted);
+        return user_error(fmt::format(messages::kProfileIs, kind_of(kind)), kWanted);
     if (const cmsColorSpaceSignature space = cmsGetColorSpace(p); space != cmsSigCmykData) {
         return user_error(
-            fmt::format("it is of a printer of {}", tools::icc_name(static_cast<uint32_t>(space))),
+            fmt::format(messages::kPrinterOfSpace, tools::icc_name(static_cast<uint32_t>(space))),
             kWanted);
     }
     if (!cmsIsTag(p, cmsSigAToB0Tag) || !cmsIsTag(p, cmsSigBToA0Tag)) {
-        return user_error("it has no tables from inks to colours and back (A2B0, B2A0)", kWanted);
+        return user_error(messages::kNoTables, kWanted);
     }
     return out;
 }
@@ -115,14 +114,14 @@ Result<std::vector<Inks>> PrinterProfile::to_inks(const std::vector<Rgb>& colour
                                                        number_of(intent), flags));
     if (transform == nullptr)
         return user_error(
-            fmt::format("its tables are damaged: {}", context_->complaint("they cannot be read")));
+            fmt::format(messages::kTablesDamaged, context_->complaint(messages::kCannotBeRead)));
     std::vector<Inks> out(colours.size());
     cmsDoTransform(transform.get(), colours.data(), out.data(),
                    static_cast<cmsUInt32Number>(colours.size()));
     for (Inks& inks : out) {
         for (double& ink : inks) {
             ink = std::clamp(ink / kPercent, 0.0, 1.0);
-            if (!std::isfinite(ink)) return user_error("its tables give what is no number");
+            if (!std::isfinite(ink)) return user_error(messages::kTablesNotFinite);
         }
     }
     return out;
@@ -137,7 +136,7 @@ Result<std::vector<Lab>> PrinterProfile::to_lab(const std::vector<Inks>& inks,
         absolute ? INTENT_ABSOLUTE_COLORIMETRIC : INTENT_RELATIVE_COLORIMETRIC, kExact));
     if (transform == nullptr)
         return user_error(
-            fmt::format("its tables are damaged: {}", context_->complaint("they cannot be read")));
+            fmt::format(messages::kTablesDamaged, context_->complaint(messages::kCannotBeRead)));
     std::vector<Inks> percent = inks;
     for (Inks& mixture : percent) {
         for (double& ink : mixture)
@@ -150,7 +149,7 @@ Result<std::vector<Lab>> PrinterProfile::to_lab(const std::vector<Inks>& inks,
     out.reserve(found.size());
     for (const cmsCIELab& one : found) {
         if (!std::isfinite(one.L) || !std::isfinite(one.a) || !std::isfinite(one.b))
-            return user_error("its tables give what is no number");
+            return user_error(messages::kTablesNotFinite);
         out.push_back({one.L, one.a, one.b});
     }
     return out;

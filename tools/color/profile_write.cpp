@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "tools/color/messages.h"
 #include "tools/color/profile.h"
 
 namespace openfab::color {
@@ -70,7 +71,7 @@ Result<std::string> make_profile(const PrinterModel& model, const ProfileOptions
     const Separation separation(grid, options.separation);
 
     const tools::CmsProfile profile(cmsCreateProfilePlaceholder(context.get()));
-    if (profile == nullptr) return outside_error("no memory for a profile");
+    if (profile == nullptr) return outside_error(messages::kNoMemoryForProfile);
     cmsHPROFILE const p = profile.get();
     cmsSetProfileVersion(p, 4.4);
     cmsSetDeviceClass(p, cmsSigOutputClass);
@@ -113,7 +114,7 @@ Result<std::string> make_profile(const PrinterModel& model, const ProfileOptions
     const Pipeline gamut =
         table(c, 3, 1, std::min(kGamutNodes, options.color_nodes), kLinear, kLinear, outside);
     if (!forward || !perceptual || !relative || !gamut)
-        return outside_error("no memory for the tables of a profile");
+        return outside_error(messages::kNoMemoryForTables);
 
     const Xyz white = to_xyz(model.white());
     const cmsCIEXYZ white_point{white.x, white.y, white.z};
@@ -137,7 +138,7 @@ Result<std::string> make_profile(const PrinterModel& model, const ProfileOptions
         out.resize(bytes);
         done = cmsSaveProfileToMem(p, out.data(), &bytes) != 0;
     }
-    if (!done) return internal_error(context.complaint("the profile could not be written"));
+    if (!done) return internal_error(context.complaint(messages::kProfileNotWritten));
     return out;
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "base/input_file.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 
@@ -15,7 +16,7 @@ template <typename Parse>
 auto read_named(const std::filesystem::path& file, int64_t largest, const Parse& parse)
     -> decltype(parse(std::string())) {
     const auto named = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", file.string()));
+        return with_context(error, fmt::format(messages::kCannotReadBefore, file.string()));
     };
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return named(opened.error());

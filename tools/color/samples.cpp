@@ -11,6 +11,7 @@
 #include "base/color.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
+#include "tools/color/messages.h"
 #include "tools/color/read_named.h"
 
 namespace openfab::color {
@@ -62,12 +63,9 @@ class Parser {
             if (Result<void> taken = take(line); !taken) return taken.error();
         }
         if (columns_.empty()) {
-            return user_error(
-                "it is not a table of patches",
-                "one begins with the names of its columns, as `CMYK_C,CMYK_M,CMYK_Y,CMYK_K,"
-                "LAB_L,LAB_A,LAB_B`, or is CGATS text with BEGIN_DATA_FORMAT");
+            return user_error(messages::kNotATable, messages::kNotATableHelp);
         }
-        if (table_.samples.empty()) return user_error("the table has no patches");
+        if (table_.samples.empty()) return user_error(messages::kNoPatches);
         return std::move(table_);
     }
 
@@ -84,7 +82,7 @@ class Parser {
     }
 
     Error error(const std::string& what, const std::string& help = {}) const {
-        return user_error(fmt::format("line {}: {}", number_, what), help);
+        return user_error(fmt::format(messages::kLineOf, number_, what), help);
     }
 
     Result<void> take(std::string_view line) {
@@ -104,7 +102,7 @@ class Parser {
                     double value = 0;
                     if (!scan_number(take_word(&rest), &value).empty() || value < 1 ||
                         value > kMostColumns || value != std::floor(value))
-                        return error("OPENFAB_COLUMNS is not a number of patches");
+                        return error(messages::kColumnsNotACount);
                     table_.columns = static_cast<int>(value);
                 } else if (!is_cgats_ && line.find_first_of(",;\t") != std::string_view::npos) {
                     part_ = Part::kRows;
@@ -133,7 +131,7 @@ class Parser {
 
     Result<void> add_names(std::string_view line) {
         for (std::string_view word = take_word(&line); !word.empty(); word = take_word(&line)) {
-            if (columns_.size() == kMostColumns) return error("too many columns");
+            if (columns_.size() == kMostColumns) return error(messages::kTooManyColumns);
             columns_.emplace_back(word);
         }
         return {};
@@ -162,8 +160,8 @@ class Parser {
         if (found == 0 || found == count) return {};
         for (size_t i = 0; i < count; ++i) {
             if ((*at)[i] < 0)
-                return error(fmt::format("the table has no column `{}`", names[i]),
-                             fmt::format("it goes with `{}`", names[i == 0 ? 1 : 0]));
+                return error(fmt::format(messages::kColumnMissing, names[i]),
+                             fmt::format(messages::kColumnGoesWith, names[i == 0 ? 1 : 0]));
         }
         return {};
     }
@@ -177,8 +175,7 @@ class Parser {
         if (!found) return found;
         id_ = index_of("SAMPLE_ID");
         if (!table_.has_inks && !table_.has_rgb) {
-            return error("the table says neither inks nor colours of its patches",
-                         "columns are `CMYK_C` ... `CMYK_K`, or `RGB_R`, `RGB_G`, `RGB_B`");
+            return error(messages::kNeitherInksNorColours, messages::kNeitherInksNorColoursHelp);
         }
         by_camera_ = table_.has_inks && table_.has_rgb && !table_.has_lab && !has_xyz_;
         by_xyz_ = has_xyz_ && !table_.has_lab;
@@ -190,11 +187,11 @@ class Parser {
         double value = 0;
         const std::string_view word = words_[static_cast<size_t>(column)];
         if (!scan_number(word, &value).empty() || !std::isfinite(value)) {
-            return error(fmt::format("`{}` of column {} is not a number", word,
+            return error(fmt::format(messages::kValueNotANumber, word,
                                      columns_[static_cast<size_t>(column)]));
         }
         if (value < lowest || value > highest) {
-            return error(fmt::format("{} of column {} is not in {} to {}", word,
+            return error(fmt::format(messages::kValueOutside, word,
                                      columns_[static_cast<size_t>(column)], lowest, highest));
         }
         return value;
@@ -215,15 +212,15 @@ class Parser {
         words_.clear();
         for (std::string_view word = take_word(&line); !word.empty(); word = take_word(&line)) {
             if (words_.size() == columns_.size()) {
-                return error(fmt::format("more than the {} values of the {} columns",
-                                         columns_.size(), columns_.size()));
+                return error(
+                    fmt::format(messages::kTooManyValues, columns_.size(), columns_.size()));
             }
             words_.push_back(word);
         }
         if (words_.size() < columns_.size())
-            return error(fmt::format("{} values for {} columns", words_.size(), columns_.size()));
+            return error(fmt::format(messages::kValuesForColumns, words_.size(), columns_.size()));
         if (table_.samples.size() == kMostSamples)
-            return error(fmt::format("more than {} patches", kMostSamples));
+            return error(fmt::format(messages::kTooManyPatches, kMostSamples));
         Sample sample;
         sample.id = id_ >= 0 ? std::string(words_[static_cast<size_t>(id_)])
                              : std::to_string(table_.samples.size() + 1);
@@ -238,9 +235,7 @@ class Parser {
         }
         constexpr double kSlack = 1e-3;  // of amounts with three decimals
         if (sum > 1 + kSlack) {
-            return error(fmt::format("the inks add up to {:.5g} %", sum * 100),
-                         "a voxel is one material, so that amounts add up to 100 % at most; the "
-                         "rest is white");
+            return error(fmt::format(messages::kInksAddUp, sum * 100), messages::kInksAddUpHelp);
         }
         std::array<double, 3> v{};
         if (by_camera_) {

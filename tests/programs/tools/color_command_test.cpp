@@ -4,6 +4,7 @@
 // A chart of colours through a table of inks, by the programs that users run: what the kernel looks
 // up and the dither makes against the table itself. And commands that are refused.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,11 +13,14 @@
 
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/color/synthetic_printer.h"
 #include "tools/color/chart.h"
 #include "tools/color/ink_table.h"
+#include "tools/color/messages.h"
 #include "tools/color/picture.h"
 #include "tools/color/printer_model.h"
+#include "tools/texture/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -103,11 +107,11 @@ TEST(ColorCommand, APrintedChartHasTheInksOfItsTable) {
     const Outcome fine = openfab(folder, {"color", "proof", "chart.ofr", "printer.icc", "-o",
                                           "p.png", "--window", "0.01mm"});
     EXPECT_EQ(fine.exit_code, 1);
-    EXPECT_THAT(fine.err, HasSubstr("a window of 0.01 mm is smaller than the voxels of chart.ofr"));
+    EXPECT_THAT(fine.err, testing::Says(color::messages::kWindowTooSmall, "0.01", "chart.ofr"));
     const Outcome three =
         openfab(folder, {"color", "proof", "chart.ofr", kTable, "printer.icc", "-o", "p.png"});
     EXPECT_EQ(three.exit_code, 2);
-    EXPECT_THAT(three.err, HasSubstr("the inks of a print are in it, and no table is looked up"));
+    EXPECT_THAT(three.err, testing::Says(color::messages::kProofOfPrint));
     const Outcome two = openfab(folder, {"color", "proof", "a.png", kTable, "-o", "p.png"});
     EXPECT_EQ(two.exit_code, 2);
 }
@@ -118,22 +122,28 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
     folder.write("few.csv", "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n0,0,0,0,95,0,0\n");
     struct Refused {
         std::vector<std::string> arguments;
-        const char* message;
+        std::string message;
     };
     const Refused kRefused[] = {
-        {{"bake", "no.icc", "-o", "inks.nrrd"}, "cannot read no.icc: it is not an ICC profile"},
-        {{"bake", "none.icc", "-o", "inks.nrrd"}, "cannot read none.icc: "},
-        {{"profile", "few.csv", "-o", "a.icc"}, "few.csv: the table has 1 different patches"},
-        {{"simulate", "few.csv", "few.csv", "-o", "a.txt"}, "unknown material `CMYK_C`"},
-        {{"read", "no.icc", "few.csv", "-o", "a.txt"}, "does not say how its patches lie"},
-        {{"proof", "few.csv", kTable, "no.icc", "-o", "a.png"}, "not a supported picture"},
+        {{"bake", "no.icc", "-o", "inks.nrrd"},
+         fmt::format(color::messages::kCannotReadBefore, "no.icc") +
+             fmt::format(color::messages::kNotIcc, "{}")},
+        {{"bake", "none.icc", "-o", "inks.nrrd"},
+         fmt::format(color::messages::kCannotReadBefore, "none.icc")},
+        {{"profile", "few.csv", "-o", "a.icc"},
+         "few.csv: " + fmt::format(color::messages::kPatchCount, 1, "{}", "{}")},
+        {{"simulate", "few.csv", "few.csv", "-o", "a.txt"},
+         fmt::format(color::messages::kUnknownMaterial, "CMYK_C")},
+        {{"read", "no.icc", "few.csv", "-o", "a.txt"}, color::messages::kPatchLayoutUnknown},
+        {{"proof", "few.csv", kTable, "no.icc", "-o", "a.png"},
+         tools::messages::kNotASupportedPicture},
     };
     for (const Refused& refused : kRefused) {
         std::vector<std::string> arguments = refused.arguments;
         arguments.insert(arguments.begin(), "color");
         const Outcome outcome = openfab(folder, arguments);
         EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr(refused.message));
+        EXPECT_THAT(outcome.err, testing::Says(refused.message));
     }
     // Outputs that would replace what they are made of.
     folder.write("chart.txt", "a chart");
@@ -155,7 +165,7 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
     const Outcome small =
         openfab(folder, {"color", "read", "small.ppm", "chart/chart.txt", "-o", "s.ti3"});
     EXPECT_EQ(small.exit_code, 1);
-    EXPECT_THAT(small.err, HasSubstr("pixels across there, and 4 are needed"));
+    EXPECT_THAT(small.err, testing::Says(color::messages::kPatchesTooSmall, "*", "*", "4"));
     const Outcome again = openfab(folder, {"color", "chart", "-o", "chart"});
     EXPECT_EQ(again.exit_code, 1);
     EXPECT_THAT(again.err, HasSubstr("`chart/chart.fab.json` exists already"));

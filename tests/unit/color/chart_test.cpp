@@ -13,8 +13,10 @@
 #include <fstream>
 
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/color/synthetic_printer.h"
 #include "tools/color/ink_table.h"
+#include "tools/color/messages.h"
 #include "tools/color/picture.h"
 
 namespace openfab::color {
@@ -88,13 +90,13 @@ TEST(Photograph, SaysWhatIsWrong) {
     photograph(file, 20, 18, SyntheticPrinter(0),
                [](double x, double y) { return std::pair(x, y); });
     EXPECT_THAT(read_photograph(file, ink_chart(), {0, 0, 20, 0, 21, 18, 0, 18}).error().text(),
-                HasSubstr("corner 3 lies outside the picture of 20 x 18"));
+                testing::Says(messages::kCornerOutside, "3", "20", "18"));
     EXPECT_THAT(read_photograph(file, ink_chart(), {0, 0, 5, 0, 10, 0, 15, 0}).error().text(),
-                HasSubstr("the corners lie on a line"));
+                testing::Says(messages::kCornersOnLine));
     SampleTable loose = ink_chart();
     loose.columns = 0;
     EXPECT_THAT(read_photograph(file, loose, {}).error().text(),
-                HasSubstr("the table does not say how its patches lie"));
+                testing::Says(messages::kPatchLayoutUnknown));
     EXPECT_THAT(read_photograph(folder.path() / "none.png", ink_chart(), {}).error().text(),
                 HasSubstr("none.png"));
 }

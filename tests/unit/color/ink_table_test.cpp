@@ -11,13 +11,14 @@
 #include <fstream>
 
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/color/synthetic_printer.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 namespace {
 
 using openfab::testing::SyntheticPrinter;
-using ::testing::HasSubstr;
 
 PrinterProfile profile() {
     SampleTable table = SyntheticPrinter(0.1).measured(0);
@@ -74,7 +75,8 @@ TEST(InkTable, IsReadBackFromItsFile) {
     std::ofstream(file, std::ios::binary)
         << "NRRD0004\ntype: float\ndimension: 3\nsizes: 1 1 1\nencoding: raw\nendian: "
            "little\n\n0000";
-    EXPECT_THAT(InkTable::read(file).error().text(), HasSubstr("it is 1 x 1 x 1 with 1 channels"));
+    EXPECT_THAT(InkTable::read(file).error().text(),
+                testing::Says(messages::kInkTableSides, "1", "1", "1", "1"));
 }
 
 TEST(InkTable, TetrahedraAreExactOnTheirEdgesAndLinearOnGreys) {

@@ -8,8 +8,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/says/says.h"
 #include "tests/unit/color/synthetic_printer.h"
 #include "tools/color/least_squares.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 namespace {
@@ -30,11 +32,11 @@ TEST(NominalInks, ThickAndThinLayersAreKubelkasAndMunks) {
     EXPECT_NEAR(inks->predict({0.2, 0.1, 0.3, 0.1}, 0.5).l, 53.57, 0.01);
     EXPECT_NEAR(inks->predict({}, 3).l, 53.57, 0.01);
     EXPECT_THAT(NominalInks::parse("cyan,1,2,3,4,5\n").error().text(),
-                HasSubstr("6 values, not 7"));
+                testing::Says(messages::kNotSevenValues, "6"));
     EXPECT_THAT(NominalInks::parse("pink,1,2,3,4,5,6\n").error().text(),
-                HasSubstr("unknown material `pink`"));
+                testing::Says(messages::kUnknownMaterial, "pink"));
     EXPECT_THAT(NominalInks::parse("cyan,1,2,3,4,5,0\n").error().text(),
-                HasSubstr("`0` is not a coefficient"));
+                testing::Says(messages::kNotACoefficient, "0"));
     EXPECT_THAT(NominalInks::parse("cyan,1,2,3,4,5,6\n").error().text(), HasSubstr("no `magenta`"));
 }
 
@@ -84,14 +86,17 @@ TEST(PrinterModel, SaysWhatATableLacks) {
     EXPECT_THAT(PrinterModel::fit(few).error().text(), HasSubstr("10 different patches"));
     SampleTable unmeasured = table;
     unmeasured.has_lab = false;
-    EXPECT_THAT(PrinterModel::fit(unmeasured).error().text(), HasSubstr("no measured patches"));
+    EXPECT_THAT(PrinterModel::fit(unmeasured).error().text(),
+                testing::Says(messages::kNoMeasuredPatches));
     SampleTable no_yellow = table;
     std::erase_if(no_yellow.samples, [](const Sample& s) { return s.inks[2] == 1; });
-    EXPECT_THAT(PrinterModel::fit(no_yellow).error().text(), HasSubstr("no patch of pure yellow"));
+    EXPECT_THAT(PrinterModel::fit(no_yellow).error().text(),
+                testing::Says(messages::kNoPatchOf, "pure yellow"));
     SampleTable dark = table;
     for (Sample& s : dark.samples)
         s.lab.l /= 100;
-    EXPECT_THAT(PrinterModel::fit(dark).error().text(), HasSubstr("without ink has L* = 0.9"));
+    EXPECT_THAT(PrinterModel::fit(dark).error().text(),
+                testing::Says(messages::kWhitePatch, "0.9"));
 }
 
 TEST(LeastSquares, InvertsAndMinimises) {

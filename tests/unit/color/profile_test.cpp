@@ -10,8 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "base/color.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/color/saved_profile.h"
 #include "tests/unit/color/synthetic_printer.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 namespace {
@@ -310,17 +312,17 @@ TEST(ForeignProfiles, AreRefusedWithWhatTheyAre) {
     cmsSetDeviceClass(rgb, cmsSigOutputClass);
     cmsSetColorSpace(rgb, cmsSigRgbData);
     cmsSetPCS(rgb, cmsSigLabData);
-    EXPECT_THAT(message(rgb), HasSubstr("it is of a printer of RGB"));
+    EXPECT_THAT(message(rgb), testing::Says(messages::kPrinterOfSpace, "RGB"));
     cmsHPROFILE empty = cmsCreateProfilePlaceholder(nullptr);
     cmsSetDeviceClass(empty, cmsSigOutputClass);
     cmsSetColorSpace(empty, cmsSigCmykData);
     cmsSetPCS(empty, cmsSigLabData);
-    EXPECT_THAT(message(empty), HasSubstr("it has no tables from inks to colours and back"));
-    EXPECT_THAT(PrinterProfile::parse({}).error().text(), HasSubstr("it is not an ICC profile"));
+    EXPECT_THAT(message(empty), testing::Says(messages::kNoTables));
+    EXPECT_THAT(PrinterProfile::parse({}).error().text(), testing::Says(messages::kNotIcc));
     EXPECT_THAT(PrinterProfile::parse(bytes_of(std::string(500, 'x'))).error().text(),
-                HasSubstr("it is not an ICC profile"));
+                testing::Says(messages::kNotIcc));
     EXPECT_THAT(PrinterProfile::read("/nowhere/a.icc").error().text(),
-                HasSubstr("cannot read /nowhere/a.icc: "));
+                testing::Says(messages::kCannotReadBefore, "/nowhere/a.icc"));
 }
 
 }  // namespace

@@ -5,15 +5,16 @@
 
 #include "tools/color/samples.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/says/says.h"
 #include "tools/color/chart.h"
+#include "tools/color/messages.h"
 
 namespace openfab::color {
 namespace {
-
-using ::testing::HasSubstr;
 
 TEST(Samples, ReadsCgatsAsInstrumentsWriteIt) {
     const Result<SampleTable> table = parse_samples(
@@ -105,41 +106,44 @@ TEST(Samples, FormattedTablesAreReadBack) {
 
 struct Wrong {
     const char* text;
-    const char* message;
+    std::string message;
 };
 
 TEST(Samples, SaysWhatIsWrongAndWhere) {
     const std::string head = "CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n";
     const Wrong kWrong[] = {
-        {"", "it is not a table of patches"},
-        {"hello\nworld\n", "it is not a table of patches"},
-        {"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n", "the table has no patches"},
-        {"CMYK_C,CMYK_M,CMYK_Y\n1,2,3\n", "line 1: the table has no column `CMYK_K`"},
-        {"LAB_L,LAB_A,LAB_B\n1,2,3\n", "line 1: the table says neither inks nor colours"},
+        {"", messages::kNotATable},
+        {"hello\nworld\n", messages::kNotATable},
+        {"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n", messages::kNoPatches},
+        {"CMYK_C,CMYK_M,CMYK_Y\n1,2,3\n",
+         "line 1: " + fmt::format(messages::kColumnMissing, "CMYK_K")},
+        {"LAB_L,LAB_A,LAB_B\n1,2,3\n", std::string("line 1: ") + messages::kNeitherInksNorColours},
     };
     for (const Wrong& wrong : kWrong) {
         const Result<SampleTable> table = parse_samples(wrong.text);
         ASSERT_FALSE(table) << wrong.text;
-        EXPECT_THAT(table.error().text(), HasSubstr(wrong.message));
+        EXPECT_THAT(table.error().text(), testing::Says(wrong.message));
     }
     const Wrong kRows[] = {
-        {"1,2,3,4,5,6\n", "line 2: 6 values for 7 columns"},
-        {"1,2,3,4,5,6,7,8\n", "line 2: more than the 7 values"},
-        {"1,2,3,x,5,6,7\n", "line 2: `x` of column CMYK_K is not a number"},
-        {"1,2,3,4,nan,6,7\n", "line 2: `nan` of column LAB_L is not a number"},
-        {"1,2,3,400,5,6,7\n", "line 2: 400 of column CMYK_K is not in"},
-        {"50,50,50,0,5,6,7\n", "line 2: the inks add up to 150 %"},
+        {"1,2,3,4,5,6\n", "line 2: " + fmt::format(messages::kValuesForColumns, 6, 7)},
+        {"1,2,3,4,5,6,7,8\n", "line 2: " + fmt::format(messages::kTooManyValues, 7, "{}")},
+        {"1,2,3,x,5,6,7\n", "line 2: " + fmt::format(messages::kValueNotANumber, "x", "CMYK_K")},
+        {"1,2,3,4,nan,6,7\n", "line 2: " + fmt::format(messages::kValueNotANumber, "nan", "LAB_L")},
+        {"1,2,3,400,5,6,7\n",
+         "line 2: " + fmt::format(messages::kValueOutside, 400, "CMYK_K", "{}", "{}")},
+        {"50,50,50,0,5,6,7\n", "line 2: " + fmt::format(messages::kInksAddUp, 150.0)},
         {"0,0,0,0,1e300,6,7\n", "line 2: "},
     };
     for (const Wrong& wrong : kRows) {
         const Result<SampleTable> table = parse_samples(head + wrong.text);
         ASSERT_FALSE(table) << wrong.text;
-        EXPECT_THAT(table.error().text(), HasSubstr(wrong.message));
+        EXPECT_THAT(table.error().text(), testing::Says(wrong.message));
     }
     std::string many = head;
     for (int i = 0; i < 4001; ++i)
         many += "0,0,0,0,1,2,3\n";
-    EXPECT_THAT(parse_samples(many).error().text(), HasSubstr("more than 4000 patches"));
+    EXPECT_THAT(parse_samples(many).error().text(),
+                testing::Says(messages::kTooManyPatches, "4000"));
 }
 
 TEST(Charts, InksAddUpToOneAndColoursCoverTheCube) {
