@@ -13,6 +13,7 @@
 
 #include "base/say.h"
 #include "base/text.h"
+#include "tools/text/messages.h"
 
 namespace openfab::text {
 namespace {
@@ -51,8 +52,7 @@ Result<void> check_styles(const std::string& name) {
         if (word.empty() || word.find('=') != std::string::npos ||
             FcNameConstant(reinterpret_cast<const FcChar8*>(word.c_str()), &value))
             continue;
-        return user_error(fmt::format("`{}` is no style of a font", word),
-                          "styles are words as `bold`, `italic`, `light`, `condensed`");
+        return user_error(fmt::format(messages::kNoStyle, word), messages::kNoStyleHelp);
     }
     return {};
 }
@@ -69,10 +69,8 @@ Result<void> check_family(const std::string& wanted, const FcPattern* found) {
         if (family.empty()) break;
         if (lower_ascii(family) == lower_ascii(wanted)) return {};
     }
-    return user_error(fmt::format("this system has no font family `{}`", wanted),
-                      fmt::format("`{}` is the nearest; `fc-list : family` lists all, and a font's "
-                                  "file will do, too",
-                                  text_of(found, FC_FAMILY, 0)));
+    return user_error(fmt::format(messages::kNoFontFamily, wanted),
+                      fmt::format(messages::kNoFontFamilyHelp, text_of(found, FC_FAMILY, 0)));
 }
 
 Result<FoundFont> find_font(const std::string& name) {
@@ -88,13 +86,12 @@ Result<FoundFont> find_font(const std::string& name) {
         return FoundFont{name.substr(0, at), name, 0, 0, variations};
     }
     if (name.find('/') != std::string::npos)
-        return user_error(fmt::format("there is no font file `{}`", name));
+        return user_error(fmt::format(messages::kNoFontFile, name));
     const Owned<FcConfig, FcConfigDestroy> config(FcInitLoadConfigAndFonts());
     const Owned<FcPattern, FcPatternDestroy> wanted(
         FcNameParse(reinterpret_cast<const FcChar8*>(name.c_str())));
     if (config == nullptr || wanted == nullptr)
-        return user_error(fmt::format("`{}` is not a font's name", name),
-                          "write a name, as `DejaVu Sans:bold`, or a file");
+        return user_error(fmt::format(messages::kNotAFontName, name), messages::kNotAFontNameHelp);
     if (Result<void> known = check_styles(name); !known) return known.error();
     const std::string family = text_of(wanted.get(), FC_FAMILY, 0);
     FcConfigSubstitute(config.get(), wanted.get(), FcMatchPattern);
@@ -104,9 +101,7 @@ Result<FoundFont> find_font(const std::string& name) {
     const Owned<FcPattern, FcPatternDestroy> found(
         FcFontMatch(config.get(), wanted.get(), &outcome));
     const std::string path = found == nullptr ? "" : text_of(found.get(), FC_FILE, 0);
-    if (path.empty())
-        return outside_error(
-            fmt::format("this system has no font for `{}`; give a font's file", name));
+    if (path.empty()) return outside_error(fmt::format(messages::kNoFontFor, name));
     if (Result<void> same = check_family(family, found.get()); !same) return same.error();
     int index = 0;
     FcPatternGetInteger(found.get(), FC_INDEX, 0, &index);
@@ -134,8 +129,7 @@ Result<void> set_axes(const FoundFont& found, hb_face_t* face, hb_font_t* font) 
         if (found.instance > 0) {
             hb_font_set_var_named_instance(font, static_cast<unsigned>(found.instance - 1));
         } else if (!axes.empty()) {
-            note(fmt::format("`{}` is a variable font, drawn at {}; `--font FILE:{}=VALUE` sets it",
-                             found.name, all, name_of(axes[0].tag)));
+            note(fmt::format(messages::kVariableFont, found.name, all, name_of(axes[0].tag)));
         }
         return {};
     }
@@ -151,8 +145,9 @@ Result<void> set_axes(const FoundFont& found, hb_face_t* face, hb_font_t* font) 
         };
         if (hb_variation_from_string(word.data(), static_cast<int>(word.size()), &value) == 0 ||
             std::none_of(axes.begin(), axes.end(), is_axis))
-            return user_error(fmt::format("`{}` is no setting of the font `{}`", word, found.file),
-                              axes.empty() ? "it is not a variable font" : "it has " + all);
+            return user_error(
+                fmt::format(messages::kNoSetting, word, found.file),
+                axes.empty() ? messages::kNotVariable : messages::kFontSettings + all);
         values.push_back(value);
     }
     hb_font_set_variations(font, values.data(), static_cast<unsigned>(values.size()));
@@ -280,8 +275,8 @@ class HarfBuzzFont final : public Font {
                 while (end < line.size() && (static_cast<unsigned char>(line[end]) & 0xC0) == 0x80)
                     ++end;
                 return user_error(
-                    fmt::format("the font `{}` has no `{}`", name_, line.substr(at, end - at)),
-                    "choose another with `--font`");
+                    fmt::format(messages::kFontHasNo, name_, line.substr(at, end - at)),
+                    messages::kChooseAnotherFont);
             }
             Glyph glyph = outlines_of(infos[i].codepoint);
             for (mesh::Outline& outline : glyph) {
@@ -325,18 +320,16 @@ Result<std::unique_ptr<Font>> Font::open(const std::string& name, double capital
     if (!found) return found.error();
     const Owned<hb_blob_t, hb_blob_destroy> blob(
         hb_blob_create_from_file_or_fail(found->file.c_str()));
-    if (blob == nullptr)
-        return outside_error(fmt::format("cannot read the font `{}`", found->file));
+    if (blob == nullptr) return outside_error(fmt::format(messages::kCannotReadFont, found->file));
     const Owned<hb_face_t, hb_face_destroy> face(
         hb_face_create(blob.get(), static_cast<unsigned>(found->index)));
     if (hb_face_get_glyph_count(face.get()) == 0)
-        return user_error(fmt::format("`{}` is not a font", found->file),
-                          "OpenType, TrueType and collections of them are read");
+        return user_error(fmt::format(messages::kNotAFont, found->file), messages::kNotAFontHelp);
     Owned<hb_font_t, hb_font_destroy> made(hb_font_create(face.get()));
     if (Result<void> set = set_axes(*found, face.get(), made.get()); !set) return set.error();
     auto font = std::make_unique<HarfBuzzFont>(std::move(made), found->name);
     if (!font->set_size(capital_mm))
-        return user_error(fmt::format("the font `{}` has no outlines", found->name));
+        return user_error(fmt::format(messages::kNoOutlines, found->name));
     return std::unique_ptr<Font>(std::move(font));
 }
 

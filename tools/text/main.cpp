@@ -15,6 +15,7 @@
 #include "base/run_main.h"
 #include "base/say.h"
 #include "base/units.h"
+#include "tools/text/messages.h"
 #include "tools/text/text_shapes.h"
 
 namespace openfab::text {
@@ -33,15 +34,13 @@ Result<double> length(const char* option, const std::string& text, double least)
     const Result<double> mm = parse_length_mm(text);
     if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().message));
     if (!(*mm >= least && *mm <= 1000))
-        return usage_error(
-            fmt::format("`{} {}` is not between {} and 1000 mm", option, text, least));
+        return usage_error(fmt::format(messages::kNotBetween, option, text, least));
     return *mm;
 }
 
 Result<void> run(const Arguments& a) {
     const bool picture = a.output.ends_with(".png");
-    if (!picture && !a.output.ends_with(".obj"))
-        return usage_error("write `-o FILE.obj` for a mesh, or `-o FILE.png` for a picture");
+    if (!picture && !a.output.ends_with(".obj")) return usage_error(messages::kNoOutput);
     const Result<double> size = length("--size", a.size, 0.01);
     const Result<double> depth = length("--depth", a.depth, 0.001);
     const Result<double> margin = length("--margin", a.margin, 0);

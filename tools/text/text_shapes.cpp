@@ -18,6 +18,7 @@
 #include "backends/raster/png_encode.h"
 #include "base/text.h"
 #include "mesh/model/sweeps.h"
+#include "tools/text/messages.h"
 #include "tools/text/unite.h"
 
 namespace openfab::text {
@@ -137,7 +138,7 @@ class Rasteriser {
 }  // namespace
 
 Result<Layout> lay_out(Font* font, const std::string& text, Align align) {
-    if (valid_utf8(text) != text) return user_error("the text is not UTF-8");
+    if (valid_utf8(text) != text) return user_error(messages::kNotUtf8);
     std::vector<std::vector<Glyph>> lines;
     for (size_t begin = 0; begin <= text.size();) {
         const size_t end = std::min(text.find('\n', begin), text.size());
@@ -162,7 +163,7 @@ Result<Layout> lay_out(Font* font, const std::string& text, Align align) {
             layout.areas.push_back(std::move(glyph));
         }
     }
-    if (layout.areas.empty()) return user_error("the text has no letters");
+    if (layout.areas.empty()) return user_error(messages::kNoLetters);
     const double pitch = font->line_pitch_mm();
     layout.areas = unite(layout.areas, std::ldexp(pitch, -24), std::ldexp(pitch, -13));
     for (Area& area : layout.areas)
@@ -179,9 +180,8 @@ Result<mesh::Mesh> make_text_mesh(const Layout& layout, double depth_mm) {
             corners += outline.size();
     }
     if (corners > kMostCorners) {
-        return user_error(fmt::format("the text has {} corners; a mesh of at most {} is made",
-                                      corners, kMostCorners),
-                          "write it in parts, or as a picture (`-o FILE.png`)");
+        return user_error(fmt::format(messages::kTooManyCorners, corners, kMostCorners),
+                          messages::kTooManyCornersHelp);
     }
     for (const Area& area : layout.areas) {
         size_t count = 0;
@@ -190,8 +190,8 @@ Result<mesh::Mesh> make_text_mesh(const Layout& layout, double depth_mm) {
         // Long words of a joined script have more.
         const bool few = count <= mesh::kMostOutlineCorners;
         if (const Result<void> fine = few ? mesh::check_outlines(area) : Ok{}; !fine) {
-            return user_error("a letter of this font cannot be drawn out: " + fine.error().message,
-                              "choose another font with `--font`");
+            return user_error(messages::kCannotBeDrawnOut + fine.error().message,
+                              messages::kChooseAnotherFontWith);
         }
         append(mesh::make_extrusion(area, depth_mm), &out);
     }
@@ -245,10 +245,8 @@ Result<Picture> draw_text(const Layout& layout, double dots_per_mm, double margi
     const auto pixels = [&](double mm) { return std::ceil((mm + 2 * margin_mm) * dots_per_mm); };
     const double width = pixels(layout.size_mm.x), height = pixels(layout.size_mm.y);
     if (!(width <= kMostPixels && height <= kMostPixels)) {
-        return user_error(
-            fmt::format("the picture has {:.0f} x {:.0f} pixels; at most {} along a side are drawn",
-                        width, height, kMostPixels),
-            "choose a lower `--dpi`");
+        return user_error(fmt::format(messages::kPictureTooLarge, width, height, kMostPixels),
+                          messages::kPictureTooLargeHelp);
     }
     Picture picture;
     picture.width = static_cast<int32_t>(width);
@@ -262,8 +260,7 @@ Result<Picture> draw_text(const Layout& layout, double dots_per_mm, double margi
                 p = {p.x * dots_per_mm + width / 2, p.y * dots_per_mm + height / 2};
         }
         if (!rasteriser.draw(area, picture.width, picture.height, &grey))
-            return user_error("a letter of this font cannot be drawn",
-                              "choose another font with `--font`");
+            return user_error(messages::kCannotBeDrawn, messages::kChooseAnotherFontWith);
     }
     std::vector<uint8_t> rows;
     rows.reserve(grey.size() + static_cast<size_t>(picture.height));
@@ -279,7 +276,7 @@ Result<Picture> draw_text(const Layout& layout, double dots_per_mm, double margi
     image.rows = rows;
     image.pixels_per_metre_x = image.pixels_per_metre_y = dots_per_mm * 1000;
     picture.png = raster::encode_png(image, kPngLevel);
-    if (picture.png.empty()) return outside_error("out of memory");
+    if (picture.png.empty()) return outside_error(messages::kOutOfMemory);
     return picture;
 }
 

@@ -15,7 +15,9 @@
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
+#include "tools/text/messages.h"
 
 namespace openfab::text {
 namespace {
@@ -65,16 +67,17 @@ TEST(Text, AxesOfAVariableFontAreSet) {
     ::testing::internal::CaptureStderr();
     EXPECT_NEAR(width(""), 2.5, 1e-6);
     EXPECT_THAT(::testing::internal::GetCapturedStderr(),
-                HasSubstr("is a variable font, drawn at wght 400 (400 to 900)"));
+                testing::Says(messages::kVariableFont, "*", "wght 400 (400 to 900)"));
     ::testing::internal::CaptureStderr();
     EXPECT_NEAR(width(":wght=900"), 4.5, 1e-6);
     EXPECT_NEAR(width(":wght=650"), 3.5, 1e-6);
     EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
     EXPECT_THAT(refusal("A", font + ":wght=901"),
-                HasSubstr("`wght=901` is no setting of the font `" + font +
-                          "`; it has wght 400 (400 to 900)"));
-    EXPECT_THAT(refusal("A", font + ":wdth=80"), HasSubstr("`wdth=80` is no setting"));
-    EXPECT_THAT(refusal("A", font + ":bold"), HasSubstr("`bold` is no setting"));
+                ::testing::AllOf(testing::Says(messages::kNoSetting, "wght=901", font),
+                                 testing::Says(messages::kFontSettings),
+                                 HasSubstr("wght 400 (400 to 900)")));
+    EXPECT_THAT(refusal("A", font + ":wdth=80"), testing::Says(messages::kNoSetting, "wdth=80"));
+    EXPECT_THAT(refusal("A", font + ":bold"), testing::Says(messages::kNoSetting, "bold"));
     // Its outlines overlap, as those of variable fonts do; they are united.
     EXPECT_EQ(layout_of("A", 7, Align::kCenter, font + ":wght=900").areas[0].size(), 1u);
 }
@@ -192,19 +195,19 @@ TEST(Text, WhatCannotBeDrawnIsTold) {
     EXPECT_THAT(refusal("a\xE6\xBC\xA2"
                         "b"),
                 HasSubstr("has no `\xE6\xBC\xA2`; choose another"));
-    EXPECT_THAT(refusal(" \n "), HasSubstr("no letters"));
-    EXPECT_THAT(refusal("a\xFF"), HasSubstr("not UTF-8"));
-    EXPECT_THAT(refusal("a", "./none.ttf"), HasSubstr("no font file"));
+    EXPECT_THAT(refusal(" \n "), testing::Says(messages::kNoLetters));
+    EXPECT_THAT(refusal("a\xFF"), testing::Says(messages::kNotUtf8));
+    EXPECT_THAT(refusal("a", "./none.ttf"), testing::Says(messages::kNoFontFile));
     const testing::ScratchFolder folder;
     folder.write("not.ttf", "not a font");
-    EXPECT_THAT(refusal("a", (folder / "not.ttf").string()), HasSubstr("is not a font"));
+    EXPECT_THAT(refusal("a", (folder / "not.ttf").string()), testing::Says(messages::kNotAFont));
     EXPECT_THAT(refusal("a", "No Such Family:bold"),
-                HasSubstr("this system has no font family `No Such Family`"));
-    EXPECT_THAT(refusal("a", "sans-serif:blod"), HasSubstr("`blod` is no style of a font"));
+                testing::Says(messages::kNoFontFamily, "No Such Family"));
+    EXPECT_THAT(refusal("a", "sans-serif:blod"), testing::Says(messages::kNoStyle, "blod"));
     EXPECT_TRUE(Font::open("Sans:bold", 5));
     const Result<Picture> large = draw_text(layout_of("wide"), 4000, 0);
     ASSERT_FALSE(large);
-    EXPECT_THAT(large.error().text(), HasSubstr("at most 16000 along a side"));
+    EXPECT_THAT(large.error().text(), testing::Says(messages::kPictureTooLarge, "*", "*", "16000"));
 }
 
 TEST(Text, IsACommandOfTheTool) {
