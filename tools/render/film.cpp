@@ -15,6 +15,7 @@
 #include "backends/raster/png_encode.h"
 #include "base/clock.h"
 #include "base/color.h"
+#include "tools/render/messages.h"
 
 namespace openfab::render {
 
@@ -152,7 +153,7 @@ Result<void> write_picture(const Film& film, const std::filesystem::path& file,
                            double exposure_stops) {
     const std::vector<uint8_t> bytes =
         file.extension() == ".pfm" ? film.to_pfm() : film.to_png(exposure_stops);
-    if (bytes.empty()) return outside_error("no memory for the picture's file");
+    if (bytes.empty()) return outside_error(messages::kNoMemoryForPicture);
     return backends::write_whole_file(file, bytes);
 }
 

@@ -16,6 +16,7 @@
 #include "base/say.h"
 #include "base/talking_program.h"
 #include "base/units.h"
+#include "tools/render/messages.h"
 #include "tools/render/render.h"
 
 namespace openfab::render {
@@ -44,19 +45,17 @@ Result<void> read_size(const std::string& text, FilmOptions* film) {
             film->width <= kMost && film->height <= kMost)
             return {};
     }
-    return usage_error(fmt::format(
-        "`--size`: `{}` is no size; write `800x600`, of at most {} pixels a side", text, kMost));
+    return usage_error(fmt::format(messages::kNoSize, text, kMost));
 }
 
 Result<void> complete(const Texts& texts, RenderOptions* options) {
     if (!options->output.ends_with(".png") && !options->output.ends_with(".pfm")) {
-        return usage_error(fmt::format(
-            "`-o`: write a .png file, or .pfm for linear light, not `{}`", options->output));
+        return usage_error(fmt::format(messages::kWritePngOrPfm, options->output));
     }
     if (Result<void> read = read_size(texts.size, &options->film); !read) return read;
     if (!texts.time.empty()) {
         const Result<double> seconds = parse_duration(texts.time);
-        if (!seconds) return usage_error(fmt::format("`--time`: {}", seconds.error().text()));
+        if (!seconds) return usage_error(fmt::format(messages::kInTime, seconds.error().text()));
         options->film.seconds = *seconds;
     }
     const Result<int64_t> memory = parse_memory_option(texts.memory);
@@ -64,7 +63,7 @@ Result<void> complete(const Texts& texts, RenderOptions* options) {
     options->memory_bytes = *memory;
     std::error_code status;
     const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", status);
-    if (status) return outside_error("cannot find the program's own folder: " + status.message());
+    if (status) return outside_error(messages::kNoFolderOfProgram + status.message());
     options->programs = self.parent_path();
     return {};
 }

@@ -13,6 +13,7 @@
 #include "base/check.h"
 #include "base/color.h"
 #include "base/json.h"
+#include "tools/render/messages.h"
 #include "tools/render/polyjet_optics.h"
 
 namespace openfab::render {
@@ -36,11 +37,10 @@ class Reader {
     Result<OpticsTable> read(const JsonValue& root) {
         OpticsTable table = builtin_surface();
         if (!root.is(JsonValue::Kind::kObject))
-            fail(root.line, root.column, "the file must hold an object");
+            fail(root.line, root.column, messages::kFileMustHoldObject);
         const JsonMember* const version = root.find("openfab_optics");
         if (version == nullptr || version->value.number != 1) {
-            fail(root.line, root.column, "this is not a file of optical properties",
-                 "it begins with `\"openfab_optics\": 1`");
+            fail(root.line, root.column, messages::kNotOptics, messages::kNotOpticsHelp);
         }
         known(root, {"openfab_optics", "source", "surface", "materials"});
         if (const JsonMember* surface = root.find("surface")) read_surface(surface->value, &table);
@@ -64,21 +64,21 @@ class Reader {
     void known(const JsonValue& object, const std::vector<std::string>& keys) {
         for (const JsonMember& member : object.members) {
             if (std::find(keys.begin(), keys.end(), member.key) != keys.end()) continue;
-            fail(member.line, member.column, fmt::format("unknown key `{}`", member.key),
-                 fmt::format("keys here are {}", fmt::join(keys, ", ")));
+            fail(member.line, member.column, fmt::format(messages::kUnknownKey, member.key),
+                 fmt::format(messages::kKnownKeys, fmt::join(keys, ", ")));
         }
     }
     double number(const JsonValue& value, double least, double most, const char* what) {
         if (value.is(JsonValue::Kind::kNumber) && value.number >= least && value.number <= most)
             return value.number;
-        fail(value, fmt::format("{} is a number from {} to {}", what, least, most));
+        fail(value, fmt::format(messages::kNumberBetween, what, least, most));
         return least;
     }
     /// A number for all channels, or three.
     Rgb channels(const JsonValue& object, const char* key, double most) {
         const JsonMember* const member = object.find(key);
         if (member == nullptr) {
-            fail(object, fmt::format("`{}` is missing", key));
+            fail(object, fmt::format(messages::kKeyMissing, key));
             return {};
         }
         const JsonValue& value = member->value;
@@ -88,7 +88,7 @@ class Reader {
             return {all, all, all};
         }
         if (!value.is(JsonValue::Kind::kArray) || value.items.size() != 3) {
-            fail(value, fmt::format("`{}` is a number or three: red, green, blue", key));
+            fail(value, fmt::format(messages::kNumberOrThree, key));
             return {};
         }
         Rgb out{};
@@ -97,7 +97,7 @@ class Reader {
         return out;
     }
     void read_surface(const JsonValue& value, OpticsTable* table) {
-        if (!value.is(JsonValue::Kind::kObject)) return fail(value, "`surface` is an object");
+        if (!value.is(JsonValue::Kind::kObject)) return fail(value, messages::kSurfaceIsObject);
         known(value, {"refractive_index", "roughness"});
         if (const JsonMember* index = value.find("refractive_index"))
             table->surface.refractive_index = number(index->value, 1, 3, "`refractive_index`");
@@ -105,17 +105,17 @@ class Reader {
             table->surface.roughness = number(roughness->value, 0, 1, "`roughness`");
     }
     void read_materials(const JsonValue& value, OpticsTable* table) {
-        if (!value.is(JsonValue::Kind::kObject)) return fail(value, "`materials` is an object");
+        if (!value.is(JsonValue::Kind::kObject)) return fail(value, messages::kMaterialsIsObject);
         for (const JsonMember& member : value.members) {
             const JsonValue& m = member.value;
             if (!m.is(JsonValue::Kind::kObject))
-                return fail(m, fmt::format("`{}` is an object", member.key));
+                return fail(m, fmt::format(messages::kIsAnObject, member.key));
             known(m, {"source", "also", "extinction_per_mm", "albedo", "anisotropy"});
             OpticsTable::Entry entry;
             entry.names.push_back(member.key);
             if (const JsonMember* also = m.find("also")) {
                 for (const JsonValue& name : also->value.items) {
-                    if (!name.is(JsonValue::Kind::kString)) fail(name, "`also` is a list of names");
+                    if (!name.is(JsonValue::Kind::kString)) fail(name, messages::kAlsoIsAList);
                     entry.names.push_back(name.text);
                 }
             }

@@ -10,6 +10,7 @@
 
 #include "backends/common/tee_sink.h"
 #include "base/units.h"
+#include "tools/render/messages.h"
 #include "tools/viewer/print_file.h"
 
 namespace openfab::render {
@@ -32,9 +33,8 @@ Result<bool> read_slices(const viewer::PrintFile& file, VolumeBuilder* builder) 
                                  codes.data() + static_cast<size_t>(y) * width);
         for (uint8_t& code : codes) {
             if (code > info.materials.size()) {
-                return user_error(
-                    fmt::format("{}: slice {} has the material {}, and the print has {}",
-                                file.path(), z, code, info.materials.size()));
+                return user_error(fmt::format(messages::kSliceHasMaterial, file.path(), z, code,
+                                              info.materials.size()));
             }
             if (code == info.support_code) code = 0;
         }
@@ -63,7 +63,7 @@ Result<ReadPrint> read_print(const std::string& path, int64_t memory_bytes) {
                 out.cell = grid.cell;
                 out.slices = (*file)->whole_slices();
                 if (out.volume.solid_mm().empty())
-                    return user_error(fmt::format("{}: nothing is printed there", path));
+                    return user_error(fmt::format(messages::kNothingPrinted, path));
                 return out;
             }
         }
@@ -71,8 +71,8 @@ Result<ReadPrint> read_print(const std::string& path, int64_t memory_bytes) {
         constexpr int32_t kFewest = 8;  // with less the print is not there any more
         const Vec3i cells = grid.cells();
         if (std::max({cells.x, cells.y, cells.z}) < kFewest) {
-            return user_error(fmt::format("{}: a picture of it does not fit `--memory`, {}", path,
-                                          format_bytes(memory_bytes)));
+            return user_error(
+                fmt::format(messages::kPictureBeyondMemory, path, format_bytes(memory_bytes)));
         }
     }
 }

@@ -18,6 +18,7 @@
 #include "base/units.h"
 #include "program/interrupt.h"
 #include "program/output_check.h"
+#include "tools/render/messages.h"
 #include "tools/render/optics.h"
 #include "tools/render/read_print.h"
 #include "tools/viewer/child.h"
@@ -55,7 +56,7 @@ Result<void> print_world(const RenderOptions& options, const fs::path& folder,
         argv.push_back(allow_argument(one));
     for (const std::string& one : options.settings)
         argv.insert(argv.end(), {"--set", one});
-    if (!options.quiet) say("printing the world ...\n");
+    if (!options.quiet) say(messages::kPrintingWorld);
     const fs::path err = folder / "print.err";
     Result<std::unique_ptr<viewer::Child>> child =
         viewer::Child::start(argv, folder / "print.out", err);
@@ -83,20 +84,14 @@ void say_about(const ReadPrint& print, const Optics& optics) {
     const Vec3i& cell = print.cell;
     if (cell.x * cell.y * cell.z > 1) {
         const Vec3d& mm = print.volume.pitch_mm();
-        note(
-            fmt::format("the print does not fit `--memory` at its own pitch; its voxels are taken "
-                        "{} x {} x {} together, {:.3g} x {:.3g} x {:.3g} mm",
-                        cell.x, cell.y, cell.z, mm.x, mm.y, mm.z));
+        note(fmt::format(messages::kVoxelsTakenTogether, cell.x, cell.y, cell.z, mm.x, mm.y, mm.z));
     }
     if (print.slices < print.info.slice_end - print.info.slice_begin) {
-        note(fmt::format("the print is not complete: {} of {} slices are there", print.slices,
+        note(fmt::format(messages::kPrintNotComplete, print.slices,
                          print.info.slice_end - print.info.slice_begin));
     }
     if (!optics.guessed.empty()) {
-        note(
-            fmt::format("nothing is known of how light passes through {}: guessed from the colours "
-                        "of previews; `--optics FILE.json` can tell",
-                        fmt::join(optics.guessed, ", ")));
+        note(fmt::format(messages::kLightGuessed, fmt::join(optics.guessed, ", ")));
     }
 }
 
@@ -129,7 +124,7 @@ Result<void> make_picture(const RenderOptions& options, const Tracer& tracer,
         const double seconds = seconds_now() - start;
         if (!written) return written;
         if (film.paths() == 0)
-            return Error{ErrorCode::kInterrupted, "nothing was traced yet; no picture", "", {}};
+            return Error{ErrorCode::kInterrupted, messages::kNothingTraced, "", {}};
         written = write_picture(film, options.output, options.exposure_stops);
         if (!written) return written;
         if (!options.quiet) {
@@ -142,7 +137,7 @@ Result<void> make_picture(const RenderOptions& options, const Tracer& tracer,
     }
     if (stop) {
         return Error{ErrorCode::kInterrupted,
-                     fmt::format("interrupted; `{}` is what there was", options.output),
+                     fmt::format(messages::kInterruptedPicture, options.output),
                      "",
                      {}};
     }
@@ -179,10 +174,9 @@ Result<void> render(const RenderOptions& options) {
     constexpr int64_t kProgram = 40'000'000;  // its code, its threads
     const int64_t left = options.memory_bytes - film_bytes - kProgram;
     if (left <= 0) {
-        return user_error(
-            fmt::format("a picture of {} x {} takes {}, and `--memory` allows {} for all",
-                        options.film.width, options.film.height,
-                        format_bytes(film_bytes + kProgram), format_bytes(options.memory_bytes)));
+        return user_error(fmt::format(messages::kPictureTakes, options.film.width,
+                                      options.film.height, format_bytes(film_bytes + kProgram),
+                                      format_bytes(options.memory_bytes)));
     }
     std::unique_ptr<TemporaryFolder> folder;
     std::string file = options.input;

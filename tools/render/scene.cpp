@@ -13,6 +13,7 @@
 #include "base/color.h"
 #include "base/json_text.h"
 #include "base/rotation.h"
+#include "tools/render/messages.h"
 #include "tools/render/random.h"
 
 namespace openfab::render {
@@ -37,10 +38,7 @@ Result<void> turn_and_tilt(const std::string& text, double* turn, double* tilt) 
         if (worse == std::errc() && rest == end && std::abs(*turn) <= 360 && std::abs(*tilt) <= 90)
             return {};
     }
-    return usage_error(
-        fmt::format("`--light`: there is no light `{}`; choose from studio, behind, dome, or "
-                    "TURN:TILT, degrees from the camera's right to its left and above it",
-                    text));
+    return usage_error(fmt::format(messages::kNoLight, text));
 }
 
 /// The frame of the camera: where it looks from, seen from the print, and what is up.
@@ -55,10 +53,7 @@ Result<View> view_of(const std::string& text) {
         spec && (spec->view == preview::View::kFront || spec->view == preview::View::kBack ||
                  spec->view == preview::View::kModel);
     if (!usable || text.find(',') != std::string::npos) {
-        return usage_error(fmt::format(
-            "`--view`: there is no view `{}`; choose from front, back, model:TURN:TILT with a turn "
-            "of -360 to 360 and a tilt of 5 to 90 degrees",
-            text));
+        return usage_error(fmt::format(messages::kNoView, text));
     }
     if (spec->view == preview::View::kFront) return View{{0, 0, 1}, {0, 1, 0}, {0, 0, 1}};
     if (spec->view == preview::View::kBack) return View{{0, 0, -1}, {0, 1, 0}, {0, 0, -1}};
@@ -112,8 +107,7 @@ Result<Rgb> color_of(const std::string& text) {
             return color;
         }
     }
-    return usage_error(fmt::format(
-        "`--backdrop`: `{}` is no colour; write `#c8c8c8`, or `none` for darkness", text));
+    return usage_error(fmt::format(messages::kNoColour, text));
 }
 
 /// What a diffuse plane sends back that only the lamps are above of.

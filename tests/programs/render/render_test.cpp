@@ -13,7 +13,9 @@
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
+#include "tools/render/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -120,7 +122,7 @@ TEST_F(Render, WritesWhatThereIsWhenInterrupted) {
     };
     const Outcome outcome = render_sample("cut.png", {"--samples", "1000000"}, options);
     EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("is what there was"));
+    EXPECT_THAT(outcome.err, testing::Says(render::messages::kInterruptedPicture));
     EXPECT_EQ(read_png(scratch_ / "cut.png").width, 32);
     const Outcome timed = render_sample("timed.pfm", {"--samples", "1000000", "--time", "100ms"});
     EXPECT_EQ(timed.exit_code, 0) << timed.err;
@@ -133,13 +135,13 @@ TEST_F(Render, KeepsItsMemoryByACoarserPitch) {
     write_ofr(large);
     const Outcome outcome = render_sample("small.png", {"--memory", "60MB", "--samples", "1"});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("does not fit `--memory` at its own pitch"));
+    EXPECT_THAT(outcome.err, testing::Says(render::messages::kVoxelsTakenTogether));
 #ifndef OPENFAB_SANITIZED
     EXPECT_LT(outcome.peak_rss_bytes, 60'000'000);
 #endif
     const Outcome none = render_sample("none.png", {"--memory", "1MB"});
     EXPECT_EQ(none.exit_code, 1);
-    EXPECT_THAT(none.err, HasSubstr("`--memory` allows"));
+    EXPECT_THAT(none.err, testing::Says(render::messages::kPictureTakes));
 }
 
 TEST_F(Render, TellsOfAPrintThatIsNotComplete) {
@@ -154,7 +156,7 @@ TEST_F(Render, TellsOfAPrintThatIsNotComplete) {
     write_ofr(print_);
     const Outcome empty = render_sample("empty.png");
     EXPECT_EQ(empty.exit_code, 1);
-    EXPECT_THAT(empty.err, HasSubstr("nothing is printed there"));
+    EXPECT_THAT(empty.err, testing::Says(render::messages::kNothingPrinted));
 }
 
 TEST_F(Render, RefusesWhatItCannotRead) {
@@ -173,7 +175,7 @@ TEST_F(Render, RefusesWhatItCannotRead) {
     outcome = render_sample("x.png", {"--optics", path("bad.json")});
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_THAT(outcome.err, HasSubstr("bad.json:1:"));
-    EXPECT_THAT(outcome.err, HasSubstr("`extinction_per_mm` is missing"));
+    EXPECT_THAT(outcome.err, testing::Says(render::messages::kKeyMissing, "extinction_per_mm"));
     EXPECT_EQ(render({path("gone.ofr"), "-o", path("x.png")}).exit_code, 1);
     // It never overwrites what it reads.
     outcome = render({path("a.ofr"), "-o", path("x.png"), "--describe", path("a.ofr")});
@@ -185,11 +187,11 @@ TEST_F(Render, RefusesWhatItCannotRead) {
 TEST_F(Render, RefusesOptionsThatItDoesNotKnow) {
     write_ofr(print_);
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-        {{"--view", "side"}, "there is no view `side`"},
-        {{"--light", "sun"}, "there is no light `sun`"},
-        {{"--backdrop", "grey"}, "`grey` is no colour"},
-        {{"--size", "32"}, "`32` is no size"},
-        {{"--size", "0x5"}, "is no size"},
+        {{"--view", "side"}, fmt::format(render::messages::kNoView, "side")},
+        {{"--light", "sun"}, fmt::format(render::messages::kNoLight, "sun")},
+        {{"--backdrop", "grey"}, fmt::format(render::messages::kNoColour, "grey")},
+        {{"--size", "32"}, fmt::format(render::messages::kNoSize, "32", "{}")},
+        {{"--size", "0x5"}, render::messages::kNoSize},
         {{"--samples", "0"}, "--samples"},
         {{"--time", "3"}, "`--time`"},
         {{"--roughness", "2"}, "--roughness"},
@@ -201,7 +203,7 @@ TEST_F(Render, RefusesOptionsThatItDoesNotKnow) {
         argv.insert(argv.end(), words.begin(), words.end());
         const Outcome outcome = render(argv);
         EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr(message));
+        EXPECT_THAT(outcome.err, testing::Says(message));
     }
     const Outcome jpeg = render({path("a.ofr"), "-o", path("x.jpg")});
     EXPECT_EQ(jpeg.exit_code, 2);

@@ -1,9 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/render/optics.h"
+#include "tools/render/messages.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -37,23 +40,28 @@ TEST(Optics, TellsWhatIsWrongAndWhere) {
         return "{\"openfab_optics\": 1, \"materials\": {\"a\": {" + members + "}}}";
     };
     const std::vector<std::pair<std::string, std::string>> cases{
-        {"[]", "must hold an object"},
-        {"{}", "not a file of optical properties"},
-        {"{\"openfab_optics\": 1, \"colors\": 1}", "1:23: unknown key `colors`"},
+        {"[]", render::messages::kFileMustHoldObject},
+        {"{}", render::messages::kNotOptics},
+        {"{\"openfab_optics\": 1, \"colors\": 1}",
+         "1:23: " + fmt::format(render::messages::kUnknownKey, "colors")},
         {"{\"openfab_optics\": 1, \"surface\": {\"refractive_index\": 0.5}}",
-         "a number from 1 to 3"},
-        {"{\"openfab_optics\": 1, \"surface\": 3}", "`surface` is an object"},
-        {"{\"openfab_optics\": 1, \"materials\": {\"a\": 1}}", "`a` is an object"},
-        {material("\"albedo\": 0.5"), "`extinction_per_mm` is missing"},
-        {material("\"extinction_per_mm\": -1, \"albedo\": 0.5"), "a number from 0 to"},
-        {material("\"extinction_per_mm\": [1, 2], \"albedo\": 0.5"), "a number or three"},
-        {material("\"extinction_per_mm\": 1, \"albedo\": 1.5"), "a number from 0 to 1"},
+         fmt::format(render::messages::kNumberBetween, "{}", 1, 3)},
+        {"{\"openfab_optics\": 1, \"surface\": 3}", render::messages::kSurfaceIsObject},
+        {"{\"openfab_optics\": 1, \"materials\": {\"a\": 1}}",
+         fmt::format(render::messages::kIsAnObject, "a")},
+        {material("\"albedo\": 0.5"),
+         fmt::format(render::messages::kKeyMissing, "extinction_per_mm")},
+        {material("\"extinction_per_mm\": -1, \"albedo\": 0.5"), render::messages::kNumberBetween},
+        {material("\"extinction_per_mm\": [1, 2], \"albedo\": 0.5"),
+         render::messages::kNumberOrThree},
+        {material("\"extinction_per_mm\": 1, \"albedo\": 1.5"),
+         fmt::format(render::messages::kNumberBetween, "{}", 0, 1)},
         {material("\"extinction_per_mm\": 1, \"albedo\": 1, \"anisotropy\": 1"), "`anisotropy`"},
     };
     for (const auto& [text, message] : cases) {
         const Result<OpticsTable> table = render::parse_optics(text, "x.json");
         ASSERT_FALSE(table) << text;
-        EXPECT_THAT(table.error().text(), HasSubstr(message)) << text;
+        EXPECT_THAT(table.error().text(), testing::Says(message)) << text;
         EXPECT_THAT(table.error().text(), HasSubstr("x.json")) << text;
     }
 }

@@ -1,6 +1,8 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/render/scene.h"
+#include "tests/support/says/says.h"
+#include "tools/render/messages.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +15,6 @@ namespace {
 using render::make_scene;
 using render::Scene;
 using render::SceneOptions;
-using ::testing::HasSubstr;
 
 const Box3d kBox{{-10, 5, 0}, {30, 15, 4}};
 
@@ -96,13 +97,13 @@ TEST(Scene, RefusesWhatItDoesNotKnow) {
     };
     for (const char* view : {"side", "section", "slice:3", "model:30:2", "front,cut=x", ""})
         EXPECT_THAT(message([&](SceneOptions* o) { o->view = view; }),
-                    HasSubstr("there is no view"));
+                    testing::Says(render::messages::kNoView));
     for (const char* light : {"sun", "30", "30:", "400:0", "0:91", "30:30:30"})
         EXPECT_THAT(message([&](SceneOptions* o) { o->light = light; }),
-                    HasSubstr("there is no light"));
+                    testing::Says(render::messages::kNoLight));
     for (const char* color : {"grey", "#12345", "#12345g", "#1234567"})
         EXPECT_THAT(message([&](SceneOptions* o) { o->backdrop = color; }),
-                    HasSubstr("is no colour"));
+                    testing::Says(render::messages::kNoColour));
     EXPECT_EQ(message([](SceneOptions* o) { o->light = "-40:35"; }), "");
 }
 
