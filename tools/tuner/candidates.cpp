@@ -6,6 +6,8 @@
 #include <utility>
 #include <variant>
 
+#include "tools/tuner/messages.h"
+
 namespace openfab::tuner {
 
 namespace {
@@ -93,8 +95,7 @@ Candidate* Candidates::with_text(const std::string& text) {
     Candidate& candidate = candidates_.emplace_back();
     candidate.text = text;
     if (const Trial* known = journal_.find(text)) candidate.trial = *known;
-    if (candidate.trial.changes.empty())
-        candidate.trial.changes = {"the schedule that was in this file"};
+    if (candidate.trial.changes.empty()) candidate.trial.changes = {messages::kScheduleOfFile};
     return &candidate;
 }
 

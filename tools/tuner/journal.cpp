@@ -13,6 +13,7 @@
 #include "base/json.h"
 #include "base/json_text.h"
 #include "base/text.h"
+#include "tools/tuner/messages.h"
 
 namespace openfab::tuner {
 
@@ -69,10 +70,8 @@ Result<Journal> Journal::open(const std::filesystem::path& file, const std::stri
     const Result<std::string> text = read_text_file(file, kMostBytes);
     if (!text) return text.error();
     const auto other = [&] {
-        return user_error(
-            fmt::format("{}: it is no journal of this world, printed like this, on this machine",
-                        file.string()),
-            "remove it, or name another with `--journal`");
+        return user_error(fmt::format(messages::kNoJournalOfThis, file.string()),
+                          messages::kNoJournalOfThisHelp);
     };
     size_t lines = 0, whole = 0;
     for (size_t at = 0; at < text->size();) {
@@ -120,7 +119,7 @@ Result<void> Journal::append(const std::string& line) const {
     out.close();
     if (out) return {};
     return outside_error(
-        fmt::format("{}: cannot be written: {}", file_.string(), std::strerror(errno)));
+        fmt::format(messages::kCannotBeWritten, file_.string(), std::strerror(errno)));
 }
 
 }  // namespace openfab::tuner

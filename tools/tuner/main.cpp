@@ -18,6 +18,7 @@
 #include "base/say.h"
 #include "base/units.h"
 #include "program/options.h"
+#include "tools/tuner/messages.h"
 #include "tools/tuner/profile.h"
 #include "tools/tuner/tune.h"
 
@@ -56,8 +57,8 @@ Result<double> seconds_of(const char* option, const std::string& text, double le
     Result<double> seconds = parse_duration(text);
     if (!seconds) return usage_error(fmt::format("`{}`: {}", option, seconds.error().text()));
     if (*seconds >= least && *seconds <= most) return seconds;
-    return usage_error(fmt::format("`{} {}`: write a time from {} to {}", option, text,
-                                   format_seconds(least), format_seconds(most)));
+    return usage_error(fmt::format(messages::kWriteATime, option, text, format_seconds(least),
+                                   format_seconds(most)));
 }
 
 void add_profile(CLI::App& app, Action* action) {

@@ -10,6 +10,7 @@
 #include "abi/kernel_call.h"
 #include "backends/common/tee_sink.h"
 #include "base/check.h"
+#include "tools/tuner/messages.h"
 
 namespace openfab::tuner {
 
@@ -93,8 +94,7 @@ Result<double> Stand::run(const Contender* contender, const std::vector<int32_t>
     for (int32_t n = 0; n < known->second.times; ++n) {
         const Result<pipeline::SlabsRun> done = print(slabs, interrupt);
         if (!done) return done.error();
-        if (known->second.hash != done->hash)
-            return internal_error("its voxels differ from those of the first schedule");
+        if (known->second.hash != done->hash) return internal_error(messages::kVoxelsDiffer);
         seconds += done->processor_seconds;
     }
     return seconds / known->second.times;

@@ -23,6 +23,7 @@
 #include "tools/tuner/candidates.h"
 #include "tools/tuner/journal.h"
 #include "tools/tuner/machine.h"
+#include "tools/tuner/messages.h"
 #include "tools/tuner/space.h"
 #include "tools/tuner/stand.h"
 #include "tools/tuner/verdict.h"
@@ -79,7 +80,7 @@ class Tuner {
         journal_ = std::make_unique<Journal>(std::move(*opened));
         candidates_ = std::make_unique<Candidates>(space_.get(), journal_.get(), first_text_);
         if (journal_->size() > 0)
-            say(fmt::format("{} schedules are known from {}\n", journal_->size(), journal));
+            say(fmt::format(messages::kSchedulesKnown, journal_->size(), journal));
         read_output();
         // From here on: a world may take long to set up, which is no one's choice.
         start_ = seconds_now();
@@ -96,10 +97,7 @@ class Tuner {
             return unit.request.stage->kind != ir::StageKind::kVolume;
         });
         if (units.empty()) {
-            return user_error(
-                "no fablet of this world has a slab kernel: their volume stages are cut into "
-                "segments",
-                "`openfab profile` shows what the print spends its time on");
+            return user_error(messages::kNoSlabKernel, messages::kNoSlabKernelHelp);
         }
         auto sites = lower::list_sites(units.front().request);
         if (const auto* fault = std::get_if<schedule::Fault>(&sites))
@@ -160,9 +158,7 @@ class Tuner {
         if (!std::holds_alternative<schedule::Schedule>(schedule)) return;
         kept_text_ = schedule::text_of(std::get<schedule::Schedule>(schedule));
         if (kept_text_ == first_text_) kept_text_.clear();
-        if (!kept_text_.empty())
-            say(fmt::format("{} has a schedule, which is compared with what is found\n",
-                            options_.output));
+        if (!kept_text_.empty()) say(fmt::format(messages::kHasSchedule, options_.output));
     }
 
     /// Describes all that a ratio depends on.
@@ -206,11 +202,11 @@ class Tuner {
         const Trial& trial = candidate.trial;
         const std::string changes = fmt::format("{}", fmt::join(trial.changes, "; "));
         if (trial.refused.empty()) {
-            say(fmt::format("{:>7} {:.3f} of the first's time: {}\n", format_seconds(elapsed()),
-                            candidate.ratio(), printable(changes)));
+            say(fmt::format(messages::kOfFirstsTime, format_seconds(elapsed()), candidate.ratio(),
+                            printable(changes)));
         } else {
-            say(fmt::format("{:>7} refused: {}: {}\n", format_seconds(elapsed()),
-                            printable(changes), printable(trial.refused)));
+            say(fmt::format(messages::kTrialRefused, format_seconds(elapsed()), printable(changes),
+                            printable(trial.refused)));
         }
         return journal_->add(candidate.text, trial);
     }
@@ -226,8 +222,7 @@ class Tuner {
             if (interrupt_.load()) return {};
             if (!run) {
                 candidate->trial.refused = run.error().message;
-                warn(fmt::format("a schedule fails, which is a bug of OpenFab: {}",
-                                 run.error().text()));
+                warn(fmt::format(messages::kScheduleFails, run.error().text()));
                 if (const Result<void> noted = note_trial(*candidate); !noted) return noted;
                 continue;
             }
@@ -275,7 +270,7 @@ class Tuner {
 
     Result<void> search() {
         std::vector<Candidate*> generation = candidates_->first_generation();
-        say(fmt::format("{} slabs of {}, {} changes to try\n", seen_.size(),
+        say(fmt::format(messages::kChangesToTry, seen_.size(),
                         stand_->slabs().y - stand_->slabs().x, generation.size()));
         while (!generation.empty() && !over()) {
             if (const Result<void> halved = halve(generation); !halved) return halved;
@@ -344,7 +339,7 @@ class Tuner {
             if (!verdict) return verdict.error();
             const std::string result = described(*verdict);
             say(fmt::format(
-                "compared: {}: {}\n", result,
+                messages::kCompared, result,
                 printable(fmt::format("{}", fmt::join(candidate->trial.changes, "; ")))));
             candidate->trial.won = verdict->wins(candidate->trial.won);
             if (const Result<void> noted = journal_->add(candidate->text, candidate->trial); !noted)
@@ -359,13 +354,13 @@ class Tuner {
             // The next was worse in the search. The one that was kept is no measure of it.
             if (winner != nullptr && (interrupt_.load() || candidate != kept)) break;
         }
-        if (winner == nullptr) say("no schedule is faster than the first one beyond noise\n");
+        if (winner == nullptr) say(messages::kNoneFaster);
         return write(winner, best, lost);
     }
 
     static std::string described(const Verdict& verdict) {
-        return fmt::format("{:.3f}, with 99 % confidence below {:.3f}, {:.3f} to {:.3f} by place",
-                           verdict.ratio, verdict.bound, verdict.of_places.x, verdict.of_places.y);
+        return fmt::format(messages::kVerdictIs, verdict.ratio, verdict.bound, verdict.of_places.x,
+                           verdict.of_places.y);
     }
 
     Result<void> write(const Candidate* winner, const Verdict& verdict,
@@ -406,8 +401,8 @@ class Tuner {
             return written;
         if (!interrupt_.load()) return {};
         return Error{ErrorCode::kInterrupted,
-                     fmt::format("interrupted; the best so far is in {}", options_.output),
-                     "the same command continues from the journal",
+                     fmt::format(messages::kInterruptedBest, options_.output),
+                     messages::kInterruptedBestHelp,
                      {}};
     }
 
@@ -436,11 +431,10 @@ class Tuner {
 
 Result<void> run_tune(const TuneOptions& options) {
     if (options.output.empty()) {
-        return usage_error(
-            "no output given; write `-o FILE.sched` with the name of the schedule to make");
+        return usage_error(messages::kNoOutput);
     }
     if (!options.output.ends_with(".sched"))
-        return usage_error(fmt::format("`-o {}`: name a file that ends in .sched", options.output));
+        return usage_error(fmt::format(messages::kNameEnds, options.output));
     const std::atomic<bool>& interrupt = program::install_interrupt(
         exit_code(ErrorCode::kInterrupted), "error: interrupted before the search began\n");
     const program::DeferredInterrupt deferred;

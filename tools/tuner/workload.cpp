@@ -16,6 +16,7 @@
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
+#include "tools/tuner/messages.h"
 #include "world/fablet_sources.h"
 #include "world/world.h"
 
@@ -25,8 +26,7 @@ Result<program::Options> parse_print(const std::vector<std::string>& words,
                                      const std::string& program,
                                      std::vector<program::NamedOutput> outputs) {
     const auto refuse = [&](const std::string& option) {
-        return usage_error(fmt::format(
-            "`{}` keeps no slices and takes no `{}`; `openfab print` does", program, option));
+        return usage_error(fmt::format(messages::kKeepsNoSlices, program, option));
     };
     std::vector<const char*> argv{program.c_str()};
     for (const std::string& word : words) {
@@ -52,9 +52,7 @@ Result<program::Options> parse_print(const std::vector<std::string>& words,
         if (given) return refuse(option);
     }
     if (!options->input.ends_with(".json")) {
-        return usage_error(
-            fmt::format("`{}` is not a world (.fab.json); make one of a mesh with `openfab import`",
-                        options->input));
+        return usage_error(fmt::format(messages::kNotAWorld, options->input));
     }
     if (options->format.empty()) options->format = "ofr";
     options->more_outputs = std::move(outputs);
@@ -71,9 +69,9 @@ Result<std::unique_ptr<Workload>> Workload::create(const program::Options& print
     out->cache_ = std::make_unique<lower::KernelCache>(kept ? *kept : std::filesystem::path());
     Result<void> keeps = kept ? check_writable(*kept) : kept.error();
     if (kept && !keeps)
-        keeps = with_context(keeps.error(), fmt::format("the folder `{}`: ", kept->string()));
+        keeps = with_context(keeps.error(), fmt::format(messages::kInFolder, kept->string()));
     if (!keeps && print.progress != program::ProgressMode::kNone)
-        note(fmt::format("no kernel is kept for the next run: {}", keeps.error().text()));
+        note(fmt::format(messages::kKernelNotKept, keeps.error().text()));
     const Result<world::World> world = world::load_world(
         print.input, world::rules_of(print.allow, print.memory_bytes), world::MeshFiles::kSkip);
     if (!world) return world.error();

@@ -4,6 +4,7 @@
 // `openfab profile` and `openfab tune` on a small world: figures that add up, a schedule that prints
 // the same bits, a search that goes on where it ended, and clear refusals.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -12,6 +13,8 @@
 #include "base/json.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
+#include "tools/tuner/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -133,8 +136,8 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
     folder_.write("t.sched", std::string(built_in.out).replace(columns, 11, "member, 16)"));
     const Outcome first = tune("3s");
     ASSERT_EQ(first.exit_code, 0) << first.err;
-    EXPECT_THAT(first.err, HasSubstr("changes to try"));
-    EXPECT_THAT(first.err, HasSubstr("of the first's time: "));
+    EXPECT_THAT(first.err, testing::Says(tuner::messages::kChangesToTry));
+    EXPECT_THAT(first.err, testing::Says(tuner::messages::kOfFirstsTime));
     EXPECT_THAT(first.err, HasSubstr("t.sched has a schedule, which is compared"));
     EXPECT_THAT(first.err,
                 ContainsRegex("compared: [0-9.]+, with 99 % confidence below [0-9.]+, "));
@@ -162,12 +165,12 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
     fs::remove(folder_ / "t.sched");
     RunOptions interrupted;
     interrupted.interrupt_when = [](int, const Outcome& so_far) {
-        return so_far.err.find("of the first's time: ") != std::string::npos;
+        return testing::says(so_far.err, tuner::messages::kOfFirstsTime);
     };
     const Outcome second = tune("5m", interrupted);
     EXPECT_EQ(second.exit_code, 130) << second.err;
-    EXPECT_THAT(second.err, HasSubstr("schedules are known from "));
-    EXPECT_THAT(second.err, HasSubstr("interrupted; the best so far is in "));
+    EXPECT_THAT(second.err, testing::Says(tuner::messages::kSchedulesKnown));
+    EXPECT_THAT(second.err, testing::Says(tuner::messages::kInterruptedBest));
     EXPECT_THAT(read_file(folder_ / "t.sched"), HasSubstr("\npipeline slab\n"));
     EXPECT_THAT(read_file(folder_ / "t.sched.journal"), StartsWith(journal));
 
@@ -175,7 +178,7 @@ TEST_F(TunerTest, TuneKeepsTheBitsAndGoesOn) {
     const Outcome other = openfab(
         {"tune", path("w.fab.json"), "--voxel", "0.2mm", "-o", path("t.sched"), "--budget", "5s"});
     EXPECT_EQ(other.exit_code, 1);
-    EXPECT_THAT(other.err, HasSubstr("remove it, or name another with `--journal`"));
+    EXPECT_THAT(other.err, testing::Says(tuner::messages::kNoJournalOfThisHelp));
 }
 
 TEST_F(TunerTest, RefusesWhatItCannotDo) {
@@ -194,23 +197,29 @@ TEST_F(TunerTest, RefusesWhatItCannotDo) {
     const std::vector<Case> cases = {
         {{"profile"}, 2, "INPUT"},
         {{"profile", path("no.fab.json")}, 1, "no.fab.json"},
-        {{"profile", path("part.obj")}, 2, "is not a world"},
-        {{"profile", world, "-o", path("x.ofr")}, 2, "takes no `-o`"},
+        {{"profile", path("part.obj")}, 2, tuner::messages::kNotAWorld},
+        {{"profile", world, "-o", path("x.ofr")},
+         2,
+         fmt::format(tuner::messages::kKeepsNoSlices, "{}", "-o")},
         {{"profile", world, "--time", "10"}, 2, "`--time`: `10` has no unit"},
-        {{"profile", world, "--time", "1ms"}, 2, "write a time from"},
+        {{"profile", world, "--time", "1ms"}, 2, tuner::messages::kWriteATime},
         {{"profile", world, "--schedule", path("bad.sched")}, 1, "vectorize"},
         {{"profile", world, "--param", "colums=3"}, 2, "no schedule in use has a parameter"},
         {{"profile", world, "--nonsense"}, 2, "--nonsense"},
-        {{"profile", world, "--probe", "0,0,0"}, 2, "takes no `--probe`"},
+        {{"profile", world, "--probe", "0,0,0"},
+         2,
+         fmt::format(tuner::messages::kKeepsNoSlices, "{}", "--probe")},
         {{"profile", world, "--json", path("none/p.json")}, 3, "none/p.json`: No such file"},
         {{"profile", world, "--json", path("layers.fl")}, 1, "would overwrite"},
         {{"profile", world, "--json", world}, 1, "would overwrite"},
         {{"profile", world, "--isa", "foo"}, 2, "`--isa`"},
         {{"profile", world, "--draft", "2", "--time"}, 2, "--time"},
-        {{"tune", world, "--draft", "3"}, 2, "`-o FILE.sched`"},
-        {{"tune", world, "-o", path("t.txt")}, 2, "ends in .sched"},
+        {{"tune", world, "--draft", "3"}, 2, tuner::messages::kNoOutput},
+        {{"tune", world, "-o", path("t.txt")}, 2, tuner::messages::kNameEnds},
         {{"tune", world, "-o", path("t.sched"), "--budget", "soon"}, 2, "`--budget`"},
-        {{"tune", world, "-o", path("t.sched"), "--resume"}, 2, "takes no `--resume`"},
+        {{"tune", world, "-o", path("t.sched"), "--resume"},
+         2,
+         fmt::format(tuner::messages::kKeepsNoSlices, "{}", "--resume")},
         {{"tune", world, "-o", path("base.sched"), "--schedule", path("more.sched")},
          1,
          "would overwrite"},
@@ -223,7 +232,7 @@ TEST_F(TunerTest, RefusesWhatItCannotDo) {
         const Outcome outcome = openfab(c.words);
         EXPECT_EQ(outcome.exit_code, c.exit_code)
             << ::testing::PrintToString(c.words) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr(c.message)) << ::testing::PrintToString(c.words);
+        EXPECT_THAT(outcome.err, testing::Says(c.message)) << ::testing::PrintToString(c.words);
     }
     EXPECT_EQ(read_file(folder_ / "layers.fl"), kFablet);
     EXPECT_EQ(read_file(folder_ / "base.sched"), "include \"slab.sched\"\n");
@@ -236,7 +245,8 @@ TEST_F(TunerTest, SaysThatNoKernelIsKept) {
     options.obeys_permissions = true;
     const Outcome outcome =
         openfab({"profile", path("w.fab.json"), "--json", path("layers.fl")}, options);
-    EXPECT_THAT(outcome.err, HasSubstr("note: no kernel is kept for the next run: "));
+    EXPECT_THAT(outcome.err,
+                ::testing::HasSubstr("note: " + fmt::format(tuner::messages::kKernelNotKept, "")));
     EXPECT_THAT(outcome.err, HasSubstr("it cannot be written to: Permission denied"));
 }
 
