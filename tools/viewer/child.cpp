@@ -17,6 +17,7 @@
 
 #include "base/clean_exit.h"
 #include "base/input_file.h"
+#include "tools/viewer/messages.h"
 
 extern char** environ;
 
@@ -58,7 +59,7 @@ Result<std::unique_ptr<Child>> Child::start(const std::vector<std::string>& argv
         posix_spawn(&process, words[0], &actions, nullptr, words.data(), environment.data());
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0)
-        return outside_error(fmt::format("cannot start `{}`: {}", argv[0], std::strerror(failed)));
+        return outside_error(fmt::format(messages::kCannotStart, argv[0], std::strerror(failed)));
     return std::unique_ptr<Child>(new Child(process));
 }
 

@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -77,14 +78,13 @@ Result<std::string> put_beside(const fs::path& file, const fs::path& folder) {
             fs::copy_file(file, to, status);
             if (status)
                 return outside_error(
-                    fmt::format("cannot write `{}`: {}", to.string(), status.message()));
+                    fmt::format(messages::kCannotWriteWhy, to.string(), status.message()));
             return name;
         }
         if (fs::is_regular_file(fs::symlink_status(to, status)) && same_content(file, to))
             return name;
     }
-    return user_error(fmt::format("there are too many files such as `{}` beside the world",
-                                  file.filename().string()));
+    return user_error(fmt::format(messages::kTooManyFilesLike, file.filename().string()));
 }
 
 std::string json_of(std::string_view text) {
@@ -129,18 +129,18 @@ std::string free_entry(const JsonValue& world, std::string_view section, const s
 }  // namespace
 
 Result<void> Dropped::add(const std::string& name, int64_t at, const std::string& bytes) {
-    if (!is_plain(name)) return user_error("this name of a file cannot be used");
+    if (!is_plain(name)) return user_error(messages::kNameCannotBeUsed);
     const std::lock_guard lock(mutex_);
     const fs::path file = scratch_ / name;
     std::error_code status;
     const auto there = at == 0 ? 0 : static_cast<int64_t>(fs::file_size(file, status));
-    if (status || there != at) return user_error("a part of the file is missing");
+    if (status || there != at) return user_error(messages::kPartMissing);
     if (at + static_cast<int64_t>(bytes.size()) > kLargestFile)
-        return user_error("files of up to 1 GiB can be dropped here; `openfab import` takes any");
+        return user_error(messages::kTooLargeToDrop);
     std::ofstream out(file, at == 0 ? std::ios::binary : std::ios::binary | std::ios::app);
     out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     out.close();
-    if (!out) return outside_error(fmt::format("cannot write `{}`", file.string()));
+    if (!out) return outside_error(fmt::format(messages::kCannotWrite, file.string()));
     return {};
 }
 
@@ -158,7 +158,7 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     const int code = (*child)->wait();
     const std::string words = end_of_file(err, kMostWords);
     if (code != 0)
-        return user_error(words.empty() ? "openfab import failed"
+        return user_error(words.empty() ? messages::kImportFailed
                                         : words.substr(words.starts_with("error: ") ? 7 : 0));
     const Result<std::string> imported = read_source(made / (file.stem().string() + ".fab.json"));
     if (!imported) return imported.error();
@@ -167,11 +167,10 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
     const JsonValue* of_file = meshes == nullptr || meshes->members.empty()
                                    ? nullptr
                                    : member_of(meshes->members[0].value, "file");
-    if (of_file == nullptr) return internal_error("`openfab import` made no mesh");
+    if (of_file == nullptr) return internal_error(messages::kImportMadeNoMesh);
     Made out{text, notes_of(words), {}, true};
     if (meshes->members.size() > 1)
-        out.notes +=
-            fmt::format("the file has {} meshes; the first is shown\n", meshes->members.size());
+        out.notes += fmt::format(messages::kFirstMeshShown, meshes->members.size());
     const Result<std::string> name = put_beside(made / of_file->text, world.parent_path());
     if (!name) return name.error();
     // Spaced as people write it.
@@ -196,12 +195,12 @@ Result<Dropped::Made> Dropped::use_mesh(const fs::path& file, const std::string&
 
 Result<Dropped::Made> Dropped::use(const std::string& name, const std::string& object,
                                    const fs::path& world, const std::string& text) {
-    if (!is_plain(name)) return user_error("this name of a file cannot be used");
+    if (!is_plain(name)) return user_error(messages::kNameCannotBeUsed);
     const std::lock_guard lock(mutex_);
     const fs::path file = scratch_ / name;
     std::error_code status;
     if (!fs::is_regular_file(file, status))
-        return user_error(fmt::format("`{}` has not come", name));
+        return user_error(fmt::format(messages::kHasNotCome, name));
     if (!is_picture(file)) return use_mesh(file, object, world, text);
     const Result<JsonValue> now = parse_json(text, world.filename().string());
     if (!now) return now.error();
@@ -210,8 +209,7 @@ Result<Dropped::Made> Dropped::use(const std::string& name, const std::string& o
     const std::string value = fmt::format("{{\"file\": {}}}", json_of(*put));
     Made out;
     out.entry = free_entry(*now, "textures", file.stem().string(), value);
-    out.notes =
-        fmt::format("`{}` is a texture of the world now: choose it at a uniform\n", out.entry);
+    out.notes = fmt::format(messages::kTextureOfWorld, out.entry);
     Result<std::string> changed =
         with_entry(text, world.filename().string(), "textures", out.entry, value);
     if (!changed) return changed.error();

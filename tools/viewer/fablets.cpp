@@ -13,6 +13,7 @@
 #include "base/input_file.h"
 #include "base/own_folder.h"
 #include "tools/viewer/child.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -79,7 +80,7 @@ Result<JsonValue> FabletCompiler::run(const std::vector<std::string>& words, int
         return parse_json(std::string_view(text).substr(0, text.find('\n')), "openflc");
     }
     const std::string text = end_of_file(err, 2000);
-    return user_error(text.empty() ? fmt::format("openflc ended with {}", *exit_code) : text);
+    return user_error(text.empty() ? fmt::format(messages::kCompilerEnded, *exit_code) : text);
 }
 
 Result<std::vector<Diagnostic>> FabletCompiler::check(const fs::path& source) const {
@@ -117,7 +118,7 @@ Result<fs::path> put_source(const fs::path& folder, const fs::path& source,
     std::ofstream out(copy, std::ios::binary);
     out << text;
     out.close();
-    if (!out) return outside_error(fmt::format("cannot write `{}`", copy.string()));
+    if (!out) return outside_error(fmt::format(messages::kCannotWrite, copy.string()));
     return copy;
 }
 
@@ -163,9 +164,9 @@ void write_diagnostics(const std::vector<Diagnostic>& diagnostics,
 Result<std::string> read_source(const fs::path& file, const std::vector<fs::path>& roots) {
     const Result<InputFile> opened = InputFile::open(file, roots);
     if (!opened)
-        return with_context(opened.error(), fmt::format("cannot read `{}`: ", file.string()));
+        return with_context(opened.error(), fmt::format(messages::kCannotRead, file.string()));
     Result<std::string> text = opened->read_all(kLargestSource);
-    if (!text) return with_context(text.error(), fmt::format("cannot read `{}`: ", file.string()));
+    if (!text) return with_context(text.error(), fmt::format(messages::kCannotRead, file.string()));
     return text;
 }
 

@@ -13,6 +13,7 @@
 #include "backends/common/tee_sink.h"
 #include "backends/raster/png_slice.h"
 #include "base/input_file.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -107,12 +108,12 @@ Result<std::unique_ptr<PrintFile>> FolderPrint::open(const std::string& path,
 Result<JsonValue> FolderPrint::read_manifest() const {
     const std::string name = path_ + "/manifest.json";
     const Result<std::string> text = read_text_file(name, kMostManifest);
-    if (!text) return with_context(text.error(), "no folder of slices: ");
+    if (!text) return with_context(text.error(), messages::kNoFolderOfSlices);
     return parse_json(*text, name);
 }
 
 Result<void> FolderPrint::take_manifest(const JsonValue& manifest) {
-    const Error damaged = error("its manifest.json is not that of a folder of slices");
+    const Error damaged = error(messages::kManifestOfOther);
     std::array<double, 2> pixels{};
     std::array<double, 3> pitch{}, size{}, origin{};
     const double first = number_of(manifest, "first_slice_z");
@@ -155,7 +156,7 @@ Result<void> FolderPrint::take_manifest(const JsonValue& manifest) {
                                           : raster::SliceFormat::kRgba;
     options_.flip_x = is_true(axes->value, "flipped_x");
     if (options_.format == raster::SliceFormat::kRgba && raster::shares_a_color(info_))
-        return error("two of its materials have one colour in the slices");
+        return error(messages::kMaterialsOfOneColour);
     return {};
 }
 
@@ -231,23 +232,22 @@ bool FolderPrint::was_replaced() const {
 
 Result<void> FolderPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
     if (z < info_.slice_begin || z - info_.slice_begin >= whole_slices())
-        return error(fmt::format("slice {} is not there", z));
+        return error(fmt::format(messages::kSliceNotThere, z));
     buffers->frame.clear();
     for (size_t i = 0; i < raster::files_a_slice(info_, options_); ++i) {
         const std::string name = slice_path(z, i);
         const Result<InputFile> file = InputFile::open(name);
-        if (!file) return with_context(file.error(), fmt::format("cannot open `{}`: ", name));
+        if (!file) return with_context(file.error(), fmt::format(messages::kCannotOpen, name));
         // An encoder makes no file that is larger than this.
         const int64_t most = int64_t{8} * info_.size.x * info_.size.y + (1 << 20);
         const Result<std::string> bytes = file->read_all(most);
-        if (!bytes) return with_context(bytes.error(), fmt::format("cannot read `{}`: ", name));
+        if (!bytes) return with_context(bytes.error(), fmt::format(messages::kCannotRead, name));
         buffers->frame.insert(buffers->frame.end(), bytes->begin(), bytes->end());
     }
     const bool is_bitmap = options_.format == raster::SliceFormat::kBitmaps;
     buffers->rows = raster::decode_slice(buffers->frame,
                                          with_pitch_of(buffers->frame, is_bitmap, info_), options_);
-    if (buffers->rows.empty())
-        return error(fmt::format("slice {}: it is damaged, or was not written by OpenFab", z));
+    if (buffers->rows.empty()) return error(fmt::format(messages::kSliceDamaged, z));
     return {};
 }
 

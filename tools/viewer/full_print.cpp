@@ -9,6 +9,7 @@
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/talking_program.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/words.h"
 
 namespace openfab::viewer {
@@ -41,8 +42,7 @@ double number_of(const JsonValue& json, const char* name) {
 Result<void> FullPrint::begin(const fs::path& world, const std::vector<std::string>& allow,
                               const std::vector<std::string>& settings) {
     const std::lock_guard lock(mutex_);
-    if (child_ != nullptr && !child_->exit_code())
-        return user_error("a print runs already; stop it, or wait for it");
+    if (child_ != nullptr && !child_->exit_code()) return user_error(messages::kPrintRunsAlready);
     const fs::path output = free_output(world);
     std::vector<std::string> argv{(programs_ / "openfab").string(),
                                   "print",

@@ -16,6 +16,7 @@
 #include <optional>
 
 #include "base/json_text.h"
+#include "tools/viewer/messages.h"
 
 extern char** environ;
 
@@ -61,8 +62,7 @@ void GraphCompiler::end() {
 Result<void> GraphCompiler::start() {
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-        return outside_error(
-            fmt::format("cannot make a line to openflc: {}", std::strerror(errno)));
+        return outside_error(fmt::format(messages::kNoLineToCompiler, std::strerror(errno)));
     const std::string program = (programs_ / "openflc").string();
     std::string word = "lsp";
     char* argv[] = {const_cast<char*>(program.c_str()), word.data(), nullptr};
@@ -78,7 +78,7 @@ Result<void> GraphCompiler::start() {
     if (failed != 0) {
         process_ = 0;
         end();
-        return outside_error(fmt::format("cannot start `{}`: {}", program, std::strerror(failed)));
+        return outside_error(fmt::format(messages::kCannotStart, program, std::strerror(failed)));
     }
     const Result<std::string> begun =
         exchange(R"({"jsonrpc":"2.0","id":0,"method":"initialize","params":{}})");
@@ -98,7 +98,7 @@ Result<std::string> GraphCompiler::exchange(const std::string& message) {
         if (ready < 0 && errno == EINTR) continue;
         if (ready <= 0) {
             end();
-            return user_error("this takes the compiler too long");
+            return user_error(messages::kCompilerTakesTooLong);
         }
         if ((line.revents & POLLOUT) != 0 && sent < framed.size()) {
             const ssize_t n = ::send(line_, framed.data() + sent, framed.size() - sent,
@@ -111,7 +111,7 @@ Result<std::string> GraphCompiler::exchange(const std::string& message) {
         if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
         if (n <= 0 || received_.size() > kMostBytes) {
             end();
-            return internal_error("openflc ended while it drew the graph");
+            return internal_error(messages::kCompilerEndedDrawing);
         }
         received_.append(block, static_cast<size_t>(n));
     }
@@ -138,7 +138,7 @@ Result<std::string> GraphCompiler::ask(const std::string& method, const std::fil
     const Result<JsonValue> json = parse_json(*answer, "openflc");
     const JsonValue* what = json ? member_of(*json, "error") : nullptr;
     const JsonValue* why = what == nullptr ? nullptr : member_of(*what, "message");
-    return user_error(why == nullptr ? "openflc did not answer" : why->text);
+    return user_error(why == nullptr ? messages::kCompilerDidNotAnswer : why->text);
 }
 
 }  // namespace openfab::viewer

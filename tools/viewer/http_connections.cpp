@@ -19,6 +19,7 @@
 #include <tuple>
 
 #include "base/clock.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -91,7 +92,7 @@ void Connections::work() {
         try {
             reply = service_.answer(job.head, job.body);
         } catch (const std::exception&) {
-            reply = service_.refuse(500, "memory ran out");
+            reply = service_.refuse(500, messages::kMemoryRanOut);
         }
         {
             const std::lock_guard lock(mutex_);
@@ -103,7 +104,7 @@ void Connections::work() {
 }
 
 Result<void> Connections::run() {
-    if (wake_ < 0) return outside_error("the system has no descriptor left for the server");
+    if (wake_ < 0) return outside_error(messages::kNoDescriptorLeft);
     while (wait_for_events()) {
     }
     return failed_;
@@ -127,7 +128,7 @@ bool Connections::wait_for_events() {
     }
     const double wait_ms = std::clamp(std::ceil((until - now) * 1000), 0.0, 60e3);
     if (::poll(polled.data(), polled.size(), static_cast<int>(wait_ms)) < 0 && errno != EINTR) {
-        failed_ = outside_error(std::string("the server ended: ") + std::strerror(errno));
+        failed_ = outside_error(std::string(messages::kServerEnded) + std::strerror(errno));
         return false;
     }
     if (polled[0].revents != 0) {
@@ -166,7 +167,7 @@ bool Connections::accept_one() {
                                  SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (socket < 0) {
         if (errno == EBADF || errno == EINVAL || errno == ENOTSOCK) {
-            failed_ = outside_error("the server ended: its socket failed");
+            failed_ = outside_error(messages::kServerSocketFailed);
             return false;
         }
         if (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM) {
@@ -260,7 +261,7 @@ bool Connections::advance(uint64_t id, Connection* connection) {
         std::optional<Reply> reply = service_.admit(head.head);
         const bool has_body = head.head.body_bytes > 0;
         if (!reply && head.head.body_bytes > limits_.body_bytes)
-            reply = service_.refuse(413, "the body is too large");
+            reply = service_.refuse(413, messages::kBodyTooLarge);
         const bool keeps_alive = head.head.keeps_alive && !has_body;
         connection->request = std::move(head);
         if (reply) {
@@ -346,7 +347,7 @@ bool Connections::end_reply(uint64_t id, Connection* connection) {
 /// Nothing has come in time.
 bool Connections::pass_deadline(uint64_t id, Connection* connection) {
     if (connection->stage != Stage::kReading || connection->in.empty()) return false;
-    return begin_reply(id, connection, service_.refuse(408, "the request took too long"), false);
+    return begin_reply(id, connection, service_.refuse(408, messages::kRequestTooLong), false);
 }
 
 }  // namespace openfab::viewer

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/text.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -83,22 +84,21 @@ bool read_query(std::string_view text, std::map<std::string, std::string>* query
 HeadRead read_request_line(std::string_view line) {
     const size_t first = line.find(' ');
     const size_t second = first == std::string_view::npos ? first : line.find(' ', first + 1);
-    if (second == std::string_view::npos) return wrong(400, "this is no request of HTTP");
+    if (second == std::string_view::npos) return wrong(400, messages::kNoHttpRequest);
     HeadRead read;
     RequestHead& head = read.head;
     head.method = line.substr(0, first);
     const std::string_view target = line.substr(first + 1, second - first - 1);
     const std::string_view version = line.substr(second + 1);
     if (!is_token(head.method) || !version.starts_with("HTTP/"))
-        return wrong(400, "this is no request of HTTP");
-    if (version != "HTTP/1.1" && version != "HTTP/1.0")
-        return wrong(505, "only HTTP/1.1 is spoken here");
+        return wrong(400, messages::kNoHttpRequest);
+    if (version != "HTTP/1.1" && version != "HTTP/1.0") return wrong(505, messages::kOnlyHttp11);
     head.keeps_alive = version == "HTTP/1.1";
     const size_t question = std::min(target.find('?'), target.size());
     const std::optional<std::string> path = decoded(target.substr(0, question), false);
     if (!target.starts_with('/') || !path ||
         !read_query(target.substr(std::min(question + 1, target.size())), &head.query))
-        return wrong(400, "the address is none");
+        return wrong(400, messages::kNoAddress);
     head.path = *path;
     return read;
 }
@@ -107,7 +107,7 @@ HeadRead read_request_line(std::string_view line) {
 HeadRead read_header(std::string_view line, RequestHead* head) {
     const size_t colon = line.find(':');
     if (colon == std::string_view::npos || !is_token(line.substr(0, colon)))
-        return wrong(400, "a header is none");
+        return wrong(400, messages::kNoHeader);
     const std::string name = lower_ascii(std::string(line.substr(0, colon)));
     const std::string_view value = without_blanks(line.substr(colon + 1));
     const bool given = std::any_of(head->headers.begin(), head->headers.end(),
@@ -115,19 +115,19 @@ HeadRead read_header(std::string_view line, RequestHead* head) {
     if (name == "content-length") {
         const bool digits = !value.empty() && value.size() <= kMostDigits &&
                             value.find_first_not_of("0123456789") == std::string_view::npos;
-        if (given || !digits) return wrong(400, "the length of the body is no number");
+        if (given || !digits) return wrong(400, messages::kLengthNoNumber);
         std::from_chars(value.data(), value.data() + value.size(), head->body_bytes);
     } else if (name == "transfer-encoding") {
-        return wrong(501, "a body in chunks is not read; give its length");
+        return wrong(501, messages::kChunkedBody);
     } else if (name == "expect") {
-        return wrong(417, "nothing is expected here: send the body at once");
+        return wrong(417, messages::kExpectNotRead);
     } else if (name == "host" && given) {
-        return wrong(400, "there is more than one `Host`");
+        return wrong(400, messages::kMoreThanOneHost);
     } else if (name == "connection" &&
                lower_ascii(std::string(value)).find("close") != std::string::npos) {
         head->keeps_alive = false;
     }
-    if (head->headers.size() >= kMostHeaders) return wrong(431, "too many headers");
+    if (head->headers.size() >= kMostHeaders) return wrong(431, messages::kTooManyHeaders);
     head->headers.emplace_back(name, value);
     return {};
 }
@@ -170,8 +170,8 @@ HeadRead read_head(std::string_view bytes) {
     const size_t first = within.find(kLineEnd);
     if (end == std::string_view::npos) {
         if (bytes.size() < kLargestHead) return {};
-        return first == std::string_view::npos ? wrong(414, "the address is too long")
-                                               : wrong(431, "the headers are too long");
+        return first == std::string_view::npos ? wrong(414, messages::kAddressTooLong)
+                                               : wrong(431, messages::kHeadersTooLong);
     }
     HeadRead read = read_request_line(within.substr(0, first));
     if (read.status != 0) return read;
@@ -179,7 +179,7 @@ HeadRead read_head(std::string_view bytes) {
         const size_t to = within.find(kLineEnd, from);
         const std::string_view line = within.substr(from, to - from);
         if (line.find_first_of(std::string_view("\r\n\0", 3)) != std::string_view::npos)
-            return wrong(400, "a header is none");
+            return wrong(400, messages::kNoHeader);
         if (HeadRead refused = read_header(line, &read.head); refused.status != 0) return refused;
         from = to + kLineEnd.size();
     }

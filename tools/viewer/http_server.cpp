@@ -21,6 +21,7 @@
 #include "base/json_text.h"
 #include "base/text.h"
 #include "tools/viewer/http_connections.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -64,7 +65,7 @@ bool is_own_host(const std::string& header, const std::string& address, int port
 Result<std::string> make_token() {
     std::array<unsigned char, 16> bytes{};
     if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-        return outside_error("the system gives no random numbers");
+        return outside_error(messages::kNoRandomNumbers);
     std::string token;
     for (const unsigned char byte : bytes)
         token += fmt::format("{:02x}", byte);
@@ -165,9 +166,9 @@ struct HttpServer::Implementation {
     /// What needs no more than the head of a request: the page, and refusals.
     std::optional<Reply> admit(const RequestHead& head) const {
         if (!is_own_host(std::string(head.header("host")), options.address, port))
-            return refuse(421, "this server does not answer to that name");
+            return refuse(421, messages::kOtherName);
         if (head.method != "GET" && head.method != "POST")
-            return refuse(405, "only GET and POST are answered");
+            return refuse(405, messages::kOnlyGetAndPost);
         if (head.method == "GET") {
             if (std::optional<Reply> page = page_file(head.path)) return page;
         }
@@ -175,10 +176,9 @@ struct HttpServer::Implementation {
         const std::string_view origin = head.header("origin");
         if (!origin.empty() && lower_ascii(std::string(origin)) !=
                                    "http://" + lower_ascii(std::string(head.header("host"))))
-            return refuse(403, "this server does not answer pages of other sites");
+            return refuse(403, messages::kOtherSites);
         if (!same_secret(head.header("x-openfab-token"), token)) {
-            return refuse(403,
-                          "the token is wrong: open the address that `openfab view` has written");
+            return refuse(403, messages::kTokenWrong);
         }
         return {};
     }
@@ -216,19 +216,15 @@ Result<std::unique_ptr<HttpServer>> HttpServer::listen(const ServerOptions& opti
                                                        Handler handler, std::string* url) {
     const bool v6 = is_address(options.address, AF_INET6);
     if (!v6 && !is_address(options.address, AF_INET)) {
-        return usage_error(
-            fmt::format("`--listen`: `{}` is not an address of this machine; write `--listen "
-                        "0.0.0.0` for all of them",
-                        options.address));
+        return usage_error(fmt::format(messages::kNotAnAddressHere, options.address));
     }
     Result<std::string> token = make_token();
     if (!token) return token.error();
     const int listening = listen_at(options.address, v6, options.port);
     if (listening < 0) {
-        const std::string why = errno == EADDRINUSE ? "is it taken?" : std::strerror(errno);
+        const std::string why = errno == EADDRINUSE ? messages::kIsItTaken : std::strerror(errno);
         const std::string port = options.port == 0 ? "" : fmt::format(", port {}", options.port);
-        return outside_error(
-            fmt::format("cannot listen at `{}`{}: {}", options.address, port, why));
+        return outside_error(fmt::format(messages::kCannotListen, options.address, port, why));
     }
     auto made = std::make_unique<Implementation>();
     made->options = options;

@@ -10,6 +10,7 @@
 
 #include "base/input_file.h"
 #include "base/replace_file.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/uniform_value.h"
 #include "tools/viewer/world_text.h"
 
@@ -50,7 +51,7 @@ Result<std::unique_ptr<Live>> Live::start(const ViewOptions& options, Session* s
     for (const char* name : {"loop", "page", "dropped", "tried"}) {
         std::error_code status;
         fs::create_directory((*folder)->path() / name, status);
-        if (status) return outside_error("cannot make a folder: " + status.message());
+        if (status) return outside_error(messages::kCannotMakeFolder + status.message());
     }
     return std::unique_ptr<Live>(new Live(options, session, std::move(*folder)));
 }
@@ -218,7 +219,7 @@ void Live::touch() {
 Result<Live::Source> Live::source_of(int32_t fablet) const {
     const std::lock_guard lock(mutex_);
     if (fablet < 0 || static_cast<size_t>(fablet) >= read_.sources.size())
-        return user_error(fmt::format("there is no fablet {}", fablet));
+        return user_error(fmt::format(messages::kNoSuchFablet, fablet));
     return Source{read_.sources[static_cast<size_t>(fablet)], read_.roots};
 }
 
@@ -256,10 +257,8 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
     const Result<std::string> there = read_source(path, of->roots);
     if (!there) return there.error();
     if (stamp_of(*there) != stamp) {
-        return user_error(
-            fmt::format("`{}` was changed by another program meanwhile; nothing was saved",
-                        path.filename().string()),
-            "copy your text, and load the page again");
+        return user_error(fmt::format(messages::kChangedMeanwhile, path.filename().string()),
+                          messages::kChangedMeanwhileHelp);
     }
     if (Result<void> written = replace_file(path, text); !written) return written.error();
     const Result<std::string> renamed = rename_bindings(*of, *there, text);
@@ -274,8 +273,7 @@ Result<std::string> Live::save(int32_t fablet, const std::string& text, const st
 
 Result<std::string> Live::set(const std::string& object, const std::string& uniform,
                               const JsonValue& value) {
-    if (!is_uniform_value(value))
-        return user_error("a value is a number, true, false, a name, a list of such, or a curve");
+    if (!is_uniform_value(value)) return user_error(messages::kValueKinds);
     const std::lock_guard lock(mutex_);
     const auto found =
         read_.world == nullptr
@@ -283,7 +281,7 @@ Result<std::string> Live::set(const std::string& object, const std::string& unif
             : std::find_if(read_.world->objects.begin(), read_.world->objects.end(),
                            [&](const world::Object& one) { return one.name == object; });
     if (read_.world == nullptr || found == read_.world->objects.end())
-        return user_error(fmt::format("there is no object `{}`", object));
+        return user_error(fmt::format(messages::kNoSuchObject, object));
     const auto described = read_.described.find(found->fablet);
     const JsonValue* uniforms =
         described == read_.described.end() ? nullptr : member_of(described->second, "uniforms");
@@ -293,7 +291,7 @@ Result<std::string> Live::set(const std::string& object, const std::string& unif
             const JsonValue* name = member_of(one, "name");
             return name != nullptr && name->text == uniform;
         });
-    if (!known) return user_error(fmt::format("`{}` has no uniform `{}`", object, uniform));
+    if (!known) return user_error(fmt::format(messages::kNoSuchUniform, object, uniform));
     JsonText json;
     json.value(value);
     std::erase_if(overrides_, [&](const Override& one) {
@@ -326,9 +324,8 @@ bool Live::values_are_taken() const {
 Result<void> Live::write() {
     const std::lock_guard lock(mutex_);
     if (!values_are_taken()) {
-        return user_error(phase_ == Phase::kFailed
-                              ? "the print with these values failed, so they are not written"
-                              : "the print with these values has not begun yet");
+        return user_error(phase_ == Phase::kFailed ? messages::kValuesFailed
+                                                   : messages::kValuesNotPrinted);
     }
     Result<std::string> text = read_source(options_.file);
     for (const Override& one : overrides_) {

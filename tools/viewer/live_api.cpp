@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/json.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/parameters.h"
 #include "tools/viewer/print_api.h"
 
@@ -46,7 +47,7 @@ class Body {
     }
     std::string text(const char* name) {
         const JsonValue& found = value(name);
-        if (!found.is(JsonValue::Kind::kString)) fail(name, "not a text");
+        if (!found.is(JsonValue::Kind::kString)) fail(name, messages::kNotAText);
         return found.text;
     }
     int32_t whole(const char* name, int32_t least, int32_t most) {
@@ -54,7 +55,7 @@ class Body {
         if (found.is(JsonValue::Kind::kNumber) && found.number >= least && found.number <= most &&
             found.number == std::floor(found.number))
             return static_cast<int32_t>(found.number);
-        fail(name, "not a whole number in its limits");
+        fail(name, messages::kNotAWholeNumber);
         return least;
     }
     const std::string& failed() const { return failed_; }
@@ -115,7 +116,7 @@ Answer post(Live* live, const std::string& path, Body body) {
         const JsonValue& value = body.value("value");
         if (!body.failed().empty()) return refusal(400, body.failed());
         if (static_cast<int64_t>(text.size()) > kLargestSource)
-            return refusal(413, "that is too large for a fablet");
+            return refusal(413, messages::kTooLargeForFablet);
         return answer_of(live->try_value(fablet, text, name, uniform, value));
     }
     const std::string stamp = path == "/api/source" ? body.text("stamp") : std::string();
@@ -123,7 +124,7 @@ Answer post(Live* live, const std::string& path, Body body) {
     const JsonValue* action = acts ? &body.value("action") : nullptr;
     if (!body.failed().empty()) return refusal(400, body.failed());
     if (static_cast<int64_t>(text.size()) > kLargestSource)
-        return refusal(413, "that is too large for a fablet");
+        return refusal(413, messages::kTooLargeForFablet);
     if (path == "/api/look") return answer_of(live->look(fablet, text, *action));
     if (is_graph(path)) return answer_of(live->graph(path.substr(5), fablet, text, action));
     return answer_of(path == "/api/source" ? live->save(fablet, text, stamp)
@@ -141,7 +142,7 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
                         path == "/api/try" || path == "/api/untry" || path == "/api/template" ||
                         path == "/api/use" || path == "/api/upload";
     if (!(request.post ? writes : reads)) return {};
-    if (live == nullptr) return refusal(404, "this is a print, not a world");
+    if (live == nullptr) return refusal(404, messages::kAPrintNotAWorld);
     if (!request.post) {
         if (path == "/api/live") return fine(live->details());
         Parameters in(request);
@@ -150,7 +151,7 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
             const auto name = request.query.find("name");
             if (!in.failed().empty() || name == request.query.end())
                 return refusal(400,
-                               name == request.query.end() ? "`name` is missing" : in.failed());
+                               name == request.query.end() ? messages::kNameMissing : in.failed());
             const Result<std::vector<uint8_t>> png = live->texture(name->second, is_volume == 1);
             if (!png) return answer_of<std::string>(png.error());
             return {{200, "image/png", std::string(png->begin(), png->end())}};
@@ -159,15 +160,13 @@ std::optional<Answer> answer_on_world(Live* live, const Request& request) {
         if (!in.failed().empty()) return refusal(400, in.failed());
         return answer_of(live->source(fablet));
     }
-    if (!live->watches())
-        return refusal(403,
-                       "the world is only looked at; start `openfab view --watch` to change it");
+    if (!live->watches()) return refusal(403, messages::kWorldOnlyLookedAt);
     if (path == "/api/upload") {
         Parameters in(request);
         const int32_t at = in.whole("at", 0, INT32_MAX);
         const auto name = request.query.find("name");
         if (!in.failed().empty() || name == request.query.end())
-            return refusal(400, name == request.query.end() ? "`name` is missing" : in.failed());
+            return refusal(400, name == request.query.end() ? messages::kNameMissing : in.failed());
         return answer_of(live->upload(name->second, at, request.body));
     }
     const Result<JsonValue> json = parse_json(request.body, "request", kMostJsonBytes);

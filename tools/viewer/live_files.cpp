@@ -14,6 +14,7 @@
 #include "base/json.h"
 #include "base/replace_file.h"
 #include "tools/viewer/live.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/world_text.h"
 
 namespace openfab::viewer {
@@ -89,7 +90,7 @@ Result<std::string> Live::rename_bindings(const Source& source, const std::strin
     if (changed == *text) return std::string();
     if (Result<void> written = replace_file(options_.file, changed); !written)
         return written.error();
-    return fmt::format("the world's `{}` is called `{}` now, too\n", renamed->from, renamed->to);
+    return fmt::format(messages::kCalledNow, renamed->from, renamed->to);
 }
 
 Result<void> Live::upload(const std::string& name, int64_t at, const std::string& bytes) {
@@ -105,8 +106,7 @@ Result<std::string> Live::use_file(const std::string& name, const std::string& o
     // It may have taken long.
     const Result<std::string> now = read_source(world);
     if (!now) return now.error();
-    if (*now != *text)
-        return user_error("the world was changed meanwhile; drop the file once more");
+    if (*now != *text) return user_error(messages::kDropOnceMore);
     if (Result<void> written = replace_file(world, made->world); !written) return written.error();
     const std::lock_guard lock(mutex_);
     touch();
@@ -138,7 +138,7 @@ void Live::stop_full_print() {
 Result<void> Live::use_template(const std::string& name) {
     const bool known = std::find(options_.templates.begin(), options_.templates.end(), name) !=
                        options_.templates.end();
-    if (!known) return user_error(fmt::format("there is no template `{}`", name));
+    if (!known) return user_error(fmt::format(messages::kNoSuchTemplate, name));
     const fs::path world = fs::absolute(options_.file);
     std::string stem = world.filename().string();
     stem = stem.substr(0, stem.find('.'));

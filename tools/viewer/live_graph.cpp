@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tools/viewer/live.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/texture_look.h"
 
 namespace openfab::viewer {
@@ -25,8 +26,7 @@ Result<void> read_place(const JsonValue& action, Look* of) {
     const auto* found = std::find_if(std::begin(kOver), std::end(kOver), [&](const auto& one) {
         return over != nullptr && over->text == one.first;
     });
-    if (found == std::end(kOver))
-        return user_error("`over` is one of slice, line, voxel and surface");
+    if (found == std::end(kOver)) return user_error(messages::kOverIsOneOf);
     of->over = found->second;
     if (of->over == LookOver::kSurface) return {};
     const JsonValue* point = member_of(action, "point_mm");
@@ -35,13 +35,13 @@ Result<void> read_place(const JsonValue& action, Look* of) {
         std::all_of(point->items.begin(), point->items.end(), [](const JsonValue& one) {
             return one.is(JsonValue::Kind::kNumber) && std::isfinite(one.number);
         });
-    if (!fits) return user_error("`point_mm` is three numbers");
+    if (!fits) return user_error(messages::kPointIsThreeNumbers);
     of->point_mm = {point->items[0].number, point->items[1].number, point->items[2].number};
     const JsonValue* axis = member_of(action, "axis");
     if (axis == nullptr) return {};
     if (!axis->is(JsonValue::Kind::kNumber) ||
         (axis->number != 0 && axis->number != 1 && axis->number != 2))
-        return user_error("`axis` is 0, 1 or 2");
+        return user_error(messages::kAxisIs);
     of->axis = static_cast<int>(axis->number);
     return {};
 }
@@ -81,7 +81,7 @@ Result<std::string> Live::look(int32_t fablet, const std::string& text, const Js
     const Result<Source> source = source_of(fablet);
     if (!source) return source.error();
     const Session::Prints prints = session_->prints();
-    if (prints.list.empty()) return user_error("there is no print yet");
+    if (prints.list.empty()) return user_error(messages::kNoPrintYet);
     Look of;
     of.world = options_.file;
     of.source = source->path;
@@ -112,7 +112,7 @@ Result<std::vector<uint8_t>> Live::texture(const std::string& name, bool is_volu
             if (one.name == name) return texture_look(one, is_volume, world->roots);
         }
     }
-    return user_error(fmt::format("there is no texture `{}`", name));
+    return user_error(fmt::format(messages::kNoSuchTexture, name));
 }
 
 }  // namespace openfab::viewer

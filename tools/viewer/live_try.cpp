@@ -6,6 +6,7 @@
 
 #include "tools/viewer/fablets.h"
 #include "tools/viewer/live.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/uniform_value.h"
 
 namespace openfab::viewer {
@@ -18,7 +19,7 @@ Result<std::string> Live::try_value(int32_t fablet, const std::string& text,
     constexpr const char* kLetters =
         "_0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
     if (uniform.find_first_not_of(kLetters) != std::string::npos || !is_uniform_value(value))
-        return user_error("this is no value of a uniform");
+        return user_error(messages::kNoUniformValue);
     std::shared_ptr<const Trial> trial;
     {
         const std::lock_guard lock(mutex_);
@@ -38,7 +39,7 @@ Result<std::string> Live::try_value(int32_t fablet, const std::string& text,
     json.value(value);
     const std::string text_of_value = json.take();
     const std::lock_guard lock(mutex_);
-    if (read_.world == nullptr) return user_error("there is no world yet");
+    if (read_.world == nullptr) return user_error(messages::kNoWorldYet);
     trial_ = std::move(trial);
     trial_settings_.clear();
     for (const world::Object& object : read_.world->objects) {

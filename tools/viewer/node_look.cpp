@@ -18,6 +18,7 @@
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
 #include "tools/viewer/look_picture.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/printed_values.h"
 
 namespace openfab::viewer {
@@ -144,7 +145,7 @@ Result<std::string> NodeLooker::look(const Look& of, const JsonValue& printed) {
     if ((*child)->wait() != 0) {
         const std::string words = end_of_file(err, kMostWords);
         const size_t error = words.find("error: ");
-        return user_error(words.empty() ? "openflc run failed"
+        return user_error(words.empty() ? messages::kRunFailed
                                         : words.substr(error == std::string::npos ? 0 : error));
     }
     PrintedValues read(printed);

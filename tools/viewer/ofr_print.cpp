@@ -12,6 +12,7 @@
 #include <span>
 
 #include "backends/common/tee_sink.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -47,7 +48,7 @@ bool OfrPrint::read_exactly(uint64_t at, void* to, size_t bytes) const {
 
 Result<std::unique_ptr<PrintFile>> OfrPrint::open(const std::string& path, int64_t memory_bytes) {
     Result<InputFile> file = InputFile::open(path);
-    if (!file) return with_context(file.error(), fmt::format("cannot open `{}`: ", path));
+    if (!file) return with_context(file.error(), fmt::format(messages::kCannotOpen, path));
     std::unique_ptr<OfrPrint> print(new OfrPrint(path, std::move(*file)));
     if (Result<void> header = print->read_header(); !header) return header.error();
     if (Result<void> fits = print->check_memory(print->slice_bytes(), memory_bytes); !fits)
@@ -60,21 +61,20 @@ Result<void> OfrPrint::read_header() {
     std::vector<uint8_t> header(ofr::kPreambleBytes);
     if (!read_exactly(0, header.data(), header.size()) ||
         !std::equal(ofr::kMagic.begin(), ofr::kMagic.end(), header.begin()))
-        return error("not an .ofr file");
+        return error(messages::kNotAnOfrFile);
     const uint32_t version = u32_at(header.data() + ofr::kMagic.size());
     const uint32_t field_bytes = u32_at(header.data() + ofr::kMagic.size() + 4);
     if (version < ofr::kOldestVersion || version > ofr::kVersion) {
-        return error(fmt::format("has version {} of the format; this program reads {} to {}",
-                                 version, ofr::kOldestVersion, ofr::kVersion));
+        return error(
+            fmt::format(messages::kOfrVersion, version, ofr::kOldestVersion, ofr::kVersion));
     }
-    if (field_bytes > ofr::kMaxHeaderBytes)
-        return error("the header is damaged: it gives an impossible length");
+    if (field_bytes > ofr::kMaxHeaderBytes) return error(messages::kHeaderLengthImpossible);
     header.resize(ofr::kPreambleBytes + field_bytes + 8);
-    if (!read_exactly(0, header.data(), header.size())) return error("is cut short in the header");
+    if (!read_exactly(0, header.data(), header.size())) return error(messages::kHeaderCutShort);
     const std::span<const uint8_t> bytes(header);
     if (u64_at(header.data() + header.size() - 8) !=
         ofr::checksum(bytes.first(header.size() - 8))) {
-        return error("the header is damaged: its checksum is wrong");
+        return error(messages::kHeaderChecksumWrong);
     }
     Result<pipeline::PrintInfo> info =
         ofr::read_header_fields(bytes.subspan(ofr::kPreambleBytes, field_bytes), version);
@@ -179,30 +179,30 @@ Result<void> OfrPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
         const std::lock_guard lock(mutex_);
         const auto place = static_cast<size_t>(z - info_.slice_begin);
         if (z < info_.slice_begin || place >= offsets_.size())
-            return error(fmt::format("slice {} is not there", z));
+            return error(fmt::format(messages::kSliceNotThere, z));
         offset = offsets_[place];
     }
     const auto damaged = [&](const char* what) {
-        return error(fmt::format("slice {}: {}", z, what));
+        return error(fmt::format(messages::kOfSlice, z, what));
     };
     std::array<uint8_t, ofr::kSliceHeadBytes> bytes{};
-    if (!read_exactly(offset, bytes.data(), bytes.size())) return damaged("it cannot be read");
+    if (!read_exactly(offset, bytes.data(), bytes.size())) return damaged(messages::kCannotBeRead);
     const Result<ofr::SliceHead> head = ofr::read_slice_head(bytes);
     if (!head) return damaged(head.error().message.c_str());
     const auto raw = static_cast<size_t>(slice_bytes());
     if (head->z != z || head->frame_bytes > ZSTD_compressBound(raw))
-        return damaged("its header is damaged");
+        return damaged(messages::kSliceHeaderDamaged);
     buffers->frame.resize(head->frame_bytes);
     if (!read_exactly(offset + bytes.size(), buffers->frame.data(), buffers->frame.size()))
-        return damaged("it cannot be read");
+        return damaged(messages::kCannotBeRead);
     if (ZSTD_getFrameContentSize(buffers->frame.data(), buffers->frame.size()) != raw)
-        return damaged("its data are damaged");
+        return damaged(messages::kSliceDataDamaged);
     buffers->rows.resize(raw);
     const size_t got =
         ZSTD_decompress(buffers->rows.data(), raw, buffers->frame.data(), buffers->frame.size());
-    if (ZSTD_isError(got) != 0U || got != raw) return damaged("its data are damaged");
+    if (ZSTD_isError(got) != 0U || got != raw) return damaged(messages::kSliceDataDamaged);
     if (ofr::checksum(buffers->rows) != head->rows_checksum)
-        return damaged("its checksum is wrong");
+        return damaged(messages::kChecksumWrong);
     return {};
 }
 

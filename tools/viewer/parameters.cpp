@@ -8,11 +8,12 @@
 #include <string_view>
 
 #include "base/text.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
 void Parameters::fail(const std::string& name, const std::string& rule) {
-    if (failed_.empty()) failed_ = fmt::format("`{}` is {}", name, rule);
+    if (failed_.empty()) failed_ = fmt::format(messages::kParameterIs, name, rule);
 }
 
 const std::string* Parameters::find(const std::string& name) {
@@ -30,7 +31,7 @@ int32_t Parameters::whole(const std::string& name, int32_t least, int32_t most) 
             value <= most)
             return value;
     }
-    fail(name, fmt::format("a whole number from {} to {}", least, most));
+    fail(name, fmt::format(messages::kWholeNumberFromTo, least, most));
     return least;
 }
 
@@ -47,7 +48,7 @@ int32_t Parameters::one_of(const std::string& name, const std::string& words) {
         if (std::string_view(words).substr(from, to - from) == *text) return place;
         from = to + 1;
     }
-    fail(name, fmt::format("one of `{}`", words));
+    fail(name, fmt::format(messages::kOneOf, words));
     return 0;
 }
 
@@ -59,7 +60,7 @@ Palette Parameters::palette(const std::string& name) {
     constexpr size_t kDigits = 8;
     if (text == nullptr || text->empty() || text->size() % kDigits != 0 ||
         text->size() / kDigits > palette.size()) {
-        fail(name, "eight hexadecimal digits, RRGGBBAA, for each code from void on");
+        fail(name, messages::kEightHexDigits);
         return palette;
     }
     for (size_t code = 0; code < text->size() / kDigits; ++code) {
@@ -67,7 +68,7 @@ Palette Parameters::palette(const std::string& name) {
             const char* from = text->data() + code * kDigits + c * 2;
             const auto [rest, status] = std::from_chars(from, from + 2, palette[code][c], 16);
             if (status != std::errc() || rest != from + 2) {
-                fail(name, "eight hexadecimal digits, RRGGBBAA, for each code from void on");
+                fail(name, messages::kEightHexDigits);
                 return palette;
             }
         }

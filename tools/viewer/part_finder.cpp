@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/affine.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -82,8 +83,8 @@ std::string PartFinder::at(const Vec3d& point_mm) const {
     const auto all = std::count_if(world_->build.begin(), world_->build.end(), same);
     if (all == 1) return name;
     const auto place = world_->build.begin() + (found - world_->build.data());
-    return fmt::format("{}, {} of {}", name, std::count_if(world_->build.begin(), place, same) + 1,
-                       all);
+    return fmt::format(messages::kPlacementOf, name,
+                       std::count_if(world_->build.begin(), place, same) + 1, all);
 }
 
 }  // namespace openfab::viewer

@@ -11,6 +11,7 @@
 
 #include "backends/ofr/format.h"
 #include "tools/viewer/difference.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/opening.h"
 #include "tools/viewer/parameters.h"
 
@@ -86,9 +87,9 @@ std::optional<Answer> choose(const Session::Prints& prints, Parameters* in, Chos
     const int32_t generation = in->whole("generation", 0, INT32_MAX);
     chosen->which = static_cast<Which>(in->one_of("print", "0|1|diff"));
     if (!in->failed().empty()) return refusal(400, in->failed());
-    if (generation != prints.generation) return refusal(409, "another print is shown by now");
+    if (generation != prints.generation) return refusal(409, messages::kOtherPrintShown);
     const size_t needed = chosen->which == kFirst ? 1 : 2;
-    if (prints.list.size() < needed) return refusal(404, "there is no such print");
+    if (prints.list.size() < needed) return refusal(404, messages::kNoSuchPrint);
     chosen->print = prints.list[chosen->which == kSecond ? 1 : 0].get();
     if (chosen->which != kDifference) return {};
     chosen->other = prints.list[1].get();
@@ -147,15 +148,15 @@ Answer tile(const Session::Prints& prints, const Request& request) {
     Chosen chosen;
     if (std::optional<Answer> wrong = choose(prints, &in, &chosen)) return std::move(*wrong);
     const pipeline::PrintInfo& info = chosen.print->file().info();
-    if (at >= info.size[axis]) return refusal(404, fmt::format("there is no voxel {}", at));
-    if (axis == 2 && place.coarse != 1) return refusal(400, "slices are never coarse");
+    if (at >= info.size[axis]) return refusal(404, fmt::format(messages::kNoSuchVoxel, at));
+    if (axis == 2 && place.coarse != 1) return refusal(400, messages::kSlicesNeverCoarse);
     Plane plane;
     plane.width = axis == 0 ? info.size.y : info.size.x;
     plane.height = axis == 2 ? info.size.y : info.size.z;
     plane.bits = info.bits;
     plane.sampled = axis != 2;
     if (place.first_u() >= plane.width || place.first_v() >= plane.height)
-        return refusal(404, "that tile lies beside the print");
+        return refusal(404, messages::kTileBesidePrint);
     const Result<Rows> rows = rows_of(chosen.print, axis, at, place);
     if (!rows) return failure(rows.error());
     plane.row = [&](int32_t v) { return rows->row(v); };
@@ -171,7 +172,7 @@ Answer tile(const Session::Prints& prints, const Request& request) {
     } else {
         png = draw_tile(plane, place, palette);
     }
-    if (png.empty()) return refusal(500, "memory ran out");
+    if (png.empty()) return refusal(500, messages::kMemoryRanOut);
     Answer answer{200, "image/png", std::string(png.begin(), png.end())};
     // A cut of an unfinished print grows.
     answer.lasting = axis == 2 || chosen.print->file().totals().has_value();
@@ -224,7 +225,7 @@ std::optional<Answer> choose_voxel(const Session::Prints& prints, Parameters* in
     if (std::optional<Answer> wrong = choose(prints, in, chosen)) return wrong;
     for (int a = 0; a < 3; ++a) {
         if ((*voxel)[a] >= chosen->print->file().info().size[a])
-            return refusal(404, "that voxel lies beside the print");
+            return refusal(404, messages::kVoxelBesidePrint);
     }
     return {};
 }
@@ -235,8 +236,7 @@ Answer amounts(const Session::Prints& prints, const AmountsAt& amounts_at, const
     Vec3i voxel;
     if (std::optional<Answer> wrong = choose_voxel(prints, &in, &chosen, &voxel))
         return std::move(*wrong);
-    if (!amounts_at || chosen.which != kFirst)
-        return refusal(404, "the world of this print is not known");
+    if (!amounts_at || chosen.which != kFirst) return refusal(404, messages::kWorldNotKnown);
     const pipeline::PrintInfo& info = chosen.print->file().info();
     const Result<std::vector<double>> fractions = amounts_at(info, middle_of(info, voxel));
     if (!fractions) return failure(fractions.error());

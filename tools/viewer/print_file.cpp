@@ -9,6 +9,7 @@
 
 #include "base/units.h"
 #include "tools/viewer/folder_print.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/ofr_print.h"
 
 namespace openfab::viewer {
@@ -25,11 +26,8 @@ Error PrintFile::error(const std::string& what) const {
 
 Result<void> PrintFile::check_memory(int64_t bytes_a_slice, int64_t memory_bytes) const {
     if (bytes_a_slice <= memory_bytes / 4) return {};
-    return user_error(fmt::format(
-        "{}: slices of {} x {} voxels take {} each, and `--memory` allows {} for four; raise it if "
-        "you trust the file",
-        path_, info_.size.x, info_.size.y, format_bytes(bytes_a_slice),
-        format_bytes(memory_bytes)));
+    return user_error(fmt::format(messages::kSlicesTakeEach, path_, info_.size.x, info_.size.y,
+                                  format_bytes(bytes_a_slice), format_bytes(memory_bytes)));
 }
 
 }  // namespace openfab::viewer

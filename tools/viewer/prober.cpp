@@ -13,6 +13,7 @@
 #include "base/json_text.h"
 #include "base/talking_program.h"
 #include "tools/viewer/child.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -42,7 +43,7 @@ std::string what_changed(const pipeline::PrintInfo& info, const JsonValue& prove
 Result<std::vector<double>> Prober::fractions(const ProbedWorld& world,
                                               const pipeline::PrintInfo& info,
                                               const Vec3d& point_mm) {
-    if (info.provenance.empty()) return user_error("the print does not say what it was made of");
+    if (info.provenance.empty()) return user_error(messages::kSourcesNotKnown);
     std::vector<std::string> argv{(programs_ / "openfab").string(),
                                   "print",
                                   as_argument(world.file),
@@ -60,16 +61,16 @@ Result<std::vector<double>> Prober::fractions(const ProbedWorld& world,
     if (!child) return child.error();
     if ((*child)->wait() != 0) {
         const std::string text = end_of_file(err, kMostOutput);
-        return user_error(text.empty() ? "openfab print --probe failed" : text);
+        return user_error(text.empty() ? messages::kProbeFailed : text);
     }
     const Result<JsonValue> json = parse_json(end_of_file(out, kMostOutput), "openfab print");
     if (!json) return json.error();
     const JsonValue* provenance = member_of(*json, "provenance");
     const JsonValue* fractions = member_of(*json, "fractions");
     if (provenance == nullptr || fractions == nullptr)
-        return internal_error("`openfab print --probe` has no fractions");
+        return internal_error(messages::kProbeWithoutFractions);
     if (const std::string changed = what_changed(info, *provenance); !changed.empty())
-        return user_error(fmt::format("the world has changed since it was printed: {}", changed));
+        return user_error(fmt::format(messages::kWorldChanged, changed));
     std::vector<double> out_fractions;
     for (const pipeline::SliceMaterial& material : info.materials) {
         const JsonValue* fraction = member_of(*fractions, material.name);

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "tools/viewer/messages.h"
+
 namespace openfab::viewer {
 
 ViewedPrint::ViewedPrint(std::unique_ptr<PrintFile> file, std::string name)
@@ -94,10 +96,8 @@ void Session::look_again() {
 
 std::string why_not_compared(const pipeline::PrintInfo& a, const pipeline::PrintInfo& b) {
     if (a.size.x == b.size.x && a.size.y == b.size.y && a.size.z == b.size.z) return {};
-    return fmt::format(
-        "the prints have {} x {} x {} and {} x {} x {} voxels; only grids of one size can be "
-        "compared voxel by voxel",
-        a.size.x, a.size.y, a.size.z, b.size.x, b.size.y, b.size.z);
+    return fmt::format(messages::kGridsDiffer, a.size.x, a.size.y, a.size.z, b.size.x, b.size.y,
+                       b.size.z);
 }
 
 }  // namespace openfab::viewer

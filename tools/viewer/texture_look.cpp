@@ -13,6 +13,7 @@
 #include "texture/cache.h"
 #include "texture/pyramid.h"
 #include "texture/volume.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -107,7 +108,7 @@ Result<std::vector<uint8_t>> texture_look(const world::Texture& texture, bool is
     if (!pyramid) return pyramid.error();
     std::vector<uint8_t> png =
         picture_of(**pyramid, is_volume || texture.space == world::Space::kData);
-    if (png.empty()) return outside_error("memory ran out");
+    if (png.empty()) return outside_error(messages::kMemoryRanOut);
     return png;
 }
 

@@ -12,6 +12,7 @@
 #include "tools/viewer/http_server.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/live_api.h"
+#include "tools/viewer/messages.h"
 #include "tools/viewer/parameters.h"
 #include "tools/viewer/part_finder.h"
 #include "tools/viewer/print_api.h"
@@ -53,36 +54,26 @@ Answer state(const Request& request, Session* session, const Live* live) {
 Result<void> check_origin(const ViewOptions& options) {
     const bool is_world = options.world.ends_with(".json");
     if (!options.fablet.empty() && (options.world.empty() || is_world)) {
-        return usage_error(
-            "`--fablet` is for a print of a mesh: name the mesh, `--world MESH --fablet FABLET`; a "
-            "world names its own fablets");
+        return usage_error(messages::kFabletIsForMesh);
     }
     if (options.world.empty() || is_world || !options.fablet.empty()) return {};
-    return usage_error(
-        fmt::format("`--world {}` is not a world (.fab.json); of a print of a mesh give its "
-                    "`--fablet`, too, or "
-                    "print a world of the mesh, which `openfab import` makes",
-                    options.world));
+    return usage_error(fmt::format(messages::kWorldIsNoWorld, options.world));
 }
 
 /// Opens the prints; of a world there is none yet.
 Result<void> open_prints(const ViewOptions& options, bool is_world, Session* session) {
     if (is_world) {
-        if (!options.world.empty())
-            return usage_error("`--world` is for a print; the file is a world itself");
-        if (!options.fablet.empty())
-            return usage_error("`--fablet` is for a print of a mesh; a world names its own");
-        if (!options.compare.empty())
-            return usage_error("a world cannot be compared; print it to an .ofr file first");
+        if (!options.world.empty()) return usage_error(messages::kWorldIsForPrint);
+        if (!options.fablet.empty()) return usage_error(messages::kFabletIsForPrint);
+        if (!options.compare.empty()) return usage_error(messages::kWorldCannotBeCompared);
         // Whatever else is wrong with it can be mended while the page is open.
         const Result<InputFile> world = InputFile::open(options.file);
         if (world) return {};
-        return with_context(world.error(), fmt::format("cannot open `{}`: ", options.file));
+        return with_context(world.error(), fmt::format(messages::kCannotOpen, options.file));
     }
-    if (options.watch) return usage_error("`--watch` is for a world (.fab.json)");
+    if (options.watch) return usage_error(messages::kWatchIsForWorld);
     if (options.world.empty() && (!options.settings.empty() || !options.allow.empty())) {
-        return usage_error(
-            "`--set` and `--allow` are for a world (.fab.json), or for the `--world` of a print");
+        return usage_error(messages::kSetIsForWorld);
     }
     if (Result<void> fits = check_origin(options); !fits) return fits;
     if (Result<void> opened = session->open(options.file); !opened) return opened;
@@ -137,7 +128,7 @@ Result<void> view(const ViewOptions& options) {
         if (std::optional<Answer> answer = answer_on_world(live.get(), request)) return *answer;
         if (std::optional<Answer> answer = answer_on_prints(session, world, request))
             return *answer;
-        return refusal(404, "there is nothing at this address");
+        return refusal(404, messages::kNothingAtAddress);
     };
     std::string url;
     Result<std::unique_ptr<HttpServer>> server =

@@ -8,6 +8,7 @@
 
 #include "base/json.h"
 #include "base/json_text.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
@@ -90,13 +91,13 @@ Result<std::string> with_entry(const std::string& text, const std::string& name,
     const Result<JsonValue> world = parse_json(text, name);
     if (!world) return world.error();
     if (!world->is(JsonValue::Kind::kObject))
-        return user_error(fmt::format("{}: this is no world", name));
+        return user_error(fmt::format(messages::kNoWorld, name));
     const JsonValue* of_section = member_of(*world, section);
     if (of_section == nullptr)
         return with_first_member(
             text, *world, fmt::format("{}: {{{}: {}}}", quoted(section), quoted(key), value));
     if (!of_section->is(JsonValue::Kind::kObject))
-        return user_error(fmt::format("{}: `{}` is no object", name, section));
+        return user_error(fmt::format(messages::kNoObject, name, section));
     return with_member(text, *of_section, key, value);
 }
 
@@ -127,7 +128,7 @@ Result<std::string> with_mesh(const std::string& text, const std::string& name,
     const JsonValue* objects = member_of(*world, "objects");
     const JsonValue* of_object = objects == nullptr ? nullptr : member_of(*objects, object);
     if (of_object == nullptr || !of_object->is(JsonValue::Kind::kObject))
-        return user_error(fmt::format("{}: there is no object `{}`", name, object));
+        return user_error(fmt::format(messages::kNoObjectOfName, name, object));
     return with_member(text, *of_object, "mesh", quoted(mesh));
 }
 
@@ -139,13 +140,13 @@ Result<std::string> with_uniform(const std::string& text, const std::string& nam
     const JsonValue* objects = member_of(*world, "objects");
     const JsonValue* of_object = objects == nullptr ? nullptr : member_of(*objects, object);
     if (of_object == nullptr || !of_object->is(JsonValue::Kind::kObject))
-        return user_error(fmt::format("{}: there is no object `{}`", name, object));
+        return user_error(fmt::format(messages::kNoObjectOfName, name, object));
     const std::string member = fmt::format("{}: {}", quoted(uniform), value);
     const JsonValue* uniforms = member_of(*of_object, "uniforms");
     if (uniforms == nullptr)
         return with_first_member(text, *of_object, "\"uniforms\": {" + member + "}");
     if (!uniforms->is(JsonValue::Kind::kObject))
-        return user_error(fmt::format("{}: the uniforms of `{}` are no object", name, object));
+        return user_error(fmt::format(messages::kUniformsNoObject, name, object));
     return with_member(text, *uniforms, uniform, value);
 }
 

@@ -15,6 +15,8 @@
 
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -196,18 +198,19 @@ TEST_F(ViewServer, WhatCannotBeShownIsRefusedWithAReason) {
     scratch_.write("odd/manifest.json", R"({"pixels": [8, 1e30], "slices_planned": 1})");
     const std::string print = write(print_, "a.ofr");
     const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
-        {{path("none.ofr")}, "cannot open"},
-        {{path("none.fab.json"), "--watch"}, "cannot open"},
-        {{path("text.ofr")}, "not an .ofr file"},
-        {{scratch_.path().string()}, "no folder of slices"},
-        {{path("odd")}, "not that of a folder of slices"},
-        {{print, path("none.ofr")}, "cannot open"},
-        {{print, "--watch"}, "is for a world"},
-        {{print, "--world", "cube.obj"}, "of a print of a mesh give its `--fablet`, too"},
-        {{print, "--fablet", "solid"}, "name the mesh"},
-        {{print, "--world", "cube.fab.json", "--fablet", "solid"}, "name the mesh"},
-        {{path("none.fab.json"), "--fablet", "solid"}, "a world names its own"},
-        {{print, "--listen", "example.org"}, "is not an address"},
+        {{path("none.ofr")}, viewer::messages::kCannotOpen},
+        {{path("none.fab.json"), "--watch"}, viewer::messages::kCannotOpen},
+        {{path("text.ofr")}, viewer::messages::kNotAnOfrFile},
+        {{scratch_.path().string()}, viewer::messages::kNoFolderOfSlices},
+        {{path("odd")}, viewer::messages::kManifestOfOther},
+        {{print, path("none.ofr")}, viewer::messages::kCannotOpen},
+        {{print, "--watch"}, viewer::messages::kWatchIsForWorld},
+        {{print, "--world", "cube.obj"}, viewer::messages::kWorldIsNoWorld},
+        {{print, "--fablet", "solid"}, viewer::messages::kFabletIsForMesh},
+        {{print, "--world", "cube.fab.json", "--fablet", "solid"},
+         viewer::messages::kFabletIsForMesh},
+        {{path("none.fab.json"), "--fablet", "solid"}, viewer::messages::kFabletIsForPrint},
+        {{print, "--listen", "example.org"}, viewer::messages::kNotAnAddressHere},
         {{print, "--port", "70000"}, "--port"},
         {{print, "--memory", "20kB"}, "memory"}};
     for (const auto& [arguments, message] : wrong) {
@@ -215,7 +218,7 @@ TEST_F(ViewServer, WhatCannotBeShownIsRefusedWithAReason) {
         argv.insert(argv.end(), arguments.begin(), arguments.end());
         const Outcome outcome = run(argv);
         EXPECT_NE(outcome.exit_code, 0);
-        EXPECT_THAT(outcome.err, HasSubstr(message));
+        EXPECT_THAT(outcome.err, testing::Says(message));
     }
 }
 
@@ -225,7 +228,7 @@ TEST_F(ViewServer, TwoServersNeverShareAPort) {
     const Outcome second =
         run({program("openfab"), "view", file, "--port", std::to_string(viewer.port())});
     EXPECT_EQ(second.exit_code, 3);
-    EXPECT_THAT(second.err, HasSubstr("is it taken?"));
+    EXPECT_THAT(second.err, testing::Says(viewer::messages::kIsItTaken));
 }
 
 }  // namespace

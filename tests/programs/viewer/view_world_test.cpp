@@ -17,6 +17,8 @@
 
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -169,7 +171,7 @@ TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {
     const Viewer other({file, "--world", world()}, cache());
     const HttpAnswer refused = other.get("/api/amounts" + voxel);
     EXPECT_EQ(refused.status, 422);
-    EXPECT_THAT(refused.body, HasSubstr("the world has changed since it was printed: uniforms"));
+    EXPECT_THAT(refused.body, testing::Says(viewer::messages::kWorldChanged, "uniforms"));
     const Viewer alone({file});
     EXPECT_EQ(alone.get("/api/amounts" + voxel).status, 404);
 }
@@ -194,7 +196,7 @@ TEST_F(ViewWorld, OfAMeshThatWasPrintedAloneItsFabletTellsWhatTheDitherWasGiven)
     EXPECT_NEAR(member(amounts, "fractions").items.at(1).number, 0.875, 1e-5);
     const HttpAnswer refused = view("corner.share=0.25");
     EXPECT_EQ(refused.status, 422);
-    EXPECT_THAT(refused.body, HasSubstr("the world has changed since it was printed: uniforms"));
+    EXPECT_THAT(refused.body, testing::Says(viewer::messages::kWorldChanged, "uniforms"));
 }
 
 TEST_F(ViewWorld, AMeshIsShownAsTheWorldThatAnImportMakesOfIt) {
