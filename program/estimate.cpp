@@ -222,6 +222,7 @@ std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
     text("printer", info.printer);
     w.Key("estimate");
     w.Bool(true);
+    write_grid(e.set_up.size, info, &w);
     w.Key("voxels_total");
     w.Int64(e.set_up.voxels_total);
     w.Key("slices");

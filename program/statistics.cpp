@@ -105,6 +105,22 @@ void write_work(Writer& w, const pipeline::PrintStatistics& s) {
 
 }  // namespace
 
+void write_grid(const Vec3i& size_voxels, const pipeline::PrintInfo& info,
+                rapidjson::PrettyWriter<rapidjson::StringBuffer>* w) {
+    w->Key("size_voxels");
+    w->SetFormatOptions(rapidjson::kFormatSingleLineArray);
+    w->StartArray();
+    for (int a = 0; a < 3; ++a)
+        w->Int(size_voxels[a]);
+    w->EndArray();
+    w->Key("pitch_mm");
+    w->StartArray();
+    for (int a = 0; a < 3; ++a)
+        w->Double(info.pitch_mm[a]);
+    w->EndArray();
+    w->SetFormatOptions(rapidjson::kFormatDefault);
+}
+
 void write_cost(const pipeline::PrintCost& cost,
                 rapidjson::PrettyWriter<rapidjson::StringBuffer>* w) {
     w->Key("cost");
@@ -139,18 +155,7 @@ std::string statistics_json(const pipeline::PrintStatistics& s, const pipeline::
     w.Bool(s.complete);
     // A string, since JSON readers keep 53 bits of a number.
     write(w, "hash", fmt::format("{:016x}", s.hash));
-    w.Key("size_voxels");
-    w.SetFormatOptions(rapidjson::kFormatSingleLineArray);
-    w.StartArray();
-    for (int a = 0; a < 3; ++a)
-        w.Int(info.size[a]);
-    w.EndArray();
-    w.Key("pitch_mm");
-    w.StartArray();
-    for (int a = 0; a < 3; ++a)
-        w.Double(info.pitch_mm[a]);
-    w.EndArray();
-    w.SetFormatOptions(rapidjson::kFormatDefault);
+    write_grid(info.size, info, &w);
     write(w, "voxels_total", s.voxels_total);
     write(w, "voxels_solid", s.voxels_solid);
     if (info.support_code != 0) {

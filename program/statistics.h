@@ -22,6 +22,10 @@ namespace openfab::program {
 std::string statistics_json(const pipeline::PrintStatistics& statistics,
                             const pipeline::PrintInfo& info);
 
+/// Writes the members `size_voxels` and `pitch_mm` of an object.
+void write_grid(const Vec3i& size_voxels, const pipeline::PrintInfo& info,
+                rapidjson::PrettyWriter<rapidjson::StringBuffer>* w);
+
 /// Writes the member `cost` of an object.
 void write_cost(const pipeline::PrintCost& cost,
                 rapidjson::PrettyWriter<rapidjson::StringBuffer>* w);

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdio>
 #include <memory>
 
+#include "base/check.h"
 #include "base/input_file.h"
 #include "base/json.h"
 #include "base/json_text.h"
@@ -127,10 +127,13 @@ Result<fs::path> print_voxels(const PrintRequest& request, const fs::path& folde
 }
 
 Result<std::array<double, 3>> build_size(const PrintRequest& request, const fs::path& folder) {
+    const fs::path file = folder / "estimate.json";
     std::vector<std::string> argv{(request.programs / "openfab").string(),
                                   "print",
                                   as_argument(request.world),
                                   "--estimate",
+                                  "--stats",
+                                  file.string(),
                                   "--voxel",
                                   "0.5mm"};
     for (const std::string& one : request.allow)
@@ -138,14 +141,16 @@ Result<std::array<double, 3>> build_size(const PrintRequest& request, const fs::
     for (const std::string& one : request.settings)
         argv.insert(argv.end(), {"--set", one});
     if (Result<void> done = run(argv, folder); !done) return done.error();
-    constexpr int64_t kMostSaid = 64 << 10;
-    const std::string said = viewer::end_of_file(folder / "print.err", kMostSaid);
-    // "87 x 87 x 20 voxels, 0.2 million; 43.500 x 43.500 x 10.000 mm"
-    const size_t at = said.find("; ");
-    std::array<double, 3> out{};
-    if (at == std::string::npos ||
-        std::sscanf(said.c_str() + at, "; %lf x %lf x %lf mm", &out[0], &out[1], &out[2]) != 3)
-        return internal_error("`openfab print --estimate` says no size");
+    const Result<std::string> text = read_text_file(file, kMostWorldBytes);
+    if (!text) return text.error();
+    const Result<JsonValue> estimate = parse_json(*text, file.string());
+    if (!estimate) return estimate.error();
+    const JsonMember* size = estimate->find("size_voxels");
+    const JsonMember* pitch = estimate->find("pitch_mm");
+    OPENFAB_CHECK(size && pitch && size->value.items.size() == 3 && pitch->value.items.size() == 3);
+    std::array<double, 3> out;
+    for (size_t a = 0; a < 3; ++a)
+        out[a] = size->value.items[a].number * pitch->value.items[a].number;
     return out;
 }
 

@@ -133,6 +133,30 @@ TEST_F(Mechanics, WhatDoesNotFitIsRefusedBeforeItIsPrinted) {
     EXPECT_THAT(cell.err, HasSubstr("`--memory` allows"));
 }
 
+// What the print says of the mesh is no part of its size.
+TEST_F(Mechanics, AMeshThatIntersectsItselfIsCalculated) {
+    std::string mesh;
+    for (const int corner : {0, 5}) {
+        for (int v = 0; v < 8; ++v)
+            mesh += "v " + std::to_string(corner + 10 * (v & 1)) + " " +
+                    std::to_string(corner + 10 * (v >> 1 & 1)) + " " +
+                    std::to_string(corner + 10 * (v >> 2)) + "\n";
+        for (const char* face : {"-8 -6 -5 -7", "-4 -3 -1 -2", "-8 -7 -3 -4", "-6 -2 -1 -5",
+                                 "-8 -4 -2 -6", "-7 -5 -1 -3"})
+            mesh += std::string("f ") + face + "\n";
+    }
+    scratch_.write("two.obj", mesh);
+    const fs::path file = world(both(kHeld, kPush));
+    std::string text = read_file(file);
+    const std::string box = R"("box": {"box": [20, 10, 10]})";
+    text.replace(text.find(box), box.size(), R"("box": {"file": "two.obj", "unit": "mm"})");
+    scratch_.write("world.fab.json", text);
+    const Outcome out = mechanics({"part", file, "--voxel", "1mm"});
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+    // 2 cubes of 1000 voxels, which share 125.
+    EXPECT_THAT(out.out, HasSubstr("1875 solid elements"));
+}
+
 size_t iterations_told(const Outcome& outcome) {
     size_t count = 0;
     for (size_t at = 0; (at = outcome.err.find("iteration ", at)) != std::string::npos; ++at)
