@@ -6,14 +6,15 @@
 
 #include <algorithm>
 
+#include "program/messages.h"
+
 namespace openfab::program {
 
 namespace {
 
 std::string room_of(const world::Printer& printer) {
     const Vec3d& room = printer.build_volume_mm;
-    return fmt::format("`{}` builds {:.5g} x {:.5g} x {:.5g} mm", printer.name, room.x, room.y,
-                       room.z);
+    return fmt::format(messages::kRoomOfPrinter, printer.name, room.x, room.y, room.z);
 }
 
 /// The part whose mesh extends farthest along an axis, up or down.
@@ -51,10 +52,8 @@ Result<void> check_build_volume(const pipeline::PrintInfo& info, const world::Pr
         const double size = info.size[a] * info.pitch_mm[a];
         // The grid is rounded out to whole voxels.
         if (size <= room[a] + 2 * info.pitch_mm[a]) continue;
-        return user_error(fmt::format(
-            "the print is {:.5g} mm along {}, {:.4g} mm too much: {}; place it closer together, or "
-            "choose another `--printer`",
-            size, "xyz"[a], size - room[a], room_of(printer)));
+        return user_error(fmt::format(messages::kPrintTooLarge, size, "xyz"[a], size - room[a],
+                                      room_of(printer)));
     }
     if (tray == world::Tray::kAnywhere) return {};
     const Box3d box = tray_box(printer, tray);
@@ -65,12 +64,9 @@ Result<void> check_build_volume(const pipeline::PrintInfo& info, const world::Pr
         if (std::max(below, above) <= info.pitch_mm[a]) continue;
         const bool up = above > below;
         const part::Part* part = farthest(parts, a, up);
-        return user_error(
-            fmt::format("`{}` (number {} of the build) is {:.4g} mm outside the tray along {}{}: "
-                        "{}, from {:.5g} to "
-                        "{:.5g} mm there; move it, or leave `tray` out of the world",
-                        part->name, part->instance, std::max(below, above), up ? '+' : '-',
-                        "xyz"[a], room_of(printer), from, box.hi[a]));
+        return user_error(fmt::format(messages::kPartOutsideTray, part->name, part->instance,
+                                      std::max(below, above), up ? '+' : '-', "xyz"[a],
+                                      room_of(printer), from, box.hi[a]));
     }
     return {};
 }

@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "program/cost.h"
+#include "program/messages.h"
 #include "program/outputs.h"
 #include "program/statistics.h"
 
@@ -104,9 +105,9 @@ Result<pipeline::TimeSample> sample_time(pipeline::PrintJob* print, const Option
 /// "about 2 h", or as much as is known about it.
 std::string describe_time(const Estimate& e) {
     const std::string time = format_seconds(e.seconds());
-    if (e.time.places > 0 && e.time.share == 0) return "more than " + time;
+    if (e.time.places > 0 && e.time.share == 0) return messages::kMoreThan + time;
     if (e.time.places == 0 || e.time.share == 1) return "about " + time;
-    return fmt::format("roughly {}, from {:.2g} % of 8 slices", time, 100 * e.time.share);
+    return fmt::format(messages::kRoughly, time, 100 * e.time.share);
 }
 
 /// Whether slices are ready when the printer needs them.
@@ -114,14 +115,8 @@ std::string describe_pace(const Estimate& e) {
     if (e.time.places == 0) return "";
     const std::string slice = format_seconds(e.slowest_slice_seconds());
     const std::string layer = format_seconds(e.print_seconds / e.slices);
-    return e.keeps_up() ? fmt::format(
-                              ", which this machine keeps up with: it takes up to {} for a "
-                              "slice, the printer {}",
-                              slice, layer)
-                        : fmt::format(
-                              ", which this machine does not keep up with: it takes up to "
-                              "{} for a slice, the printer {}",
-                              slice, layer);
+    return e.keeps_up() ? fmt::format(messages::kKeepsUp, slice, layer)
+                        : fmt::format(messages::kDoesNotKeepUp, slice, layer);
 }
 
 /// ", 3.40 EUR"
@@ -129,9 +124,10 @@ std::string describe_money(const Estimate& e, size_t code) {
     if (!e.cost) return "";
     const pipeline::MaterialCost& line = e.cost->materials[code - 1];
     std::string text;
-    if (line.waste_ml > 0) text += fmt::format(", {:.3g} ml more of waste", line.waste_ml);
-    return text + (line.money ? fmt::format(", {:.2f} {}", *line.money, printable(e.cost->currency))
-                              : ", its price is not known");
+    if (line.waste_ml > 0) text += fmt::format(messages::kMoreOfWaste, line.waste_ml);
+    return text + (line.money ? fmt::format(messages::kPriceOfMaterial, *line.money,
+                                            printable(e.cost->currency))
+                              : messages::kPriceNotKnown);
 }
 
 std::string describe_cost(const pipeline::PrintCost& cost) {
@@ -140,9 +136,9 @@ std::string describe_cost(const pipeline::PrintCost& cost) {
         if (!line.money && line.ml > 0)
             unknown += (unknown.empty() ? "" : ", ") + printable(line.name);
     }
-    return fmt::format("cost: about {:.2f} {}{}; {} passes{}\n", cost.money,
-                       printable(cost.currency), unknown.empty() ? "" : " without " + unknown,
-                       cost.passes, cost.seconds > 0 ? ", " + format_seconds(cost.seconds) : "");
+    return fmt::format(messages::kCost, cost.money, printable(cost.currency),
+                       unknown.empty() ? "" : " without " + unknown, cost.passes,
+                       cost.seconds > 0 ? ", " + format_seconds(cost.seconds) : "");
 }
 
 }  // namespace
@@ -181,21 +177,19 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
 
 void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
     const Vec3i& size = e.set_up.size;
-    say(fmt::format("{} x {} x {} voxels, {:.1f} million; {:.3f} x {:.3f} x {:.3f} mm\n", size.x,
-                    size.y, size.z, static_cast<double>(e.set_up.voxels_total) * 1e-6,
-                    size.x * info.pitch_mm.x, size.y * info.pitch_mm.y, size.z * info.pitch_mm.z));
-    say(fmt::format("memory {}, time {}\n", format_bytes(e.memory_bytes), describe_time(e)));
+    say(fmt::format(messages::kEstimateVoxels, size.x, size.y, size.z,
+                    static_cast<double>(e.set_up.voxels_total) * 1e-6, size.x * info.pitch_mm.x,
+                    size.y * info.pitch_mm.y, size.z * info.pitch_mm.z));
+    say(fmt::format(messages::kEstimateMemory, format_bytes(e.memory_bytes), describe_time(e)));
     if (e.print_seconds > 0) {
-        say(fmt::format("{} slices, {} on `{}`{}\n", e.slices, format_seconds(e.print_seconds),
+        say(fmt::format(messages::kEstimateSlices, e.slices, format_seconds(e.print_seconds),
                         printable(info.printer), describe_pace(e)));
     }
-    if (e.time.places > 0 && e.sample.voxels_by_code.empty())
-        say("materials are not known: even a coarse print takes too long, or too much memory, for "
-            "an estimate\n");
+    if (e.time.places > 0 && e.sample.voxels_by_code.empty()) say(messages::kMaterialsNotKnown);
     for (size_t code = 1; code < e.sample.voxels_by_code.size(); ++code) {
         const pipeline::SliceMaterial& material = info.materials[code - 1];
         const double ml = static_cast<double>(e.sample.voxels_by_code[code]) * e.sample_voxel_ml;
-        say(fmt::format("{}: {} {:.3g} ml, {:.3g} g{}\n", printable(material.name),
+        say(fmt::format(messages::kEstimateMaterial, printable(material.name),
                         e.few_voxels ? "roughly" : "about", ml, ml * material.density_g_cm3,
                         describe_money(e, code)));
     }

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "mesh/load/load_mesh.h"
 #include "program/build_volume.h"
+#include "program/messages.h"
 #include "program/outputs.h"
 #include "program/process.h"
 #include "program/process_field.h"
@@ -58,19 +59,15 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
     if (Result<void> fine = check_mesh_pitch(options, *format); !fine) return fine.error();
     if (has_mesh_pitch(options, *printer, *format)) {
         if (!options.mesh_pitch_mm && !pitch_is_given(options)) {
-            notes->push_back(fmt::format(
-                "the meshes are made from voxels of {:g} mm; `--mesh-pitch` sets another size",
-                kMeshPitchMm * options.draft));
+            notes->push_back(fmt::format(messages::kMeshesMadeFrom, kMeshPitchMm * options.draft));
         }
         return printer;
     }
     const bool pitch_given =
         options.pitch_mm || options.voxel_mm || (options.dpi && options.layer_mm);
     if (!chosen && !pitch_given) {
-        notes->push_back(fmt::format(
-            "no printer was named: `{}` prints voxels of {} x {} x {} mm; `--printer` and "
-            "`--voxel` set another pitch",
-            printer->name, printer->pitch_mm.x, printer->pitch_mm.y, printer->pitch_mm.z));
+        notes->push_back(fmt::format(messages::kNoPrinterNamed, printer->name, printer->pitch_mm.x,
+                                     printer->pitch_mm.y, printer->pitch_mm.z));
     }
     return printer;
 }
@@ -79,21 +76,18 @@ Result<world::Printer> printer_of(const Options& options, const world::World& wo
 Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, world::Tray tray) {
     const bool plane = pitch_mm.x > 0 && pitch_mm.y > 0;
     if (!plane || !(pitch_mm.z > 0)) {
-        const char* remedy = plane            ? "`--layer 30um`"
-                             : pitch_mm.z > 0 ? "`--dpi 600x600`"
-                                              : "`--dpi 600x600 --layer 30um`";
-        return user_error(fmt::format(
-            "the {} of `{}` {} not known here (`openfab printers {}` says why); give yours, as {}",
-            plane            ? "thickness of a slice"
-            : pitch_mm.z > 0 ? "resolution along x and y"
-                             : "resolution and the thickness of a slice",
-            printer.name, plane || pitch_mm.z > 0 ? "is" : "are", printer.name, remedy));
+        const char* remedy = plane            ? messages::kGiveLayer
+                             : pitch_mm.z > 0 ? messages::kGiveDpi
+                                              : messages::kGiveDpiAndLayer;
+        return user_error(fmt::format(messages::kPitchNotKnown,
+                                      plane            ? messages::kThicknessOfSlice
+                                      : pitch_mm.z > 0 ? messages::kResolutionAcross
+                                                       : messages::kResolutionAndThickness,
+                                      printer.name, plane || pitch_mm.z > 0 ? "is" : "are",
+                                      printer.name, remedy));
     }
     if (tray != world::Tray::kAnywhere && !printer.knows_build_volume()) {
-        return user_error(fmt::format(
-            "`tray` of a world and `--crop tray` count from the tray of `{}`, whose size is not "
-            "known here; leave them out, or write a profile with `build_volume_mm`",
-            printer.name));
+        return user_error(fmt::format(messages::kTrayNotKnown, printer.name));
     }
     return {};
 }
@@ -101,8 +95,8 @@ Result<void> check_known(const Vec3d& pitch_mm, const world::Printer& printer, w
 Result<void> check_materials(const world::World& world, const world::Printer& printer) {
     const size_t most = static_cast<size_t>(printer.max_materials);
     if (world.materials.size() <= most) return {};
-    return user_error(fmt::format("the world has {} materials, but `{}` prints at most {} at once",
-                                  world.materials.size(), printer.name, most));
+    return user_error(
+        fmt::format(messages::kTooManyMaterials, world.materials.size(), printer.name, most));
 }
 
 /// Returns the code of the support material, 0 if the print has none. The printer's own is added to
@@ -124,9 +118,8 @@ Result<int32_t> choose_support(const Options& options, const world::World& world
     if (!choice.material.empty()) {
         const auto found = std::find(names.begin(), names.end(), choice.material);
         if (found != names.end()) return static_cast<int32_t>(found - names.begin()) + 1;
-        return user_error(
-            fmt::format("`--support {}`: write on, off, or a material of the world; {}",
-                        choice.material, suggest(choice.material, names)));
+        return user_error(fmt::format(messages::kSupportOfNoMaterial, choice.material,
+                                      suggest(choice.material, names)));
     }
     const world::SupportMaterial& own = printer.support_material;
     const pipeline::SliceMaterial added{own.name, own.key, own.preview, own.density_g_cm3,
@@ -135,10 +128,7 @@ Result<int32_t> choose_support(const Options& options, const world::World& world
         const pipeline::SliceMaterial& material = (*materials)[m];
         if (material.name == added.name) return static_cast<int32_t>(m) + 1;
         if (material.key != added.key) continue;
-        return user_error(fmt::format(
-            "material `{}` has the key colour of the support material of `{}`; change it, "
-            "or choose another support material with `support` in the world",
-            material.name, printer.name));
+        return user_error(fmt::format(messages::kKeyOfSupport, material.name, printer.name));
     }
     materials->push_back(added);
     return static_cast<int32_t>(materials->size());

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "base/units.h"
+#include "program/messages.h"
 
 namespace openfab::program {
 
@@ -25,7 +26,7 @@ template <typename T, typename Parse>
 Result<Vec2<T>> parse_range(const char* option, const std::string& text, const char* example,
                             const Parse& parse) {
     const size_t colon = text.find(':');
-    if (colon == std::string::npos) return bad_value(option, text, "not a range", example);
+    if (colon == std::string::npos) return bad_value(option, text, messages::kNotARange, example);
     const Result<T> from = parse(text.substr(0, colon));
     if (!from) return from.error();
     const Result<T> to = parse(text.substr(colon + 1));
@@ -37,13 +38,12 @@ Result<Vec2<T>> parse_range(const char* option, const std::string& text, const c
 
 Error bad_value(std::string_view option, std::string_view text, std::string_view what,
                 std::string_view example) {
-    return usage_error(
-        fmt::format("`{}`: `{}` is {}; write `{} {}`", option, text, what, option, example));
+    return usage_error(fmt::format(messages::kBadValue, option, text, what, option, example));
 }
 
 Result<double> parse_length(std::string_view option, const std::string& text) {
     Result<double> mm = parse_length_mm(text);
-    if (!mm) return usage_error(fmt::format("`{}`: {}", option, mm.error().text()));
+    if (!mm) return usage_error(fmt::format(messages::kOfOption, option, mm.error().text()));
     return mm;
 }
 
@@ -55,7 +55,7 @@ Result<Vec2<double>> parse_dpi(const std::string& text) {
         x == std::string::npos
             ? parse_number(all, &dpi.x) && parse_number(all, &dpi.y)
             : parse_number(all.substr(0, x), &dpi.x) && parse_number(all.substr(x + 1), &dpi.y);
-    if (!fine) return bad_value("--dpi", text, "not a resolution", "600x300");
+    if (!fine) return bad_value("--dpi", text, messages::kNotAResolution, "600x300");
     return dpi;
 }
 
@@ -65,12 +65,12 @@ Result<Vec2<double>> parse_heights(const std::string& text) {
 }
 
 Result<Vec2<int32_t>> parse_slices(const std::string& text) {
-    return parse_range<int32_t>("--slices", text, "0:64",
-                                [&](const std::string& part) -> Result<int32_t> {
-                                    int32_t value = 0;
-                                    if (parse_whole(part, &value)) return value;
-                                    return bad_value("--slices", text, "not a range", "0:64");
-                                });
+    return parse_range<int32_t>(
+        "--slices", text, "0:64", [&](const std::string& part) -> Result<int32_t> {
+            int32_t value = 0;
+            if (parse_whole(part, &value)) return value;
+            return bad_value("--slices", text, messages::kNotARange, "0:64");
+        });
 }
 
 Result<Vec3d> parse_vector(std::string_view option, const std::string& text,
@@ -83,7 +83,7 @@ Result<Vec3d> parse_vector(std::string_view option, const std::string& text,
             to != std::string::npos && from <= to &&
             parse_number(std::string_view(text).substr(from, to - from), &out[axis]) &&
             std::isfinite(out[axis]);
-        if (!fine) return bad_value(option, text, "not three numbers", example);
+        if (!fine) return bad_value(option, text, messages::kNotThreeNumbers, example);
         from = to + 1;
     }
     return out;

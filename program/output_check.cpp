@@ -15,6 +15,7 @@
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/stream/address.h"
+#include "program/messages.h"
 #include "program/outputs.h"
 
 namespace openfab::program {
@@ -64,24 +65,23 @@ std::optional<Identity> identity_of(fs::path path) {
 }
 
 Error clash(const NamedOutput& output, const std::string& with) {
-    return user_error(fmt::format("`{} {}` would overwrite {}; name another output", output.option,
-                                  output.path.string(), with));
+    return user_error(
+        fmt::format(messages::kWouldOverwrite, output.option, output.path.string(), with));
 }
 
 std::string described(const fs::path& input) {
-    return fmt::format("`{}`, which is an input", input.string());
+    return fmt::format(messages::kWhichIsAnInput, input.string());
 }
 
 /// Fails where a file cannot be written that the work ends with: not after all of it.
 Result<void> check_place(const fs::path& path) {
     const auto status = status_of(path);
     if (status && S_ISDIR(status->st_mode))
-        return user_error(fmt::format("`{}` is a folder; the output is a file", path.string()));
+        return user_error(fmt::format(messages::kOutputIsAFolder, path.string()));
     if (status && !S_ISREG(status->st_mode)) return {};
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
-    return outside_error(
-        fmt::format("cannot create `{}`: {}", path.string(), std::strerror(errno)));
+    return outside_error(fmt::format(messages::kCannotCreate, path.string(), std::strerror(errno)));
 }
 
 /// Fails if an input or another output is, or would be, a file in a folder of slices.
@@ -165,9 +165,9 @@ Result<void> check_outputs(const std::vector<NamedOutput>& outputs,
         }
         for (size_t i = 0; i + 1 < made.size(); ++i) {
             if (made[i] != made.back()) continue;
-            return user_error(fmt::format("`{} {}` and `{} {}` are one file; name another output",
-                                          outputs[i].option, outputs[i].path.string(),
-                                          output.option, output.path.string()));
+            return user_error(fmt::format(messages::kOutputsAreOneFile, outputs[i].option,
+                                          outputs[i].path.string(), output.option,
+                                          output.path.string()));
         }
     }
     return {};

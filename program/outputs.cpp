@@ -15,6 +15,7 @@
 #include "backends/preview/preview.h"
 #include "backends/stream/stream_sink.h"
 #include "program/grid_options.h"
+#include "program/messages.h"
 
 namespace openfab::program {
 
@@ -60,10 +61,9 @@ Result<std::unique_ptr<pipeline::SliceSink>> open_format(const OutputOptions& op
     if (format == nullptr)
         return std::unique_ptr<pipeline::SliceSink>(std::make_unique<backends::NullSink>());
     if (options.resume && !can_be_resumed(options, *format)) {
-        return usage_error(fmt::format("`--resume` cannot continue `{}`: {}", options.output,
-                                       format->not_resumed.empty()
-                                           ? "it is not a file that keeps what was written"
-                                           : format->not_resumed));
+        return usage_error(fmt::format(
+            messages::kCannotResume, options.output,
+            format->not_resumed.empty() ? messages::kKeepsNothing : format->not_resumed));
     }
     if (stream::is_address(options.output)) {
         Result<stream::Address> address = stream::parse_address(options.output);
@@ -96,21 +96,16 @@ bool looks_like_file(const std::string& extension) {
 Error slices_fill_a_folder(const OutputOptions& options, const Format& format) {
     const std::string stem = std::filesystem::path(options.output).stem().string();
     const std::string picture =
-        format.extension == ".png"
-            ? fmt::format(", or `--preview {}` for a picture", options.output)
-            : "";
+        format.extension == ".png" ? fmt::format(messages::kOrAPicture, options.output) : "";
     return usage_error(
-        fmt::format("`-o {0}`: {1} slices fill a folder; write `-o {2} --format {1}`{3}",
-                    options.output, format.name, stem, picture));
+        fmt::format(messages::kSlicesFillAFolder, options.output, format.name, stem, picture));
 }
 
 /// Returns the format that a printer takes.
 Result<const Format*> native_format(const world::Printer& printer) {
     if (const Format* format = backends::find_format(printer.native_format)) return format;
-    return user_error(
-        fmt::format("the printer `{}` takes the format `{}`, which there is not; its "
-                    "`native_format` is one of {}",
-                    printer.name, printer.native_format, backends::format_names()));
+    return user_error(fmt::format(messages::kNativeFormatUnknown, printer.name,
+                                  printer.native_format, backends::format_names()));
 }
 
 Result<const Format*> name_format(const OutputOptions& options, const world::Printer& printer) {
@@ -132,17 +127,13 @@ Result<const Format*> name_format(const OutputOptions& options, const world::Pri
         return format;
     }
     if (extension == ".vdb") {
-        return usage_error(fmt::format(
-            "`-o {0}`: OpenVDB is written by `openfab export`; write `-o {1}.ofr`, and then "
-            "`openfab export {1}.ofr -o {0}`",
-            options.output, (path.parent_path() / path.stem()).string()));
+        return usage_error(fmt::format(messages::kOutputNoVdb, options.output,
+                                       (path.parent_path() / path.stem()).string()));
     }
     std::error_code ignored;
     if (looks_like_file(extension) && !std::filesystem::is_directory(path, ignored)) {
         return usage_error(
-            fmt::format("`-o {0}`: there is no output format `{1}`; choose from {3}, or "
-                        "a folder of png slices, `-o {2}`; a folder of this very name is `-o {0}/`",
-                        options.output, extension.substr(1),
+            fmt::format(messages::kNoFormatOfExtension, options.output, extension.substr(1),
                         (path.parent_path() / path.stem()).string(), backends::file_extensions()));
     }
     return native;
@@ -159,8 +150,7 @@ Result<const Format*> choose_format(const OutputOptions& options, const world::P
     if (!format) return format;
     if (*format != nullptr && !(*format)->flips_x && options.flip_x) {
         return usage_error(fmt::format(
-            "`--flip-x` mirrors the pictures of {}; of an .ofr file `openfab export "
-            "--flip-x` makes them, and {} is never mirrored",
+            messages::kNotMirrored,
             backends::format_names("and", [](const Format& each) { return each.flips_x; }),
             (*format)->name));
     }
@@ -170,7 +160,7 @@ Result<const Format*> choose_format(const OutputOptions& options, const world::P
 Result<void> check_mesh_pitch(const GridOptions& options, const Format* format) {
     if (!options.mesh_pitch_mm || is_mesh_format(format)) return {};
     return usage_error(fmt::format(
-        "`--mesh-pitch` is for the formats {}; `--voxel` sets the pitch of slices",
+        messages::kMeshPitchOfSlices,
         backends::format_names("and", [](const Format& each) { return is_mesh_format(&each); })));
 }
 
@@ -214,12 +204,8 @@ Result<std::unique_ptr<pipeline::SliceSink>> make_encoder(const OutputOptions& o
                                                           const world::Printer& printer,
                                                           const Format& format) {
     if (format.encode == nullptr) {
-        Error error = usage_error(
-            fmt::format("the format {} is not made slice by slice, which a print over several "
-                        "machines is",
-                        format.name));
-        error.help =
-            fmt::format("print an .ofr file, and make {} of it with `openfab export`", format.name);
+        Error error = usage_error(fmt::format(messages::kNotSliceBySlice, format.name));
+        error.help = fmt::format(messages::kNotSliceBySliceHelp, format.name);
         return error;
     }
     return std::unique_ptr<pipeline::SliceSink>(

@@ -14,6 +14,7 @@
 #include "base/command_line.h"
 #include "base/talking_program.h"
 #include "base/units.h"
+#include "program/messages.h"
 #include "program/option_texts.h"
 #include "program/options.h"
 
@@ -225,7 +226,7 @@ Result<void> read_texts(const Raw& raw, Options* o) {
     o->memory_bytes = *bytes;
     o->memory_given = !raw.memory.empty();
     if (!raw.seed.empty() && !parse_whole(raw.seed, &o->seed)) {
-        return bad_value("--seed", raw.seed, "not a whole number from 0 to 2^64 - 1", "7");
+        return bad_value("--seed", raw.seed, messages::kNotASeed, "7");
     }
     for (const std::string& text : raw.previews) {
         Result<preview::PreviewSpec> spec = preview::parse_preview(text);
@@ -244,15 +245,13 @@ Result<void> read_texts(const Raw& raw, Options* o) {
         if (raw.isa == abi::isa_name(isa)) o->isa = isa;
     }
     if (!raw.isa.empty() && !o->isa)
-        return bad_value("--isa", raw.isa,
-                         abi::isas().size() > 1 ? "none of sse41, avx2 and avx512"
-                                                : "not sse41, the one set of this machine",
-                         "sse41");
+        return bad_value(
+            "--isa", raw.isa,
+            abi::isas().size() > 1 ? messages::kNoInstructionSet : messages::kOnlySse41, "sse41");
     if (raw.slabs_in_flight.empty()) return {};
     int32_t slabs = 0;
     if (!parse_whole(raw.slabs_in_flight, &slabs))
-        return bad_value("--groups-in-flight", raw.slabs_in_flight,
-                         "not a whole number from 1 to 1024", "8");
+        return bad_value("--groups-in-flight", raw.slabs_in_flight, messages::kNotSlabs, "8");
     o->slabs_in_flight = slabs;
     return {};
 }
@@ -293,12 +292,11 @@ Result<Options> parse_options(int argc, const char* const* argv, const std::stri
     if (Result<void> done = validate_options(options); !done) return done.error();
     const bool averages = options.fractions_supersample.value_or(1) > 1 || !raw.sampling.empty();
     if (needs_output && averages && options.fractions_file.empty() && !may_be_grey(options)) {
-        return usage_error(
-            fmt::format("`{}` is about the array that `--fractions FILE.npy` writes; name one",
-                        raw.sampling.empty() ? "--fractions-supersample" : "--sampling"));
+        return usage_error(fmt::format(messages::kAboutFractions, raw.sampling.empty()
+                                                                      ? "--fractions-supersample"
+                                                                      : "--sampling"));
     }
-    if (needs_output && !has_output(options))
-        return usage_error("no output given; write `-o OUT` or `--preview FILE.png`");
+    if (needs_output && !has_output(options)) return usage_error(messages::kNoOutput);
     return options;
 }
 

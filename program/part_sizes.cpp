@@ -8,6 +8,8 @@
 #include <cmath>
 #include <map>
 
+#include "program/messages.h"
+
 namespace openfab::program {
 
 namespace {
@@ -46,8 +48,7 @@ class Ruler {
 };
 
 std::string describe(const part::Part& part, const Vec3d& voxels) {
-    return fmt::format("`{}` (number {} of the build) is {:.3g} x {:.3g} x {:.3g} voxels",
-                       part.name, part.instance, voxels.x, voxels.y, voxels.z);
+    return fmt::format(messages::kPartSize, part.name, part.instance, voxels.x, voxels.y, voxels.z);
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ std::string part_sizes(const std::vector<part::Part>& parts, const Vec3d& pitch_
     for (size_t i = 0; i < std::min(parts.size(), kMostLines); ++i)
         text += fmt::format("{}{}", i == 0 ? "" : "; ", describe(parts[i], ruler.voxels(parts[i])));
     if (parts.size() > kMostLines)
-        text += fmt::format("; and {} more parts", parts.size() - kMostLines);
+        text += fmt::format(messages::kAndMoreParts, parts.size() - kMostLines);
     return text;
 }
 
@@ -76,24 +77,18 @@ std::vector<std::string> thin_part_warnings(const std::vector<part::Part>& parts
         for (int a = 0; a < 3; ++a)
             vanishes = vanishes || voxels[a] + grows / pitch_mm[a] < 1;
         if (!vanishes || ++thin > kMostLines) continue;
-        warnings.push_back(describe(part, voxels) +
-                           "; anything thinner than a voxel prints only where it contains the "
-                           "centre of one");
+        warnings.push_back(describe(part, voxels) + messages::kPartVanishes);
     }
     if (thin > kMostLines)
-        warnings.push_back(
-            fmt::format("{} more parts are thinner than a voxel", thin - kMostLines));
+        warnings.push_back(fmt::format(messages::kMorePartsThin, thin - kMostLines));
     return warnings;
 }
 
 std::string nothing_printed(const pipeline::PrintStatistics& statistics, const std::string& sizes) {
     if (!statistics.complete || statistics.voxels_solid > 0) return {};
-    std::string text = "nothing was printed: no voxel has any material; " + sizes;
+    std::string text = messages::kNothingPrinted + sizes;
     if (statistics.weights_not_usable > 0) {
-        text += fmt::format(
-            "; {} amounts of materials were negative or not a number, which count "
-            "as 0",
-            statistics.weights_not_usable);
+        text += fmt::format(messages::kAmountsNotUsable, statistics.weights_not_usable);
     }
     return text;
 }

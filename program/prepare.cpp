@@ -11,6 +11,7 @@
 #include "abi/kernel_call.h"
 #include "base/clock.h"
 #include "program/build_volume.h"
+#include "program/messages.h"
 #include "program/output_check.h"
 #include "program/outputs.h"
 #include "program/part_sizes.h"
@@ -67,10 +68,9 @@ Result<void> check_instruction_set(const openfab_fablet_list& fablets, openfab_i
                         [&](const openfab_kernel* kernel) { return has_code(*kernel, isa); }) &&
             has_code(fablet.surface_segments, isa) && has_code(fablet.volume_segments, isa);
         if (whole) continue;
-        Error error = user_error(fmt::format(
-            "fablet `{}` was compiled for other instruction sets than this machine's, {}",
-            fablet.name, abi::isa_title(isa)));
-        error.help = "`openflc build --target both` makes a program for every machine";
+        Error error = user_error(
+            fmt::format(messages::kOtherInstructionSets, fablet.name, abi::isa_title(isa)));
+        error.help = messages::kOtherInstructionSetsHelp;
         return error;
     }
     return {};

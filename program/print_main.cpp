@@ -18,6 +18,7 @@
 #include "program/cost.h"
 #include "program/estimate.h"
 #include "program/interrupt.h"
+#include "program/messages.h"
 #include "program/options.h"
 #include "program/outputs.h"
 #include "program/part_sizes.h"
@@ -39,20 +40,21 @@ void show_summary(const pipeline::PrintStatistics& statistics, const pipeline::P
     const double ml = info.pitch_mm.x * info.pitch_mm.y * info.pitch_mm.z * 1e-3;
     std::string materials;
     for (size_t m = 0; m < info.materials.size() && m + 1 < statistics.voxels_by_code.size(); ++m) {
-        materials += fmt::format(", {} {:.2f} ml", printable(info.materials[m].name),
+        materials += fmt::format(messages::kSummaryMaterial, printable(info.materials[m].name),
                                  static_cast<double>(statistics.voxels_by_code[m + 1]) * ml);
     }
     const double rate = statistics.seconds_total > 0
                             ? static_cast<double>(pipeline::voxels_printed(statistics)) * 1e-6 /
                                   statistics.seconds_total
                             : 0;
-    const std::string resumed = statistics.slices_resumed > 0
-                                    ? fmt::format(" ({} resumed)", statistics.slices_resumed)
-                                    : "";
+    const std::string resumed =
+        statistics.slices_resumed > 0
+            ? fmt::format(messages::kSummaryResumed, statistics.slices_resumed)
+            : "";
     const std::string& output = options.output.empty() ? info.title : options.output;
-    say(fmt::format("{}: {} slices{} in {}, {:.1f} M voxels/s{}\n",
-                    output == "-" ? "standard output" : printable(output), statistics.slices,
-                    resumed, format_seconds(statistics.seconds_total), rate, materials));
+    say(fmt::format(
+        messages::kSummary, output == "-" ? messages::kStandardOutput : printable(output),
+        statistics.slices, resumed, format_seconds(statistics.seconds_total), rate, materials));
 }
 
 /// Adds how to resume a print of which slices are there, and which ended early for a temporary reason.
@@ -60,8 +62,7 @@ Error add_resume_hint(Error error, const Options& options, const backends::Forma
     const bool passes = error.code == ErrorCode::kOutside || error.code == ErrorCode::kInterrupted;
     if (passes && format != nullptr && can_be_resumed(options, *format) &&
         options.fractions_file.empty())
-        error.help += std::string(error.help.empty() ? "" : "; ") +
-                      "the same command with `--resume` continues from there";
+        error.help += std::string(error.help.empty() ? "" : "; ") + messages::kResumeHelp;
     return error;
 }
 
@@ -69,25 +70,18 @@ Error add_resume_hint(Error error, const Options& options, const backends::Forma
 Result<void> check_grey(const Options& options, bool grey, const pipeline::PrintInput& input) {
     const std::string& name = options.grey_material;
     if (!grey) {
-        if (!name.empty())
-            return usage_error(
-                "`--grey-material` is about the pictures of the formats grey and tiff");
+        if (!name.empty()) return usage_error(messages::kGreyMaterialWithoutPictures);
         if (options.fractions_supersample.value_or(1) > 1 && options.fractions_file.empty())
-            return usage_error(
-                "`--fractions-supersample` is about grey pictures, or the array that `--fractions "
-                "FILE.npy` writes; name one");
+            return usage_error(messages::kSupersampleWithoutArray);
         return {};
     }
-    if (!options.fractions_file.empty())
-        return usage_error(
-            "grey pictures and the array of `--fractions` are prints of their own: make them one "
-            "after the other");
+    if (!options.fractions_file.empty()) return usage_error(messages::kGreyAndFractions);
     if (name.empty() || material_code(input.materials, name) != 0) return {};
     std::vector<std::string> names;
     for (const pipeline::SliceMaterial& material : input.materials)
         names.push_back(material.name);
-    return user_error(fmt::format("`--grey-material {}`: the print has no such material; {}",
-                                  printable(name), suggest(name, names)));
+    return user_error(
+        fmt::format(messages::kGreyOfNoMaterial, printable(name), suggest(name, names)));
 }
 
 /// Runs the print. Statistics and pictures are written even if it ends early.
@@ -126,9 +120,9 @@ Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& 
         show(options->text);
         return {};
     }
-    return run_print(*options, fablets,
-                     install_interrupt(exit_code(ErrorCode::kInterrupted),
-                                       "error: interrupted before the first slice\n"));
+    return run_print(
+        *options, fablets,
+        install_interrupt(exit_code(ErrorCode::kInterrupted), messages::kInterruptedBeforeSlices));
 }
 
 }  // namespace

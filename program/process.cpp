@@ -10,6 +10,7 @@
 
 #include "base/hash.h"
 #include "base/say.h"
+#include "program/messages.h"
 
 namespace openfab::program {
 
@@ -97,15 +98,14 @@ class NozzleFile : public process::NozzleSource {
             if (material == 0) continue;
             const uint8_t substitute = material_code(materials_, each.substitute);
             if (substitute == 0 || substitute > model_materials_) {
-                return user_error(fmt::format(
-                    "dead nozzles of `{}`: the substitute `{}` is {}", each.material,
-                    each.substitute,
-                    substitute == 0 ? "no material of this print"
-                                    : "support, which mixtures cannot hold; name a material"));
+                return user_error(fmt::format(messages::kSubstituteIs, each.material,
+                                              each.substitute,
+                                              substitute == 0 ? messages::kNoMaterialOfPrint
+                                                              : messages::kSubstituteIsSupport));
             }
             if (substitute == material) {
-                return user_error(fmt::format("dead nozzles: `{}` and `{}` are one material",
-                                              each.material, each.substitute));
+                return user_error(
+                    fmt::format(messages::kDeadNozzlesTwice, each.material, each.substitute));
             }
             rows.push_back(
                 {material, substitute, each.nozzles, each.head, each.passes, each.pass, each.jog});
@@ -131,8 +131,7 @@ class NozzleFile : public process::NozzleSource {
         auto made =
             dead ? make(*dead) : Result<std::shared_ptr<const process::Nozzles>>(dead.error());
         if (!made) {
-            warn(fmt::format("the nozzles stay as they are from slice {} on: {}", z,
-                             made.error().text()));
+            warn(fmt::format(messages::kNozzlesStay, z, made.error().text()));
             return;
         }
         current_ = *made;
@@ -203,10 +202,7 @@ Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& optio
         return std::shared_ptr<process::NozzleSource>();
     for (const world::DeadNozzles& each : dead) {
         if (material_code(input->materials, each.material) != 0) continue;
-        notes->push_back(
-            fmt::format("dead nozzles of `{}` change nothing: no material of this "
-                        "print has that name or channel",
-                        each.material));
+        notes->push_back(fmt::format(messages::kDeadNozzlesIdle, each.material));
     }
     if (!dead.empty()) {
         input->process.emplace_back("dead nozzles", describe(dead));

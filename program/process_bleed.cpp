@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/hash.h"
+#include "program/messages.h"
 #include "program/process.h"
 #include "runtime/pipeline/slab_parts.h"
 
@@ -47,17 +48,11 @@ Pairs pairs_of(const world::Bleed& bleed, const pipeline::PrintInput& input, int
             if ((pair.a == "*" ? 1 : 0) + (pair.b == "*" ? 1 : 0) != stars) continue;
             const int32_t a = code_of(input, pair.a), b = code_of(input, pair.b);
             if (a == -1 || b == -1) {
-                notes->push_back(fmt::format(
-                    "bleed of `{}` changes nothing: no material of this print has that name or "
-                    "channel",
-                    a == -1 ? pair.a : pair.b));
+                notes->push_back(fmt::format(messages::kBleedIdle, a == -1 ? pair.a : pair.b));
                 continue;
             }
             if (std::max(a, b) > materials) {
-                notes->push_back(
-                    fmt::format("bleed of `{}` and `{}` changes nothing: support is added after "
-                                "the mixtures",
-                                pair.a, pair.b));
+                notes->push_back(fmt::format(messages::kBleedOfSupport, pair.a, pair.b));
                 continue;
             }
             for (int32_t i = a == -2 ? 1 : a; i <= (a == -2 ? materials : a); ++i) {
@@ -100,9 +95,7 @@ Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
     const std::shared_ptr<const process::Bleed> none;
     if (!bleed) {
         if (options.bleed == "show" || options.bleed == "both") {
-            return user_error(fmt::format(
-                "`--bleed {}`: neither the printer's profile nor `--process` has `bleed`",
-                options.bleed));
+            return user_error(fmt::format(messages::kBleedNotKnown, options.bleed));
         }
         return none;
     }
@@ -125,10 +118,8 @@ Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
     constexpr int32_t kMost = process::Bleed::kMostReach;
     for (int axis = 0; axis < 3; ++axis) {
         if (made->reach()[axis] <= kMost) continue;
-        return user_error(fmt::format(
-            "`bleed` reaches {} voxels along {}, over all of its steps; at most {} are possible; "
-            "take fewer `steps`, or a coarser pitch",
-            made->reach()[axis], "xyz"[axis], kMost));
+        return user_error(
+            fmt::format(messages::kBleedTooFar, made->reach()[axis], "xyz"[axis], kMost));
     }
     if (made->leaves_parts()) input->margin_vox = made->reach();
     input->process.emplace_back("bleed", describe(pairs, *input, steps, show));

@@ -20,6 +20,7 @@
 #include "base/text.h"
 #include "deformation/field.h"
 #include "deformation/refine.h"
+#include "program/messages.h"
 #include "texture/volume.h"
 #include "world/json_reader.h"
 
@@ -56,7 +57,7 @@ Result<FieldFile> read_description(const std::filesystem::path& file) {
     world::JsonReader json(file.string());
     static const world::KeySet keys = {
         "field", {"file", "origin_mm", "spacing_mm", "field", "unit", "apply"}, {"file"}};
-    if (!json.object(*root, keys, "a displacement field")) return json.error();
+    if (!json.object(*root, keys, messages::kADisplacementField)) return json.error();
     out.volume = file.parent_path() / json.string(root->find("file")->value, "`file`");
     constexpr double kMost_mm = 1e5;
     const auto vector = [&](const char* key) -> std::optional<std::array<double, 3>> {
@@ -81,13 +82,12 @@ Result<Field> read_field(const FieldFile& file, const Options& options) {
     constexpr int32_t kClamp = 0;
     const auto pyramid = texture::get_volume(file.volume, file.options, kClamp,
                                              texture::kFilterTrilinear, {options.memory_bytes, {}});
-    if (!pyramid) return with_context(pyramid.error(), "the displacement field: ");
+    if (!pyramid) return with_context(pyramid.error(), messages::kOfDisplacementField);
     const texture::Pyramid& volume = **pyramid;
     const std::string name = printable(file.volume.string());
     if (volume.channels() != 3) {
-        return user_error(fmt::format("the displacement field {} has {} numbers at each place",
-                                      name, volume.channels()),
-                          "it must have three: how far the machine moves what is there, in mm");
+        return user_error(fmt::format(messages::kFieldNumbers, name, volume.channels()),
+                          messages::kFieldNumbersHelp);
     }
     const std::span<const int32_t> info = volume.info();
     const int32_t* level = info.data() + texture::kVolumeInfoHeader;
@@ -107,20 +107,14 @@ Result<Field> read_field(const FieldFile& file, const Options& options) {
         for (size_t c = 0; c < 3; ++c) {
             const auto value = static_cast<double>(texels[3 * i + c]);
             if (!std::isfinite(value)) {
-                return user_error(
-                    fmt::format("the displacement field {} has a number that is not "
-                                "finite",
-                                name));
+                return user_error(fmt::format(messages::kFieldNotFinite, name));
             }
             field.u_mm[i][static_cast<int>(c)] = value;
         }
     }
     if (const double steepest = field.steepest(); !(steepest < kSteepest)) {
-        return user_error(
-            fmt::format("the displacement field {} moves neighbouring places by {:.3g} of their "
-                        "distance differently; at most {} is possible",
-                        name, steepest, kSteepest),
-            "are its numbers in mm, and `spacing_mm` right?");
+        return user_error(fmt::format(messages::kFieldTooSteep, name, steepest, kSteepest),
+                          messages::kFieldTooSteepHelp);
     }
     return field;
 }
@@ -183,12 +177,8 @@ class Displacer {
     Result<void> displace(world::Placement* placement) {
         const world::Object object = world_.objects[static_cast<size_t>(placement->object)];
         if (world_.shapes.contains(object.mesh)) {
-            return user_error(
-                fmt::format(
-                    "object `{}` is a shape by a function or a program, which a displacement field "
-                    "cannot move",
-                    object.name),
-                "print it with `process` without `field`");
+            return user_error(fmt::format(messages::kFieldCannotMove, object.name),
+                              messages::kFieldCannotMoveHelp);
         }
         const Affine3d& to_build = placement->transform;
         const Back back(to_build);
@@ -200,9 +190,7 @@ class Displacer {
             const std::optional<Vec3d> moved =
                 inverse_ ? field_.moved_back(at) : std::optional(field_.moved(at));
             if (!moved) {
-                return user_error(fmt::format(
-                    "the displacement field has no inverse at {:.4g}, {:.4g}, {:.4g} mm", at.x,
-                    at.y, at.z));
+                return user_error(fmt::format(messages::kFieldWithoutInverse, at.x, at.y, at.z));
             }
             p = back.apply(*moved);
         }
@@ -218,11 +206,8 @@ class Displacer {
             return {};
         }
         if (names_.contains(object.name)) {
-            return user_error(
-                fmt::format("object `{}` stands at several places, each moved otherwise by the "
-                            "displacement field, and a fablet refers to it",
-                            object.name),
-                "make an object of its own of each");
+            return user_error(fmt::format(messages::kFieldMovesReferred, object.name),
+                              messages::kFieldMovesReferredHelp);
         }
         world_.objects.push_back(object);
         world_.objects.back().mesh = made;
@@ -246,10 +231,8 @@ class Displacer {
         const auto from = deformation::refine(longest, kMostTriangles, &surface);
         if (!from) {
             return user_error(
-                fmt::format("object `{}` takes more than {} triangles of {:.3g} mm to be "
-                            "displaced",
-                            name, kMostTriangles, longest),
-                "give a field with a coarser grid");
+                fmt::format(messages::kFieldTooManyTriangles, name, kMostTriangles, longest),
+                messages::kFieldTooManyTrianglesHelp);
         }
         if (surface.triangles.size() == mesh->triangles.size()) return {};
         const Back back(to_build);

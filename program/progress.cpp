@@ -12,6 +12,7 @@
 
 #include "base/text.h"
 #include "base/units.h"
+#include "program/messages.h"
 
 namespace openfab::program {
 
@@ -71,12 +72,12 @@ Progress::Progress(ProgressMode mode, std::FILE* stream)
 
 std::string Progress::describe(const pipeline::ProgressEvent& event,
                                const pipeline::ProgressEvent& start) {
-    std::string text = fmt::format("slice {} of {}  {:.0f} %", event.slices_done,
-                                   event.slices_total, share_done(event) * 100);
+    std::string text = fmt::format(messages::kProgress, event.slices_done, event.slices_total,
+                                   share_done(event) * 100);
     // The duration of the first slice is unknown: compiling and set-up came before.
     if (event.slices_done == start.slices_done && event.slices_done < event.slices_total)
         return text;
-    text += fmt::format("  {:.1f} M voxels/s", rate(event, start) * 1e-6);
+    text += fmt::format(messages::kProgressRate, rate(event, start) * 1e-6);
     if (event.slices_done < event.slices_total)
         text += "  " + format_seconds(seconds_left(event, start)) + " left";
     return text;

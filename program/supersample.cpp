@@ -16,6 +16,7 @@
 #include "backends/raster/fraction_average.h"
 #include "backends/raster/fraction_file.h"
 #include "backends/raster/grey_stack.h"
+#include "program/messages.h"
 #include "program/outputs.h"
 #include "program/prepare.h"
 
@@ -51,10 +52,8 @@ std::string describe_parts(const Vec3i& parts, const Options& options, const Vec
     if (options.sample_centres || options.fractions_supersample) return {};
     const Vec3d own = own_voxels(pitch_mm, printer_pitch_mm);
     if (own.x <= parts.x && own.y <= parts.y && own.z <= parts.z) return {};
-    return fmt::format(
-        "the fractions of a voxel are means over {} x {} x {} parts, which are larger than the "
-        "printer's voxels, of which it has {:.0f} x {:.0f} x {:.0f}",
-        parts.x, parts.y, parts.z, own.x, own.y, own.z);
+    return fmt::format(messages::kPartsLargerThanVoxels, parts.x, parts.y, parts.z, own.x, own.y,
+                       own.z);
 }
 
 Options options_of_parts(const Options& options, const pipeline::PrintInfo& coarse,

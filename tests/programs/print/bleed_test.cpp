@@ -12,7 +12,9 @@
 #include <iterator>
 
 #include "backends/raster/png_encode.h"
+#include "program/messages.h"
 #include "tests/programs/print/process_fixture.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -191,7 +193,7 @@ TEST_F(BleedOption, MistakesAreTold) {
                    R"({"bleed": {"pairs": [{"materials": ["white", "gold"], "sigma_um": 30}]}})");
     const Outcome other = print({"--process", path("other.json"), "-o", path("x.ofr")});
     EXPECT_EQ(other.exit_code, 0) << other.err;
-    EXPECT_THAT(other.err, HasSubstr("bleed of `gold` changes nothing"));
+    EXPECT_THAT(other.err, Says(program::messages::kBleedIdle, "gold"));
 }
 
 /// The sum of the pictures of a folder, in voxels of pure material, and the number of grey pixels.
@@ -250,7 +252,7 @@ TEST_F(BleedOption, GreyPicturesAreMeansOfVoxels) {
 
     const Outcome none = print({"--format", "grey", "--grey-material", "gold", "-o", path("g")});
     EXPECT_EQ(none.exit_code, 1);
-    EXPECT_THAT(none.err, HasSubstr("`--grey-material gold`"));
+    EXPECT_THAT(none.err, Says(program::messages::kGreyOfNoMaterial, "gold"));
 }
 
 }  // namespace

@@ -14,9 +14,11 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "program/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -139,7 +141,7 @@ TEST_F(Fractions, AProbeIsTheVoxelOfTheWholePrint) {
     }
     const Outcome wrong = print({"--probe", "1,2"});
     EXPECT_EQ(wrong.exit_code, 2);
-    EXPECT_THAT(wrong.err, HasSubstr("not three numbers"));
+    EXPECT_THAT(wrong.err, Says(program::messages::kNotThreeNumbers));
 }
 
 /// The fractions of a file: [z][y][x][material].
@@ -228,14 +230,14 @@ TEST_F(Fractions, TroubleIsTold) {
     EXPECT_EQ(print({"--fractions", path("f.npy"), "-o", path("a.ofr"), "--resume"}).exit_code, 2);
     const Outcome alone = print({"--fractions-supersample", "4", "-o", path("a.ofr")});
     EXPECT_EQ(alone.exit_code, 2);
-    EXPECT_THAT(alone.err, HasSubstr("--fractions FILE.npy"));
+    EXPECT_THAT(alone.err, Says(program::messages::kAboutFractions, "--fractions-supersample"));
     EXPECT_EQ(print({"--fractions", path("f.npy"), "--fractions-supersample", "33"}).exit_code, 2);
     const Outcome both = print(
         {"--fractions", path("f.npy"), "--fractions-supersample", "4", "--sampling", "centre"});
     EXPECT_EQ(both.exit_code, 2);
-    EXPECT_THAT(both.err, HasSubstr("give one of"));
+    EXPECT_THAT(both.err, Says(program::messages::kCentreAndSupersample));
     EXPECT_THAT(print({"--sampling", "volume", "-o", path("a.ofr")}).err,
-                HasSubstr("`--sampling` is about the array"));
+                Says(program::messages::kAboutFractions, "--sampling"));
 }
 
 }  // namespace

@@ -11,9 +11,11 @@
 #include <map>
 #include <thread>
 
+#include "program/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -152,7 +154,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
         EXPECT_EQ(full.exit_code, 3);
         EXPECT_THAT(full.err, HasSubstr("No space left on device"));
         EXPECT_THAT(full.err, HasSubstr("whole slices were written before, the rest takes "));
-        EXPECT_THAT(full.err, HasSubstr("the same command with `--resume` continues"));
+        EXPECT_THAT(full.err, Says(program::messages::kResumeHelp));
         const Files left = files_of(output);
 
         // Still full: no complete slice is lost.
@@ -172,7 +174,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
         fs::remove(disk->path("other"));
         const Outcome freed = print("ball.fab.json", arguments(output, true));
         EXPECT_EQ(freed.exit_code, 0) << freed.err;
-        EXPECT_THAT(freed.err, HasSubstr(" resumed)"));
+        EXPECT_THAT(freed.err, Says(program::messages::kSummaryResumed));
         EXPECT_TRUE(files_of(output) == whole);
     }
 }

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <thread>
 
+#include "program/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 #include "world/messages.h"
@@ -197,9 +198,9 @@ TEST_F(ProcessOption, TroubleIsTold) {
     EXPECT_THAT(error_of(R"({"ded": []})"), HasSubstr("did you mean `dead`?"));
     EXPECT_THAT(
         error_of(R"({"dead": [{"material": "white", "substitute": "red", "nozzles": [1]}]})"),
-        HasSubstr("the substitute `red` is no material of this print"));
+        Says(program::messages::kSubstituteIs, "*", "red", program::messages::kNoMaterialOfPrint));
     EXPECT_THAT(error_of(R"({"dead": [{"material": "K", "substitute": "black", "nozzles": [1]}]})"),
-                HasSubstr("are one material"));
+                Says(program::messages::kDeadNozzlesTwice));
     EXPECT_THAT(error_of(R"({"dead": [
         {"material": "white", "substitute": "black", "nozzles": [[0, 3]], "head": 4},
         {"material": "black", "substitute": "white", "nozzles": [2], "head": 4}]})"),
@@ -212,7 +213,7 @@ TEST_F(ProcessOption, TroubleIsTold) {
                    R"({"dead": [{"material": "cyan", "substitute": "x", "nozzles": [1]}]})");
     const Outcome other = print({"--process", path("p.json"), "-o", path("a.ofr")});
     EXPECT_EQ(other.exit_code, 0);
-    EXPECT_THAT(other.err, HasSubstr("dead nozzles of `cyan` change nothing"));
+    EXPECT_THAT(other.err, Says(program::messages::kDeadNozzlesIdle, "cyan"));
     // Neither file is overwritten.
     EXPECT_NE(print({"--process", path("p.json"), "--stats", path("p.json")}).exit_code, 0);
 }

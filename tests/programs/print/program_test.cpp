@@ -10,6 +10,7 @@
 #include <algorithm>
 
 #include "backends/ofr/ofr_reader.h"
+#include "program/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -205,8 +206,8 @@ TEST_F(PrintProgram, APrintLargerThanThePrinterIsRefused) {
     const Outcome large =
         print({"-o", path("a.ofr"), "--printer", "j750", "--draft", "20"}, {}, "large.fab.json");
     EXPECT_EQ(large.exit_code, 1);
-    EXPECT_THAT(large.err, HasSubstr("601.13 mm along x, 111.1 mm"));
-    EXPECT_THAT(large.err, HasSubstr("111.1 mm too much: `j750` builds 490 x 390 x 200 mm"));
+    EXPECT_THAT(large.err, Says(program::messages::kPrintTooLarge, "601.13", "x", "111.1", "*"));
+    EXPECT_THAT(large.err, Says(program::messages::kRoomOfPrinter, "j750", 490, 390, 200));
 }
 
 /// The world with additional keys before its fablets, and another build.
@@ -225,8 +226,7 @@ TEST_F(PrintProgram, APartBesideTheTrayIsRefused) {
                 R"([{"object": "thing", "translate_mm": [9, 9]}, {"object": "thing"}])"));
     const Outcome beside = print({"-o", path("a.ofr")}, {}, "corner.fab.json");
     EXPECT_EQ(beside.exit_code, 1);
-    EXPECT_THAT(beside.err, HasSubstr("`thing` (number 1 of the build) is 3 mm outside the tray "
-                                      "along -x"));
+    EXPECT_THAT(beside.err, Says(program::messages::kPartOutsideTray, "thing", 1, 3, "-", "x"));
     scratch_.write("center.fab.json",
                    changed(world, "\"tray\": \"center\", ", R"([{"object": "thing"}])"));
     EXPECT_EQ(print({"-o", path("a.ofr")}, {}, "center.fab.json").exit_code, 0);
@@ -234,7 +234,7 @@ TEST_F(PrintProgram, APartBesideTheTrayIsRefused) {
                    changed(world, "\"tray\": \"center\", ",
                            R"([{"object": "thing", "translate_mm": [0, 0, -1]}])"));
     EXPECT_THAT(print({"-o", path("a.ofr")}, {}, "below.fab.json").err,
-                HasSubstr("1 mm outside the tray along -z"));
+                Says(program::messages::kPartOutsideTray, "*", "*", 1, "-", "z"));
 }
 
 TEST_F(PrintProgram, SlicesCanBeAsWideAsTheTray) {

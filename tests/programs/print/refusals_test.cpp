@@ -12,9 +12,11 @@
 #include <fstream>
 
 #include "backends/ofr/ofr_sink.h"
+#include "program/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -70,7 +72,7 @@ TEST_F(Refusals, APrintSparesAllThatItIsMadeFrom) {
               {"-o", path("a.ofr"), "--stats", file, "--estimate"}}) {
             const Outcome outcome = print(options);
             EXPECT_EQ(outcome.exit_code, 1) << file << ": " << outcome.err;
-            EXPECT_THAT(outcome.err, HasSubstr("would overwrite")) << file;
+            EXPECT_THAT(outcome.err, Says(program::messages::kWouldOverwrite)) << file;
             EXPECT_THAT(outcome.err, HasSubstr("name another output")) << file;
             EXPECT_FALSE(fs::exists(path("a.ofr"))) << file;
         }
@@ -124,7 +126,7 @@ TEST_F(Refusals, WhatAnOutputCannotHaveIsNotIgnored) {
     for (const char* output : {"f.ofr", "f.npy", "f.3mf"}) {
         const Outcome outcome = print({"-o", path(output), "--flip-x"});
         EXPECT_EQ(outcome.exit_code, 2) << output;
-        EXPECT_THAT(outcome.err, HasSubstr("`--flip-x` mirrors the pictures of"));
+        EXPECT_THAT(outcome.err, Says(program::messages::kNotMirrored));
         EXPECT_FALSE(fs::exists(path(output)));
     }
     EXPECT_EQ(openfab({"export", path("e.ofr"), "-o", path("f.npy"), "--flip-x"}).exit_code, 2);
@@ -253,7 +255,7 @@ TEST_F(Refusals, PartsThatVanishAreNamed) {
                                        "voxels; anything thinner than a voxel"));
     EXPECT_THAT(outcome.err, HasSubstr("warning: nothing was printed: no voxel has any material; "
                                        "`thing` (number 0 of the build) is 80 x 80 x 0.04 voxels"));
-    EXPECT_THAT(read_file(path("s.json")), HasSubstr("nothing was printed"));
+    EXPECT_THAT(read_file(path("s.json")), Says(program::messages::kNothingPrinted));
     EXPECT_THAT(print({"-o", path("b.ofr")}).err, Not(HasSubstr("warning")));
 }
 

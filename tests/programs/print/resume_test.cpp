@@ -18,8 +18,10 @@
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
+#include "program/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -359,7 +361,7 @@ TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
         EXPECT_THAT(outcome.err, HasSubstr("error: cannot write to `" + path(name)));
         EXPECT_THAT(outcome.err, HasSubstr("File too large"));
         EXPECT_THAT(outcome.err, HasSubstr("whole slices were written before, the rest takes "));
-        EXPECT_THAT(outcome.err, HasSubstr("the same command with `--resume` continues"));
+        EXPECT_THAT(outcome.err, Says(program::messages::kResumeHelp));
         if (name != "a") {
             EXPECT_GT(whole_slices(name), 10);
             EXPECT_LE(static_cast<int64_t>(fs::file_size(path(name))), full.largest_file_bytes);

@@ -12,6 +12,7 @@
 #include <map>
 #include <thread>
 
+#include "program/messages.h"
 #include "tests/programs/stream/proxy.h"
 #include "tests/programs/stream/stream_fixture.h"
 #include "tests/support/places/places.h"
@@ -114,7 +115,7 @@ TEST_F(Stream, ASenderThatIsKilledIsResumed) {
             }
             const Outcome sent = run(printing(unix_address(), {"--resume"}));
             EXPECT_EQ(sent.exit_code, 0) << sent.err;
-            EXPECT_THAT(sent.err, HasSubstr(" resumed)"));
+            EXPECT_THAT(sent.err, Says(program::messages::kSummaryResumed));
             EXPECT_EQ(receiver->end().exit_code, 0) << receiver->end().err;
             if (fs::path(output).extension() == ".ofr") {
                 EXPECT_TRUE(read_file(path(output)) == undisturbed());

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "program/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -158,7 +159,7 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
         whole.insert(whole.begin(), "color");
         const Outcome outcome = openfab(folder, whole);
         EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr("which is an input")) << arguments[0];
+        EXPECT_THAT(outcome.err, Says(program::messages::kWhichIsAnInput)) << arguments[0];
     }
     ASSERT_EQ(openfab(folder, {"color", "chart", "-o", "chart"}).exit_code, 0);
     folder.write("small.ppm", "P3 3 2 255 " + std::string("9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9 9"));

@@ -12,6 +12,7 @@
 
 #include "mesh/model/messages.h"
 #include "mesh/read/messages.h"
+#include "program/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -190,7 +191,7 @@ TEST_F(OpenfabImport, QuickModeTakesAStockFablet) {
     const Outcome outcome = openfab({"print", path("block.obj"), "--fablet", "shell", "--set",
                                      "block.thickness=0.5", "-o", path("a.ofr")});
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("`generic` prints voxels of 0.1"));
+    EXPECT_THAT(outcome.err, Says(program::messages::kNoPrinterNamed, "generic", "0.1*"));
     EXPECT_NEAR(ml("a.ofr", "skin") + ml("a.ofr", "core"), 0.032, 0.0001);
     EXPECT_NEAR(ml("a.ofr", "core"), 0.009, 0.0011);
     const Outcome without = openfab({"print", path("block.obj"), "-o", path("b.ofr")});

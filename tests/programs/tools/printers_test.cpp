@@ -8,8 +8,10 @@
 
 #include <filesystem>
 
+#include "program/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "world/printer.h"
 
 namespace openfab::testing {
@@ -106,22 +108,21 @@ TEST_F(Printers, PrintInEachFormatOfTheirFrontEnds) {
 TEST_F(Printers, AskForWhatTheirMakersDoNotPublish) {
     const Outcome plane = print({"--printer", "j55", "-o", path("a.ofr")});
     EXPECT_EQ(plane.exit_code, 1);
-    EXPECT_THAT(plane.err, HasSubstr("the resolution along x and y of `j55` is not known here "
-                                     "(`openfab printers j55` says why); give yours, as `--dpi "
-                                     "600x600`"));
+    EXPECT_THAT(plane.err,
+                Says(program::messages::kPitchNotKnown, program::messages::kResolutionAcross, "j55",
+                     "is", "j55", program::messages::kGiveDpi));
     const Outcome both = print({"--printer", "inkjet_kit", "-o", path("bitmaps")});
     EXPECT_EQ(both.exit_code, 1);
-    EXPECT_THAT(both.err, HasSubstr("the resolution and the thickness of a slice of `inkjet_kit` "
-                                    "are not known here"));
+    EXPECT_THAT(both.err, Says(program::messages::kPitchNotKnown,
+                               program::messages::kResolutionAndThickness, "inkjet_kit", "are"));
     const Outcome thickness =
         print({"--printer", "inkjet_kit", "--dpi", "360x720", "-o", path("bitmaps")});
-    EXPECT_THAT(thickness.err, HasSubstr("as `--layer 30um`"));
+    EXPECT_THAT(thickness.err, Says(program::messages::kGiveLayer));
     EXPECT_FALSE(fs::exists(path("bitmaps")));
     const Outcome tray = print({"--printer", "inkjet_kit", "--dpi", "360x720", "--layer", "30um",
                                 "--crop", "tray", "-o", path("bitmaps")});
     EXPECT_EQ(tray.exit_code, 1);
-    EXPECT_THAT(tray.err, HasSubstr("whose size is not "
-                                    "known here"));
+    EXPECT_THAT(tray.err, Says(program::messages::kTrayNotKnown));
     // Meshes have a pitch of their own.
     EXPECT_EQ(print({"--printer", "mjp_5600", "-o", path("m.stl")}).exit_code, 0);
 }

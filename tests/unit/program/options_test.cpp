@@ -4,11 +4,14 @@
 
 #include <gmock/gmock.h>
 
+#include "program/messages.h"
 #include "program/outputs.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::program {
 namespace {
 
+using openfab::testing::Says;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -142,22 +145,28 @@ TEST(PrintOptions, ValuesAreCheckedWhateverMadeThem) {
         return fine ? std::string() : fine.error().text();
     };
     EXPECT_EQ(error_of([](Options*) {}), "");
-    EXPECT_THAT(error_of([](Options* o) { o->voxel_mm = 200; }), HasSubstr("`--voxel`: `200mm`"));
-    EXPECT_THAT(error_of([](Options* o) { o->layer_mm = std::nan(""); }), HasSubstr("`--layer`"));
+    EXPECT_THAT(error_of([](Options* o) { o->voxel_mm = 200; }),
+                Says(messages::kBadValue, "--voxel", "200mm"));
+    EXPECT_THAT(error_of([](Options* o) { o->layer_mm = std::nan(""); }),
+                Says(messages::kBadValue, "--layer"));
     EXPECT_THAT(error_of([](Options* o) {
                     o->dpi = Vec2<double>{600, 0};
                 }),
-                HasSubstr("`--dpi`: `600x0`"));
-    EXPECT_THAT(error_of([](Options* o) { o->draft = 0; }), HasSubstr("`--draft`: `0`"));
-    EXPECT_THAT(error_of([](Options* o) { o->threads = 1025; }), HasSubstr("`--threads`: `1025`"));
+                Says(messages::kBadValue, "--dpi", "600x0"));
+    EXPECT_THAT(error_of([](Options* o) { o->draft = 0; }),
+                Says(messages::kBadValue, "--draft", "0"));
+    EXPECT_THAT(error_of([](Options* o) { o->threads = 1025; }),
+                Says(messages::kBadValue, "--threads", "1025"));
     EXPECT_THAT(error_of([](Options* o) {
                     o->slices = Vec2<int32_t>{-1, 5};
                 }),
-                HasSubstr("`--slices`: `-1:5`"));
-    EXPECT_THAT(error_of([](Options* o) { o->bleed = "some"; }), HasSubstr("`--bleed`: `some`"));
-    EXPECT_THAT(error_of([](Options* o) { o->memory_bytes = 0; }), HasSubstr("`--memory`: `0B`"));
+                Says(messages::kBadValue, "--slices", "-1:5"));
+    EXPECT_THAT(error_of([](Options* o) { o->bleed = "some"; }),
+                Says(messages::kBadValue, "--bleed", "some"));
+    EXPECT_THAT(error_of([](Options* o) { o->memory_bytes = 0; }),
+                Says(messages::kBadValue, "--memory", "0B"));
     EXPECT_THAT(error_of([](Options* o) { o->fractions_supersample = 33; }),
-                HasSubstr("`--fractions-supersample`: `33`"));
+                Says(messages::kBadValue, "--fractions-supersample", "33"));
 }
 
 TEST(PrintOptions, HelpFitsOnAPage) {
@@ -207,7 +216,7 @@ TEST(PrintOutputs, Format) {
     EXPECT_EQ(*format({"-o", "a.3mf", "--mesh-pitch", "0.2mm"}, "png"), "3mf");
     EXPECT_EQ(*format({"-o", "a", "--format", "3mf"}, "png"), "3mf");
     EXPECT_THAT(format({"-o", "a.ofr", "--mesh-pitch", "0.2mm"}, "png").error().text(),
-                HasSubstr("--voxel"));
+                Says(messages::kMeshPitchOfSlices));
 }
 
 }  // namespace

@@ -7,11 +7,14 @@
 #include <unistd.h>
 
 #include "backends/formats/formats.h"
+#include "program/messages.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::program {
 namespace {
 
+using openfab::testing::Says;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -51,8 +54,8 @@ TEST_F(OutputCheck, AnInputUnderAnyOfItsNamesIsRefused) {
          {path("in.3mf"), path("soft"), path("hard"), path(".") / "folder" / ".." / "in.3mf",
           path("way") / ".." / "in.3mf", path("folder/slice_0002.png"),
           path("way") / "slice_0002.png"}) {
-        EXPECT_THAT(output(name, "ofr"), HasSubstr("would overwrite")) << name;
-        EXPECT_THAT(output(name, "3mf"), HasSubstr("would overwrite")) << name;
+        EXPECT_THAT(output(name, "ofr"), Says(messages::kWouldOverwrite)) << name;
+        EXPECT_THAT(output(name, "3mf"), Says(messages::kWouldOverwrite)) << name;
     }
     EXPECT_EQ(output(path("out.3mf"), "3mf"), "");
     EXPECT_EQ(output(path("in.3mg"), "ofr"), "");
@@ -64,7 +67,7 @@ TEST_F(OutputCheck, ATemporaryNameCountsToo) {
     scratch_.write("out.3mf.part", "an input of a strange name");
     OutputOptions options;
     options.output = path("out.3mf").string();
-    EXPECT_THAT(check(options, "3mf", {path("out.3mf.part")}), HasSubstr("would overwrite"));
+    EXPECT_THAT(check(options, "3mf", {path("out.3mf.part")}), Says(messages::kWouldOverwrite));
     EXPECT_EQ(check(options, "ofr", {path("out.3mf.part")}), "");
 }
 
@@ -75,7 +78,7 @@ TEST_F(OutputCheck, StlIsAFileForEachMaterial) {
     OutputOptions options;
     options.output = path("lid.stl").string();
     EXPECT_THAT(check(options, "stl", {path("lid_white.stl")}), HasSubstr("lid_white.stl"));
-    EXPECT_THAT(check(options, "stl", {path("lid_a_b.stl")}), HasSubstr("would overwrite"));
+    EXPECT_THAT(check(options, "stl", {path("lid_a_b.stl")}), Says(messages::kWouldOverwrite));
     EXPECT_EQ(check(options, "stl", {path("lid_red.stl"), path("in.3mf")}), "");
 }
 
@@ -91,13 +94,13 @@ TEST_F(OutputCheck, TwoOutputsAreTwoFiles) {
         return check(options, "ofr", {path("in.3mf")});
     };
     EXPECT_EQ(with(path("a.png"), path("b.png")), "");
-    EXPECT_THAT(with(path("a.png"), path("a.png")), HasSubstr("are one file"));
-    EXPECT_THAT(with(path("later.png"), path("dangling.png")), HasSubstr("are one file"));
+    EXPECT_THAT(with(path("a.png"), path("a.png")), Says(messages::kOutputsAreOneFile));
+    EXPECT_THAT(with(path("later.png"), path("dangling.png")), Says(messages::kOutputsAreOneFile));
     EXPECT_THAT(with(path("new.png"), path(".") / "folder" / ".." / "new.png"),
-                HasSubstr("are one file"));
+                Says(messages::kOutputsAreOneFile));
     EXPECT_THAT(with(path("a.json"), path("b.png")), HasSubstr("`--stats"));
     EXPECT_THAT(with(path("a.ofr"), path("b.png")), HasSubstr("`-o"));
-    EXPECT_THAT(with(path("in.3mf"), path("b.png")), HasSubstr("which is an input"));
+    EXPECT_THAT(with(path("in.3mf"), path("b.png")), Says(messages::kWhichIsAnInput));
     EXPECT_EQ(with("/dev/null", "/dev/null"), "");
 }
 
@@ -109,12 +112,12 @@ TEST_F(OutputCheck, FilesOfTheHostCountToo) {
     };
     for (const std::string format : {"ofr", "png"}) {
         EXPECT_THAT(with(path("in.3mf"), format), HasSubstr("`--json")) << format;
-        EXPECT_THAT(with(path("folder"), format), HasSubstr("is a folder")) << format;
+        EXPECT_THAT(with(path("folder"), format), Says(messages::kOutputIsAFolder)) << format;
         EXPECT_EQ(with(path("p.json"), format), "") << format;
         EXPECT_EQ(with("/dev/null", format), "") << format;
     }
     options.stats_file = path("p.json");
-    EXPECT_THAT(with(path("p.json"), "ofr"), HasSubstr("are one file"));
+    EXPECT_THAT(with(path("p.json"), "ofr"), Says(messages::kOutputsAreOneFile));
 }
 
 TEST_F(OutputCheck, AFileWithoutAFolderIsToldBeforeTheWork) {
@@ -136,15 +139,15 @@ TEST_F(OutputCheck, AFolderOfSlicesSparesItsNeighbours) {
     // Other files are left to the sink, which requires such a folder to be empty.
     EXPECT_EQ(check(options, "png", {path("folder/leaf.png")}), "");
     EXPECT_THAT(check(options, "png", {path("folder/manifest.json")}),
-                HasSubstr("would overwrite"));
+                Says(messages::kWouldOverwrite));
     // A link in the folder that has the name of a slice, and points to an input.
     fs::create_directories(path("linked"));
     fs::create_hard_link(path("in.3mf"), path("linked/slice_0009.png"));
-    EXPECT_THAT(output(path("linked"), "png"), HasSubstr("would overwrite"));
+    EXPECT_THAT(output(path("linked"), "png"), Says(messages::kWouldOverwrite));
 
     options.output = path("new").string();
     options.stats_file = path("new/manifest.json").string();
-    EXPECT_THAT(check(options, "png", {}), HasSubstr("would overwrite"));
+    EXPECT_THAT(check(options, "png", {}), Says(messages::kWouldOverwrite));
     options.stats_file = path("new.json").string();
     EXPECT_EQ(check(options, "png", {}), "");
 }
