@@ -3,101 +3,19 @@
 #include "tests/fuzz/differential/random_fablet.h"
 
 #include <array>
-#include <initializer_list>
-#include <string_view>
 #include <utility>
+
+#include "tests/fuzz/differential/random_expressions.h"
 
 namespace openfab::testing {
 
+namespace random_text {
+
 namespace {
 
-enum class Base { kBool, kInt, kUint, kFloat };
-
-struct Type {
-    Base base = Base::kFloat;
-    int size = 1;
-    bool operator==(const Type&) const = default;
-};
-
-constexpr Type kBool{Base::kBool, 1}, kInt{Base::kInt, 1}, kFloat{Base::kFloat, 1};
-
-std::string spelling(const Type& type) {
-    static constexpr std::array<const char*, 4> names = {"bool", "int", "uint", "float"};
-    const std::string base = names[static_cast<size_t>(type.base)];
-    return type.size == 1 ? base : base + std::to_string(type.size);
-}
-
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers on every system.
-class Random {
+class Writer : RandomExpressions {
   public:
-    explicit Random(uint64_t seed) : state_(seed) {}
-    uint64_t bits() {
-        uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return z ^ (z >> 31);
-    }
-    int below(int n) { return static_cast<int>(bits() % static_cast<uint64_t>(n)); }
-    bool chance(int percent) { return below(100) < percent; }
-    template <typename T, size_t N>
-    const T& of(const std::array<T, N>& choices) {
-        return choices[static_cast<size_t>(below(static_cast<int>(N)))];
-    }
-
-  private:
-    uint64_t state_;
-};
-
-/// A part of a text.
-struct Piece {
-    std::string text;
-    Piece(std::string value) : text(std::move(value)) {}
-    Piece(const char* value) : text(value) {}
-    Piece(int value) : text(std::to_string(value)) {}
-};
-
-/// Replaces `{}` or `{k}` in `format` by pieces, `{{` and `}}` by braces. Not fmt::format, whose
-/// arguments, and with them the random choices, may be evaluated in any order; a braced list is
-/// evaluated from left to right.
-std::string fill(std::string_view format, std::initializer_list<Piece> pieces) {
-    std::string out;
-    size_t next = 0;
-    for (size_t k = 0; k < format.size(); ++k) {
-        const char c = format[k];
-        if ((c != '{' && c != '}') || (k + 1 < format.size() && format[k + 1] == c)) {
-            out += c;
-            if (c == '{' || c == '}') ++k;
-            continue;
-        }
-        size_t place = next;
-        if (format[k + 1] == '}') {
-            ++next;
-        } else {
-            place = static_cast<size_t>(format[++k] - '0');
-        }
-        out += pieces.begin()[place].text;
-        ++k;
-    }
-    return out;
-}
-
-struct Variable {
-    std::string name;
-    Type type;
-    int array = 0;  ///< elements; 0: no array
-    bool writable = true;
-};
-
-struct Helper {
-    std::string name;
-    Type result;
-    std::vector<Type> parameters;
-    bool last_is_inout = false;
-};
-
-class Writer {
-  public:
-    explicit Writer(uint64_t seed) : random_(seed), real_loops_(seed % 8 == 0) {}
+    explicit Writer(uint64_t seed) : RandomExpressions(seed), real_loops_(seed % 8 == 0) {}
 
     std::string run() {
         out_ =
@@ -151,272 +69,6 @@ class Writer {
         marks_.pop_back();
         --indent_;
         line(text);
-    }
-
-    std::vector<const Variable*> variables(bool writable) const {
-        std::vector<const Variable*> found;
-        for (const Variable& v : scope_) {
-            if (v.writable || !writable) found.push_back(&v);
-        }
-        return found;
-    }
-
-    Type random_type() {
-        static constexpr std::array<Base, 8> bases = {Base::kFloat, Base::kFloat, Base::kFloat,
-                                                      Base::kFloat, Base::kInt,   Base::kInt,
-                                                      Base::kUint,  Base::kBool};
-        static constexpr std::array<int, 6> sizes = {1, 1, 1, 2, 3, 4};
-        return {random_.of(bases), random_.of(sizes)};
-    }
-
-    // --- expressions
-
-    std::string literal(Base base) {
-        static constexpr std::array<const char*, 16> floats = {
-            "0.0",  "1.0",  "-1.0",  "0.5",   "2.0",          "-0.25",      "3.7",  "100.0",
-            "1e-3", "1e30", "-1e30", "1e-42", "3.4028235e38", "16777217.0", "-0.0", "6.2831853"};
-        static constexpr std::array<const char*, 10> ints = {
-            "0", "1", "-1", "2", "3", "7", "31", "-100", "2147483647", "(-2147483647 - 1)"};
-        static constexpr std::array<const char*, 7> uints = {
-            "0u", "1u", "2u", "31u", "255u", "2147483648u", "4294967295u"};
-        switch (base) {
-            case Base::kBool:
-                return random_.chance(50) ? "true" : "false";
-            case Base::kInt:
-                return random_.of(ints);
-            case Base::kUint:
-                return random_.of(uints);
-            case Base::kFloat:
-                break;
-        }
-        return random_.of(floats);
-    }
-
-    /// A value of exactly this type, from what is in scope.
-    std::string leaf(const Type& type) {
-        std::vector<std::string> found;
-        for (const Variable& v : scope_) {
-            if (v.type.base != type.base) continue;
-            const std::string value =
-                v.array == 0 ? v.name : fill("{}[{}]", {v.name, random_.below(v.array)});
-            if (v.type.size == type.size) {
-                found.push_back(value);
-            } else if (v.type.size > 1) {
-                found.push_back(value + swizzle(v.type.size, type.size));
-            }
-        }
-        if (!found.empty() && random_.chance(75))
-            return found[static_cast<size_t>(random_.below(static_cast<int>(found.size())))];
-        if (type.size == 1) return literal(type.base);
-        return construct(type, 0);
-    }
-
-    std::string swizzle(int from, int count) {
-        std::string out = ".";
-        for (int k = 0; k < count; ++k)
-            out += "xyzw"[random_.below(from)];
-        return out;
-    }
-
-    std::string construct(const Type& type, int depth) {
-        if (random_.chance(20))
-            return fill("({}){}", {spelling(type), atom({type.base, 1}, depth)});
-        std::string parts;
-        for (int k = 0; k < type.size; ++k)
-            parts += (k > 0 ? ", " : "") + expression({type.base, 1}, depth - 1);
-        return fill("{}({})", {spelling(type), parts});
-    }
-
-    std::string atom(const Type& type, int depth) { return "(" + expression(type, depth) + ")"; }
-
-    std::string expression(const Type& type, int depth) {
-        if (depth <= 0) return leaf(type);
-        const int pick = random_.below(100);
-        if (pick < 10) return leaf(type);
-        if (pick < 18) {
-            // A condition of as many components chooses one by one.
-            const Type condition{Base::kBool, random_.chance(40) ? type.size : 1};
-            return fill(random_.chance(30) ? "select({}, {}, {})" : "({} ? {} : {})",
-                        {expression(condition, depth - 1), expression(type, depth - 1),
-                         expression(type, depth - 1)});
-        }
-        if (pick < 26) {
-            const std::string call = helper_call(type, depth);
-            if (!call.empty()) return call;
-        }
-        if (pick < 34 && type.size > 1) return construct(type, depth);
-        if (pick < 40 && type.size == 1) {
-            const Type vector{type.base, 2 + random_.below(3)};
-            return fill("{}[{}]", {atom(vector, depth - 1), index(vector.size, depth - 1)});
-        }
-        if (pick < 46) {
-            const std::string element = array_element(type, depth);
-            if (!element.empty()) return element;
-        }
-        switch (type.base) {
-            case Base::kBool:
-                return boolean(type, depth);
-            case Base::kInt:
-            case Base::kUint:
-                return integer(type, depth);
-            case Base::kFloat:
-                break;
-        }
-        return floating(type, depth);
-    }
-
-    /// An index of `count` elements. Out of range only if it cannot fold to a constant, which would
-    /// be an error: `wild` is an input that nothing changes.
-    std::string index(int count, int depth) {
-        if (wild_ && random_.chance(50)) return fill("(wild + {})", {expression(kInt, depth)});
-        return fill("({} & {})", {expression(kInt, depth), count >= 4 ? 3 : 1});
-    }
-
-    std::string array_element(const Type& type, int depth) {
-        std::vector<const Variable*> arrays;
-        for (const Variable& v : scope_) {
-            if (v.array > 0 && v.type == type) arrays.push_back(&v);
-        }
-        if (arrays.empty()) return "";
-        const Variable& v =
-            *arrays[static_cast<size_t>(random_.below(static_cast<int>(arrays.size())))];
-        return fill("{}[{}]", {v.name, index(v.array, depth - 1)});
-    }
-
-    std::string helper_call(const Type& type, int depth) {
-        std::vector<const Helper*> found;
-        for (const Helper& h : helpers_) {
-            if (h.result == type) found.push_back(&h);
-        }
-        if (found.empty()) return "";
-        const Helper& h =
-            *found[static_cast<size_t>(random_.below(static_cast<int>(found.size())))];
-        std::string arguments;
-        for (size_t k = 0; k < h.parameters.size(); ++k) {
-            if (k > 0) arguments += ", ";
-            if (h.last_is_inout && k + 1 == h.parameters.size()) {
-                const std::string target = target_of(h.parameters[k]);
-                if (target.empty()) return "";
-                arguments += target;
-            } else {
-                arguments += expression(h.parameters[k], depth - 1);
-            }
-        }
-        return fill("{}({})", {h.name, arguments});
-    }
-
-    std::string target_of(const Type& type) {
-        std::vector<std::string> found;
-        for (const Variable* v : variables(true)) {
-            if (v->array == 0 && v->type == type) found.push_back(v->name);
-        }
-        if (found.empty()) return "";
-        return found[static_cast<size_t>(random_.below(static_cast<int>(found.size())))];
-    }
-
-    std::string boolean(const Type& type, int depth) {
-        const Type operand{random_.chance(60)   ? Base::kFloat
-                           : random_.chance(50) ? Base::kInt
-                                                : Base::kUint,
-                           type.size};
-        static constexpr std::array<const char*, 6> comparisons = {"<",  "<=", ">",
-                                                                   ">=", "==", "!="};
-        if (random_.chance(20))
-            return fill("{}({}, {})", {random_.chance(50) ? "and" : "or",
-                                       expression(type, depth - 1), expression(type, depth - 1)});
-        switch (random_.below(type.size == 1 ? 7 : 4)) {
-            case 0:
-                return "!" + atom(type, depth - 1);
-            case 1:
-                return fill("{}({})", {random_.chance(50) ? "isnan" : "isfinite",
-                                       expression({Base::kFloat, type.size}, depth - 1)});
-            case 2:
-            case 3:
-                return fill("({} {} {})", {expression(operand, depth - 1), random_.of(comparisons),
-                                           expression(operand, depth - 1)});
-            case 4:
-                return fill("({} && {})",
-                            {expression(kBool, depth - 1), expression(kBool, depth - 1)});
-            case 5:
-                return fill("({} || {})",
-                            {expression(kBool, depth - 1), expression(kBool, depth - 1)});
-            default:
-                return fill("{}({})", {random_.chance(50) ? "any" : "all",
-                                       expression({Base::kBool, 2 + random_.below(3)}, depth - 1)});
-        }
-    }
-
-    std::string integer(const Type& type, int depth) {
-        static constexpr std::array<const char*, 11> operators = {"+", "-", "*",  "/",  "%", "&",
-                                                                  "|", "^", "<<", ">>", "+"};
-        switch (random_.below(8)) {
-            case 0:
-                return "-" + atom(type, depth - 1);
-            case 1:
-                return "~" + atom(type, depth - 1);
-            case 2:
-                return fill("{}({}, {})",
-                            {random_.chance(50) ? "min" : "max", expression(type, depth - 1),
-                             expression(type, depth - 1)});
-            case 3:
-                if (type.base == Base::kInt) return fill("abs({})", {expression(type, depth - 1)});
-                return fill("clamp({}, {}, {})",
-                            {expression(type, depth - 1), expression(type, depth - 1),
-                             expression(type, depth - 1)});
-            case 4: {
-                const Type from{random_.chance(60)        ? Base::kFloat
-                                : random_.chance(50)      ? Base::kBool
-                                : type.base == Base::kInt ? Base::kUint
-                                                          : Base::kInt,
-                                type.size};
-                return fill("({}){}", {spelling(type), atom(from, depth - 1)});
-            }
-            default:
-                return fill("({} {} {})", {expression(type, depth - 1), random_.of(operators),
-                                           expression(type, depth - 1)});
-        }
-    }
-
-    std::string floating(const Type& type, int depth) {
-        static constexpr std::array<const char*, 15> unary = {
-            "abs", "floor",    "ceil",    "round",   "trunc", "frac", "sqrt", "rsqrt",
-            "rcp", "saturate", "radians", "degrees", "sin",   "exp",  "log"};
-        static constexpr std::array<const char*, 5> binary = {"min", "max", "fmod", "step", "pow"};
-        static constexpr std::array<const char*, 4> ternary = {"lerp", "clamp", "mad",
-                                                               "smoothstep"};
-        static constexpr std::array<const char*, 6> operators = {"+", "-", "*", "/", "%", "*"};
-        switch (random_.below(type.size == 1 ? 11 : 9)) {
-            case 0:
-                return "-" + atom(type, depth - 1);
-            case 1:
-            case 2:
-                return fill("{}({})", {random_.of(unary), expression(type, depth - 1)});
-            case 3:
-                return fill("{}({}, {})", {random_.of(binary), expression(type, depth - 1),
-                                           expression(type, depth - 1)});
-            case 4:
-                return fill("{}({}, {}, {})",
-                            {random_.of(ternary), expression(type, depth - 1),
-                             expression(type, depth - 1), expression(type, depth - 1)});
-            case 5: {
-                const Type from{random_.chance(40)   ? Base::kInt
-                                : random_.chance(50) ? Base::kUint
-                                                     : Base::kBool,
-                                type.size};
-                return fill("({}){}", {spelling(type), atom(from, depth - 1)});
-            }
-            case 9:
-                return fill("{}({}, {})", {random_.chance(50) ? "dot" : "distance",
-                                           expression({Base::kFloat, 3}, depth - 1),
-                                           expression({Base::kFloat, 3}, depth - 1)});
-            case 10:
-                return random_.chance(50)
-                           ? fill("noise({})", {expression({Base::kFloat, 3}, depth - 1)})
-                           : fill("hash({})", {expression(kInt, depth - 1)});
-            default:
-                return fill("({} {} {})", {expression(type, depth - 1), random_.of(operators),
-                                           expression(type, depth - 1)});
-        }
     }
 
     // --- statements
@@ -619,25 +271,23 @@ class Writer {
         close();
     }
 
-    Random random_;
     /// Loops with a voxel-dependent number of iterations: each splits the stage into more kernels,
     /// which dominate compile time, so only some fablets have them.
     bool real_loops_;
     std::string out_;
-    std::vector<Variable> scope_;
     std::vector<size_t> marks_;
-    std::vector<Helper> helpers_;
     Type result_;
     int names_ = 0;
     int indent_ = 0;
     int loops_ = 0;
-    bool wild_ = false;  ///< `wild` is in scope
 };
 
 }  // namespace
 
+}  // namespace random_text
+
 std::string random_fablet(uint64_t seed) {
-    return Writer(seed).run();
+    return random_text::Writer(seed).run();
 }
 
 }  // namespace openfab::testing
