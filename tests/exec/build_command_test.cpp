@@ -4,6 +4,7 @@
 // `openflc build`, `check` and `emit` from outside: carets in schedules, exit codes, what a print program
 // needs at run time.
 
+#include <HalideRuntime.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -162,7 +163,7 @@ TEST(BuildCommand, FindsMistakesInFilesThatAScheduleIncludes) {
         << out.err;
 }
 
-// The fault is mended in later versions: then this schedule is legal.
+// Halide 14 cannot lower this schedule; 19 can.
 TEST(BuildCommand, WhatHalideCannotLowerIsToldInOurWords) {
     const ScratchFolder folder;
     folder.write("slab.sched",
@@ -172,11 +173,15 @@ TEST(BuildCommand, WhatHalideCannotLowerIsToldInOurWords) {
     const Outcome out =
         openflc({"emit", source_dir() / "gallery/ink_profile/ink_profile.fl", "--stage", "slab",
                  "--as", "loops", "--schedule", folder / "slab.sched"});
+#if HALIDE_VERSION_MAJOR >= 19
+    EXPECT_EQ(out.exit_code, 0) << out.err;
+#else
     EXPECT_EQ(out.exit_code, 1);
     EXPECT_NE(out.err.find("slab.sched:2:13: error: `footprint_1` would be stored here on a "
                            "condition that reads a func of several values, as it is one"),
               std::string::npos)
         << out.err;
+#endif
 }
 
 // What a user adds to the built-in schedule, in a folder and on top of what was written before.

@@ -89,9 +89,31 @@ Expr to_int(const Expr& e) {
 Expr to_float(const Expr& e) {
     return Halide::cast(Halide::Float(32, e.type().lanes()), e);
 }
+
+namespace {
+
+/// Halide from 18 on looks for stages that conditions skip, and takes each variable of a let there for unbounded. If that
+/// is a condition, which it has put there since several selects have it, it conjoins it with infinity, a pointer: an
+/// internal error. Here such a variable holds a byte. Common subexpressions are no sums with a constant, simplifying
+/// does not see through the number of bits, and LLVM sees through all of it.
+Expr skippable(const Expr& condition) {
+#if HALIDE_VERSION_MAJOR >= 18
+    if (Halide::Internal::is_const(condition)) return condition;
+    const Expr bits = Halide::popcount(
+        Halide::Internal::Cast::make(Halide::UInt(8, condition.type().lanes()), condition));
+    return Halide::Internal::Cast::make(
+        condition.type(),
+        Halide::Internal::Add::make(bits, Halide::Internal::make_zero(bits.type())));
+#else
+    return condition;
+#endif
+}
+
+}  // namespace
+
 Expr choose(const Expr& condition, const Expr& a, const Expr& b) {
     const int lanes = std::max({condition.type().lanes(), a.type().lanes(), b.type().lanes()});
-    return Halide::select(condition, widened(a, lanes), widened(b, lanes));
+    return Halide::select(skippable(condition), widened(a, lanes), widened(b, lanes));
 }
 
 Expr both(const Expr& a, const Expr& b) {
