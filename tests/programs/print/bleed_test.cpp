@@ -179,7 +179,7 @@ TEST_F(BleedOption, MistakesAreTold) {
         all.insert(all.end(), more.begin(), more.end());
         const Outcome outcome = print(all);
         EXPECT_NE(outcome.exit_code, 0) << text;
-        EXPECT_THAT(outcome.err, HasSubstr(with)) << text;
+        EXPECT_THAT(outcome.err, Says(with)) << text;
     };
     fails(R"({"bleed": {"sigma_um": -1}})", {}, "sigma_um");
     fails(R"({"bleed": {"sigma_um": [1, 2]}})", {}, "sigma_um");
@@ -188,7 +188,7 @@ TEST_F(BleedOption, MistakesAreTold) {
     fails(R"({"bleed": {"pairs": [{"materials": ["white", "white"], "sigma_um": 3}]}})", {},
           "does not bleed into itself");
     fails(R"({"bleed": {"pairs": 4}})", {}, "`pairs`");
-    fails(R"({"scale": 1})", {"--bleed", "show"}, "has `bleed`");
+    fails(R"({"scale": 1})", {"--bleed", "show"}, program::messages::kBleedNotKnown);
     scratch_.write("other.json",
                    R"({"bleed": {"pairs": [{"materials": ["white", "gold"], "sigma_um": 30}]}})");
     const Outcome other = print({"--process", path("other.json"), "-o", path("x.ofr")});

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "program/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
@@ -87,7 +88,7 @@ TEST_F(MachineTools, WrongFieldsAreTold) {
         scratch_.write("x.process.json", process);
         const Outcome outcome = print({"--process", path("x.process.json"), "-o", path("x.ofr")});
         EXPECT_EQ(outcome.exit_code, 1) << process;
-        EXPECT_THAT(outcome.err, HasSubstr(with)) << process;
+        EXPECT_THAT(outcome.err, Says(with)) << process;
     };
     fails(R"({"field": ""})", world::messages::kFieldEmpty);
     fails(R"({"field": 3})", "`field`");
@@ -96,7 +97,7 @@ TEST_F(MachineTools, WrongFieldsAreTold) {
     fails(R"({"field": "bad.json"})", "`file`");
     write_points("points.csv", 2);
     ASSERT_EQ(tool({"compensate", path("points.csv"), "-o", path("steep.json")}).exit_code, 0);
-    fails(R"({"field": "steep.json"})", "differently");
+    fails(R"({"field": "steep.json"})", program::messages::kFieldTooSteep);
     scratch_.write("few.csv", "1,2,3,4,5\n");
     const Outcome few = tool({"compensate", path("few.csv"), "-o", path("few.json")});
     EXPECT_EQ(few.exit_code, 1);
