@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace openfab::preview {
@@ -79,27 +80,13 @@ std::string without_png(std::string_view text) {
         "`--preview`: `{}` does not name a .png file; write `--preview card.png,view=back`", text);
 }
 
-}  // namespace
-
-Result<PreviewSpec> parse_preview(const std::string& text) {
-    // The file name may contain commas, so options are stripped from the end, as long as they look
-    // like options.
-    std::string_view rest = text;
-    std::vector<std::string_view> settings;
-    for (size_t comma = rest.rfind(','); comma != std::string_view::npos; comma = rest.rfind(',')) {
-        const std::string_view setting = rest.substr(comma + 1);
-        if (setting.find('=') == std::string_view::npos) break;
-        settings.push_back(setting);
-        rest = rest.substr(0, comma);
-    }
-    PreviewSpec spec;
-    spec.file = rest;
-    if (!rest.ends_with(".png") || rest.size() < 5) {
-        return usage_error(without_png(rest));
-    }
+Result<PreviewSpec> parse_settings(PreviewSpec spec,
+                                   const std::vector<std::string_view>& settings) {
     for (std::string_view setting : settings) {
-        const std::string_view name = setting.substr(0, setting.find('='));
-        const std::string_view value = setting.substr(name.size() + 1);
+        const size_t equals = setting.find('=');
+        const std::string_view name = setting.substr(0, equals);
+        const std::string_view value =
+            equals == std::string_view::npos ? "" : setting.substr(equals + 1);
         if (name == "view") {
             if (Result<void> done = set_view(value, &spec); !done) return done.error();
         } else if (name == "cut" && (value == "x" || value == "y" || value == "xy")) {
@@ -124,6 +111,38 @@ Result<PreviewSpec> parse_preview(const std::string& text) {
         return usage_error("`--preview`: light=transmitted goes with view=front or view=back");
     }
     return spec;
+}
+
+}  // namespace
+
+Result<PreviewSpec> parse_preview(const std::string& text) {
+    // The file name may contain commas, so options are stripped from the end, as long as they look
+    // like options.
+    std::string_view rest = text;
+    std::vector<std::string_view> settings;
+    for (size_t comma = rest.rfind(','); comma != std::string_view::npos; comma = rest.rfind(',')) {
+        const std::string_view setting = rest.substr(comma + 1);
+        if (setting.find('=') == std::string_view::npos) break;
+        settings.push_back(setting);
+        rest = rest.substr(0, comma);
+    }
+    PreviewSpec spec;
+    spec.file = rest;
+    if (!rest.ends_with(".png") || rest.size() < 5) {
+        return usage_error(without_png(rest));
+    }
+    return parse_settings(std::move(spec), settings);
+}
+
+Result<PreviewSpec> parse_view(const std::string& text) {
+    std::string_view rest = text;
+    std::vector<std::string_view> settings;
+    for (size_t comma = rest.find(','); comma != std::string_view::npos; comma = rest.find(',')) {
+        settings.push_back(rest.substr(0, comma));
+        rest = rest.substr(comma + 1);
+    }
+    settings.push_back(rest);
+    return parse_settings({}, settings);
 }
 
 }  // namespace openfab::preview

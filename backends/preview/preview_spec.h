@@ -35,5 +35,8 @@ struct PreviewSpec {
 };
 
 Result<PreviewSpec> parse_preview(const std::string& text);
+/// Parses what follows the file, as `view=back,light=transmitted`, for a host that draws into memory: the
+/// file is empty.
+Result<PreviewSpec> parse_view(const std::string& text);
 
 }  // namespace openfab::preview

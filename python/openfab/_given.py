@@ -104,16 +104,6 @@ def vector(value: Any, what: str, counts: Sequence[int] = (3,)) -> list[float]:
     return [number(one, what) for one in several(value, what, counts, example)]
 
 
-def length(value: Any, what: str) -> str:
-    """Returns a length as an option has it: a text with a unit is one, a number is of millimetres."""
-    return str(value) if isinstance(value, str) else f"{number(value, what)!r}mm"
-
-
-def pitch(value: Any, what: str) -> str:
-    """Returns a length of more than 0, as an option has it."""
-    return str(value) if isinstance(value, str) else f"{positive(value, what)!r}mm"
-
-
 def array(values: ArrayLike, what: str) -> NDArray[Any]:
     """Returns a copy of an array of booleans, integers or floats, in the byte order of this machine."""
     if isinstance(values, np.ma.MaskedArray):

@@ -1,54 +1,107 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The arguments of prints as the words of `openfab print`."""
+"""The arguments of prints as `program::Options`, which the command line of `openfab print` makes, too."""
 
 from __future__ import annotations
 
 import os
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
 
-from ._given import is_sequence, length, pitch, positive, several, short, whole
-from .errors import InputError
+from . import _core
+from ._given import Real, Whole, choice, is_sequence, number, positive, several, short, whole
+from .errors import InputError, raise_error
 
 
-def words_of(**options: Any) -> list[str]:
-    """Returns the words for some arguments; those that are None have none."""
-    words: list[str] = []
-    for key, value in options.items():
+class SharedArguments(TypedDict, total=False):
+    """The arguments of `openfab.print_world` that a print over many machines has under the same names."""
+
+    printer: str | os.PathLike[str] | None
+    voxel: Real | str | Sequence[Real] | None
+    dpi: Real | str | Sequence[Real] | None
+    layer: Real | str | None
+    draft: Whole | None
+    slices: Sequence[Whole] | None
+    z: Sequence[Real | str] | None
+    support: bool | str | None
+    dither: str | None
+    seed: Whole | None
+    crop: Literal["parts", "tray"] | None
+    format: str | None
+    token_file: str | os.PathLike[str] | None
+    tls_ca: str | os.PathLike[str] | None
+
+
+def fields_of(**arguments: Any) -> dict[str, Any]:
+    """Returns the fields of Options for some arguments; those that are None have none."""
+    fields: dict[str, Any] = {}
+    for key, value in arguments.items():
         if value is not None:
-            words += _words(key, f"--{key.replace('_', '-')}", value)
-    return words
+            fields.update(_fields(key, f"`{key}`", value))
+    return fields
 
 
-def _words(key: str, name: str, value: Any) -> list[str]:
-    what = f"`{key}`"
+def options_of(*parts: Mapping[str, Any]) -> _core.Options:
+    """Returns Options with some fields; raises what is wrong with them."""
+    options = _core.Options()
+    for name, value in (item for fields in parts for item in fields.items()):
+        try:
+            setattr(options, name, value)
+        except TypeError:
+            raise InputError(f"`{name}` cannot be {short(value)}; the number is out of range") from None
+    if (error := options.validate()) is not None:
+        raise_error(error)
+    return options
+
+
+def view_of(text: str) -> _core.View:
+    """Returns what a picture shows, of a text such as `model:30:30,cut=x`."""
+    view: _core.View = _known(_core.parse_view(f"view={text}"))
+    return view
+
+
+def _fields(key: str, what: str, value: Any) -> dict[str, Any]:
     if key == "voxel" and is_sequence(value):
         x, y, z = (positive(one, what) for one in several(value, what, (3,), "one pitch, or three, of x, y and z"))
-        return [f"--dpi={25.4 / x!r}x{25.4 / y!r}", f"--layer={z!r}mm"]
+        return {"dpi": (25.4 / x, 25.4 / y), "layer_mm": z}
     if key in ("voxel", "layer", "mesh_pitch"):
-        return [f"{name}={pitch(value, what)}"]
-    if key == "dpi" and not isinstance(value, str):
-        pair = several(value, what, (2,), "one resolution, or two, of x and y") if is_sequence(value) else [value]
-        return [f"{name}={'x'.join(repr(positive(one, what)) for one in pair)}"]
+        return {f"{key}_mm": _length(key, value)}
+    if key == "dpi":
+        if isinstance(value, str):
+            return {key: tuple(_known(_core.parse_dpi(value)))}
+        pair = several(value, what, (2,), "one resolution, or two, of x and y") if is_sequence(value) else [value] * 2
+        return {key: tuple(number(one, what) for one in pair)}
     if key == "slices":
-        first, end = (whole(one, what) for one in several(value, what, (2,), "the first slice, and one past the last"))
-        if not 0 <= first < end:
-            raise InputError(f"{what} cannot be {short(value)}; they are from 0 on, and the second is larger")
-        return [f"{name}={first}:{end}"]
+        return {key: tuple(whole(one, what) for one in several(value, what, (2,), "the first slice, and one past the last"))}
     if key == "z":
-        low, high = (length(one, what) for one in several(value, what, (2,), "the lowest height, and the highest"))
-        return [f"{name}={low}:{high}"]
+        heights = several(value, what, (2,), "the lowest height, and the highest")
+        return {"z_range_mm": tuple(_length(key, one) for one in heights)}
     if key in ("draft", "seed", "threads"):
-        found = whole(value, what)
-        if key != "seed" and found < 1:
-            raise InputError(f"{what} cannot be {short(value)}; it is 1 at least")
-        return [f"{name}={found}"]
-    if key == "memory" and not isinstance(value, str):
-        return [f"{name}={int(positive(value, what, 1))}B"]
+        return {key: whole(value, what)}
+    if key == "memory":
+        size = _known(_core.parse_memory(value)) if isinstance(value, str) else int(number(value, what))
+        return {"memory_bytes": size, "memory_given": True}
     if key == "support" and not isinstance(value, str):
         if value not in (True, False):
             raise InputError(f"{what} cannot be {short(value)}; it is True, False or the name of a material")
-        return [f"{name}={'on' if value else 'off'}"]
+        return {key: "on" if value else "off"}
+    if key == "crop":
+        return {"crop_tray": choice(value, what, ("parts", "tray")) == "tray"}
+    if key == "sampling":
+        return {"sample_centres": choice(value, what, ("volume", "centre")) == "centre"}
     if isinstance(value, (str, os.PathLike)):
-        return [f"{name}={os.fsdecode(value)}"]
+        return {{"process": "process_file", "nozzles": "nozzles_file"}.get(key, key): os.fsdecode(value)}
     raise InputError(f"{what} cannot be {short(value)}")
+
+
+def _length(key: str, value: Any) -> float:
+    """A length in mm, as which a number is meant."""
+    if isinstance(value, str):
+        return float(_known(_core.parse_length(f"--{key.replace('_', '-')}", value)))
+    return number(value, f"`{key}`")
+
+
+def _known(found: Any) -> Any:
+    if isinstance(found, _core.Error):
+        raise_error(found)
+    return found

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _core
+from ._options import options_of
 from .errors import raise_error
 from .fablet import programs
 
@@ -21,9 +22,9 @@ class Snapshot:
     path: Path
     sources: tuple[Path, ...]
     allowed: tuple[str, ...]
-    """Options: what it may read."""
+    """What it may read: folders, and the word for programs."""
     settings: tuple[str, ...]
-    """Options: other values of uniforms."""
+    """Other values of uniforms, as `OBJECT.UNIFORM=VALUE`."""
     description: dict[str, Any]
     names: Mapping[str, str] = field(default_factory=dict)
     """What messages call files that were made for it: what the user calls them."""
@@ -31,28 +32,30 @@ class Snapshot:
     """What owns the files that it names."""
 
     @property
-    def words(self) -> list[str]:
-        """What names it to a print."""
-        return [str(self.path), *self.allowed, *self.settings]
+    def fields(self) -> dict[str, Any]:
+        """The fields of Options that name it to a print."""
+        return {"input": str(self.path), "allow": list(self.allowed), "settings": list(self.settings)}
 
     def program(self, enable_printf: bool = False) -> _core.Program:
         """Returns the kernels of its fablets."""
-        return programs.find(self.sources, enable_printf, dither_rule(self.words))[0]
+        return programs.find(self.sources, enable_printf, dither_rule(options_of(self.fields)))[0]
 
 
-def allowed_words(folders: Iterable[Any], programs: bool) -> tuple[str, ...]:
-    return (*(f"--allow={folder}" for folder in folders), *(["--allow-programs"] if programs else []))
+def allowed_by(folders: Iterable[Any], programs: bool) -> tuple[str, ...]:
+    """What a world may read, as Options have it."""
+    return (*map(str, folders), *([_core.PROGRAMS_WORD] if programs else []))
 
 
-def set_words(settings: Mapping[str, Any]) -> tuple[str, ...]:
+def settings_of(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Values of uniforms, as Options have them."""
     return tuple(
-        f"--set={target}={value if isinstance(value, str) else json.dumps(value)}" for target, value in settings.items()
+        f"{target}={value if isinstance(value, str) else json.dumps(value)}" for target, value in values.items()
     )
 
 
-def dither_rule(words: list[str]) -> tuple[str, str] | None:
-    """The file and the function of the dither rule that a world names; `words` name the world, and what it may read."""
-    rule = _core.world_dither(words)
+def dither_rule(options: _core.Options) -> tuple[str, str] | None:
+    """The file and the function of the dither rule that the world of a print names."""
+    rule = _core.world_dither(options)
     if isinstance(rule, _core.Error):
         raise_error(rule)
     return rule

@@ -34,7 +34,7 @@ def show_in_notebooks() -> None:
 
 def world_png(world: AnyWorld) -> bytes:
     """Draws a world from a coarse print of it."""
-    with Print(world, [], _core.Target.NOTHING) as setup:
+    with Print(world, {}, _core.Target.NOTHING) as setup:
         info = setup.info
     voxels = float(np.prod([float(n) for n in info.size]))
     volume = voxels * float(np.prod(info.pitch_mm))

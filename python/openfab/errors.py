@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -217,19 +218,55 @@ def raise_error(error: _core.Error, names: Mapping[str, str] | None = None) -> N
         line=error.line,
         column=error.column,
     )
-    raise renamed(said, {**_OF_THE_TOOL, **(names or {})})
+    raise renamed(said, names or {})
 
 
-# What a program is asked for, a function is.
-_OF_THE_TOOL = {"`print_world --help`": "`help(openfab.print_world)`"}
+# Arguments that are called otherwise than the options of `openfab print`, and those that are called the same.
+_ARGUMENTS = {
+    "-o": "out", "--set": "uniforms",
+    **{
+        f"--{name.replace('_', '-')}": name
+        for name in (
+            "allow", "allow_programs", "bleed", "crop", "dither", "dpi", "draft", "format", "layer", "memory", "mesh_pitch",
+            "nozzles", "preview", "printer", "process", "sampling", "seed", "slices", "support", "threads", "tls_ca",
+            "token_file", "voxel", "z",
+        )
+    },
+}
+
+
+def worded(text: str) -> str:
+    """Returns a message with arguments of Python in the place of options: `draft=4` for `--draft 4`."""
+    return re.sub(r"`(--?[a-z][^`]*)`", _argument, text)
+
+
+def _argument(option: re.Match[str]) -> str:
+    parts = re.split(r" (?=--?[a-z])", option[1])
+    said = []
+    for part in parts:
+        name, space, value = part.partition(" ")
+        if name not in _ARGUMENTS:
+            return option[0]
+        argument = _ARGUMENTS[name]
+        said.append(f"{argument}={_value(argument, value)}" if space else argument)
+    return f"`{', '.join(said)}`"
+
+
+def _value(argument: str, text: str) -> str:
+    if argument in ("slices", "z"):
+        return f"({', '.join(_value('', one) for one in text.split(':'))})"
+    if argument == "uniforms":
+        target, _, value = text.partition("=")
+        return f'{{"{target}": {value or "…"}}}'
+    return text if re.fullmatch(r"-?[0-9.]+", text) else json.dumps(text, ensure_ascii=False)
 
 
 def renamed(error: Error, names: Mapping[str, str]) -> Error:
-    """Returns the error with other texts in the place of some."""
+    """Returns the error with other texts in the place of some, and arguments in that of options."""
     for key, value in vars(error).items():
         if isinstance(value, str):
-            setattr(error, key, replaced(value, names))
-    error.args = tuple(replaced(one, names) if isinstance(one, str) else one for one in error.args)
+            setattr(error, key, worded(replaced(value, names)))
+    error.args = tuple(worded(replaced(one, names)) if isinstance(one, str) else one for one in error.args)
     return error
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from . import _core
 from ._given import Real, Whole
-from ._options import words_of
+from ._options import fields_of
 from .printing import Print
 from .world import AnyWorld
 
@@ -158,11 +158,11 @@ def estimate(
     --------
     >>> openfab.estimate(world, process="machine.json").money         # doctest: +SKIP
     """
-    words = words_of(
+    fields = fields_of(
         printer=printer, process=process, voxel=voxel, dpi=dpi, layer=layer, draft=draft, slices=slices, z=z,
         support=support, crop=crop, memory=memory, threads=threads,
     )
-    with Print(world, words, _core.Target.ESTIMATE, uniforms=uniforms) as running:
+    with Print(world, fields, _core.Target.ESTIMATE, uniforms=uniforms) as running:
         running._end()
     return _estimate_of(running.statistics)
 

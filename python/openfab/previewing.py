@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._given import Real, Whole
-from ._options import words_of
+from ._options import fields_of, view_of
 from ._progress import Progress
 from .printing import Print
 from .world import AnyWorld
@@ -60,10 +60,8 @@ def preview(
     CompileError
         Where a fablet does not compile.
     """
-    words = words_of(voxel=voxel, draft=draft, printer=printer, memory=memory, threads=threads)
-    # The options want names of files; none is written.
-    views = views or ("model:30:30",)
-    words += [f"--preview=.openfab-picture-{number}.png,view={view}" for number, view in enumerate(views)]
-    with Print(world, words, _core.Target.PICTURES, uniforms=uniforms, progress=progress) as running:
+    fields = fields_of(voxel=voxel, draft=draft, printer=printer, memory=memory, threads=threads)
+    fields["previews"] = [view_of(view) for view in views or ("model:30:30",)]
+    with Print(world, fields, _core.Target.PICTURES, uniforms=uniforms, progress=progress) as running:
         running._end()
         return running._core.pictures

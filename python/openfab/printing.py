@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._given import Real, Whole
-from ._options import words_of
+from ._options import fields_of, options_of
 from ._progress import Bar, Progress
 from ._unfinished import Unfinished
-from .errors import InputError, PrintWarning, raise_error, replaced
+from .errors import InputError, PrintWarning, raise_error, replaced, worded
 from .slices import PrintInfo, PrintMaterial, Slice, smaller
 from .world import AnyWorld, snapshot
 
@@ -46,7 +46,7 @@ class Print:
     """
 
     def __init__(
-        self, world: AnyWorld, words: list[str], target: _core.Target, *, fractions: bool = False, output: str = "",
+        self, world: AnyWorld, fields: Mapping[str, Any], target: _core.Target, *, fractions: bool = False, output: str = "",
         uniforms: Mapping[str, Any] | None = None, window: tuple[float, ...] | None = None,
         enable_printf: bool = False, progress: Progress = False, names: Mapping[str, str] | None = None,
     ) -> None:
@@ -54,8 +54,9 @@ class Print:
         self._world = world
         self._snapshot = snapshot(world, uniforms)  # whose files it reads
         self._names = {**self._snapshot.names, **(names or {})}
+        options = options_of(self._snapshot.fields, fields)
         program = self._snapshot.program(enable_printf)
-        self._core = _core.Print(program, self._snapshot.words + words, target, fractions, output, window)
+        self._core = _core.Print(program, options, target, fractions, output, window)
         self._progress = Bar(progress)
         self._info: PrintInfo | None = None
         self._closed = False
@@ -196,7 +197,7 @@ class Print:
         for line in self._core.take_lines():
             print(line)
         for warning in self._core.take_warnings():
-            warnings.warn(replaced(warning, self._names), PrintWarning, stacklevel=4)
+            warnings.warn(worded(replaced(warning, self._names)), PrintWarning, stacklevel=4)
 
 
 @atexit.register
@@ -340,16 +341,16 @@ def print_world(
     >>> for one in print_world(world, draft=2):         # doctest: +SKIP
     ...     print(one.z, (one.codes == 1).sum())
     """
-    words = words_of(
+    fields = fields_of(
         printer=printer, process=process, nozzles=nozzles, bleed=bleed, voxel=voxel, dpi=dpi, layer=layer,
         mesh_pitch=mesh_pitch, draft=draft, slices=slices, z=z, dither=dither, seed=seed, crop=crop, format=format,
         memory=memory, threads=threads, token_file=token_file, tls_ca=tls_ca, support=support,
     )
     if out is None:
         # A slice's codes are made of the mixtures at centres, so that these belong to them.
-        words += ["--sampling=centre"] if fractions else []
+        fields["sample_centres"] = fractions
         return Print(
-            world, words, _core.Target.SLICES, fractions=fractions, uniforms=uniforms, enable_printf=enable_printf,
+            world, fields, _core.Target.SLICES, fractions=fractions, uniforms=uniforms, enable_printf=enable_printf,
             progress=progress,
         )
     if fractions:
@@ -359,7 +360,7 @@ def print_world(
         sys.stdout.flush()  # slices come behind what was said
     with Unfinished(output) as unfinished:
         done = Print(
-            world, [*words, f"--output={output}"], _core.Target.OUTPUT, output=unfinished.name,
+            world, {**fields, "output": output}, _core.Target.OUTPUT, output=unfinished.name,
             uniforms=uniforms, enable_printf=enable_printf, progress=progress, names=unfinished.names,
         )
         with done:

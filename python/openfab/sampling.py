@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._given import Real, Whole, number, several, short, vector
-from ._options import words_of
+from ._options import fields_of
 from ._progress import Progress
 from .errors import InputError
 from .printing import Print
@@ -151,7 +151,7 @@ def sample(
     CompileError
         Where a fablet does not compile.
     """
-    words = words_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
+    fields = fields_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
     window: tuple[float, ...] | None = None
     if box is not None:
         corners = several(box, "`box`", (2,), "its lowest and its highest corner")
@@ -160,7 +160,7 @@ def sample(
             raise InputError(f"the box {short(box)} is none; give its lowest and its highest corner")
         window = (*low, *high)
     with Print(
-        world, words, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, progress=progress
+        world, fields, _core.Target.SLICES, fractions=True, uniforms=uniforms, window=window, progress=progress
     ) as running:
         info = running.info
         out: NDArray[np.float32] | None = None

@@ -13,7 +13,7 @@ from typing import Any
 from . import _files
 from ._given import Real, Whole, number, plain, short, whole
 from ._objects import Named, Names, Object, Placement, check_keys
-from ._snapshot import Snapshot, allowed_words, set_words
+from ._snapshot import Snapshot, allowed_by, settings_of
 from .errors import InputError
 from .fablet import Fablet
 from .lattice import Beams
@@ -230,7 +230,7 @@ class World:
         with _files.outside_errors(f"`{path}` cannot be written"):
             path.write_text(json.dumps(description, indent=1, allow_nan=False), encoding="utf-8")
         made = Snapshot(
-            path, tuple(sources), allowed_words(sorted(allow), generates), set_words(settings), description,
+            path, tuple(sources), allowed_by(sorted(allow), generates), settings_of(settings), description,
             {
                 str(thing._file.path()): f"the arrays of {kind} `{name}`"
                 for kind, named in (("mesh", names.meshes), ("texture", names.textures))
@@ -333,7 +333,7 @@ class FileWorld:
         if not sources:
             raise InputError(f"{self.file}: the world has no fablets", file=str(self.file))
         return Snapshot(
-            self.file, tuple(dict.fromkeys(sources)), allowed_words(self._allow, self._programs), set_words(settings),
+            self.file, tuple(dict.fromkeys(sources)), allowed_by(self._allow, self._programs), settings_of(settings),
             description,
         )
 

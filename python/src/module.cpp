@@ -78,16 +78,6 @@ std::vector<Rgba> pictures_of(const Print& print) {
     return out;
 }
 
-/// A result as Python has it: the value, or the error, or None for neither.
-template <typename T>
-std::variant<T, Error> either(Result<T> result) {
-    if (!result) return result.error();
-    return std::move(*result);
-}
-std::optional<Error> either(const Result<void>& result) {
-    return result ? std::nullopt : std::optional(result.error());
-}
-
 using Bytes = nb::ndarray<const uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 nb::bytes bytes_of(const std::vector<uint8_t>& bytes) {
@@ -155,11 +145,11 @@ void bind_shares(nb::module_& m) {
             "first"_a, "end"_a, nb::call_guard<nb::gil_scoped_release>());
     m.def(
         "set_up_shares",
-        [](std::shared_ptr<const Program> program, const std::vector<std::string>& words,
+        [](std::shared_ptr<const Program> program, const program::Options& options,
            const std::string& format) {
-            return either(SharePrinter::create(std::move(program), words, format));
+            return either(SharePrinter::create(std::move(program), options, format));
         },
-        "program"_a, "words"_a, "format"_a, nb::call_guard<nb::gil_scoped_release>());
+        "program"_a, "options"_a, "format"_a, nb::call_guard<nb::gil_scoped_release>());
     nb::class_<ShareWriter>(m, "ShareWriter", "Writes shares to the output of a print.")
         .def_prop_ro("info", [](const ShareWriter& w) { return info_of(w.info(), 0); })
         .def_prop_ro("next_slice", &ShareWriter::next_slice)
@@ -177,27 +167,26 @@ void bind_shares(nb::module_& m) {
             nb::call_guard<nb::gil_scoped_release>());
     m.def(
         "open_writer",
-        [](std::vector<std::string> words, std::string output, std::string printer,
+        [](const program::Options& options, std::string output, std::string printer,
            const nb::bytes& header, int32_t support_code,
            std::vector<std::filesystem::path> inputs) {
             const auto* data = static_cast<const uint8_t*>(header.data());
-            ShareWriter::Settings settings{std::move(words),   std::move(output),
-                                           std::move(printer), {data, data + header.size()},
-                                           support_code,       std::move(inputs)};
+            ShareWriter::Settings settings{
+                options,      std::move(output), std::move(printer), {data, data + header.size()},
+                support_code, std::move(inputs)};
             const nb::gil_scoped_release released;
             return either(ShareWriter::create(settings));
         },
-        "words"_a, "output"_a, "printer"_a, "header"_a, "support_code"_a, "inputs"_a);
+        "options"_a, "output"_a, "printer"_a, "header"_a, "support_code"_a, "inputs"_a);
     m.def(
         "output_format",
-        [](const std::vector<std::string>& words, const std::string& printer) {
-            return either(output_format(words, printer));
+        [](const program::Options& options, const std::string& printer) {
+            return either(output_format(options, printer));
         },
-        "words"_a, "printer"_a);
+        "options"_a, "printer"_a);
     m.def(
-        "world_files",
-        [](const std::vector<std::string>& words) { return either(world_files(words)); }, "words"_a,
-        nb::call_guard<nb::gil_scoped_release>());
+        "world_files", [](const program::Options& options) { return either(world_files(options)); },
+        "options"_a, nb::call_guard<nb::gil_scoped_release>());
     m.def(
         "set_line_opener",
         [](nb::callable open) {
@@ -215,8 +204,8 @@ void bind_shares(nb::module_& m) {
         "open"_a);
     m.def(
         "world_dither",
-        [](const std::vector<std::string>& words) { return either(world_dither(words)); },
-        "words"_a, nb::call_guard<nb::gil_scoped_release>());
+        [](const program::Options& options) { return either(world_dither(options)); }, "options"_a,
+        nb::call_guard<nb::gil_scoped_release>());
 }
 
 }  // namespace
@@ -308,6 +297,7 @@ NB_MODULE(_core, m) {
         .def_prop_ro("column", [](const Error& e) { return e.location.column; })
         .def_prop_ro("rendered", [](const Error& e) { return render_error(e); });
 
+    bind_options(m);
     nb::enum_<Target>(m, "Target", "What becomes of a print's slices.")
         .value("SLICES", Target::kSlices, "They are handed out.")
         .value("OUTPUT", Target::kOutput, "They go where the options say.")
@@ -321,7 +311,7 @@ NB_MODULE(_core, m) {
     nb::class_<Print>(m, "Print", "A print in threads of its own.")
         .def(
             "__init__",
-            [](Print* self, std::shared_ptr<const Program> program, std::vector<std::string> words,
+            [](Print* self, std::shared_ptr<const Program> program, program::Options options,
                Target target, bool fractions, std::string output,
                std::optional<std::array<double, 6>> window_mm) {
                 std::optional<Box3d> window;
@@ -329,10 +319,10 @@ NB_MODULE(_core, m) {
                     const auto& [x0, y0, z0, x1, y1, z1] = *window_mm;
                     window = Box3d{{x0, y0, z0}, {x1, y1, z1}};
                 }
-                new (self) Print(std::move(program), std::move(words), target, fractions,
+                new (self) Print(std::move(program), std::move(options), target, fractions,
                                  std::move(output), window);
             },
-            "program"_a, "words"_a, "target"_a, "fractions"_a = false, "output"_a = "",
+            "program"_a, "options"_a, "target"_a, "fractions"_a = false, "output"_a = "",
             "window_mm"_a = nb::none())
         .def_prop_ro("state", &Print::state)
         .def("wait_while", &Print::wait_while, "state"_a, "seconds"_a,

@@ -64,14 +64,14 @@ class MeansToQueue : public backends::NullSink {
 
 }  // namespace
 
-Print::Print(std::shared_ptr<const Program> program, std::vector<std::string> words, Target target,
+Print::Print(std::shared_ptr<const Program> program, program::Options options, Target target,
              bool fractions, std::string output, std::optional<Box3d> window_mm)
     : program_(std::move(program)),
-      words_(std::move(words)),
       target_(target),
       wants_fractions_(fractions),
       output_(std::move(output)),
       window_mm_(window_mm),
+      options_(std::move(options)),
       queue_(fractions ? &planes_ : nullptr),
       thread_([this] { run(); }) {}
 
@@ -143,13 +143,6 @@ void Print::run() {
 }
 
 Result<void> Print::print() {
-    std::vector<const char*> argv{"openfab.print_world"};
-    for (const std::string& word : words_)
-        argv.push_back(word.c_str());
-    Result<program::Options> options =
-        program::parse_options(static_cast<int>(argv.size()), argv.data(), "print_world", false);
-    if (!options) return options.error();
-    options_ = std::move(*options);
     options_.estimate = target_ == Target::kEstimate;
     program::PrintHooks hooks{.interrupt = interrupt_};
     hooks.window_mm = window_mm_;

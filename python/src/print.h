@@ -40,10 +40,9 @@ struct Picture8 {
 
 class Print {
   public:
-    /// Starts the thread. `words` are those of `openfab print`: a world, and options. With
-    /// `output`, slices are written there in place of the options' own, which is what messages name.
-    /// With a window the grid is that.
-    Print(std::shared_ptr<const Program> program, std::vector<std::string> words, Target target,
+    /// Starts the thread. With `output`, slices are written there in place of the options' own, which is
+    /// what messages name. With a window the grid is that.
+    Print(std::shared_ptr<const Program> program, program::Options options, Target target,
           bool fractions, std::string output, std::optional<Box3d> window_mm);
     /// Cancels and waits.
     ~Print();
@@ -88,7 +87,6 @@ class Print {
     void set_state(State state);
 
     const std::shared_ptr<const Program> program_;
-    const std::vector<std::string> words_;
     const Target target_;
     const bool wants_fractions_;
     const std::string output_;

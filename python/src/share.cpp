@@ -23,13 +23,6 @@ namespace openfab::python {
 
 namespace {
 
-Result<program::Options> parse(const std::vector<std::string>& words) {
-    std::vector<const char*> argv{"openfab.print_world"};
-    for (const std::string& word : words)
-        argv.push_back(word.c_str());
-    return program::parse_options(static_cast<int>(argv.size()), argv.data(), "print_world", false);
-}
-
 /// Keeps encoded slices, and the totals.
 class Gatherer : public pipeline::SliceSink {
   public:
@@ -57,20 +50,18 @@ class Gatherer : public pipeline::SliceSink {
 }  // namespace
 
 Result<std::shared_ptr<SharePrinter>> SharePrinter::create(std::shared_ptr<const Program> program,
-                                                           const std::vector<std::string>& words,
+                                                           const program::Options& options,
                                                            const std::string& format) {
-    const Result<program::Options> options = parse(words);
-    if (!options) return options.error();
     std::shared_ptr<SharePrinter> made(new SharePrinter(std::move(program)));
     program::PrintHooks hooks{.interrupt = made->interrupt_};
     hooks.began_seconds = process_age_seconds();
     Result<program::PreparedPrint> ready =
-        program::prepare_print(*options, made->program_->fablets(), hooks);
+        program::prepare_print(options, made->program_->fablets(), hooks);
     if (!ready) return ready.error();
     made->ready_ = std::move(*ready);
     program::Job& job = made->ready_.job;
     Result<std::unique_ptr<pipeline::SliceSink>> encoder =
-        program::make_encoder(*options, job.printer, *backends::find_format(format));
+        program::make_encoder(options, job.printer, *backends::find_format(format));
     if (!encoder) return encoder.error();
     made->encoder_ = std::move(*encoder);
     made->warnings_ = job.input.warnings;
@@ -105,22 +96,21 @@ Result<std::shared_ptr<ShareWriter>> ShareWriter::create(const Settings& setting
     Result<pipeline::PrintInfo> info = ofr::read_header(settings.header);
     if (!info) return info.error();
     info->support_code = settings.support_code;
-    Result<program::Options> options = parse(settings.words);
-    if (!options) return options.error();
+    program::Options options = settings.options;
     const Result<world::Printer> printer =
         world::load_printer(settings.printer.empty() ? info->printer : settings.printer);
     if (!printer) return printer.error();
-    const Result<const backends::Format*> format = program::choose_format(*options, *printer);
+    const Result<const backends::Format*> format = program::choose_format(options, *printer);
     if (!format) return format.error();
     if (Result<void> apart =
-            program::check_outputs(*options, *format, info->materials, settings.inputs);
+            program::check_outputs(options, *format, info->materials, settings.inputs);
         !apart)
         return apart.error();
     if (!settings.output.empty()) {
-        options->output = settings.output;
-        options->format = (*format)->name;
+        options.output = settings.output;
+        options.format = (*format)->name;
     }
-    Result<std::unique_ptr<pipeline::SliceSink>> sink = program::open_output(*options, *printer);
+    Result<std::unique_ptr<pipeline::SliceSink>> sink = program::open_output(options, *printer);
     if (!sink) return sink.error();
     std::shared_ptr<ShareWriter> made(new ShareWriter());
     made->info_ = std::move(*info);
@@ -180,36 +170,29 @@ std::string ShareWriter::statistics() const {
     return program::statistics_json(s, info_);
 }
 
-Result<std::string> output_format(const std::vector<std::string>& words,
-                                  const std::string& printer) {
-    const Result<program::Options> options = parse(words);
-    if (!options) return options.error();
+Result<std::string> output_format(const program::Options& options, const std::string& printer) {
     const Result<world::Printer> known = world::load_printer(printer.empty() ? "generic" : printer);
     if (!known) return known.error();
-    const Result<const backends::Format*> format = program::choose_format(*options, *known);
+    const Result<const backends::Format*> format = program::choose_format(options, *known);
     if (!format) return format.error();
     // Whether it can be made by several, before any of them begins.
-    const auto encoder = program::make_encoder(*options, *known, **format);
+    const auto encoder = program::make_encoder(options, *known, **format);
     if (!encoder) return encoder.error();
     return std::string((*format)->name);
 }
 
-Result<std::vector<std::filesystem::path>> world_files(const std::vector<std::string>& words) {
-    const Result<program::Options> options = parse(words);
-    if (!options) return options.error();
+Result<std::vector<std::filesystem::path>> world_files(const program::Options& options) {
     Result<world::World> world = world::load_world(
-        options->input, {{options->allow.begin(), options->allow.end()}, options->memory_bytes});
+        options.input, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
     if (!world) return world.error();
     std::vector<std::filesystem::path> files = std::move(world->files);
-    if (options->printer.ends_with(".json")) files.emplace_back(options->printer);
+    if (options.printer.ends_with(".json")) files.emplace_back(options.printer);
     return files;
 }
 
 Result<std::optional<std::pair<std::string, std::string>>> world_dither(
-    const std::vector<std::string>& words) {
-    const Result<program::Options> options = parse(words);
-    if (!options) return options.error();
-    const Result<std::optional<world::DitherRef>> rule = program::load_rule(*options);
+    const program::Options& options) {
+    const Result<std::optional<world::DitherRef>> rule = program::load_rule(options);
     if (!rule) return rule.error();
     std::optional<std::pair<std::string, std::string>> out;
     if (*rule) out.emplace((*rule)->source.string(), (*rule)->rule);

@@ -38,10 +38,9 @@ struct Share {
 /// A print that is set up once, for any number of shares. Not for several threads at once.
 class SharePrinter {
   public:
-    /// `words` are those of `openfab print` without an output; slices are encoded for one of
-    /// `format`.
+    /// The options have no output; slices are encoded for one of `format`.
     static Result<std::shared_ptr<SharePrinter>> create(std::shared_ptr<const Program> program,
-                                                        const std::vector<std::string>& words,
+                                                        const program::Options& options,
                                                         const std::string& format);
 
     const pipeline::PrintInfo& info() const { return ready_.print->info(); }
@@ -69,7 +68,7 @@ class SharePrinter {
 class ShareWriter {
   public:
     struct Settings {
-        std::vector<std::string> words;             ///< of the print, with its output
+        program::Options options;                   ///< of the print, with its output
         std::string output;                         ///< if not empty, written in place of it
         std::string printer;                        ///< name or file; empty: what the header says
         std::vector<uint8_t> header;                ///< of an .ofr file of the whole print
@@ -107,16 +106,15 @@ class ShareWriter {
 };
 
 /// Returns the format that a print with this output has, whose printer is given by name or file.
-Result<std::string> output_format(const std::vector<std::string>& words,
-                                  const std::string& printer);
+Result<std::string> output_format(const program::Options& options, const std::string& printer);
 
 /// Returns the files that a print with these options reads, fablets aside, the world first. Reads
 /// the world with its meshes.
-Result<std::vector<std::filesystem::path>> world_files(const std::vector<std::string>& words);
+Result<std::vector<std::filesystem::path>> world_files(const program::Options& options);
 
 /// Returns the file and the name of the dither rule that the world of a print names.
 Result<std::optional<std::pair<std::string, std::string>>> world_dither(
-    const std::vector<std::string>& words);
+    const program::Options& options);
 
 /// Returns the header of an .ofr file of a print.
 std::vector<uint8_t> header_of(const pipeline::PrintInfo& info);

@@ -309,7 +309,7 @@ def test_memory_is_a_share_of_the_workers(client: Any, ball: openfab.World, tmp_
     [
         ({"uniforms": {"ball.skn": 1}}, openfab.InputError, "skn"),
         ({"printer": "nonesuch"}, openfab.InputError, "nonesuch"),
-        ({"slices": (5, 5)}, openfab.InputError, "`slices` cannot be"),
+        ({"slices": (5, 5)}, openfab.InputError, "`slices`: `5:5` is an empty"),
         ({"in_flight": -1}, openfab.InputError, "`in_flight` cannot be -1"),
         ({"threads": 0}, openfab.InputError, "`threads` cannot be 0"),
         ({"out": "ball.npy"}, openfab.InputError, "slice by slice"),

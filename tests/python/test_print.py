@@ -294,10 +294,10 @@ def test_ctrl_c_ends_cleanly(gallery: Path, tmp_path: Path, to_file: bool) -> No
     ("arguments", "text"),
     [
         ({"draft": 0}, "draft"),
-        ({"voxel": "0.1 parsec"}, "--voxel"),
+        ({"voxel": "0.1 parsec"}, "`voxel`"),
         ({"uniforms": {"ball.skn": 1}}, "skn"),
         ({"printer": "nonesuch"}, "nonesuch"),
-        ({"slices": (5, 5)}, "`slices` cannot be"),
+        ({"slices": (5, 5)}, "`slices`: `5:5` is an empty"),
         ({"out": "ball.xyz"}, "format"),
         ({"out": "nowhere/ball.ofr"}, "nowhere"),
     ],

@@ -162,7 +162,7 @@ def test_a_file_is_a_program(tmp_path: Path) -> None:
         "objects": {"a": {"mesh": "made", "fablet": "plain", "uniforms": {"core": "red", "shell": "white"}}},
         "build": [{"object": "a"}],
     }))
-    with pytest.raises(openfab.InputError, match="--allow-programs"):
+    with pytest.raises(openfab.InputError, match="`allow_programs`"):
         openfab.print_world(openfab.load(tmp_path / "w.fab.json"), voxel=0.2).array()
     codes = openfab.print_world(openfab.load(tmp_path / "w.fab.json", allow_programs=True), voxel=0.2).array()
     # A cone of 1 to 0.5 mm over 5 mm, with balls.

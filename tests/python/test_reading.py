@@ -170,7 +170,7 @@ def test_arrays_of_others_are_errors(ball: openfab.World, tmp_path: Path) -> Non
     (tmp_path / "x.npy.json").write_text("[]")
     with pytest.raises(openfab.InputError, match="not what OpenFab writes"):
         openfab.read(tmp_path / "x.npy")
-    with pytest.raises(openfab.InputError, match="`--memory`"):
+    with pytest.raises(openfab.InputError, match="`memory`"):
         openfab.read(written(ball, tmp_path, "ofr"), memory=100)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core, _files
+from .._options import options_of
 from .._snapshot import Snapshot, dither_rule
 from ..errors import check_diagnostics, raise_error
 
@@ -49,17 +50,18 @@ class Inputs:
         return len(self.description) + sum(blob.nbytes for blob in self.files.values())
 
 
-def gather(world: Snapshot, options: Sequence[str]) -> Inputs:
+def gather(world: Snapshot, fields: Mapping[str, Any]) -> Inputs:
     """Reads all that a print of a world reads; raises what is wrong with it.
 
-    `options` are words of `openfab print`, which may name a printer's file.
+    `fields` are those of Options, which may name a printer's file.
     """
     file, sources = world.path, world.sources
-    names = _core.world_files([str(file), *world.allowed, *options])
+    options = options_of(world.fields, fields)
+    names = _core.world_files(options)
     if isinstance(names, _core.Error):
         raise_error(names, world.names)
     read: dict[str, Path] = {}
-    rule = dither_rule(world.words)
+    rule = dither_rule(options)
     for path in [*names[1:], *_imported([*sources, *([Path(rule[0])] if rule else [])])]:
         read.setdefault(place(path), Path(path))
     files = {name: np.fromfile(read[name], np.uint8) for name in sorted(read)}
@@ -109,12 +111,10 @@ def _relative(value: Any, home: str, files: set[str]) -> Any:
     return value
 
 
-def printer_file(options: Sequence[str]) -> list[str]:
-    """Options as a worker has them: a printer's file is named by its place."""
-    key = "--printer="
-    return [
-        key + place(word[len(key) :]) if word.startswith(key) and word.endswith(".json") else word for word in options
-    ]
+def of_workers(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of Options as a worker has them: a printer's file is named by its place."""
+    printer = fields.get("printer", "")
+    return {**fields, "printer": place(printer) if printer.endswith(".json") else printer}
 
 
 def unpack(folder: Path, files: dict[str, Blob], world: str, description: bytes) -> Path:

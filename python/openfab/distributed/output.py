@@ -10,12 +10,13 @@ import os
 import shutil
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from .. import _core
+from .._options import options_of
 from .._unfinished import Unfinished
 from ..errors import InputError, OutsideError, raise_error
 from .worker import Plan, Shared
@@ -27,16 +28,16 @@ _CHUNK_BYTES = 1 << 20
 class Output:
     """The output of a print, by one writer; what was there before stays until the print is complete."""
 
-    def __init__(self, out: str | os.PathLike[str], options: Sequence[str], printer: str) -> None:
+    def __init__(self, out: str | os.PathLike[str], fields: Mapping[str, Any], printer: str) -> None:
         self._name = os.fsdecode(out)
         self._printer = printer
         self._remote = "://" in self._name and not self._name.startswith(_RECEIVERS)
         name = self._name.rstrip("/").rsplit("/", 1)[-1] if self._remote else self._name
-        found = _core.output_format([*options, "world.fab.json", f"--output={name}"], printer)
+        self._fields = {**fields, "input": "world.fab.json"}
+        found = _core.output_format(self._options(name), printer)
         if isinstance(found, _core.Error):
             raise_error(found)
         self.format: str = found
-        self._options = [*options, "world.fab.json"]
         self._stack = ExitStack()
         self._writer: Any = None
         self._names: dict[str, str] = {}
@@ -44,21 +45,24 @@ class Output:
 
     def open(self, plan: Plan, inputs: Sequence[Path]) -> None:
         """Opens it; fails where it would overwrite an input."""
-        words, instead = [*self._options, f"--output={self._name}"], ""
+        name, instead = self._name, ""
         if self._remote:
             is_file = self.format == "ofr"
-            words[-1] = "--output=-" if is_file else "--output=slices"
+            name = "-" if is_file else "slices"
             self._transfer = (_Stream if is_file else _Folder)(self._name)
             instead = str(self._stack.enter_context(self._transfer))
         else:
             unfinished = self._stack.enter_context(Unfinished(self._name))
             instead, self._names = unfinished.name, unfinished.names
         writer = _core.open_writer(
-            words, instead, self._printer, plan.header, plan.info["support_code"], list(inputs)
+            self._options(name), instead, self._printer, plan.header, plan.info["support_code"], list(inputs)
         )
         if isinstance(writer, _core.Error):
             raise_error(writer, self._names)
         self._writer = writer
+
+    def _options(self, name: str) -> _core.Options:
+        return options_of(self._fields, {"output": name})
 
     @property
     def next_slice(self) -> int:

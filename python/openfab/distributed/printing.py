@@ -4,24 +4,26 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import time
 import uuid
 import warnings
 import weakref
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Future as Waiting
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import dask
 import distributed
 
 from .. import _files as own_files
+from .. import printing as _printing
 from .._given import Real, Whole, number, whole
-from .._options import words_of
+from .._options import SharedArguments, fields_of
 from .._progress import Bar, Progress
 from ..errors import Error, InputError, PrintWarning
 from ..printing import claim_threads
@@ -30,10 +32,13 @@ from ..world import AnyWorld, snapshot
 from . import worker
 from .cluster import LOOK_SECONDS, Workers
 from .costs import MOST_SECONDS, CostModel, ShareCost, most_seconds, sample_places, settled, share_end
-from .inputs import Inputs, gather, printer_file
+from .inputs import Inputs, gather, of_workers
 from .output import Output
 from .wanted import Wanted, wait_for
 from .worker import ClusterError, Failure, Job, Plan, Shared
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 # Of a task that fails, by itself: a full disk, say. Deaths of workers are counted apart.
 _RETRIES = 3
@@ -94,27 +99,14 @@ def print_world(
     client: distributed.Client,
     out: str | os.PathLike[str],
     *,
-    printer: str | os.PathLike[str] | None = None,
-    voxel: Real | str | Sequence[Real] | None = None,
-    dpi: Real | str | Sequence[Real] | None = None,
-    layer: Real | str | None = None,
-    draft: Whole | None = None,
-    slices: Sequence[Whole] | None = None,
-    z: Sequence[Real | str] | None = None,
     uniforms: Mapping[str, Any] | None = None,
-    support: bool | str | None = None,
-    dither: str | None = None,
-    seed: Whole | None = None,
-    crop: str | None = None,
-    format: str | None = None,
     memory: Whole | str | None = None,
     threads: Whole | None = None,
-    token_file: str | os.PathLike[str] | None = None,
-    tls_ca: str | os.PathLike[str] | None = None,
     in_flight: Whole | None = None,
     workers_timeout: Real | None = None,
     direct: bool = True,
     progress: Progress = False,
+    **arguments: Unpack[SharedArguments],
 ) -> DistributedPrint:
     """Prints a world on the workers of a Dask cluster; returns when the output is complete.
 
@@ -166,28 +158,40 @@ def print_world(
     >>> print_world(world, client, "s3://prints/ball.ofr", progress=True)           # doctest: +SKIP
     """
     began = time.monotonic()
-    options = words_of(
-        printer=printer, voxel=voxel, dpi=dpi, layer=layer, draft=draft, slices=slices, z=z, dither=dither, seed=seed,
-        crop=crop, memory=memory, support=support,
-    )
+    unknown = arguments.keys() - SharedArguments.__annotations__.keys()
+    if unknown:
+        raise TypeError(f"print_world() got an unexpected keyword argument {min(unknown)!r}")
+    every = fields_of(**arguments, memory=memory)
     limit = None if workers_timeout is None else number(workers_timeout, "`workers_timeout`")
-    receiver = words_of(format=format, token_file=token_file, tls_ca=tls_ca)
     threads, in_flight = _at_least_one(threads, "threads"), _at_least_one(in_flight, "in_flight")
     read = snapshot(world, uniforms)
-    options += read.settings
-    named = str(printer or read.description.get("printer") or "")
-    if named.endswith(".json") and printer is None:
+    every["settings"] = list(read.settings)
+    named = every.get("printer") or str(read.description.get("printer") or "")
+    if named.endswith(".json") and "printer" not in every:
         named = os.path.join(read.path.parent, named)
-    with Output(out, [*options, *receiver], named) as output:
+    with Output(out, every, named) as output:
         claim_threads()
-        inputs = gather(read, options)
+        fields = {key: value for key, value in every.items() if key not in ("format", "token_file", "tls_ca")}
+        inputs = gather(read, fields)
         job = Job(
             version=worker.version(), digest=inputs.digest, world=inputs.world, sources=inputs.sources,
-            options=tuple(printer_file(options)), format=output.format, memory_given=memory is not None,
-            threads=threads, made=str(own_files.folder()),
+            fields=of_workers(fields), format=output.format, threads=threads, made=str(own_files.folder()),
         )
         with _Run(client, limit, job, inputs, began, in_flight, direct, progress) as run:
             return run.print(output)
+
+
+def _signature() -> inspect.Signature:
+    """What help and notebooks show of print_world: the arguments that it shares among its own."""
+    own = inspect.signature(print_world)
+    shared = inspect.signature(_printing.print_world).parameters
+    *mine, _ = own.parameters.values()
+    first = next(place for place, one in enumerate(mine) if one.kind is one.KEYWORD_ONLY)
+    mine[first:first] = [shared[name] for name in SharedArguments.__annotations__]
+    return own.replace(parameters=mine)
+
+
+print_world.__signature__ = _signature()  # type: ignore[attr-defined]
 
 
 def _at_least_one(value: Whole | None, name: str) -> int | None:

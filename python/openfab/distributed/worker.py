@@ -17,6 +17,7 @@ from typing import Any, ParamSpec, TypeVar
 import distributed
 
 from .. import _core
+from .._options import options_of
 from .._snapshot import dither_rule
 from ..errors import Error, InputError, InternalError, OutsideError, raise_error, renamed
 from ..fablet import programs
@@ -41,9 +42,9 @@ class Job:
     """Of the files; they are unpacked once."""
     world: str
     sources: tuple[str, ...]
-    options: tuple[str, ...]
+    fields: dict[str, Any]
+    """Of Options."""
     format: str
-    memory_given: bool
     threads: int | None
     made: str
     """The client's folder of its own files, for messages."""
@@ -219,15 +220,17 @@ def _folder(digest: str) -> Path:
 def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob], description: bytes) -> _Kept:
     claim_threads()
     world = unpack(root, inputs, job.world, description)
-    rule = dither_rule([str(world), f"--allow={root}"])
+    named = {"input": str(world), "allow": [str(root)]}
+    rule = dither_rule(options_of(named))
     program, _ = programs.find([root / source for source in job.sources], rule=rule)
     worker = distributed.get_worker()
-    words = [f"--printer={root / word[10:]}" if word.startswith("--printer=files/") else word for word in job.options]
-    if not job.memory_given:
+    fields = {**job.fields, **named, "threads": job.threads or worker.state.nthreads}
+    if fields["printer"].startswith("files/"):
+        fields["printer"] = str(root / fields["printer"])
+    if "memory_bytes" not in fields:
         limit = worker.memory_manager.memory_limit or _USUAL_MEMORY / _SHARE_OF_MEMORY
-        words.append(f"--memory={int(min(_USUAL_MEMORY, _SHARE_OF_MEMORY * limit))}B")
-    words.append(f"--threads={job.threads or worker.state.nthreads}")
-    printer = _core.set_up_shares(program, [str(world), f"--allow={root}", *words], job.format)
+        fields.update(memory_bytes=int(min(_USUAL_MEMORY, _SHARE_OF_MEMORY * limit)), memory_given=True)
+    printer = _core.set_up_shares(program, options_of(fields), job.format)
     if isinstance(printer, _core.Error):
         raise_error(printer)
     return _Kept(key, printer, printer.header)

@@ -263,6 +263,18 @@ TEST(PreviewSpec, Settings) {
     }
 }
 
+TEST(PreviewSpec, AViewIsSettingsWithoutAFile) {
+    const Result<preview::PreviewSpec> model = preview::parse_view("view=model:40:20,cut=x");
+    ASSERT_TRUE(model) << model.error().text();
+    EXPECT_EQ(model->file, "");
+    EXPECT_EQ(model->view, preview::View::kModel);
+    EXPECT_EQ(model->turn_deg, 40);
+    EXPECT_EQ(model->cut, preview::Cut::kX);
+    for (const char* bad :
+         {"", "back", "view=", "view=front,", "view=front,cut=x", "a.png,view=front"})
+        EXPECT_FALSE(preview::parse_view(bad)) << bad;
+}
+
 TEST(PreviewColor, SrgbAndBack) {
     for (int i = 0; i < 256; ++i)
         EXPECT_EQ(linear_to_srgb8(srgb_to_linear(i / 255.0)), i);

@@ -120,6 +120,12 @@ TEST_F(OutputCheck, FilesOfTheHostCountToo) {
     EXPECT_THAT(with(path("p.json"), "ofr"), Says(messages::kOutputsAreOneFile));
 }
 
+TEST_F(OutputCheck, PicturesOfTheHostAreNoFiles) {
+    OutputOptions options;
+    options.previews.resize(2);
+    EXPECT_EQ(check(options, "ofr", {}), "");
+}
+
 TEST_F(OutputCheck, AFileWithoutAFolderIsToldBeforeTheWork) {
     OutputOptions options;
     options.more_outputs = {{"--json", path("none/p.json")}};
