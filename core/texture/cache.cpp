@@ -27,6 +27,7 @@
 #include "base/say.h"
 #include "base/system_reason.h"
 #include "texture/helper.h"
+#include "texture/messages.h"
 #include "texture/pyramid_file.h"
 #include "texture/reading_progress.h"
 
@@ -72,7 +73,7 @@ void pass_progress_on(std::string* messages) {
 Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0)
-        return outside_error("cannot make a pipe: " + system_reason(errno));
+        return outside_error(fmt::format(messages::kNoPipe, system_reason(errno)));
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -110,9 +111,9 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     ::close(ends[0]);
     if (trouble != 0)
         return outside_error(
-            fmt::format("cannot start {}: {}", arguments[0], system_reason(trouble)));
+            fmt::format(messages::kCannotStart, arguments[0], system_reason(trouble)));
     if (!running->wait(&result.status))
-        return outside_error("cannot wait for the texture helper: " + system_reason(errno));
+        return outside_error(fmt::format(messages::kCannotWaitForHelper, system_reason(errno)));
     return result;
 }
 
@@ -170,11 +171,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
                               const std::vector<std::string>& more) {
     std::vector<std::string> arguments = converter();
     if (arguments.empty()) {
-        return outside_error(
-            fmt::format("{} must be converted, and the program that does it, `openfab`, was not "
-                        "found beside this one or on the "
-                        "PATH; put it there, or set OPENFAB_HELPER to it",
-                        image.string()));
+        return outside_error(fmt::format(messages::kNoConverter, image.string()));
     }
     const std::string helper = arguments.front();
     arguments.push_back(as_argument(image));
@@ -200,9 +197,9 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
     const int signal = WIFSIGNALED(result->status) ? WTERMSIG(result->status) : 0;
     if (signal == SIGINT) return Error{ErrorCode::kInterrupted, "interrupted"};
     return outside_error(fmt::format(
-        "cannot convert {}: {} {}", image.string(), helper,
-        signal != 0 ? fmt::format("was ended by signal {}", signal)
-                    : fmt::format("failed with exit code {}", WEXITSTATUS(result->status))));
+        messages::kCannotConvert, image.string(), helper,
+        signal != 0 ? fmt::format(messages::kEndedBySignal, signal)
+                    : fmt::format(messages::kFailedWithCode, WEXITSTATUS(result->status))));
 }
 
 /// Returns the folder of the cache from the environment; empty if not set.
@@ -244,8 +241,7 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
         clear_left_over(*cache);
     } else {
         static std::atomic<bool> noted{false};
-        if (!noted.exchange(true))
-            note(fmt::format("filtered textures are not cached: {}", keeps.error().text()));
+        if (!noted.exchange(true)) note(fmt::format(messages::kNotCached, keeps.error().text()));
         // The mapping outlives the file.
         Result<std::unique_ptr<TemporaryFolder>> made = TemporaryFolder::create();
         if (!made) return made.error();
@@ -259,26 +255,24 @@ Result<std::shared_ptr<const Pyramid>> find_or_make(uint64_t key, const fs::path
 
 Result<fs::path> cache_folder(const std::string& part) {
     fs::path wanted = wanted_cache();
-    if (wanted.empty()) return user_error("neither HOME nor XDG_CACHE_HOME is set");
+    if (wanted.empty()) return user_error(messages::kNoCacheFolder);
     if (!part.empty()) wanted /= part;
     Result<fs::path> folder = own_folder(wanted);
     if (folder) return folder;
-    return with_context(folder.error(),
-                        fmt::format("the folder `{}` is not used: ", wanted.string()));
+    return with_context(folder.error(), fmt::format(messages::kFolderNotUsed, wanted.string()));
 }
 
 Result<void> check_keeps(const Result<fs::path>& folder) {
     if (!folder) return folder.error();
     const Result<void> writable = check_writable(*folder);
     if (writable) return {};
-    return with_context(writable.error(),
-                        fmt::format("nothing is kept in the folder `{}`: ", folder->string()));
+    return with_context(writable.error(), fmt::format(messages::kNothingIsKept, folder->string()));
 }
 
 Result<uint64_t> content_key(const fs::path& image, const ImageOptions& options) {
     const Result<InputFile> file = InputFile::open(image);
     const auto unreadable = [&](const Error& error) {
-        return with_context(error, fmt::format("cannot read {}: ", image.string()));
+        return with_context(error, fmt::format(messages::kCannotReadBecause, image.string()));
     };
     if (!file) return unreadable(file.error());
     Hasher hasher;

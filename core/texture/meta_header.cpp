@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "texture/messages.h"
 
 namespace openfab::texture {
 
@@ -58,7 +59,7 @@ Result<MetaHeader> read_meta_header(const InputFile& file) {
         header.begin = static_cast<int64_t>(std::min(begin, bytes.size()));
         return header;
     }
-    return user_error("it is not a MetaImage file: no line of it names its ElementDataFile");
+    return user_error(messages::kNotMetaImage);
 }
 
 }  // namespace openfab::texture

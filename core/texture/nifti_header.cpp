@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "texture/messages.h"
+
 namespace openfab::texture {
 
 namespace {
@@ -63,11 +65,11 @@ bool is_nifti(std::string_view bytes) {
 Result<NiftiHeader> read_nifti_header(std::string_view bytes) {
     NiftiHeader h;
     const bool old = is_old(bytes);
-    if (!old && !is_new(bytes)) return user_error("it is not a NIfTI file");
+    if (!old && !is_new(bytes)) return user_error(messages::kNotNifti);
     const auto size = static_cast<int64_t>(old ? kOld : kNew);
     h.swapped = Fields(bytes, false).whole<int32_t>(0) != size;
     const Fields f(bytes, h.swapped);
-    if (f.whole<int32_t>(0) != size) return user_error("its header is damaged");
+    if (f.whole<int32_t>(0) != size) return user_error(messages::kHeaderDamaged);
     h.detached = bytes[old ? 345 : 5] == 'i';
     if (old) {
         for (size_t i = 0; i < 8; ++i)

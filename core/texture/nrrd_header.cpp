@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "texture/messages.h"
+
 namespace openfab::texture {
 
 namespace {
@@ -29,7 +31,7 @@ Result<NrrdHeader> read_nrrd_header(const InputFile& file) {
     const Result<size_t> got = file.read(0, bytes.data(), bytes.size());
     if (!got) return got.error();
     bytes.resize(*got);
-    if (bytes.compare(0, 4, "NRRD") != 0) return user_error("it is not an NRRD file");
+    if (bytes.compare(0, 4, "NRRD") != 0) return user_error(messages::kNotNrrd);
     NrrdHeader header;
     size_t at = bytes.find('\n');
     while (at != std::string::npos && at + 1 < bytes.size()) {
@@ -53,7 +55,7 @@ Result<InputFile> open_data_file(const std::filesystem::path& file, const std::s
     if (roots.empty()) roots.push_back(reading_root(file.parent_path()));
     Result<InputFile> opened = InputFile::open(file.parent_path() / name, roots);
     if (opened) return opened;
-    return with_context(opened.error(), fmt::format("its data file `{}` cannot be read: ", name));
+    return with_context(opened.error(), fmt::format(messages::kDataFileUnreadable, name));
 }
 
 }  // namespace openfab::texture

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "base/input_file.h"
+#include "texture/messages.h"
 #include "texture/pyramid_file.h"
 
 namespace openfab::texture {
@@ -18,14 +19,15 @@ Result<std::shared_ptr<const Pyramid>> Pyramid::open(const std::filesystem::path
                                                      WrapModes wrap, int32_t filter) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) {
-        return with_context(opened.error(), fmt::format("cannot read {}: ", file.string()));
+        return with_context(opened.error(),
+                            fmt::format(messages::kCannotReadBecause, file.string()));
     }
     if (opened->bytes() == 0)
-        return user_error(fmt::format("{} is not an .oftx file: it is empty", file.string()));
+        return user_error(fmt::format(messages::kPyramidEmpty, file.string()));
     const auto bytes = static_cast<size_t>(opened->bytes());
     void* mapping = ::mmap(nullptr, bytes, PROT_READ, MAP_PRIVATE, opened->descriptor(), 0);
     if (mapping == MAP_FAILED) {
-        return outside_error(fmt::format("cannot read {}: {}", file.string(),
+        return outside_error(fmt::format(messages::kCannotRead, file.string(),
                                          std::generic_category().message(errno)));
     }
     std::shared_ptr<Pyramid> pyramid(new Pyramid);

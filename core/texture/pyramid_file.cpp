@@ -20,6 +20,7 @@
 #include "base/hash.h"
 #include "base/own_folder.h"
 #include "base/replace_file.h"
+#include "texture/messages.h"
 #include "texture/pyramid.h"
 
 namespace openfab::texture {
@@ -112,9 +113,9 @@ class Checksum {
     bool first_ = true;
 };
 
-Error system_trouble(const char* what, const std::filesystem::path& file) {
-    return outside_error(fmt::format("cannot {} {}: {}", what, file.string(),
-                                     std::generic_category().message(errno)));
+Error system_trouble(const std::filesystem::path& file) {
+    return outside_error(
+        fmt::format(messages::kCannotWrite, file.string(), std::generic_category().message(errno)));
 }
 
 }  // namespace
@@ -136,7 +137,7 @@ Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesyst
         return writer->temporary_;
     });
     writer->descriptor_ = fd;
-    if (fd < 0) return system_trouble("write", file);
+    if (fd < 0) return system_trouble(file);
     const Header header = header_for(layout, content_key);
     // Allocates the space now: a full disk is an error here instead of a signal while the mapping
     // is written.
@@ -150,7 +151,7 @@ Result<std::unique_ptr<PyramidWriter>> PyramidWriter::create(const std::filesyst
     } else {
         errno = trouble;
     }
-    if (mapping == MAP_FAILED) return system_trouble("write", file);
+    if (mapping == MAP_FAILED) return system_trouble(file);
     writer->mapping_ = mapping;
     writer->bytes_ = static_cast<size_t>(header.file_bytes);
     auto* bytes = static_cast<std::byte*>(mapping);
@@ -189,7 +190,7 @@ Result<void> PyramidWriter::finish() {
     const uint64_t value = checksum.value();
     std::memcpy(static_cast<std::byte*>(mapping_) + offsetof(Header, checksum), &value,
                 sizeof value);
-    if (::rename(temporary_.c_str(), file_.c_str()) != 0) return system_trouble("write", file_);
+    if (::rename(temporary_.c_str(), file_.c_str()) != 0) return system_trouble(file_);
     at_end_.reset();
     temporary_.clear();
     return Ok{};
@@ -201,16 +202,16 @@ Result<void> check_pyramid_file(const InputFile& file) {
     Header header{};
     for (int64_t at = 0;;) {
         const Result<size_t> got = file.read(at, buffer.data(), buffer.size());
-        if (!got) return with_context(got.error(), "cannot be read: ");
+        if (!got) return with_context(got.error(), messages::kCannotBeRead);
         if (*got == 0) break;
         if (at == 0) {
-            if (*got < sizeof header) return user_error("is not an .oftx file: it is too short");
+            if (*got < sizeof header) return user_error(messages::kPyramidTooShort);
             std::memcpy(&header, buffer.data(), sizeof header);
         }
         checksum.add(buffer.data(), *got);
         at += static_cast<int64_t>(*got);
     }
-    if (checksum.value() != header.checksum) return user_error("is damaged: its checksum is wrong");
+    if (checksum.value() != header.checksum) return user_error(messages::kChecksumWrong);
     return Ok{};
 }
 
@@ -220,13 +221,13 @@ namespace {
 Result<PyramidLayout> layout_of(const Header& h, const std::byte* table, size_t bytes) {
     if (h.depth == 0) return pyramid_layout(h.width, h.height, h.channels);
     if (h.depth == kDepthOfAlpha) {
-        if (h.channels < 2) return user_error("it has alpha alone");
+        if (h.channels < 2) return user_error(messages::kAlphaAlone);
         Result<PyramidLayout> picture = pyramid_layout(h.width, h.height, h.channels);
         if (picture) picture->alpha = true;
         return picture;
     }
     int32_t words[7];
-    if (bytes < sizeof words) return user_error("it is too short");
+    if (bytes < sizeof words) return user_error(messages::kTooShort);
     std::memcpy(words, table, sizeof words);
     VolumeDomain domain;
     for (size_t a = 0; a < 3; ++a) {
@@ -241,27 +242,26 @@ Result<PyramidLayout> layout_of(const Header& h, const std::byte* table, size_t 
 
 Result<PyramidView> parse_pyramid_file(const void* data, size_t bytes) {
     Header h;
-    if (bytes < sizeof h) return user_error("is not an .oftx file: it is too short");
+    if (bytes < sizeof h) return user_error(messages::kPyramidTooShort);
     std::memcpy(&h, data, sizeof h);
-    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return user_error("is not an .oftx file");
+    if (std::memcmp(h.magic, kMagic, sizeof kMagic) != 0) return user_error(messages::kNotPyramid);
     if (h.version != kFileVersion) {
-        return user_error(fmt::format("is an .oftx file of version {}", h.version),
-                          fmt::format("this program reads version {}", kFileVersion));
+        return user_error(fmt::format(messages::kPyramidVersion, h.version),
+                          fmt::format(messages::kPyramidVersionHelp, kFileVersion));
     }
     const auto* start = static_cast<const std::byte*>(data);
     Result<PyramidLayout> layout = layout_of(h, start + sizeof h, bytes - sizeof h);
-    if (!layout) return with_context(layout.error(), "is damaged: ");
+    if (!layout) return with_context(layout.error(), messages::kIsDamaged);
     Header expected = header_for(*layout, h.content_key);
     expected.checksum = h.checksum;
     if (std::memcmp(&h, &expected, sizeof h) != 0)
-        return user_error("is damaged: its header contradicts itself");
+        return user_error(messages::kHeaderContradictory);
     if (static_cast<uint64_t>(h.file_bytes) != bytes) {
-        return user_error(fmt::format(
-            "is cut short or damaged: it has {} bytes, its header says {}", bytes, h.file_bytes));
+        return user_error(fmt::format(messages::kFileCutShort, bytes, h.file_bytes));
     }
     const std::vector<int32_t> table = table_for(*layout);
     if (std::memcmp(start + sizeof h, table.data(), table.size() * sizeof(int32_t)) != 0) {
-        return user_error("is damaged: its level table contradicts its size");
+        return user_error(messages::kLevelTableContradictory);
     }
     PyramidView view;
     view.layout = std::move(*layout);

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "base/infinity.h"
+#include "texture/messages.h"
 #include "texture/pyramid.h"
 
 namespace openfab::texture {
@@ -159,23 +160,22 @@ uint32_t bits_of(float x) {
 
 Result<PyramidLayout> pyramid_layout(int32_t width, int32_t height, int32_t channels) {
     if (width < 1 || height < 1)
-        return user_error(fmt::format("the picture is empty ({} x {})", width, height));
+        return user_error(fmt::format(messages::kPictureEmpty, width, height));
     if (width > kLargestSide || height > kLargestSide) {
-        return user_error(fmt::format("the picture is {} x {}", width, height),
-                          fmt::format("at most {} pixels a side are possible", kLargestSide));
+        return user_error(fmt::format(messages::kPictureTooWide, width, height),
+                          fmt::format(messages::kPictureTooWideHelp, kLargestSide));
     }
     if (channels < 1 || channels > 4) {
-        return user_error(fmt::format("the picture has {} channels", channels),
-                          "1 to 4 are possible");
+        return user_error(fmt::format(messages::kPictureChannels, channels),
+                          messages::kChannelsHelp);
     }
     PyramidLayout layout;
     layout.channels = channels;
     add_levels(width, height, 1, &layout);
     if (layout.minmax_floats > std::numeric_limits<int32_t>::max()) {
-        return user_error(
-            fmt::format("the picture is {} x {} with {} channels, which is too large",
-                        layout.levels[0].width, layout.levels[0].height, channels),
-            "scale it down, or read one channel of it with \"channels\": \"luminance\"");
+        return user_error(fmt::format(messages::kPictureTooLarge, layout.levels[0].width,
+                                      layout.levels[0].height, channels),
+                          messages::kPictureTooLargeHelp);
     }
     return layout;
 }
@@ -185,21 +185,20 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels,
     const std::string shape = fmt::format("{} x {} x {}", size.x, size.y, size.z);
     int64_t texels = 1;
     for (int a = 0; a < 3; ++a) {
-        if (size[a] < 1) return user_error(fmt::format("the volume is empty ({})", shape));
+        if (size[a] < 1) return user_error(fmt::format(messages::kVolumeEmpty, shape));
         if (size[a] > kLargestSide)
-            return user_error(fmt::format("the volume is {}", shape),
-                              fmt::format("at most {} texels a side are possible", kLargestSide));
+            return user_error(fmt::format(messages::kVolumeTooWide, shape),
+                              fmt::format(messages::kVolumeTooWideHelp, kLargestSide));
         texels *= size[a];
         const auto k = static_cast<size_t>(a);
         if (!(domain.extent[k] > 0) || !std::isfinite(domain.extent[k]) ||
             !std::isfinite(domain.origin[k])) {
-            return user_error(
-                "the volume's origin and spacing must be finite, its spacing above 0");
+            return user_error(messages::kVolumePlaceNotFinite);
         }
     }
     if (channels < 1 || channels > 4) {
-        return user_error(fmt::format("the volume has {} channels", channels),
-                          "1 to 4 are possible");
+        return user_error(fmt::format(messages::kVolumeChannels, channels),
+                          messages::kChannelsHelp);
     }
     constexpr int64_t kMostTexels = int64_t{1} << 30;
     PyramidLayout layout;
@@ -207,9 +206,8 @@ Result<PyramidLayout> volume_layout(const Vec3i& size, int32_t channels,
     layout.volume = domain;
     if (texels < kMostTexels) add_levels(size.x, size.y, size.z, &layout);
     if (texels >= kMostTexels || layout.minmax_floats > std::numeric_limits<int32_t>::max()) {
-        return user_error(
-            fmt::format("the volume is {} with {} channels, which is too large", shape, channels),
-            "scale it down");
+        return user_error(fmt::format(messages::kVolumeTooLarge, shape, channels),
+                          messages::kVolumeTooLargeHelp);
     }
     return layout;
 }

@@ -12,6 +12,7 @@
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "texture/helper.h"
+#include "texture/messages.h"
 #include "texture/meta_header.h"
 #include "texture/nifti_header.h"
 #include "texture/nrrd_header.h"
@@ -128,8 +129,8 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
         }
     }
     if (files.empty()) {
-        return user_error(fmt::format("cannot read {}: {}", source.string(),
-                                      folder ? "the folder is empty" : "no such file"));
+        return user_error(fmt::format(messages::kCannotRead, source.string(),
+                                      folder ? messages::kFolderEmpty : messages::kNoSuchFile));
     }
     std::sort(files.begin(), files.end(), comes_before);
     return files;
@@ -195,7 +196,8 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
             // Opened and checked to be allowed before a byte of it is read.
             const Result<InputFile> data = open_data_file(files->front(), name, limits);
             if (!data)
-                return with_context(data.error(), fmt::format("cannot read {}: ", source.string()));
+                return with_context(data.error(),
+                                    fmt::format(messages::kCannotReadBecause, source.string()));
             const Result<uint64_t> key = content_key(data->name(), options.image);
             if (!key) return key.error();
             text += fmt::format("|{:016x}", *key);

@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "base/units.h"
 #include "base/xml.h"
+#include "texture/messages.h"
 #include "texture/xdmf_steps.h"
 
 namespace openfab::texture {
@@ -18,8 +19,6 @@ namespace openfab::texture {
 namespace {
 
 constexpr int64_t kMostNumbers = int64_t{1} << 40;
-constexpr const char* kBadSizes = "its `Dimensions` are not whole numbers from 1, or too large";
-constexpr const char* kPlain = "write the file with its data as XML or Binary, or as a .vtu";
 
 /// Parses whole numbers from 1, whose product is kept within bounds.
 bool read_sizes(const char* text, std::vector<int64_t>* sizes, int64_t* product) {
@@ -40,15 +39,15 @@ Complaint read_kind(const XmlAttributes& a, XdmfItem* item) {
     int64_t bytes = 4;
     if (const char* precision = a.find("Precision");
         precision != nullptr && !scan_integer(precision, 1, 8, &bytes).empty())
-        return fmt::format("its precision is `{}`; 1, 2, 4 or 8 bytes are possible", precision);
+        return fmt::format(messages::kPrecisionUnknown, precision);
     if (type == "char" || type == "uchar") bytes = 1;
     if (type == "short" || type == "ushort") bytes = 2;
     const bool is_float = type.empty() || type == "float";
     const bool is_unsigned = type == "uint" || type == "uchar" || type == "ushort";
     if (!is_float && !is_unsigned && type != "int" && type != "char" && type != "short")
-        return fmt::format("its numbers are of type `{}`, which is not known", type);
+        return fmt::format(messages::kNumberTypeUnknown, type);
     if ((bytes & (bytes - 1)) != 0 || (is_float && bytes < 4))
-        return fmt::format("numbers of {} bytes are not known", bytes);
+        return fmt::format(messages::kNumberBytesUnknown, bytes);
     item->kind = is_float      ? XdmfItem::Kind::kFloat
                  : is_unsigned ? XdmfItem::Kind::kUnsigned
                                : XdmfItem::Kind::kSigned;
@@ -58,22 +57,23 @@ Complaint read_kind(const XmlAttributes& a, XdmfItem* item) {
 
 Complaint read_item(const XmlAttributes& a, XdmfItem* item) {
     if (const std::string type = xdmf_word(a, "ItemType"); !type.empty() && type != "uniform")
-        return {fmt::format("it is computed of others (`{}`)", type), kPlain};
+        return {fmt::format(messages::kItemComputed, type), messages::kWritePlain};
     if (a.find("Reference") != nullptr)
-        return {"it is a reference to another", "write the numbers where they are used"};
+        return {messages::kItemReference, messages::kItemReferenceHelp};
     const std::string format = xdmf_word(a, "Format");
     if (!format.empty() && format != "xml" && format != "binary" && format != "hdf")
-        return {fmt::format("its format `{}` is not known", format), kPlain};
+        return {fmt::format(messages::kItemFormatUnknown, format), messages::kWritePlain};
     item->place = format == "binary" ? XdmfItem::Place::kDataFile
                   : format == "hdf"  ? XdmfItem::Place::kHdf
                                      : XdmfItem::Place::kHere;
     if (const std::string packed = xdmf_word(a, "Compression"); !packed.empty() && packed != "raw")
-        return {fmt::format("it is compressed by `{}`", packed), "write it not compressed"};
+        return {fmt::format(messages::kItemCompressed, packed), messages::kItemCompressedHelp};
     item->big_endian = xdmf_word(a, "Endian") == "big";
     if (const char* seek = a.find("Seek");
         seek != nullptr && !scan_integer(seek, 0, INT64_MAX / 2, &item->seek).empty())
-        return fmt::format("its `Seek` is `{}`, no number of bytes", seek);
-    if (!read_sizes(a.find("Dimensions"), &item->sizes, &item->count)) return {kBadSizes};
+        return fmt::format(messages::kSeekNoNumber, seek);
+    if (!read_sizes(a.find("Dimensions"), &item->sizes, &item->count))
+        return {messages::kSizesNotWhole};
     return read_kind(a, item);
 }
 
@@ -87,21 +87,18 @@ Complaint read_slab(std::string_view text, std::vector<int64_t> sizes, XdmfItem*
             const int64_t least = row == &slab.start ? 0 : 1;
             int64_t& number = row->emplace_back();
             if (!scan_integer(take_word(&text), least, size, &number).empty())
-                return "its hyperslab has not a start, a stride and a count for each side of its "
-                       "array";
+                return messages::kSlabRowsMissing;
         }
     }
     for (size_t a = 0; a < slab.sizes.size(); ++a) {
         const int64_t room = slab.sizes[a] - 1 - slab.start[a], steps = slab.count[a] - 1;
         if (room < 0 || (steps > 0 && slab.stride[a] > room / steps)) {
-            return fmt::format("its hyperslab goes beyond the {} numbers of a side of its array",
-                               slab.sizes[a]);
+            return fmt::format(messages::kSlabBeyondArray, slab.sizes[a]);
         }
         product *= slab.count[a];  // of parts of the array's sides, whose product is in bounds
     }
     if (product != item->count || !take_word(&text).empty())
-        return fmt::format("its hyperslab has {} numbers, its `Dimensions` {}", product,
-                           item->count);
+        return fmt::format(messages::kSlabCountDiffers, product, item->count);
     item->slab = std::move(slab);
     return {};
 }
@@ -114,7 +111,7 @@ class Reading final : public XmlHandler {
 
     Complaint start(std::string_view name, const XmlAttributes& a) override {
         ++depth_;
-        if (depth_ == 1 && name != "Xdmf") return {"it is not an XDMF file"};
+        if (depth_ == 1 && name != "Xdmf") return {messages::kNotXdmf};
         if (skipped_ > 0) return {};
         if (name == "Grid") return grid(a);
         if (grid_depth_ == 0) return {};
@@ -131,8 +128,7 @@ class Reading final : public XmlHandler {
                 return {};
             }
             constexpr int kMostItems = 10'000;
-            if (++count_ > kMostItems)
-                return {fmt::format("its grid has more than {} arrays", kMostItems)};
+            if (++count_ > kMostItems) return {fmt::format(messages::kTooManyArrays, kMostItems)};
             item_depth_ = depth_;
             items_->emplace_back();
             begin_item(a);
@@ -163,7 +159,7 @@ class Reading final : public XmlHandler {
     /// Ends the grid. Says what is missing of it.
     Complaint finish() {
         const bool has_first = first_grids_ == 1 && !first_.topology.empty();
-        if (grids_ == 0) return {"it has no grid"};
+        if (grids_ == 0) return {messages::kNoGrid};
         if (includer_ != 0 && has_first == (grids_ == 2)) return not_there();
         if (includer_ != 0 && has_first) {
             first_.fields = std::move(grid_.fields);
@@ -173,14 +169,9 @@ class Reading final : public XmlHandler {
     }
 
   private:
-    static Complaint several() {
-        return {"it has several grids", "merge them, or write each as a file of its own"};
-    }
+    static Complaint several() { return {messages::kSeveralGrids, messages::kSeveralGridsHelp}; }
     static Complaint not_there() {
-        return {
-            "its grid takes parts by `xi:include` that are not cells and points of the one other "
-            "grid",
-            "write the grid with its own Topology, Geometry and Attribute"};
+        return {messages::kIncludeElsewhere, messages::kIncludeElsewhereHelp};
     }
     /// Solvers write a mesh as a grid without fields, before or after a series whose steps take cells
     /// and points of it.
@@ -209,14 +200,14 @@ class Reading final : public XmlHandler {
         }
         const std::string type = xdmf_word(a, "GridType", "Type");
         if (type == "collection" && xdmf_word(a, "CollectionType") == "temporal") {
-            if (!series_.empty()) return {"it has series of steps within each other"};
+            if (!series_.empty()) return {messages::kSeriesNested};
             series_.push_back(depth_);
             steps_ = 0;
             return {};
         }
         if (type == "collection" || type == "tree") return {};
         if (!type.empty() && type != "uniform")
-            return {fmt::format("it has a grid of type `{}`", type), "write a Uniform one"};
+            return {fmt::format(messages::kGridTypeUnknown, type), messages::kGridTypeUnknownHelp};
         if (in_first_step_) {
             first_grids_++ == 0 ? grid_depth_ = depth_ : skipped_ = depth_;
             return {};
@@ -238,7 +229,7 @@ class Reading final : public XmlHandler {
         if (!is_slab_) {
             item.wrong = read_item(a, &item);
         } else if (!read_sizes(a.find("Dimensions"), &item.sizes, &item.count)) {
-            item.wrong = kBadSizes;
+            item.wrong = messages::kSizesNotWhole;
         }
     }
     void part_of_slab(const XmlAttributes& a) {
@@ -247,14 +238,14 @@ class Reading final : public XmlHandler {
         ++slab_parts_;
         const std::string format = xdmf_word(a, "Format");
         if (slab_parts_ == 1 && !format.empty() && format != "xml")
-            item.wrong = {"the numbers of its hyperslab do not stand in the file itself"};
+            item.wrong = {messages::kSlabNumbersElsewhere};
         if (slab_parts_ == 2) item.wrong = read_item(a, &source_);
     }
     void end_item() {
         XdmfItem& item = items_->back();
         if (!is_slab_ || !item.wrong.empty()) return;
         if (slab_parts_ != 2) {
-            item.wrong = {"its hyperslab has not two items: which part, and of which array"};
+            item.wrong = {messages::kSlabWithoutTwoItems};
             return;
         }
         source_.count = item.count;
@@ -272,13 +263,12 @@ class Reading final : public XmlHandler {
             if (sizes == nullptr) sizes = a.find("Dimensions");
             into.points_along.clear();
             if (!read_sizes(sizes, &into.points_along, &into.cells))
-                into.wrong_topology = {"its topology does not say how many elements it has"};
+                into.wrong_topology = {messages::kTopologyWithoutCount};
             if (const char* base = a.find("BaseOffset");
                 base != nullptr && !scan_integer(base, 0, INT32_MAX, &into.first_point).empty())
-                into.wrong_topology = {"its `BaseOffset` is not a whole number"};
+                into.wrong_topology = {messages::kBaseOffsetNotWhole};
             if (a.find("Order") != nullptr)
-                into.wrong_topology = {"its corners are in an order of their own",
-                                       "write it without `Order`"};
+                into.wrong_topology = {messages::kCornersOrdered, messages::kCornersOrderedHelp};
             items_ = &into.cell_items;
         } else if (name == "Geometry") {
             into.geometry = xdmf_word(a, "GeometryType", "Type");
@@ -336,7 +326,7 @@ void trim(XdmfItem* item) {
         item->set = colon == std::string::npos ? "" : item->text.substr(colon + 1);
         item->text.resize(item->set.empty() ? 0 : colon);
     }
-    if (item->wrong.empty() && item->text.empty()) item->wrong = {"it names no data file"};
+    if (item->wrong.empty() && item->text.empty()) item->wrong = {messages::kNoDataFile};
 }
 
 }  // namespace
@@ -376,16 +366,15 @@ Result<XdmfGrid> read_xdmf_grid(const InputFile& file, std::optional<double> tim
     // With it lie the texts of the items, and what is made of them.
     const int64_t most = limits.memory_bytes / 4;
     if (file.bytes() > most) {
-        return user_error(
-            fmt::format("it is {} of text, more than a quarter of the {} of `--memory`",
-                        format_bytes(file.bytes()), format_bytes(limits.memory_bytes)),
-            "write its data as Binary, or raise it");
+        return user_error(fmt::format(messages::kXmlTooLarge, format_bytes(file.bytes()),
+                                      format_bytes(limits.memory_bytes)),
+                          messages::kXmlTooLargeHelp);
     }
     const Result<std::string> text = file.read_all(most);
     if (!text) return text.error();
     const auto at_line = [](Error error) {
         if (error.location.line > 0)
-            error.message = fmt::format("line {}: {}", error.location.line, error.message);
+            error.message = fmt::format(messages::kAtLine, error.location.line, error.message);
         error.location = {};
         return error;
     };

@@ -13,6 +13,7 @@
 #include "base/scan_number.h"
 #include "base/text.h"
 #include "base/xml.h"
+#include "texture/messages.h"
 
 namespace openfab::texture {
 
@@ -29,8 +30,7 @@ class Steps final : public XmlHandler {
                 times_.emplace_back();
             } else if (step_ == 0 && xdmf_word(a, "GridType", "Type") == "collection" &&
                        xdmf_word(a, "CollectionType") == "temporal") {
-                if (++count_ > 1)
-                    return {"it has several series of steps, which `time` cannot tell"};
+                if (++count_ > 1) return {messages::kSeveralSeries};
                 series_ = depth_;
             }
         } else if (name == "Time" && step_ > 0 && depth_ == step_ + 1) {
@@ -60,7 +60,7 @@ class Steps final : public XmlHandler {
         std::string_view left = list_;
         for (std::string_view word = take_word(&left); !word.empty(); word = take_word(&left)) {
             if (!scan_number(word, &listed.emplace_back()).empty())
-                return user_error("the times of its steps are not numbers");
+                return user_error(messages::kTimesNotNumbers);
         }
         const bool is_range = kind_ == "hyperslab" && listed.size() == 3;  // start, step, count
         std::vector<double> out;
@@ -81,7 +81,7 @@ class Steps final : public XmlHandler {
         double time = 0;
         if (value == nullptr) return {};
         if (!scan_number(value, &time).empty())
-            return {fmt::format("the time of a step is `{}`, no number", value)};
+            return {fmt::format(messages::kTimeNotNumber, value)};
         times_.back() = time;
         return {};
     }
@@ -106,8 +106,7 @@ Result<int> find_xdmf_step(std::string_view text, double time) {
     if (Result<void> parsed = parse_xml(text, {}, &steps); !parsed) return parsed.error();
     const Result<std::vector<double>> times = steps.times();
     if (!times) return times.error();
-    if (times->empty())
-        return user_error("it has no steps, of which `time` could choose one", "leave `time` out");
+    if (times->empty()) return user_error(messages::kNoSteps, messages::kNoStepsHelp);
     double most = 0;
     for (const double t : *times)
         most = std::max(most, std::abs(t));
@@ -121,8 +120,7 @@ Result<int> find_xdmf_step(std::string_view text, double time) {
         times->begin() + static_cast<std::ptrdiff_t>(std::min(kShown, times->size())));
     std::string shown = fmt::format("{:g}", fmt::join(first, ", "));
     if (times->size() > kShown) shown += fmt::format(", ..., {:g}", times->back());
-    return user_error(fmt::format("none of its {} steps has the time {:g}: they have {}",
-                                  times->size(), time, shown));
+    return user_error(fmt::format(messages::kNoStepAtTime, times->size(), time, shown));
 }
 
 }  // namespace openfab::texture

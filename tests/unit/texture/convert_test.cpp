@@ -16,6 +16,7 @@
 #include "base/color.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
+#include "texture/messages.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -186,7 +187,7 @@ TEST_F(ConvertTest, SaysWhyAnImageCannotBeRead) {
     EXPECT_THAT(error_of(image<float>("five.exr", 1, 1, 5, {0, 0, 0, 0, 0})),
                 testing::Says(messages::kImageChannels, 5));
     EXPECT_THAT(error_of(image<uint8_t>("wide.tif", 16385, 1, 1, std::vector<uint8_t>(16385))),
-                ::testing::HasSubstr("at most 16384"));
+                testing::Says(texture::messages::kPictureTooWideHelp, "16384"));
     // Truncated: the reader fails part way, and no file is left.
     const auto whole =
         image<uint8_t>("w.png", 300, 300, 3, std::vector<uint8_t>(300 * 300 * 3, 77));
@@ -207,7 +208,7 @@ TEST_F(ConvertTest, FindsThePyramidInTheCacheTheSecondTime) {
     // Different options or bytes give different pyramids.
     const auto other = texture::get_pyramid(file, {"data", false}, 1, 0);
     ASSERT_FALSE(other);
-    EXPECT_NE(other.error().text().find("`openfab`, was not found"), std::string::npos);
+    EXPECT_THAT(other.error().text(), testing::Says(texture::messages::kNoConverter));
     ::setenv("OPENFAB_HELPER", testing::test_program("texture_test_helper").c_str(), 1);
     EXPECT_TRUE(texture::get_pyramid(file, {"data", true}, 1, 0));
     std::set<uint64_t> keys;

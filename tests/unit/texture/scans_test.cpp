@@ -16,6 +16,7 @@
 
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "texture/messages.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -260,7 +261,7 @@ TEST_F(ScansTest, NiftiNumbersAreWhatTheFileMeans) {
     EXPECT_EQ(trouble(folder_.write("n.nii", "nothing")), messages::kNotNifti);
     EXPECT_THAT(
         trouble(folder_.write("none.hdr", Nifti(1).size(two).type(2, 8).detached().bytes())),
-        ::testing::HasSubstr("its data file `none.img` cannot be read: "));
+        testing::Says(texture::messages::kDataFileUnreadable, "none.img"));
     std::string analyze = Nifti(1).size(two).type(2, 8).bytes();
     analyze.replace(344, 4, 4, '\0');
     EXPECT_EQ(trouble(folder_.write("a.hdr", analyze)),
@@ -308,8 +309,7 @@ TEST_F(ScansTest, MetaImageIsPutInOrderInEveryForm) {
     const auto wrong = [&](const std::string& fields) {
         return trouble(folder_.write("w.mha", fields));
     };
-    EXPECT_EQ(wrong("NDims = 3\n"),
-              "it is not a MetaImage file: no line of it names its ElementDataFile");
+    EXPECT_EQ(wrong("NDims = 3\n"), texture::messages::kNotMetaImage);
     EXPECT_EQ(wrong("ElementType = MET_SHORT\nNDims = 2\nElementDataFile = LOCAL\n"),
               fmt::format(messages::kVolumeDimensions, 2));
     EXPECT_EQ(wrong("ElementType = MET_STRING\nNDims = 3\nElementDataFile = LOCAL\n"),

@@ -22,6 +22,7 @@
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
+#include "texture/messages.h"
 #include "texture/volume.h"
 #include "tools/texture/convert.h"
 #include "tools/texture/convert_volume.h"
@@ -202,7 +203,8 @@ TEST_F(StrangersFiles, DataFilesLieBelowTheFolderOfTheirHeader) {
         const auto volume = texture::get_volume(file, {}, 0, 0);
         ASSERT_FALSE(volume);
         EXPECT_EQ(volume.error().code, ErrorCode::kUserInput);
-        EXPECT_THAT(volume.error().text(), HasSubstr("its data file `" + data + "` cannot"));
+        EXPECT_THAT(volume.error().text(),
+                    HasSubstr(fmt::format(texture::messages::kDataFileUnreadable, data)));
     }
     header("h.nhdr", raw + "own.raw");
     EXPECT_EQ(error_of_volume("h.nhdr"), "no error");
@@ -286,7 +288,8 @@ TEST_F(StrangersFiles, ACacheThatOthersCanWriteIsNotUsed) {
     const Result<fs::path> folder = texture::cache_folder();
     ASSERT_FALSE(folder);
     EXPECT_THAT(folder.error().text(),
-                HasSubstr("cache` is not used: others can write to it (mode 777)"));
+                HasSubstr(fmt::format(texture::messages::kFolderNotUsed, cache.string()) +
+                          "others can write to it (mode 777)"));
     const auto before = fs::last_write_time(cache);
     const auto made = texture::get_pyramid(file, {"data", false}, 0, 0);
     ASSERT_TRUE(made) << made.error().text();

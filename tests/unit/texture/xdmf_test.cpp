@@ -13,6 +13,7 @@
 
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "texture/messages.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -239,13 +240,13 @@ TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
     expect_linear(file(grid("<Time Value=\"0\"/>" + first + later + later, steps)));
     expect_linear(file(grid(first, parts)));
     expect_linear(file(grid(grid(first, parts) + grid(later + later, parts), steps)));
-    const char* const several =
-        "it has several grids; merge them, or write each as a file of its own";
+    const std::string several =
+        std::string(texture::messages::kSeveralGrids) + "; " + texture::messages::kSeveralGridsHelp;
     EXPECT_THAT(message(file(grid(first + later, parts))), ::testing::HasSubstr(several));
     EXPECT_THAT(message(file(grid(grid(first + later, parts), steps))),
                 ::testing::HasSubstr(several));
     EXPECT_THAT(message(file(first + later)), ::testing::HasSubstr(several));
-    EXPECT_EQ(message(file("")), "it has no grid");
+    EXPECT_EQ(message(file("")), texture::messages::kNoGrid);
     // As solvers write them: the mesh, and steps that include it.
     const auto include = [](const std::string& what, const std::string& more = "") {
         return "<xi:include " + more + " xpointer=\"xpointer(/Xdmf/Domain/Grid[1]/*[" + what +
@@ -257,7 +258,7 @@ TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
     expect_linear(file(mesh_grid + grid(grid(both + values) + grid(both + values), steps)));
     expect_linear(file(grid(grid(both + values) + grid(both + values), steps) + mesh_grid));
     EXPECT_THAT(message(file(grid(both + values))),
-                ::testing::HasSubstr("takes parts by `xi:include` that are not"));
+                testing::Says(texture::messages::kIncludeElsewhere));
     EXPECT_THAT(message(file(grid(both + values) + grid(shape + values))),
                 ::testing::HasSubstr(several));
     EXPECT_THAT(message(file(mesh_grid + grid(values))), ::testing::HasSubstr(several));
@@ -267,7 +268,7 @@ TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
     for (const std::string& other :
          {include("self::Topology"), include("self::Topology or self::Geometry", "href=\"a\"")}) {
         EXPECT_THAT(message(file(mesh_grid + grid(other + values))),
-                    ::testing::HasSubstr("takes parts by `xi:include` that are not"));
+                    testing::Says(texture::messages::kIncludeElsewhere));
     }
 }
 
@@ -332,18 +333,19 @@ TEST_F(XdmfTest, TheStepOfATimeIsRead) {
 
     VolumeOptions options;
     options.time = 0.2;
-    EXPECT_EQ(message(own, options), "none of its 3 steps has the time 0.2: they have 0, 0.1, 0.3");
+    EXPECT_EQ(message(own, options),
+              fmt::format(texture::messages::kNoStepAtTime, 3, 0.2, "0, 0.1, 0.3"));
     EXPECT_EQ(message(file(grid(shape + values(0))), options),
-              "it has no steps, of which `time` could choose one; leave `time` out");
+              std::string(texture::messages::kNoSteps) + "; " + texture::messages::kNoStepsHelp);
     EXPECT_THAT(message(file(series(grid(shape + values(0))) + series("")), options),
-                ::testing::EndsWith("it has several series of steps, which `time` cannot tell"));
+                testing::Says(texture::messages::kSeveralSeries));
     EXPECT_THAT(message(file(grid(grid(at("late") + shape + values(0)), steps)), options),
-                ::testing::HasSubstr("the time of a step is `late`, no number"));
+                testing::Says(texture::messages::kTimeNotNumber, "late"));
     options.time = 2;
     EXPECT_THAT(message(file(series(grid(grid(shape) + grid(shape), parts))), options),
-                ::testing::HasSubstr("takes parts by `xi:include` that are not"));
+                testing::Says(texture::messages::kIncludeElsewhere));
     EXPECT_THAT(message(file(grid(shape) + series(grid(shape + values(0)))), options),
-                ::testing::HasSubstr("takes parts by `xi:include` that are not"))
+                testing::Says(texture::messages::kIncludeElsewhere))
         << "of which of the two is not known";
     EXPECT_EQ(trouble(folder_.write("a.nrrd", "NRRD0004\n"), options),
               std::string(messages::kNoStepsOfTime) + "; " + messages::kNoStepsOfTimeHelp);
@@ -447,18 +449,17 @@ TEST_F(XdmfTest, PartsOfArraysAreTaken) {
                 attribute("E", "Node", part(sizes, which, writer.item(kFloat64, "3 130", rows))))));
         };
         const std::string start =
-            fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
-            "its hyperslab ";
-        EXPECT_EQ(wrong("64", "1 1 1 2 1"),
-                  start + "has not a start, a stride and a count for each side of its array");
-        EXPECT_EQ(wrong("64", "1 1 1 0 1 64"),
-                  start + "has not a start, a stride and a count for each side of its array");
+            fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E"));
+        EXPECT_EQ(wrong("64", "1 1 1 2 1"), start + texture::messages::kSlabRowsMissing);
+        EXPECT_EQ(wrong("64", "1 1 1 0 1 64"), start + texture::messages::kSlabRowsMissing);
         EXPECT_EQ(wrong("64", "1 4 1 2 1 64"),
-                  start + "goes beyond the 130 numbers of a side of its array");
+                  start + fmt::format(texture::messages::kSlabBeyondArray, 130));
         EXPECT_EQ(wrong("64", "3 0 1 2 1 64"),
-                  start + "goes beyond the 3 numbers of a side of its array");
-        EXPECT_EQ(wrong("64", "1 1 1 2 1 60"), start + "has 60 numbers, its `Dimensions` 64");
-        EXPECT_EQ(wrong("64", "1 1 1 2 1 64 1"), start + "has 64 numbers, its `Dimensions` 64");
+                  start + fmt::format(texture::messages::kSlabBeyondArray, 3));
+        EXPECT_EQ(wrong("64", "1 1 1 2 1 60"),
+                  start + fmt::format(texture::messages::kSlabCountDiffers, 60, 64));
+        EXPECT_EQ(wrong("64", "1 1 1 2 1 64 1"),
+                  start + fmt::format(texture::messages::kSlabCountDiffers, 64, 64));
     }
 }
 
@@ -473,21 +474,23 @@ TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
                                        name + "</DataItem>")));
     };
     const std::string start =
-        fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
-        "its data file ";
+        fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E"));
     EXPECT_THAT(message(with("/etc/passwd")),
-                ::testing::StartsWith(start + "`/etc/passwd` cannot be read: "));
+                ::testing::StartsWith(
+                    start + fmt::format(texture::messages::kDataFileUnreadable, "/etc/passwd")));
     EXPECT_THAT(message(with("../x.bin")),
-                ::testing::StartsWith(start + "`../x.bin` cannot be read: "));
+                ::testing::StartsWith(
+                    start + fmt::format(texture::messages::kDataFileUnreadable, "../x.bin")));
     EXPECT_THAT(message(with("missing.bin")),
-                ::testing::StartsWith(start + "`missing.bin` cannot be read: "));
+                ::testing::StartsWith(
+                    start + fmt::format(texture::messages::kDataFileUnreadable, "missing.bin")));
     folder_.write("short.bin", std::string(255, 'a'));
     EXPECT_EQ(message(with("short.bin")),
               fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
                   messages::kArrayCutShort);
     EXPECT_EQ(message(with(" ")),
               fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "E")) +
-                  "it names no data file");
+                  texture::messages::kNoDataFile);
     // The texture of other data is another one.
     folder_.write("e.bin", std::string(256, '\0'));
     const auto path = folder_.write("m.xdmf", with("e.bin"));
@@ -515,22 +518,30 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
         fmt::format(messages::kCannotBeRead, fmt::format(messages::kItsField, "a"));
     EXPECT_EQ(item(R"(Format="HDF")"), start + fmt::format(messages::kLiesInHdf5, "m.h5", "/u") +
                                            "; " + messages::kLiesInHdf5Help);
-    EXPECT_THAT(item(R"(Format="TIFF")"), ::testing::StartsWith(start + "its format `tiff`"));
+    EXPECT_THAT(
+        item(R"(Format="TIFF")"),
+        ::testing::StartsWith(start + fmt::format(texture::messages::kItemFormatUnknown, "tiff")));
     EXPECT_THAT(item(R"(Reference="XML")"),
-                ::testing::StartsWith(start + "it is a reference to another"));
+                ::testing::StartsWith(start + texture::messages::kItemReference));
     EXPECT_THAT(item(R"(ItemType="HyperSlab")"),
-                ::testing::StartsWith(
-                    start + "its hyperslab has not two items: which part, and of which array"));
-    EXPECT_THAT(item(R"(ItemType="Function")"),
-                ::testing::StartsWith(start + "it is computed of others (`function`)"));
-    EXPECT_THAT(item(R"(Format="Binary" Compression="Zlib")"),
-                ::testing::StartsWith(start + "it is compressed by `zlib`"));
+                ::testing::StartsWith(start + texture::messages::kSlabWithoutTwoItems));
+    EXPECT_THAT(
+        item(R"(ItemType="Function")"),
+        ::testing::StartsWith(start + fmt::format(texture::messages::kItemComputed, "function")));
+    EXPECT_THAT(
+        item(R"(Format="Binary" Compression="Zlib")"),
+        ::testing::StartsWith(start + fmt::format(texture::messages::kItemCompressed, "zlib")));
     EXPECT_THAT(item(R"(NumberType="Double")"),
-                ::testing::StartsWith(start + "its numbers are of type `double`"));
-    EXPECT_THAT(item(R"(Precision="16")"), ::testing::StartsWith(start + "its precision is `16`"));
-    EXPECT_THAT(item(R"(Precision="2")"), ::testing::StartsWith(start + "numbers of 2 bytes"));
+                ::testing::StartsWith(
+                    start + fmt::format(texture::messages::kNumberTypeUnknown, "double")));
+    EXPECT_THAT(
+        item(R"(Precision="16")"),
+        ::testing::StartsWith(start + fmt::format(texture::messages::kPrecisionUnknown, "16")));
+    EXPECT_THAT(
+        item(R"(Precision="2")"),
+        ::testing::StartsWith(start + fmt::format(texture::messages::kNumberBytesUnknown, 2)));
     EXPECT_THAT(item(R"(Format="Binary" Seek="-1")"),
-                ::testing::StartsWith(start + "its `Seek` is `-1`"));
+                ::testing::StartsWith(start + fmt::format(texture::messages::kSeekNoNumber, "-1")));
     EXPECT_EQ(with(points + cells), messages::kNoField);
     EXPECT_EQ(with(points + cells + field + attribute("b", "Node", w.item(kFloat32, "64", values))),
               std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
@@ -544,10 +555,10 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
         with(points + cells + attribute("a", "Cell", w.item(kFloat32, "64", values))),
         fmt::format(messages::kNumbersFor, fmt::format(messages::kItsField, "a"), 64, 27, "cells"));
     EXPECT_THAT(with(points + cells + attribute("a", "Node", w.item(kFloat32, "0", values))),
-                ::testing::StartsWith(start + "its `Dimensions` are not whole numbers from 1"));
+                ::testing::StartsWith(start + texture::messages::kSizesNotWhole));
     EXPECT_THAT(
         with(points + cells + attribute("a", "Node", w.item(kFloat32, "1099511627776 2", values))),
-        ::testing::StartsWith(start + "its `Dimensions` are not whole numbers from 1"));
+        ::testing::StartsWith(start + texture::messages::kSizesNotWhole));
     EXPECT_THAT(
         with(points + topology("Tetrahedron_10", 27, w.item(kInt64, "27 8", mesh.corners)) + field),
         testing::Says(messages::kXdmfTypesNotSampled, "tetrahedron_10"));
@@ -566,18 +577,20 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_EQ(mixed({6, 0, 1, 2, 64}), fmt::format(messages::kCornerIsNoPoint, 0));
     EXPECT_EQ(mixed({3, 1000000000000, 1, 2}), messages::kTopologyTooShort);
     EXPECT_THAT(mixed({4, 0, 1, 2}), testing::Says(messages::kNoCellsWithVolume));
-    EXPECT_THAT(with("<include/>"),
-                ::testing::HasSubstr("takes parts by `xi:include` that are not"));
-    EXPECT_EQ(message("<VTKFile/>"), "line 1: it is not an XDMF file");
+    EXPECT_THAT(with("<include/>"), testing::Says(texture::messages::kIncludeElsewhere));
+    EXPECT_EQ(message("<VTKFile/>"),
+              fmt::format(texture::messages::kAtLine, 1, texture::messages::kNotXdmf));
     EXPECT_EQ(message("<!DOCTYPE Xdmf [<!ENTITY a \"aaaa\">]><Xdmf>&a;</Xdmf>"),
-              "line 1: a declaration of an entity, which is not allowed");
+              fmt::format(texture::messages::kAtLine, 1,
+                          "a declaration of an entity, which is not allowed"));
     EXPECT_EQ(message("<!DOCTYPE Xdmf [<!ATTLIST Grid Name CDATA \"a\">]><Xdmf/>"),
-              "line 1: a declaration of attributes, which is not allowed");
+              fmt::format(texture::messages::kAtLine, 1,
+                          "a declaration of attributes, which is not allowed"));
     EXPECT_EQ(message("<!DOCTYPE Xdmf SYSTEM \"/etc/passwd\">\n<Xdmf>&a;</Xdmf>"),
-              "line 2: an entity `a`, which is not known");
+              fmt::format(texture::messages::kAtLine, 2, "an entity `a`, which is not known"));
     EXPECT_THAT(
         trouble(folder_.write("m.xdmf", file(grid(points + cells + field))), {}, {4000, {}}),
-        ::testing::HasSubstr("of text, more than a quarter of the 4 kB of `--memory`"));
+        testing::Says(texture::messages::kXmlTooLarge, "*", "4 kB"));
 }
 
 }  // namespace
