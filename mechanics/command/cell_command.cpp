@@ -14,6 +14,7 @@
 #include "mechanics/cell/polar.h"
 #include "mechanics/command/cell_report.h"
 #include "mechanics/command/commands.h"
+#include "mechanics/messages.h"
 #include "mechanics/model/print_world.h"
 
 namespace openfab::mechanics {
@@ -29,11 +30,7 @@ struct Sweep {
 
 Result<std::optional<Sweep>> parse_sweep(const std::string& text) {
     if (text.empty()) return std::optional<Sweep>();
-    const auto wrong = [&] {
-        return usage_error(fmt::format(
-            "`--sweep`: `{}` is no sweep; write UNIFORM=FROM:TO:COUNT, as thickness=0.4:1.6:5",
-            text));
-    };
+    const auto wrong = [&] { return usage_error(fmt::format(messages::kNoSweep, text)); };
     const size_t equal = text.find('=');
     if (equal == std::string::npos || equal == 0) return wrong();
     double from = 0, to = 0;
@@ -57,8 +54,8 @@ Result<std::array<double, 3>> parse_cell(const std::string& text) {
     while (count < 3) {
         const size_t x = text.find('x', at);
         const Result<double> mm = parse_length_mm(text.substr(at, x - at));
-        if (!mm) return usage_error(fmt::format("`--cell`: {}", mm.error().text()));
-        if (!(*mm > 0)) return usage_error("`--cell`: a cell is larger than 0");
+        if (!mm) return usage_error(fmt::format(messages::kCellWrong, mm.error().text()));
+        if (!(*mm > 0)) return usage_error(messages::kCellTooSmall);
         out[count++] = *mm;
         if (x == std::string::npos) break;
         at = x + 1;
@@ -66,7 +63,7 @@ Result<std::array<double, 3>> parse_cell(const std::string& text) {
     if (count == 1)
         out = {out[0], out[0], out[0]};
     else if (count == 2)
-        return usage_error("`--cell`: write one length, or three with `x` between");
+        return usage_error(messages::kCellForm);
     return out;
 }
 
@@ -96,9 +93,8 @@ Result<void> CellRun::check(const VoxelFile& file, bool half) const {
         const double mm = file.size[a] * file.pitch_mm[a];
         if (std::abs(mm - cell_[a]) > 1e-3 * file.pitch_mm[a])
             return user_error(
-                fmt::format("a cell of {} mm is not a whole number of voxels of {} mm along {}",
-                            cell_[a], file.pitch_mm[a], "xyz"[a]),
-                fmt::format("choose `--voxel {:.6g}mm`",
+                fmt::format(messages::kCellNotWhole, cell_[a], file.pitch_mm[a], "xyz"[a]),
+                fmt::format(messages::kCellNotWholeHelp,
                             cell_[a] / std::max(1.0, std::round(cell_[a] / file.pitch_mm[a]))));
     }
     return check_fits(file.size, half);
@@ -182,11 +178,8 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder, 
         const bool current =
             all_have([](const Material& m) { return m.conductivity_S_m.has_value(); });
         if (!heat && !current)
-            return user_error(
-                fmt::format("{}: not all of the materials have a `conductivity_W_mK`, of heat, or "
-                            "all a `conductivity_S_m`, of current",
-                            properties_.file),
-                "`--conductivity` needs one or the other of each material");
+            return user_error(fmt::format(messages::kConductivityMixed, properties_.file),
+                              messages::kConductivityMixedHelp);
         if (heat) {
             Result<Homogenised<3>> got = conduct(grid, std::move(voxels->conductivity));
             if (!got) return got.error();
@@ -240,17 +233,14 @@ Result<void> run_cell(const CellOptions& o) {
     if (!cell) return cell.error();
     const Result<std::optional<Sweep>> sweep = parse_sweep(o.sweep);
     if (!sweep) return sweep.error();
-    if (*sweep && o.converge)
-        return usage_error(
-            "`--converge` is of one cell: leave out `--sweep`, or sweep once more at "
-            "half the pitch");
+    if (*sweep && o.converge) return usage_error(messages::kConvergeWithSweep);
     const fs::path file = o.common.materials.empty() ? properties_beside(o.common.input)
                                                      : fs::path(o.common.materials);
     Result<Properties> properties = read_properties(file);
     if (!properties) return properties.error();
     if (!o.common.law.empty()) properties->law = *law_of(o.common.law);
     if (properties->law == Law::kTable && !properties->table)
-        return user_error(fmt::format("{}: the law `table` needs a `table`", file.string()));
+        return user_error(fmt::format(messages::kLawWithoutTable, file.string()));
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     const fs::path scratch = (*folder)->path();
@@ -262,8 +252,8 @@ Result<void> run_cell(const CellOptions& o) {
     const CellRun run(o, *properties, *cell);
     const std::string law =
         o.common.codes
-            ? std::string("as dithered")
-            : fmt::format("mixtures by {}", kLawNames[static_cast<size_t>(properties->law)]);
+            ? std::string(messages::kAsDithered)
+            : fmt::format(messages::kMixturesBy, kLawNames[static_cast<size_t>(properties->law)]);
     JsonText json;
     json.begin_object().member(
         "law", o.common.codes ? "codes" : kLawNames[static_cast<size_t>(properties->law)]);
@@ -274,8 +264,7 @@ Result<void> run_cell(const CellOptions& o) {
         write_result(*r, &json);
         json.end_object();
         if (!o.polar.empty()) {
-            if (!r->compliance)
-                return user_error("a cell without stiffness in some direction has no polar plot");
+            if (!r->compliance) return user_error(messages::kNoPolarPlot);
             const std::vector<uint8_t> png =
                 polar_picture(*r->compliance, r->engineering->young_most);
             if (Result<void> done = backends::write_whole_file(fs::path(o.polar), png); !done)
@@ -283,8 +272,7 @@ Result<void> run_cell(const CellOptions& o) {
         }
         if (o.converge) {
             const Result<CellResult> fine = run.run(*world, scratch, voxel, std::nullopt, true);
-            if (!fine)
-                return with_context(fine.error(), "--converge, at half the pitch of the above: ");
+            if (!fine) return with_context(fine.error(), messages::kConvergeBefore);
             show(describe_convergence(*fine, *r));
         }
     } else {

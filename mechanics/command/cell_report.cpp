@@ -8,6 +8,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "mechanics/messages.h"
+
 namespace openfab::mechanics {
 
 namespace {
@@ -100,8 +102,7 @@ std::string describe(const CellResult& r, const std::string& law) {
             "anisotropy        universal {:.4g}, Zener {:.4g} (of the isotropic 0 and 1)\n",
             e.universal_anisotropy, e.zener);
     } else {
-        out +=
-            "the cell has no stiffness in some direction: it is not connected across its faces\n";
+        out += messages::kNoStiffness;
     }
     for (const auto& [one, unit] :
          {std::pair(&r.heat, "W/(m K)"), std::pair(&r.current, "S/m, of current")})

@@ -11,6 +11,7 @@
 #include "base/say.h"
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_source.h"
+#include "mechanics/messages.h"
 #include "mechanics/part/conduct.h"
 #include "mechanics/part/shown.h"
 #include "mechanics/part/volume_files.h"
@@ -298,7 +299,7 @@ Result<void> run_conduct(const ConductOptions& o) {
     for (const std::string& file : o.outputs)
         if (std::ranges::find(kConductResults, fs::path(file).extension().string()) ==
             std::end(kConductResults))
-            return usage_error(fmt::format("`-o {}`: results are .vti, .npy, .json or .ofr", file));
+            return usage_error(fmt::format(messages::kFlowResultKinds, file));
     const Result<LoadCase> load_case = read_load_case(o.common.input, o.load_case);
     if (!load_case) return load_case.error();
     if (Result<void> done = check_kind(*load_case, true); !done) return done;
@@ -318,7 +319,7 @@ Result<void> run_conduct(const ConductOptions& o) {
     run->problem.voxels = {};
     run->problem.inflow = run->solution.level = Field<double, kScalar>();
     const Result<Conducted> fine = run_at(o, *source, *load_case, *voxel, true);
-    if (!fine) return with_context(fine.error(), "--converge, at half the pitch of the above: ");
+    if (!fine) return with_context(fine.error(), messages::kConvergeBefore);
     show(describe_halved(*fine, *run, *load_case));
     return {};
 }

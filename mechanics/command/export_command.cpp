@@ -9,6 +9,7 @@
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_source.h"
 #include "mechanics/exchange/element_mesh.h"
+#include "mechanics/messages.h"
 
 namespace openfab::mechanics {
 
@@ -30,7 +31,7 @@ int64_t export_bytes(const Grid& grid) {
 Result<void> run_export(const ExportOptions& o) {
     for (const std::string& file : o.outputs)
         if (std::ranges::find(kFormats, fs::path(file).extension().string()) == std::end(kFormats))
-            return usage_error(fmt::format("`-o {}`: meshes are .inp, .vtu, .msh or .xdmf", file));
+            return usage_error(fmt::format(messages::kMeshKinds, file));
     std::optional<LoadCase> load_case;
     if (!o.load_case.empty()) {
         Result<LoadCase> read = read_load_case(o.common.input, o.load_case);
@@ -64,7 +65,7 @@ Result<void> run_export(const ExportOptions& o) {
         problem.grid = Grid::make(problem.voxels.size, problem.voxels.pitch_mm, false);
     }
     const ElementMesh mesh = mesh_of(problem.grid, problem.voxels);
-    if (mesh.elements.empty()) return user_error("there is nothing: the print is void");
+    if (mesh.elements.empty()) return user_error(messages::kNothingToMesh);
     for (const std::string& name : o.outputs) {
         const fs::path file = name;
         const std::string type = file.extension().string();
@@ -74,8 +75,7 @@ Result<void> run_export(const ExportOptions& o) {
                                                    : write_xdmf(file, mesh);
         if (!done) return done;
         if (type != ".inp" && load_case)
-            note(fmt::format("{}: the case `{}` is not in it, only its elements; .inp has both",
-                             name, load_case->name));
+            note(fmt::format(messages::kCaseLeftOut, name, load_case->name));
     }
     show(fmt::format("{} elements, {} nodes, {} sections, {}\n", mesh.elements.size(),
                      mesh.nodes.size(), mesh.sections.size(), source->law()));

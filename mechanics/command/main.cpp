@@ -21,6 +21,7 @@
 #include "base/talking_program.h"
 #include "base/units.h"
 #include "mechanics/command/commands.h"
+#include "mechanics/messages.h"
 #include "mechanics/part/shown.h"
 
 namespace openfab::mechanics {
@@ -45,8 +46,8 @@ struct Texts {
 Result<void> complete(const Texts& texts, CommonOptions* o) {
     if (!texts.voxel.empty()) {
         const Result<double> mm = parse_length_mm(texts.voxel);
-        if (!mm) return usage_error(fmt::format("`--voxel`: {}", mm.error().text()));
-        if (!(*mm > 0)) return usage_error("`--voxel`: a pitch is above 0");
+        if (!mm) return usage_error(fmt::format(messages::kVoxelWrong, mm.error().text()));
+        if (!(*mm > 0)) return usage_error(messages::kVoxelTooSmall);
         o->voxel_mm = *mm;
     }
     const Result<int64_t> memory = parse_memory_option(texts.memory);
@@ -54,7 +55,7 @@ Result<void> complete(const Texts& texts, CommonOptions* o) {
     o->memory_bytes = *memory;
     std::error_code status;
     const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", status);
-    if (status) return outside_error("cannot find the program's own folder: " + status.message());
+    if (status) return outside_error(messages::kNoOwnFolder + status.message());
     o->programs = self.parent_path();
     return {};
 }
@@ -266,7 +267,7 @@ void add_strengthen(CLI::App& app, Action* action) {
         *action = [=]() -> Result<void> {
             if (!reach->empty()) {
                 const Result<double> mm = parse_length_mm(*reach);
-                if (!mm) return usage_error(fmt::format("`--reach`: {}", mm.error().text()));
+                if (!mm) return usage_error(fmt::format(messages::kReachWrong, mm.error().text()));
                 o->reach_mm = *mm;
             }
             return run_with(o.get(), *texts, run_strengthen);

@@ -10,6 +10,7 @@
 #include "base/clock.h"
 #include "base/say.h"
 #include "base/units.h"
+#include "mechanics/messages.h"
 
 namespace openfab::mechanics {
 
@@ -51,16 +52,12 @@ Result<void> check_solved(const SolveReport& report, const CommonOptions& common
 }
 
 Error interrupted_error() {
-    return Error{ErrorCode::kInterrupted, "interrupted; nothing was written", "", {}};
+    return Error{ErrorCode::kInterrupted, messages::kInterrupted, "", {}};
 }
 
 Error not_converged_error(double residual, double tolerance, int iterations) {
-    return user_error(
-        fmt::format("the solution did not converge: the residual is {:.1e} and not {:.1e} after {} "
-                    "iterations",
-                    residual, tolerance, iterations),
-        "a piece may hang on a corner or an edge alone, or materials differ by more than 10^5: "
-        "choose a finer `--voxel`, `--iterations` or a larger `--tolerance`");
+    return user_error(fmt::format(messages::kNotConverged, residual, tolerance, iterations),
+                      messages::kNotConvergedHelp);
 }
 
 Result<void> check_memory(int64_t needed, int64_t allowed, const std::array<int32_t, 3>& elements) {
@@ -71,10 +68,9 @@ Result<void> check_memory(int64_t needed, int64_t allowed, const std::array<int3
     const double own = static_cast<double>(allowed) > 2 * kProgram ? kProgram : 0;
     const double coarser = 0.01 * std::ceil(102 * std::cbrt((static_cast<double>(needed) - own) /
                                                             (static_cast<double>(allowed) - own)));
-    return user_error(
-        fmt::format("{} x {} x {} elements take {}, and `--memory` allows {}", elements[0],
-                    elements[1], elements[2], format_bytes(needed), format_bytes(allowed)),
-        fmt::format("allow more, or choose a pitch that is {:.4g} times as coarse", coarser));
+    return user_error(fmt::format(messages::kTooMuchMemory, elements[0], elements[1], elements[2],
+                                  format_bytes(needed), format_bytes(allowed)),
+                      fmt::format(messages::kTooMuchMemoryHelp, coarser));
 }
 
 }  // namespace openfab::mechanics

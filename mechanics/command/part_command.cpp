@@ -12,6 +12,7 @@
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_report.h"
 #include "mechanics/command/part_source.h"
+#include "mechanics/messages.h"
 #include "mechanics/part/part_picture.h"
 #include "mechanics/part/shown.h"
 #include "mechanics/part/volume_files.h"
@@ -54,7 +55,7 @@ Result<PictureOptions> picture_options(const PartCommandOptions& o) {
         const auto [b, worse] = std::from_chars(a + 1, end, out.tilt_deg);
         if (worse == std::errc() && b == end) return out;
     }
-    return usage_error(fmt::format("`--view`: `{}` is not TURN:TILT, as 30:25", o.view));
+    return usage_error(fmt::format(messages::kViewWrong, o.view));
 }
 
 constexpr const char* kResults[] = {".vti", ".npy", ".json", ".ofr"};
@@ -62,11 +63,7 @@ constexpr const char* kResults[] = {".vti", ".npy", ".json", ".ofr"};
 Result<void> check_outputs(const PartCommandOptions& o) {
     for (const std::string& file : o.outputs)
         if (std::ranges::find(kResults, fs::path(file).extension().string()) == std::end(kResults))
-            return usage_error(fmt::format(
-                "`-o {}`: results are .vti, .npy, .json or .ofr; `openfab mechanics export` "
-                "writes meshes "
-                "for other programs",
-                file));
+            return usage_error(fmt::format(messages::kResultKinds, file));
     return {};
 }
 
@@ -124,16 +121,13 @@ Result<void> run_part(const PartCommandOptions& o) {
         run->problem.forces_N = run->solution.moved_mm = Field<double, kElastic>();
         run->fields = {};
         const Result<PartRun> fine = run_at(o, *source, *load_case, *voxel, true);
-        if (!fine)
-            return with_context(fine.error(), "--converge, at half the pitch of the above: ");
+        if (!fine) return with_context(fine.error(), messages::kConvergeBefore);
         show(describe_convergence(*fine, *run));
     }
     const double safety = run->summary.least_safety;
     if (o.require > 0 && !(safety >= o.require))
-        return user_error(safety > 0 ? fmt::format("the safety factor is {:.4g} and not {:.4g}",
-                                                   safety, o.require)
-                                     : "the materials have no `strength_MPa`, so that no safety "
-                                       "factor is known");
+        return user_error(safety > 0 ? fmt::format(messages::kFactorTooSmall, safety, o.require)
+                                     : messages::kNoStrength);
     return {};
 }
 

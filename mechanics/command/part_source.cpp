@@ -9,6 +9,7 @@
 
 #include "backends/common/output_file.h"
 #include "base/input_file.h"
+#include "mechanics/messages.h"
 
 namespace openfab::mechanics {
 
@@ -25,7 +26,7 @@ Result<PartSource> PartSource::open(const CommonOptions& o, const fs::path& fold
     if (!properties) return properties.error();
     if (!o.law.empty()) properties->law = *law_of(o.law);
     if (properties->law == Law::kTable && !properties->table)
-        return user_error(fmt::format("{}: the law `table` needs a `table`", file.string()));
+        return user_error(fmt::format(messages::kLawWithoutTable, file.string()));
     return PartSource(o, folder, std::move(*properties));
 }
 
@@ -106,11 +107,10 @@ Result<std::vector<Material>> PartSource::materials_of(
         const bool current = conducts_ == CaseKind::kCurrent;
         if (current) m.conductivity = m.conductivity_S_m;
         if (!m.conductivity)
-            return user_error(fmt::format("{}: `{}` has no `{}`", properties_.file, m.name,
-                                          current ? "conductivity_S_m" : "conductivity_W_mK"),
-                              current ? "give its conductivity in S/m; that of an insulator is "
-                                        "1e-12 or so"
-                                      : "give its conductivity in W/(m K)");
+            return user_error(
+                fmt::format(messages::kMaterialLacks, properties_.file, m.name,
+                            current ? "conductivity_S_m" : "conductivity_W_mK"),
+                current ? messages::kGiveConductivity : messages::kGiveHeatConductivity);
         // What is there, is solid.
         m.young_MPa = 1;
         m.poisson = 0;
@@ -166,17 +166,15 @@ Result<void> PartSource::check_gravity(const PartInput& input, const LoadCase& l
     if (!load_case.gravity_m_s2) return {};
     for (const Material& m : input.materials)
         if (!m.density_g_cm3)
-            return user_error(
-                fmt::format("{}: `{}` has no `density_g_cm3`, and the case `{}` has "
-                            "gravity",
-                            properties_.file, m.name, load_case.name));
+            return user_error(fmt::format(messages::kGravityWithoutDensity, properties_.file,
+                                          m.name, load_case.name));
     return {};
 }
 
 std::string PartSource::law() const {
-    return o_.codes
-               ? "as dithered"
-               : fmt::format("mixtures by {}", kLawNames[static_cast<size_t>(properties_.law)]);
+    return o_.codes ? messages::kAsDithered
+                    : fmt::format(messages::kMixturesBy,
+                                  kLawNames[static_cast<size_t>(properties_.law)]);
 }
 
 }  // namespace openfab::mechanics

@@ -11,6 +11,7 @@
 #include "base/say.h"
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_source.h"
+#include "mechanics/messages.h"
 #include "mechanics/part/part_picture.h"
 #include "mechanics/part/shown.h"
 #include "mechanics/part/volume_files.h"
@@ -343,7 +344,7 @@ Result<void> run_stand(const StandOptions& o) {
     for (const std::string& file : o.outputs)
         if (const std::string type = fs::path(file).extension().string();
             type != ".json" && type != ".vti" && type != ".ofr")
-            return usage_error(fmt::format("`-o {}`: results are .json, .vti or .ofr", file));
+            return usage_error(fmt::format(messages::kStandResultKinds, file));
     Result<std::unique_ptr<TemporaryFolder>> folder = TemporaryFolder::create();
     if (!folder) return folder.error();
     const Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
@@ -397,7 +398,7 @@ Result<void> run_stand(const StandOptions& o) {
         const fs::path file = name;
         const std::string type = file.extension().string();
         if (type == ".ofr" && r.modes.weakness.empty())
-            return usage_error("`-o FILE.ofr` shows modes, and there are none");
+            return usage_error(messages::kOfrShowsModes);
         Result<void> done;
         if (type == ".json") {
             done = backends::write_whole_file(file, json_of(r));
@@ -413,7 +414,7 @@ Result<void> run_stand(const StandOptions& o) {
         if (!done) return done;
     }
     if (o.preview.empty()) return {};
-    if (r.modes.weakness.empty()) return usage_error("`--preview` shows modes, and there are none");
+    if (r.modes.weakness.empty()) return usage_error(messages::kPreviewShowsModes);
     PictureOptions picture;
     picture.title = "weakness";
     return backends::write_whole_file(fs::path(o.preview),

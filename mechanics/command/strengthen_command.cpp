@@ -11,6 +11,7 @@
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_source.h"
 #include "mechanics/correct/need_field.h"
+#include "mechanics/messages.h"
 #include "mechanics/model/field_world.h"
 
 namespace openfab::mechanics {
@@ -42,8 +43,8 @@ Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
     for (const Material& m : input->materials)
         if (!m.strength_MPa)
             return user_error(
-                fmt::format("{}: `{}` has no `strength_MPa`", source.properties().file, m.name),
-                "without it nothing tells what is strong enough");
+                fmt::format(messages::kNoMaterialStrength, source.properties().file, m.name),
+                messages::kNoMaterialStrengthHelp);
     if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
     Result<PartProblem> problem =
         set_up_part(std::move(input->voxels), load_case, input->objects, {o.loose, o.thin});
@@ -67,12 +68,11 @@ Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
 Result<void> run_strengthen(const StrengthenOptions& o) {
     const fs::path output = o.output;
     std::string stem = output.filename().string();
-    if (!stem.ends_with(".fab.json"))
-        return usage_error("`-o`: the result is a world, NAME.fab.json");
+    if (!stem.ends_with(".fab.json")) return usage_error(messages::kResultIsWorld);
     stem.resize(stem.size() - std::string_view(".fab.json").size());
     std::error_code ignored;
     if (fs::equivalent(output, o.common.input, ignored))
-        return usage_error("`-o` would overwrite the world that is strengthened");
+        return usage_error(messages::kWouldOverwrite);
     const fs::path folder = output.parent_path().empty() ? fs::path(".") : output.parent_path();
     const fs::path field_file = output.parent_path() / (stem + "." + o.field + ".npy");
     const Result<FieldWorld> world = FieldWorld::open(o.common.input, o.field);
@@ -114,14 +114,12 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         if (safety >= o.safety) break;
         const Vec3& at = round->summary.weakest.front().at_mm;
         if (step.most_grown < 1e-3 * o.limit)
-            reason = fmt::format("the field is {} wherever it counts", o.limit);
+            reason = fmt::format(messages::kFieldEverywhere, o.limit);
         else if (number == o.rounds)
-            reason = fmt::format("after {} rounds", o.rounds);
+            reason = fmt::format(messages::kAfterRounds, o.rounds);
         if (!reason.empty()) {
-            reason = fmt::format(
-                "a safety factor of {:.4g} is not reached, {}: it is {:.4g}, the "
-                "weakest place is at ({:.4g}, {:.4g}, {:.4g}) mm",
-                o.safety, reason, safety, at[0], at[1], at[2]);
+            reason = fmt::format(messages::kFactorNotReached, o.safety, reason, safety, at[0],
+                                 at[1], at[2]);
             break;
         }
         field = std::move(grown);
@@ -137,10 +135,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         round = solve_round(o, *source, *load_case, *voxel);
         if (!round) return round.error();
         if (round->problem.grid.elements != field.grid.elements)
-            return user_error(
-                "the part's box changed with the field: its displacement or shape "
-                "reads it",
-                "let the field act inside of a mesh that stays as it is");
+            return user_error(messages::kBoxChanged, messages::kBoxChangedHelp);
     }
     if (Result<void> done = write_field(field_file, field); !done) return done;
     if (Result<void> done = backends::write_whole_file(
@@ -156,10 +151,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         round->report.iterations));
     show(fmt::format("{}: {:+.2f} % material, the field in {}\n", output.string(),
                      100 * (round->material_mm3 / begun - 1), field_file.string()));
-    if (!reason.empty())
-        return user_error(reason,
-                          "allow a higher `--limit`, a larger `--reach`, more `--rounds`, or "
-                          "let the fablet do more with the field");
+    if (!reason.empty()) return user_error(reason, messages::kFactorNotReachedHelp);
     return {};
 }
 

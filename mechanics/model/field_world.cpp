@@ -6,6 +6,7 @@
 
 #include "base/check.h"
 #include "base/json.h"
+#include "mechanics/messages.h"
 #include "mechanics/model/absolute_paths.h"
 
 namespace openfab::mechanics {
@@ -19,10 +20,8 @@ constexpr size_t kMostFieldWorldBytes = 16 << 20;
 /// Where the only placement puts the part, or why the field would not fit it.
 Result<std::array<double, 3>> placement_of(const JsonValue& world, const std::string& file) {
     const auto refused = [&] {
-        return user_error(
-            fmt::format("{}: a field is for one object that is placed once and not turned", file),
-            "make a world whose `build` is one object with a `translate_mm` of three numbers, or "
-            "none");
+        return user_error(fmt::format(messages::kFieldForOneObject, file),
+                          messages::kFieldForOneObjectHelp);
     };
     const JsonMember* build = world.find("build");
     if (!build || build->value.items.size() != 1 || world.find("arrange")) return refused();
@@ -49,10 +48,8 @@ Result<FieldWorld> FieldWorld::open(const fs::path& world, const std::string& te
     if (!json) return json.error();
     const JsonMember* textures = json->find("textures");
     if (!textures || !textures->value.find(texture))
-        return user_error(
-            fmt::format("{}: there is no texture `{}`", world.string(), texture),
-            "a fablet that can be stronger where it has to be reads an ImageTexture3D; the world "
-            "names a volume of 0 for it in `textures`, see docs/mechanics.md");
+        return user_error(fmt::format(messages::kNoTexture, world.string(), texture),
+                          messages::kNoTextureHelp);
     const Result<std::array<double, 3>> moved = placement_of(*json, world.string());
     if (!moved) return moved.error();
     out.moved_mm_ = *moved;

@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/messages.h"
+
 namespace openfab::mechanics {
 
 namespace {
 
 constexpr size_t kMostMaterialBytes = 4 << 20;
-constexpr const char* kModulus =
-    "give its Young's modulus in MPa, measured at the rate of use, and the source";
 
 struct MaterialReader {
     std::string file;
@@ -37,32 +37,32 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
                                             "in_table",
                                             "source"};
     if (!member.value.is(JsonValue::Kind::kObject))
-        return in.at(member.value, fmt::format("`{}` is {}, not an object", member.key,
-                                               member.value.kind_name()));
+        return in.at(member.value,
+                     fmt::format(messages::kNotAnObject, member.key, member.value.kind_name()));
     Material m;
     m.name = member.key;
     std::optional<double> young, poisson;
     for (const JsonMember& one : member.value.members) {
         if (std::ranges::find(kKeys, one.key) == std::end(kKeys))
-            return in.at(one, fmt::format("a material has no `{}`", one.key),
-                         fmt::format("choose from {}", fmt::join(kKeys, ", ")));
+            return in.at(one, fmt::format(messages::kMaterialWithout, one.key),
+                         fmt::format(messages::kChooseFrom, fmt::join(kKeys, ", ")));
         if (one.key == "source" || one.key == "in_table") {
             if (!one.value.is(JsonValue::Kind::kString))
-                return in.at(one.value, fmt::format("`{}` is a text", one.key));
+                return in.at(one.value, fmt::format(messages::kMustBeText, one.key));
             (one.key == "source" ? m.source : m.called) = one.value.text;
             continue;
         }
         if (!one.value.is(JsonValue::Kind::kNumber) || !std::isfinite(one.value.number))
-            return in.at(one.value, fmt::format("`{}` is a number", one.key));
+            return in.at(one.value, fmt::format(messages::kMustBeNumber, one.key));
         const double v = one.value.number;
         if (one.key == "nu") {
             if (!(v > -1 && v < 0.5))
-                return in.at(one.value, fmt::format("a Poisson's ratio of {}", v),
-                             "it is above -1 and below 0.5; write 0.49 for what keeps its volume");
+                return in.at(one.value, fmt::format(messages::kPoissonOutside, v),
+                             messages::kPoissonOutsideHelp);
             poisson = v;
             continue;
         }
-        if (!(v > 0)) return in.at(one.value, fmt::format("`{}` is {}, not above 0", one.key, v));
+        if (!(v > 0)) return in.at(one.value, fmt::format(messages::kNotAboveZero, one.key, v));
         if (one.key == "E_MPa") young = v;
         if (one.key == "strength_MPa") m.strength_MPa = v;
         if (one.key == "density_g_cm3") m.density_g_cm3 = v;
@@ -71,10 +71,11 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
     }
     // What only conducts needs none.
     if (!young && !poisson && (m.conductivity || m.conductivity_S_m)) return m;
-    if (!young) return in.at(member, fmt::format("`{}` has no `E_MPa`", member.key), kModulus);
+    if (!young)
+        return in.at(member, fmt::format(messages::kNoModulus, member.key), messages::kGiveModulus);
     if (!poisson)
-        return in.at(member, fmt::format("`{}` has no `nu`", member.key),
-                     "give its Poisson's ratio: 0.35 of most rigid resins, 0.48 of rubbery ones");
+        return in.at(member, fmt::format(messages::kNoPoisson, member.key),
+                     messages::kNoPoissonHelp);
     m.young_MPa = *young;
     m.poisson = *poisson;
     return m;
@@ -102,12 +103,13 @@ Result<std::vector<Material>> Properties::of(const std::vector<std::string>& nam
             std::vector<std::string> known;
             for (const Material& one : materials)
                 known.push_back(one.name);
-            return user_error(fmt::format("{}: nothing is said of the material `{}`; there are {}",
-                                          file, name, fmt::join(known, ", ")),
-                              fmt::format("add \"{}\": {{\"E_MPa\": ..., \"nu\": ...}}", name));
+            return user_error(
+                fmt::format(messages::kMaterialUnknown, file, name, fmt::join(known, ", ")),
+                fmt::format(messages::kMaterialUnknownHelp, name));
         }
         if (stiff && !(m->young_MPa > 0))
-            return user_error(fmt::format("{}: `{}` has no `E_MPa`", file, name), kModulus);
+            return user_error(fmt::format(messages::kNoModulusIn, file, name),
+                              messages::kGiveModulus);
         out.push_back(*m);
     }
     return out;
@@ -123,11 +125,9 @@ Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
     const JsonMember* rows = json->find("rows");
     if (!materials || !rows || !materials->value.is(JsonValue::Kind::kArray) ||
         !rows->value.is(JsonValue::Kind::kArray))
-        return in.at(*json, "a table of mixtures has `materials` and `rows`",
-                     "see docs/how-to/fields.md");
+        return in.at(*json, messages::kTableIncomplete, messages::kTableIncompleteHelp);
     const JsonMember* unit = json->find("unit");
-    if (!unit || unit->value.text != "MPa")
-        return in.at(*json, "a table of moduli has `\"unit\": \"MPa\"`");
+    if (!unit || unit->value.text != "MPa") return in.at(*json, messages::kTableUnit);
     PropertyTable out;
     for (const JsonValue& one : materials->value.items)
         out.materials.push_back(one.text);
@@ -136,34 +136,27 @@ Result<PropertyTable> read_property_table(const std::filesystem::path& file) {
         const JsonMember* value = one.find("value");
         if (!mixture || !value || mixture->value.items.size() != out.materials.size() ||
             !(value->value.number > 0))
-            return in.at(one,
-                         fmt::format("a row has a `mixture` of {} shares and a `value` above 0",
-                                     out.materials.size()));
+            return in.at(one, fmt::format(messages::kRowIncomplete, out.materials.size()));
         PropertyTable::Row row{{}, value->value.number};
         double sum = 0;
         for (const JsonValue& share : mixture->value.items) {
             row.mixture.push_back(share.number);
             sum += share.number;
         }
-        if (std::abs(sum - 1) > 1e-3) return in.at(mixture->value, "shares whose sum is not 1");
+        if (std::abs(sum - 1) > 1e-3) return in.at(mixture->value, messages::kSharesNotOne);
         out.rows.push_back(std::move(row));
     }
-    if (out.rows.size() < 2) return in.at(rows->value, "a table needs two rows or more");
+    if (out.rows.size() < 2) return in.at(rows->value, messages::kTooFewRows);
     return out;
 }
 
 Result<Properties> read_properties(const std::filesystem::path& file) {
     const MaterialReader in{file.string()};
     const Result<std::string> text = read_text_file(file, kMostMaterialBytes);
-    if (!text)
-        return Error{text.error().code,
-                     text.error().text(),
-                     "give what the materials are like by `--materials FILE.json`, see "
-                     "docs/mechanics.md",
-                     {}};
+    if (!text) return Error{text.error().code, text.error().text(), messages::kNoMaterialsFile, {}};
     const Result<JsonValue> json = parse_json(*text, file.string());
     if (!json) return json.error();
-    if (!json->is(JsonValue::Kind::kObject)) return in.at(*json, "this is not an object");
+    if (!json->is(JsonValue::Kind::kObject)) return in.at(*json, messages::kNoObject);
     Properties out;
     out.file = file.string();
     for (const JsonMember& one : json->members) {
@@ -176,8 +169,8 @@ Result<Properties> read_properties(const std::filesystem::path& file) {
         } else if (one.key == "law" && one.value.is(JsonValue::Kind::kString)) {
             const std::optional<Law> law = law_of(one.value.text);
             if (!law)
-                return in.at(one.value, fmt::format("there is no law `{}`", one.value.text),
-                             fmt::format("choose from {}", fmt::join(kLawNames, ", ")));
+                return in.at(one.value, fmt::format(messages::kNoSuchLaw, one.value.text),
+                             fmt::format(messages::kChooseFrom, fmt::join(kLawNames, ", ")));
             out.law = *law;
         } else if (one.key == "table" && one.value.is(JsonValue::Kind::kString)) {
             Result<PropertyTable> table = read_property_table(file.parent_path() / one.value.text);
@@ -185,13 +178,12 @@ Result<Properties> read_properties(const std::filesystem::path& file) {
             out.table = std::move(*table);
             if (!json->find("law")) out.law = Law::kTable;
         } else {
-            return in.at(one, fmt::format("`{}` is not known here, or of the wrong kind", one.key),
-                         "there are `materials` (an object), `law` and `table` (texts)");
+            return in.at(one, fmt::format(messages::kKeyUnknown, one.key),
+                         messages::kKeyUnknownHelp);
         }
     }
-    if (out.materials.empty()) return in.at(*json, "there are no `materials`");
-    if (out.law == Law::kTable && !out.table)
-        return in.at(*json, "the law is `table`, and there is no `table`");
+    if (out.materials.empty()) return in.at(*json, messages::kNoMaterials);
+    if (out.law == Law::kTable && !out.table) return in.at(*json, messages::kLawTableMissing);
     return out;
 }
 

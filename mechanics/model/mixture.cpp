@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/messages.h"
+
 namespace openfab::mechanics {
 
 HsBounds hs_bounds(std::span<const double> shares, std::span<const double> bulk,
@@ -58,10 +60,8 @@ std::string Mixture::complaint() const {
     if (law_ != Law::kTable) return {};
     for (size_t i = 0; i < materials_.size(); ++i)
         if (column_[i] < 0)
-            return fmt::format(
-                "the table of mixtures does not have the material `{}`; say what it "
-                "is called there by `\"in_table\": \"{}\"`",
-                materials_[i].name, table_->materials.front());
+            return fmt::format(messages::kTableLacksMaterial, materials_[i].name,
+                               table_->materials.front());
     return {};
 }
 

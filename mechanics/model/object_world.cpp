@@ -8,6 +8,7 @@
 #include "backends/common/output_file.h"
 #include "base/input_file.h"
 #include "base/json.h"
+#include "mechanics/messages.h"
 #include "mechanics/model/absolute_paths.h"
 #include "mechanics/model/print_world.h"
 
@@ -115,18 +116,16 @@ Result<std::string> object_world(const fs::path& input, const std::string& objec
     const JsonMember* materials = world->find("materials");
     const JsonMember* build = world->find("build");
     if (!objects || !build || !materials || materials->value.members.empty())
-        return user_error(
-            fmt::format("{}: this world has no objects or no materials", input.string()));
+        return user_error(fmt::format(messages::kNoObjectsOrMaterials, input.string()));
     if (!objects->value.find(object)) {
         std::string names;
         for (const JsonMember& m : objects->value.members)
             names += (names.empty() ? "" : ", ") + m.key;
-        return user_error(fmt::format("there is no object `{}`; there are {}", object, names));
+        return user_error(fmt::format(messages::kNoSuchObject, object, names));
     }
     if (world->find("arrange"))
-        return user_error(
-            fmt::format("an object, `{}`, cannot choose faces of an arranged build", object),
-            "choose faces by `box_mm`, or place the objects by `translate_mm`");
+        return user_error(fmt::format(messages::kArrangedBuild, object),
+                          messages::kArrangedBuildHelp);
     const fs::path folder = fs::absolute(input).parent_path();
     const fs::path solid = scratch / "openfab_solid.fl";
     if (Result<void> done = backends::write_whole_file(solid, std::string(kSolidFablet)); !done)

@@ -13,6 +13,7 @@
 #include "base/json_text.h"
 #include "base/say.h"
 #include "base/talking_program.h"
+#include "mechanics/messages.h"
 #include "mechanics/model/absolute_paths.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
@@ -55,8 +56,7 @@ Result<CellWorld> of_fablet(const fs::path& input, const std::array<double, 3>& 
             return error_at({one.file.string(), one.line, one.column}, one.message);
     const auto described = compiler.describe(input);
     if (!described) return described.error();
-    if (described->empty())
-        return user_error(fmt::format("{}: there is no fablet in it", input.string()));
+    if (described->empty()) return user_error(fmt::format(messages::kNoFablet, input.string()));
     const auto& [name, fablet] = *described->begin();
     JsonText uniforms, materials;
     uniforms.begin_object();
@@ -75,10 +75,8 @@ Result<CellWorld> of_fablet(const fs::path& input, const std::array<double, 3>& 
     uniforms.end_object();
     materials.end_object();
     if (number == 0)
-        return user_error(fmt::format("{}: the fablet `{}` takes no `Material`, so nothing tells "
-                                      "what its cell is made of",
-                                      input.string(), name),
-                          "give a world whose object uses it");
+        return user_error(fmt::format(messages::kNoMaterialUniform, input.string(), name),
+                          messages::kNoMaterialUniformHelp);
     JsonText source;
     source.value(fs::absolute(input).string());
     return CellWorld{
@@ -165,11 +163,10 @@ Result<CellWorld> cell_world(const fs::path& input, const std::string& object,
     const JsonMember* objects = world->find("objects");
     const JsonMember* fablets = world->find("fablets");
     if (!objects || objects->value.members.empty() || !fablets)
-        return user_error(fmt::format("{}: this world has no objects", input.string()));
+        return user_error(fmt::format(messages::kNoObjectsIn, input.string()));
     const JsonMember* taken =
         object.empty() ? objects->value.members.data() : objects->value.find(object);
-    if (!taken)
-        return user_error(fmt::format("{}: there is no object `{}`", input.string(), object));
+    if (!taken) return user_error(fmt::format(messages::kNoObjectIn, input.string(), object));
     const fs::path folder = fs::absolute(input).parent_path();
     JsonText out;
     out.begin_object().member("openfab", 1);

@@ -12,6 +12,7 @@
 #include "backends/raster/npy.h"
 #include "base/input_file.h"
 #include "base/json.h"
+#include "mechanics/messages.h"
 
 namespace openfab::mechanics {
 
@@ -23,13 +24,12 @@ Result<std::array<double, 3>> three(const JsonValue& json, const char* key,
                                     const std::filesystem::path& file) {
     const JsonMember* m = json.find(key);
     if (!m || m->value.items.size() != 3)
-        return user_error(
-            fmt::format("{}: `{}` is not there, or not three numbers", file.string(), key));
+        return user_error(fmt::format(messages::kNotThreeNumbersIn, file.string(), key));
     std::array<double, 3> out;
     for (size_t a = 0; a < 3; ++a) {
         out[a] = m->value.items[a].number;
         if (!m->value.items[a].is(JsonValue::Kind::kNumber) || !std::isfinite(out[a]))
-            return user_error(fmt::format("{}: `{}` is not three numbers", file.string(), key));
+            return user_error(fmt::format(messages::kNotThreeNumbers, file.string(), key));
     }
     return out;
 }
@@ -50,11 +50,11 @@ Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
     if (!pitch) return pitch.error();
     if (!origin) return origin.error();
     for (const double h : *pitch)
-        if (!(h > 0)) return user_error(fmt::format("{}: a pitch of {} mm", beside.string(), h));
+        if (!(h > 0)) return user_error(fmt::format(messages::kBadPitch, beside.string(), h));
     out.pitch_mm = *pitch;
     out.origin_mm = *origin;
     const JsonMember* materials = json->find("materials");
-    if (!materials) return user_error(fmt::format("{}: there are no `materials`", beside.string()));
+    if (!materials) return user_error(fmt::format(messages::kNoMaterialsIn, beside.string()));
     for (const JsonValue& one : materials->value.items) {
         const JsonMember* name = one.find("name");
         out.materials.push_back(one.is(JsonValue::Kind::kString) ? one.text
@@ -69,7 +69,7 @@ Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
     if (!got) return got.error();
     const size_t shape = header.find("'shape': (");
     if (*got != header.size() || shape == std::string::npos)
-        return user_error(fmt::format("{}: this is no array of `openfab print`", file.string()));
+        return user_error(fmt::format(messages::kNotOurArray, file.string()));
     out.codes = header.find("u1'") != std::string::npos;
     std::array<int64_t, 4> sizes{};
     size_t count = 0;
@@ -84,26 +84,24 @@ Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
             ++at;
     }
     if (count < 3 || (!out.codes && count != 4))
-        return user_error(fmt::format("{}: the array has {} axes", file.string(), count));
+        return user_error(fmt::format(messages::kArrayAxes, file.string(), count));
     for (size_t a = 0; a < 3; ++a) {
         if (sizes[2 - a] < 1 || sizes[2 - a] >= kMostNodes)
-            return user_error(
-                fmt::format("{}: {} voxels along an axis", file.string(), sizes[2 - a]),
-                fmt::format("choose a pitch by `--voxel` that makes less than {}", kMostNodes));
+            return user_error(fmt::format(messages::kTooManyVoxels, file.string(), sizes[2 - a]),
+                              fmt::format(messages::kTooManyVoxelsHelp, kMostNodes));
         out.size[a] = static_cast<int32_t>(sizes[2 - a]);
     }
     // What is claimed is there, before memory is asked for.
     const auto materials_there = static_cast<int64_t>(out.materials.size());
     if (materials_there == 0 || (!out.codes && sizes[3] != materials_there))
-        return user_error(
-            fmt::format("{}: the array has fractions of {} materials, and {} names {}",
-                        file.string(), sizes[3], beside.string(), materials_there));
+        return user_error(fmt::format(messages::kFractionsOfOthers, file.string(), sizes[3],
+                                      beside.string(), materials_there));
     const int64_t voxel = out.codes ? 1 : materials_there * int64_t{sizeof(float)};
     const int64_t wanted =
         int64_t{raster::kNpyHeaderBytes} + int64_t{out.size[0]} * out.size[1] * out.size[2] * voxel;
     if (opened->bytes() < wanted)
-        return user_error(fmt::format("{}: the file has {} bytes, and its array takes {}",
-                                      file.string(), opened->bytes(), wanted));
+        return user_error(
+            fmt::format(messages::kFileBytes, file.string(), opened->bytes(), wanted));
     return out;
 }
 
@@ -133,14 +131,14 @@ Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool k
                          bytes.data(), bytes.size());
         if (!got) return got.error();
         if (*got != bytes.size())
-            return user_error(fmt::format("{}: the array ends at slice {}", file.file.string(), z));
+            return user_error(fmt::format(messages::kArrayEnds, file.file.string(), z));
         for (size_t i = 0; i < plane; ++i) {
             if (file.codes) {
                 std::fill(shares.begin(), shares.end(), 0.F);
                 const uint8_t code = bytes[i];
                 if (code > m)
-                    return user_error(fmt::format("{}: a voxel has the material {} of {}",
-                                                  file.file.string(), code, m));
+                    return user_error(
+                        fmt::format(messages::kCodeBeyond, file.file.string(), code, m));
                 if (code > 0) shares[code - 1] = 1;
             } else {
                 std::memcpy(shares.data(), bytes.data() + i * voxel, voxel);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/messages.h"
 #include "mechanics/solver/parallel.h"
 #include "mechanics/solver/strain.h"
 
@@ -34,7 +35,7 @@ Result<void> leave_out_insulators(ConductProblem* p) {
         if (p->elements.kind[e] == kNothing) k[e] = 0;
         most = std::max(most, k[e]);
     }
-    if (!(most > 0)) return user_error("there is nothing that conducts: the print is void");
+    if (!(most > 0)) return user_error(messages::kNothingConducts);
     int64_t insulators = 0;
     for (float& one : k)
         if (one > 0 && one < kInsulates * most) {
@@ -42,12 +43,11 @@ Result<void> leave_out_insulators(ConductProblem* p) {
             ++insulators;
         }
     if (insulators > 0)
-        p->notes.push_back(fmt::format(
-            "{:.3g} % of the elements conduct less than {:.0e} of what the best do, and "
-            "are taken for insulators",
-            100.0 * static_cast<double>(insulators) /
-                static_cast<double>(std::max<int64_t>(1, p->elements.solid)),
-            kInsulates));
+        p->notes.push_back(
+            fmt::format(messages::kTakenForInsulators,
+                        100.0 * static_cast<double>(insulators) /
+                            static_cast<double>(std::max<int64_t>(1, p->elements.solid)),
+                        kInsulates));
     return {};
 }
 
@@ -57,7 +57,7 @@ Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, Conduct
         const Result<std::vector<Face>> faces = chooser.choose(holding.faces);
         if (!faces) {
             Error error = faces.error();
-            error.message = "nothing is held here: " + error.message;
+            error.message = messages::kNothingHeldHere + error.message;
             return error;
         }
         bool conducts = false;
@@ -67,8 +67,7 @@ Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, Conduct
                 p->kept.push_back({node, *holding.level, static_cast<int32_t>(h)});
         }
         if (!conducts) {
-            Error error = user_error("what is held here conducts nothing",
-                                     "choose faces where the conductor comes to the surface");
+            Error error = user_error(messages::kHeldInsulates, messages::kHeldInsulatesHelp);
             error.location = holding.faces.location;
             return error;
         }
@@ -76,10 +75,9 @@ Result<void> keep(const LoadCase& load_case, const FaceChooser& chooser, Conduct
     std::ranges::stable_sort(p->kept, {}, &ConductProblem::Kept::node);
     for (size_t i = 1; i < p->kept.size(); ++i)
         if (p->kept[i].node == p->kept[i - 1].node && p->kept[i].level != p->kept[i - 1].level) {
-            Error error = user_error(
-                fmt::format("two holds of the case `{}` keep the same face at {} and at {}",
-                            load_case.name, p->kept[i - 1].level, p->kept[i].level),
-                "choose faces that do not touch");
+            Error error = user_error(fmt::format(messages::kTwoHoldsOfFlow, load_case.name,
+                                                 p->kept[i - 1].level, p->kept[i].level),
+                                     messages::kFacesApart);
             error.location = load_case.held[static_cast<size_t>(p->kept[i].hold)].faces.location;
             return error;
         }
@@ -96,7 +94,7 @@ Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const P
         Result<std::vector<Face>> faces = chooser.choose(load.faces);
         if (!faces) {
             Error error = faces.error();
-            error.message = "the flow enters nothing: " + error.message;
+            error.message = messages::kFlowEntersNothing + error.message;
             return error;
         }
         std::erase_if(*faces, [&](const Face& f) { return piece_of(f) < 0; });
@@ -107,11 +105,9 @@ Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const P
             lost = lost || reached[static_cast<size_t>(piece_of(f))] == 0;
         }
         if (lost) {
-            Error error = user_error(
-                faces->empty() ? "the faces that the flow enters conduct nothing"
-                               : "what the flow enters is joined to nothing that is held",
-                "choose faces of the conductor that is held (elements are joined by faces, not by "
-                "edges and corners), or a finer `--voxel`");
+            Error error =
+                user_error(faces->empty() ? messages::kEntersInsulator : messages::kFlowNotJoined,
+                           messages::kFlowNotJoinedHelp);
             error.location = load.faces.location;
             return error;
         }
@@ -131,8 +127,7 @@ Result<ConductProblem> set_up_conduct(Voxels voxels, const LoadCase& load_case,
     p.voxels = std::move(voxels);
     p.grid = Grid::make(p.voxels.size, p.voxels.pitch_mm, false);
     p.elements = classify(p.grid, &p.voxels);
-    if (p.elements.solid == 0)
-        return user_error("no element of that pitch is half full", "choose a finer `--voxel`");
+    if (p.elements.solid == 0) return user_error(messages::kNoneHalfFull, messages::kFinerVoxel);
     if (Result<void> done = leave_out_insulators(&p); !done) return done.error();
     std::vector<uint8_t> conducts(p.voxels.conductivity.size());
     for (size_t e = 0; e < conducts.size(); ++e)
@@ -161,9 +156,7 @@ Result<ConductProblem> set_up_conduct(Voxels voxels, const LoadCase& load_case,
             p.voxels.conductivity[e] = 0;
             ++alone;
         }
-    if (alone > 0)
-        p.notes.push_back(fmt::format(
-            "{} elements that conduct are joined to nothing that is held, and left out", alone));
+    if (alone > 0) p.notes.push_back(fmt::format(messages::kConductorsLeftOut, alone));
     return p;
 }
 

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/messages.h"
+
 namespace openfab::mechanics {
 
 namespace {
@@ -50,9 +52,7 @@ class CaseReader {
 
 Result<void> CaseReader::is_of(const JsonMember& m, CaseKind kind) {
     if (kind_ && *kind_ != kind)
-        return at(m, fmt::format("`{}` and `{}` in one case", by_, m.key),
-                  "a case is of forces, or of current (`volt`, `ampere`), or of heat (`celsius`, "
-                  "`watt`)");
+        return at(m, fmt::format(messages::kKindsMixed, by_, m.key), messages::kKindsMixedHelp);
     kind_ = kind;
     by_ = m.key;
     return {};
@@ -60,7 +60,7 @@ Result<void> CaseReader::is_of(const JsonMember& m, CaseKind kind) {
 
 Result<double> CaseReader::number(const JsonMember& m) const {
     if (!m.value.is(JsonValue::Kind::kNumber) || !std::isfinite(m.value.number))
-        return at(m.value, fmt::format("`{}` is a number", m.key));
+        return at(m.value, fmt::format(messages::kMustBeNumber, m.key));
     return m.value.number;
 }
 
@@ -72,31 +72,31 @@ Result<Vec3> CaseReader::three(const JsonMember& m) const {
         good = items[i].is(JsonValue::Kind::kNumber) && std::isfinite(items[i].number);
         out[i] = items[i].number;
     }
-    if (!good) return at(m.value, fmt::format("`{}` is three numbers, as [0, 0, -10]", m.key));
+    if (!good) return at(m.value, fmt::format(messages::kMustThreeNumbers, m.key));
     return out;
 }
 
 Result<int> CaseReader::side(const JsonMember& m) const {
     const auto* found = std::ranges::find(kSides, m.value.text);
     if (!m.value.is(JsonValue::Kind::kString) || found == std::end(kSides))
-        return at(m.value, fmt::format("`{}` is one of {}", m.key, fmt::join(kSides, ", ")));
+        return at(m.value, fmt::format(messages::kMustOneOf, m.key, fmt::join(kSides, ", ")));
     return static_cast<int>(found - kSides);
 }
 
 Error CaseReader::unknown(const JsonMember& m, std::vector<std::string> keys) const {
     keys.insert(keys.end(), std::begin(kFaceKeys), std::end(kFaceKeys));
-    return at(m, fmt::format("`{}` is not known here", m.key),
-              fmt::format("choose from {}", fmt::join(keys, ", ")));
+    return at(m, fmt::format(messages::kUnknownHere, m.key),
+              fmt::format(messages::kChooseFrom, fmt::join(keys, ", ")));
 }
 
 Result<bool> CaseReader::face_key(const JsonMember& m, FaceChoice* out) const {
     if (m.key == "object") {
         if (!m.value.is(JsonValue::Kind::kString) || m.value.text.empty())
-            return at(m.value, "`object` is the name of an object");
+            return at(m.value, messages::kMustObjectName);
         out->object = m.value.text;
     } else if (m.key == "box_mm") {
         if (!m.value.is(JsonValue::Kind::kArray) || m.value.items.size() != 2)
-            return at(m.value, "`box_mm` is two corners, as [[0, 0, 0], [10, 10, 2]]");
+            return at(m.value, messages::kMustTwoCorners);
         out->box_mm.emplace();
         for (size_t i = 0; i < 2; ++i) {
             const Result<Vec3> corner = three({m.key, m.line, m.column, m.value.items[i]});
@@ -105,7 +105,7 @@ Result<bool> CaseReader::face_key(const JsonMember& m, FaceChoice* out) const {
         }
         for (size_t a = 0; a < 3; ++a)
             if ((*out->box_mm)[0][a] > (*out->box_mm)[1][a])
-                return at(m.value, "the first corner of a box is its lower one");
+                return at(m.value, messages::kLowerCornerFirst);
     } else if (m.key == "point_mm" || m.key == "normal") {
         const Result<Vec3> v = three(m);
         if (!v) return v.error();
@@ -124,30 +124,30 @@ Result<void> CaseReader::complete(const JsonValue& value, FaceChoice* out) const
     out->location = {file_, value.line, value.column};
     if (out->object.empty() && !out->box_mm && !out->point_mm && !out->normal && !out->side &&
         !out->facing)
-        return at(value, "nothing says which faces these are",
-                  fmt::format("choose them by {}", fmt::join(kFaceKeys, ", ")));
+        return at(value, messages::kNoFacesChosen,
+                  fmt::format(messages::kNoFacesChosenHelp, fmt::join(kFaceKeys, ", ")));
     if (out->point_mm.has_value() != out->normal.has_value())
-        return at(value, "a plane is a `point_mm` and a `normal`");
+        return at(value, messages::kPlaneIncomplete);
     if (out->normal) {
         const double length = std::hypot((*out->normal)[0], (*out->normal)[1], (*out->normal)[2]);
-        if (!(length > 0)) return at(value, "the `normal` has no length");
+        if (!(length > 0)) return at(value, messages::kNormalWithoutLength);
         for (double& v : *out->normal)
             v /= length;
     }
-    if (!out->object.empty()) out->text += fmt::format(" at object `{}`", out->object);
-    if (out->side) out->text += fmt::format(" on side {}", kSides[*out->side]);
+    if (!out->object.empty()) out->text += fmt::format(messages::kAtObject, out->object);
+    if (out->side) out->text += fmt::format(messages::kOnSide, kSides[*out->side]);
     if (out->box_mm)
-        out->text += fmt::format(" in the box ({}) to ({}) mm", fmt::join((*out->box_mm)[0], ", "),
+        out->text += fmt::format(messages::kInBox, fmt::join((*out->box_mm)[0], ", "),
                                  fmt::join((*out->box_mm)[1], ", "));
     if (out->point_mm)
-        out->text += fmt::format(" on the plane through ({}) mm", fmt::join(*out->point_mm, ", "));
-    if (out->facing) out->text += fmt::format(" facing {}", kSides[*out->facing]);
+        out->text += fmt::format(messages::kOnPlane, fmt::join(*out->point_mm, ", "));
+    if (out->facing) out->text += fmt::format(messages::kFacing, kSides[*out->facing]);
     return {};
 }
 
 Result<Holding> CaseReader::holding(const JsonValue& value) {
     if (!value.is(JsonValue::Kind::kObject))
-        return at(value, fmt::format("what is held is an object, not {}", value.kind_name()));
+        return at(value, fmt::format(messages::kHeldNoObject, value.kind_name()));
     Holding out;
     for (const JsonMember& m : value.members) {
         const Result<bool> face = face_key(m, &out.faces);
@@ -168,7 +168,7 @@ Result<Holding> CaseReader::holding(const JsonValue& value) {
             const std::string& axes = m.value.text;
             if (!m.value.is(JsonValue::Kind::kString) || axes.empty() ||
                 axes.find_first_not_of("xyz") != std::string::npos)
-                return at(m.value, "`along` are letters of xyz: the axes that are held");
+                return at(m.value, messages::kAlongAxes);
             for (size_t a = 0; a < 3; ++a)
                 out.along[a] = axes.find("xyz"[a]) != std::string::npos;
         } else if (m.key == "move_mm") {
@@ -185,7 +185,7 @@ Result<Holding> CaseReader::holding(const JsonValue& value) {
 
 Result<Load> CaseReader::load(const JsonValue& value) {
     if (!value.is(JsonValue::Kind::kObject))
-        return at(value, fmt::format("a load is an object, not {}", value.kind_name()));
+        return at(value, fmt::format(messages::kLoadNoObject, value.kind_name()));
     Load out;
     for (const JsonMember& m : value.members) {
         const Result<bool> face = face_key(m, &out.faces);
@@ -216,9 +216,7 @@ Result<Load> CaseReader::load(const JsonValue& value) {
         }
     }
     if (!out.force_N && !out.torque_Nmm && !out.pressure_MPa && !out.inflow)
-        return at(value, "a load without a force",
-                  "give `force_N`, `torque_Nmm` or `pressure_MPa`, or of current `ampere`, of heat "
-                  "`watt`; `move_mm` stands in `held`");
+        return at(value, messages::kLoadWithoutForce, messages::kLoadWithoutForceHelp);
     if (Result<void> done = complete(value, &out.faces); !done) return done.error();
     return out;
 }
@@ -229,29 +227,26 @@ Result<void> CaseReader::check_flow(const JsonMember& member, const LoadCase& c)
     bool flows = !c.loads.empty();
     for (const Holding& h : c.held) {
         if (!h.level)
-            return error_at(h.faces.location,
-                            fmt::format("what is held in a case of `{}` has no `{}`", by_, level));
+            return error_at(h.faces.location, fmt::format(messages::kHoldLacks, by_, level));
         flows = flows || *h.level != *c.held.front().level;
     }
     if (!flows)
-        return at(
-            member, fmt::format("nothing flows in the case `{}`", member.key),
-            fmt::format("hold faces at another `{}`, too, or give `loads` of `{}`", level, flow));
+        return at(member, fmt::format(messages::kNothingFlows, member.key),
+                  fmt::format(messages::kNothingFlowsHelp, level, flow));
     return {};
 }
 
 Result<LoadCase> CaseReader::read(const JsonMember& member) {
     const JsonValue& value = member.value;
     if (!value.is(JsonValue::Kind::kObject))
-        return at(value,
-                  fmt::format("the case `{}` is {}, not an object", member.key, value.kind_name()));
+        return at(value, fmt::format(messages::kCaseNoObject, member.key, value.kind_name()));
     LoadCase out;
     out.name = member.key;
     out.location = {file_, member.line, member.column};
     for (const JsonMember& m : value.members) {
         if (m.key == "held" || m.key == "loads") {
             if (!m.value.is(JsonValue::Kind::kArray))
-                return at(m.value, fmt::format("`{}` is a list", m.key));
+                return at(m.value, fmt::format(messages::kMustList, m.key));
             for (const JsonValue& one : m.value.items) {
                 if (m.key == "held") {
                     Result<Holding> h = holding(one);
@@ -269,13 +264,12 @@ Result<LoadCase> CaseReader::read(const JsonMember& member) {
             if (Result<void> done = is_of(m, CaseKind::kForces); !done) return done.error();
             out.gravity_m_s2 = *g;
         } else {
-            return at(m, fmt::format("a case has no `{}`", m.key),
-                      "choose from held, loads, gravity_m_s2");
+            return at(m, fmt::format(messages::kCaseLacks, m.key), messages::kCaseLacksHelp);
         }
     }
     if (out.held.empty())
-        return at(member, fmt::format("nothing is held in the case `{}`", member.key),
-                  "without a hold a part flies away: name faces in `held`");
+        return at(member, fmt::format(messages::kNothingHeld, member.key),
+                  messages::kNothingHeldHelp);
     out.kind = kind_.value_or(CaseKind::kForces);
     if (out.kind != CaseKind::kForces) {
         if (Result<void> done = check_flow(member, out); !done) return done.error();
@@ -284,8 +278,8 @@ Result<LoadCase> CaseReader::read(const JsonMember& member) {
     const bool moves =
         std::ranges::any_of(out.held, [](const Holding& h) { return h.move_mm != Vec3{}; });
     if (out.loads.empty() && !out.gravity_m_s2 && !moves)
-        return at(member, fmt::format("nothing loads the part in the case `{}`", member.key),
-                  "give `loads`, `gravity_m_s2`, or a `move_mm` of what is held");
+        return at(member, fmt::format(messages::kNothingLoads, member.key),
+                  messages::kNothingLoadsHelp);
     return out;
 }
 
@@ -309,30 +303,25 @@ Result<LoadCase> parse_load_case(const std::string& text, const std::string& fil
     if (!json) return json.error();
     const JsonMember* cases = json->find("cases");
     if (!cases || !cases->value.is(JsonValue::Kind::kObject) || cases->value.members.empty())
-        return user_error(fmt::format("{}: there are no `cases` in it", file),
-                          "say what is held and what loads the part, see docs/mechanics.md");
+        return user_error(fmt::format(messages::kNoCases, file), messages::kNoCasesHelp);
     std::vector<std::string> names;
     for (const JsonMember& m : cases->value.members)
         names.push_back(m.key);
     if (name.empty() && names.size() > 1)
-        return usage_error(
-            fmt::format("choose one by `--case`: there are {}", fmt::join(names, ", ")));
+        return usage_error(fmt::format(messages::kChooseCase, fmt::join(names, ", ")));
     const JsonMember* found = name.empty() ? cases->value.members.data() : cases->value.find(name);
     if (!found)
-        return usage_error(
-            fmt::format("there is no case `{}`; there are {}", name, fmt::join(names, ", ")));
+        return usage_error(fmt::format(messages::kNoSuchCase, name, fmt::join(names, ", ")));
     return CaseReader(file).read(*found);
 }
 
 Result<void> check_kind(const LoadCase& c, bool flows) {
     if ((c.kind != CaseKind::kForces) == flows) return {};
-    Error error = user_error(
-        fmt::format("the case `{}` is of {}", c.name,
-                    c.kind == CaseKind::kForces    ? "forces"
-                    : c.kind == CaseKind::kCurrent ? "current"
-                                                   : "heat"),
-        flows ? "`openfab mechanics part` takes it; one of flows has `volt` or `celsius` in `held`"
-              : "`openfab mechanics conduct` takes it");
+    Error error = user_error(fmt::format(messages::kCaseOfOther, c.name,
+                                         c.kind == CaseKind::kForces    ? "forces"
+                                         : c.kind == CaseKind::kCurrent ? "current"
+                                                                        : "heat"),
+                             flows ? messages::kPartTakesIt : messages::kConductTakesIt);
     error.location = c.location;
     return error;
 }

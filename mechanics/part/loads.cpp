@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "mechanics/messages.h"
+
 namespace openfab::mechanics {
 
 namespace {
@@ -82,9 +84,7 @@ Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
                     inertia[i][j] += area_of(grid_, f) / 4 * ((i == j ? square : 0) - r[i] * r[j]);
         }
     const std::optional<Vec3> w = solve3(inertia, *load.torque_Nmm);
-    if (!w)
-        return user_error("a torque on faces that lie on one line",
-                          "choose more faces, or a finer `--voxel`");
+    if (!w) return user_error(messages::kTorqueOnLine, messages::kTorqueOnLineHelp);
     for (const Face& f : faces)
         for (const int64_t node : nodes_of(grid_, f)) {
             Vec3 r = place(node);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/messages.h"
 #include "mechanics/part/loads.h"
 #include "mechanics/solver/parallel.h"
 
@@ -58,8 +59,8 @@ std::string SetUp::box_of(const Piece& piece) const {
         low[a] = p_.voxels.origin_mm[a] + p_.grid.pitch_mm[a] * piece.low[a];
         high[a] = p_.voxels.origin_mm[a] + p_.grid.pitch_mm[a] * (piece.high[a] + 1);
     }
-    return fmt::format("{} elements from ({:.5g}, {:.5g}, {:.5g}) to ({:.5g}, {:.5g}, {:.5g}) mm",
-                       piece.elements, low[0], low[1], low[2], high[0], high[1], high[2]);
+    return fmt::format(messages::kPieceFromTo, piece.elements, low[0], low[1], low[2], high[0],
+                       high[1], high[2]);
 }
 
 Result<void> SetUp::check_walls() const {
@@ -67,16 +68,11 @@ Result<void> SetUp::check_walls() const {
     const double pitch = *std::ranges::max_element(p_.grid.pitch_mm);
     // What has no full element anywhere near is thinner than about two.
     constexpr double kTooMuch = 0.2;
-    const std::string what = fmt::format(
-        "{:.0f} % of the material is in walls or struts that are thinner than about two elements "
-        "of {:.4g} mm",
-        100 * thin, pitch);
+    const std::string what = fmt::format(messages::kThinWalls, 100 * thin, pitch);
     if (p_.elements.solid == 0 || (thin > kTooMuch && !options_.thin))
-        return user_error(
-            p_.elements.solid == 0 ? "no element of that pitch is half full: " + what : what,
-            "choose a finer `--voxel`, a quarter of the thinnest wall or less; `--thin` takes "
-            "them as they come");
-    if (thin > 0.01) p_.notes.push_back(what + ": their stiffness is rough");
+        return user_error(p_.elements.solid == 0 ? messages::kNoneHalfFullBefore + what : what,
+                          messages::kThinWallsHelp);
+    if (thin > 0.01) p_.notes.push_back(what + messages::kRoughStiffness);
     return {};
 }
 
@@ -85,7 +81,7 @@ Result<void> SetUp::hold(const FaceChooser& chooser) {
     for (size_t h = 0; h < case_.held.size(); ++h) {
         const Holding& holding = case_.held[h];
         const Result<std::vector<Face>> faces = chooser.choose(holding.faces);
-        if (!faces) return before(faces.error(), "nothing is held here: ");
+        if (!faces) return before(faces.error(), messages::kNothingHeldHere);
         for (const Face& f : *faces) {
             const int32_t piece = pieces_.of[static_cast<size_t>(f.element)];
             piece_held_[static_cast<size_t>(piece)] = 1;
@@ -113,21 +109,20 @@ Result<void> SetUp::leave_out_loose() {
             static_cast<double>(piece.elements) / static_cast<double>(p_.elements.solid);
         if (share > kSmall && !options_.loose)
             return user_error(
-                fmt::format("the part is in {} pieces, and nothing holds the one of {}",
-                            pieces_.all.size(), box_of(piece)),
-                "join them (faces count, edges and corners do not), hold it too, or leave it out "
-                "by `--loose`");
+                fmt::format(messages::kPieceNotHeld, pieces_.all.size(), box_of(piece)),
+                messages::kPieceNotHeldHelp);
         out[i] = 1;
         dropped += piece.elements;
         ++number;
         if (!largest) largest = &piece;
     }
     if (number == 0) return {};
-    p_.notes.push_back(fmt::format(
-        "{} that nothing holds {} left out, {:.2g} % of the part, the largest of {}",
-        number == 1 ? "a piece" : fmt::format("{} pieces", number), number == 1 ? "is" : "are",
-        100 * static_cast<double>(dropped) / static_cast<double>(p_.elements.solid),
-        box_of(*largest)));
+    p_.notes.push_back(
+        fmt::format(messages::kPiecesLeftOut,
+                    number == 1 ? messages::kAPiece : fmt::format(messages::kPiecesCount, number),
+                    number == 1 ? "is" : "are",
+                    100 * static_cast<double>(dropped) / static_cast<double>(p_.elements.solid),
+                    box_of(*largest)));
     for (size_t e = 0; e < pieces_.of.size(); ++e)
         if (pieces_.of[e] >= 0 && out[static_cast<size_t>(pieces_.of[e])])
             p_.voxels.solid[e] = p_.voxels.lambda[e] = p_.voxels.mu[e] = 0;
@@ -145,9 +140,9 @@ Result<void> SetUp::check_motions() const {
         if (motion.empty()) continue;
         Error error = user_error(
             fmt::format(
-                "the case `{}` lets the part {}{}", case_.name, motion,
-                pieces_.all.size() > 1 ? ", that is its piece of " + box_of(pieces_.all[i]) : ""),
-            "hold more faces, or along more axes");
+                messages::kCaseLetsMove, case_.name, motion,
+                pieces_.all.size() > 1 ? messages::kThatIsPiece + box_of(pieces_.all[i]) : ""),
+            messages::kHoldMoreFaces);
         error.location = case_.location;
         return error;
     }
@@ -159,12 +154,10 @@ Result<void> SetUp::sort_held() {
     for (const Entry& e : entries_) {
         if (!p_.held.empty() && p_.held.back().dof == e.held.dof) {
             if (p_.held.back().move_mm == e.held.move_mm) continue;
-            Error error = user_error(
-                fmt::format("two holds of the case `{}` move the same face by {} mm and by {} mm "
-                            "along {}",
-                            case_.name, p_.held.back().move_mm, e.held.move_mm,
-                            "xyz"[e.held.dof % 3]),
-                "choose faces that do not touch");
+            Error error =
+                user_error(fmt::format(messages::kTwoHolds, case_.name, p_.held.back().move_mm,
+                                       e.held.move_mm, "xyz"[e.held.dof % 3]),
+                           messages::kFacesApart);
             error.location = case_.held[static_cast<size_t>(e.hold)].faces.location;
             return error;
         }
@@ -179,7 +172,7 @@ Result<void> SetUp::load() {
     LoadAssembler assembler(p_.grid, &p_.forces_N);
     for (const Load& one : case_.loads) {
         const Result<std::vector<Face>> faces = chooser.choose(one.faces);
-        if (!faces) return before(faces.error(), "the load acts on nothing: ");
+        if (!faces) return before(faces.error(), messages::kLoadOnNothing);
         if (Result<void> done = assembler.add(one, *faces); !done) {
             Error error = done.error();
             error.location = one.faces.location;
@@ -195,7 +188,7 @@ Result<void> SetUp::load() {
 Result<void> SetUp::run() {
     p_.grid = Grid::make(p_.voxels.size, p_.voxels.pitch_mm, false);
     p_.elements = classify(p_.grid, &p_.voxels);
-    if (!(p_.elements.volume > 0)) return user_error("there is nothing: the print is void");
+    if (!(p_.elements.volume > 0)) return user_error(messages::kPrintVoid);
     if (Result<void> done = check_walls(); !done) return done;
     pieces_ = pieces_of(p_.grid, p_.elements.kind);
     surface_ = surface_of(p_.grid, p_.elements.kind);

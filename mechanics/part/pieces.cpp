@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "mechanics/messages.h"
 #include "mechanics/part/eigen.h"
 
 namespace openfab::mechanics {
@@ -61,7 +62,7 @@ Pieces pieces_of(const Grid& g, std::span<const uint8_t> kind) {
 }
 
 std::string free_motion(const Grid& g, const Vec3& origin, std::span<const Held> held) {
-    if (held.empty()) return "move freely: nothing holds it";
+    if (held.empty()) return messages::kMoveFreely;
     const auto place = [&](int64_t dof) {
         const int64_t node = dof / 3;
         return Vec3{
@@ -99,7 +100,8 @@ std::string free_motion(const Grid& g, const Vec3& origin, std::span<const Held>
     size_t most = 0;
     for (size_t i = 0; i < 6; ++i)
         if (std::abs(e.vectors[i]) > std::abs(e.vectors[most])) most = i;
-    return fmt::format("{} {}", most < 3 ? "slide along" : "turn about", "xyz"[most % 3]);
+    return fmt::format("{} {}", most < 3 ? messages::kSlideAlong : messages::kTurnAbout,
+                       "xyz"[most % 3]);
 }
 
 }  // namespace openfab::mechanics

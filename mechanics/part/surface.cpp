@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mechanics/messages.h"
+
 namespace openfab::mechanics {
 
 namespace {
@@ -185,11 +187,9 @@ Result<std::vector<Face>> FaceChooser::choose(const FaceChoice& choice) const {
     const auto end = [&](size_t a, size_t which) {
         return origin_[a] + grid_.pitch_mm[a] * (range_[a][which] + static_cast<int32_t>(which));
     };
-    Error error = user_error(
-        fmt::format("no face of the part is{}", choice.text),
-        fmt::format("the part reaches from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}) mm "
-                    "in the build; its faces stand a voxel or less from where the mesh is",
-                    end(0, 0), end(1, 0), end(2, 0), end(0, 1), end(1, 1), end(2, 1)));
+    Error error = user_error(fmt::format(messages::kNoFaceOf, choice.text),
+                             fmt::format(messages::kNoFaceOfHelp, end(0, 0), end(1, 0), end(2, 0),
+                                         end(0, 1), end(1, 1), end(2, 1)));
     error.location = choice.location;
     return error;
 }

@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <string>
 
+#include "mechanics/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -93,36 +95,46 @@ class Mechanics : public ::testing::Test {
 };
 
 TEST_F(Mechanics, WhatIsWrongIsNamedWithWhatToDo) {
-    EXPECT_THAT(refused(kPush), AllOf(HasSubstr("world.fab.json:"), HasSubstr("nothing is held"),
-                                      HasSubstr("name faces in `held`")));
-    EXPECT_THAT(refused(kHeld), AllOf(HasSubstr("nothing loads the part"), HasSubstr("`loads`")));
-    EXPECT_THAT(refused(both(kHeld, R"("loads": [{"box_mm": [[50, 0, 0], [60, 1, 1]],
+    EXPECT_THAT(refused(kPush), AllOf(HasSubstr("world.fab.json:"),
+                                      testing::Says(mechanics::messages::kNothingHeld),
+                                      testing::Says(mechanics::messages::kNothingHeldHelp)));
+    EXPECT_THAT(refused(kHeld),
+                AllOf(testing::Says(mechanics::messages::kNothingLoads), HasSubstr("`loads`")));
+    EXPECT_THAT(
+        refused(both(kHeld, R"("loads": [{"box_mm": [[50, 0, 0], [60, 1, 1]],
                                                   "force_N": [0, 0, 1]}])")),
-                AllOf(HasSubstr("the load acts on nothing"), HasSubstr("world.fab.json:")));
+        AllOf(testing::Says(mechanics::messages::kLoadOnNothing), HasSubstr("world.fab.json:")));
     EXPECT_THAT(refused(both(R"("held": [{"object": "bolt"}])", kPush)), HasSubstr("`bolt`"));
     EXPECT_THAT(refused(both(R"("held": [{"side": "-z", "along": "z"}])", kPush)),
-                AllOf(HasSubstr("lets the part"), HasSubstr("hold more faces")));
+                AllOf(testing::Says(mechanics::messages::kCaseLetsMove),
+                      testing::Says(mechanics::messages::kHoldMoreFaces)));
     // Two boxes, of which the second hangs in the air.
-    EXPECT_THAT(refused(both(kHeld, kPush), "[0, 0, 0], [0, 0, 15]"),
-                AllOf(HasSubstr("in 2 pieces"), HasSubstr("`--loose`")));
+    EXPECT_THAT(
+        refused(both(kHeld, kPush), "[0, 0, 0], [0, 0, 15]"),
+        AllOf(testing::Says(mechanics::messages::kPieceNotHeld, "2"), HasSubstr("`--loose`")));
     EXPECT_THAT(refused(both(kHeld, kPush), "[0, 0, 0]", {"--voxel", "7mm"}),
-                AllOf(HasSubstr("choose a finer `--voxel`"), HasSubstr("thin")));
+                AllOf(testing::Says(mechanics::messages::kFinerVoxel), HasSubstr("thin")));
     scratch_.write("mechanics.json", R"({"materials": {"stiff": {"nu": 0.3}}})");
     EXPECT_THAT(refused(both(kHeld, kPush)),
-                AllOf(HasSubstr("`stiff` has no `E_MPa`"), HasSubstr("mechanics.json:1:")));
+                AllOf(testing::Says(mechanics::messages::kNoModulus, "stiff"),
+                      HasSubstr("mechanics.json:1:")));
     scratch_.write("mechanics.json", R"({"materials": {"soft": {"E_MPa": 1, "nu": 0.3}}})");
     EXPECT_THAT(refused(both(kHeld, kPush)),
-                AllOf(HasSubstr("nothing is said of the material `stiff`"), HasSubstr("add")));
+                AllOf(testing::Says(mechanics::messages::kMaterialUnknown, "*", "stiff"),
+                      HasSubstr("add")));
     fs::remove(path("mechanics.json"));
-    EXPECT_THAT(refused(both(kHeld, kPush)), HasSubstr("--materials FILE.json"));
+    EXPECT_THAT(refused(both(kHeld, kPush)), testing::Says(mechanics::messages::kNoMaterialsFile));
 }
 
 TEST_F(Mechanics, WhatDoesNotFitIsRefusedBeforeItIsPrinted) {
     const std::string text =
         refused(both(kHeld, kPush), "[0, 0, 0]", {"--voxel", "0.01mm", "--memory", "500MB"});
-    EXPECT_THAT(text, AllOf(HasSubstr("`--memory` allows"), HasSubstr("times as coarse")));
+    EXPECT_THAT(text, AllOf(testing::Says(mechanics::messages::kTooMuchMemory),
+                            testing::Says(mechanics::messages::kTooMuchMemoryHelp)));
     // The pitch that it names does.
-    const size_t at = text.find("pitch that is ") + 14;
+    const std::string help = mechanics::messages::kTooMuchMemoryHelp;
+    const size_t number = help.find('{');
+    const size_t at = text.find(help.substr(0, number)) + number;
     const double pitch = 0.01 * std::stod(text.substr(at));
     const Outcome fits = mechanics({"part", world(both(kHeld, kPush)), "--voxel",
                                     std::to_string(pitch) + "mm", "--memory", "500MB"});
@@ -130,7 +142,7 @@ TEST_F(Mechanics, WhatDoesNotFitIsRefusedBeforeItIsPrinted) {
     EXPECT_LE(fits.peak_rss_bytes, 500 << 20);
     const Outcome cell = mechanics({"cell", path("mix.fl"), "--cell", "10mm", "--voxel", "0.01mm"});
     EXPECT_EQ(cell.exit_code, 1);
-    EXPECT_THAT(cell.err, HasSubstr("`--memory` allows"));
+    EXPECT_THAT(cell.err, testing::Says(mechanics::messages::kTooMuchMemory));
 }
 
 // What the print says of the mesh is no part of its size.
@@ -214,8 +226,10 @@ TEST_F(Mechanics, CodesAloneAreOneElementAVoxel) {
     const Outcome out =
         mechanics({"part", file, "--codes", "--voxel", "1mm", "-o", path("codes.json")});
     ASSERT_EQ(out.exit_code, 0) << out.err;
-    EXPECT_THAT(out.out, AllOf(HasSubstr("2000 solid elements of 20 x 10 x 10, as dithered"),
-                               HasSubstr("residual")));
+    EXPECT_THAT(out.out,
+                AllOf(::testing::HasSubstr(std::string("2000 solid elements of 20 x 10 x 10, ") +
+                                           mechanics::messages::kAsDithered),
+                      HasSubstr("residual")));
     // The blocks of an export are of one material each, of both.
     const Outcome exported = mechanics(
         {"export", file, "--codes", "--voxel", "1mm", "--case", "one", "-o", path("codes.inp")});

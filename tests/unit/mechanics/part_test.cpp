@@ -3,14 +3,18 @@
 
 // Loaded parts against closed forms.
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <numbers>
 
+#include "mechanics/messages.h"
 #include "mechanics/part/eigen.h"
 #include "mechanics/part/part_results.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::mechanics {
 namespace {
@@ -202,12 +206,9 @@ TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
         return p ? std::string() : p.error().text();
     };
     const std::string push = R"("loads": [{"side": "+x", "force_N": [1, 0, 0]}])";
-    const auto has = [](const std::string& text, const char* part) {
-        return text.find(part) != std::string::npos;
-    };
     const std::string slides = error(box({4, 4, 4}, 1, 0, cube),
                                      R"({"held": [{"side": "-x", "along": "x"}], )" + push + "}");
-    EXPECT_TRUE(has(slides, "slide along")) << slides;
+    EXPECT_THAT(slides, testing::Says(messages::kSlideAlong));
     const std::string turns = error(
         box({4, 4, 1}, 1, 0, cube),
         R"({"held": [{"side": "-x", "along": "xz"}, {"side": "+x", "along": "xy", "facing": "+x"}], )" +
@@ -217,17 +218,17 @@ TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
     const std::string nothing =
         error(box({4, 4, 4}, 1, 0, cube),
               R"({"held": [{"box_mm": [[9, 9, 9], [10, 10, 10]]}], )" + push + "}");
-    EXPECT_TRUE(has(nothing, "nothing is held here")) << nothing;
+    EXPECT_THAT(nothing, testing::Says(messages::kNothingHeldHere));
     const std::string miss = error(
         box({4, 4, 4}, 1, 0, cube),
         R"({"held": [{"side": "-x"}], "loads": [{"side": "+x", "facing": "-x", "force_N": [1, 0, 0]}]})");
-    EXPECT_TRUE(has(miss, "the load acts on nothing")) << miss;
+    EXPECT_THAT(miss, testing::Says(messages::kLoadOnNothing));
     const auto halves = [](const Vec3& p) {
         return std::pair(std::abs(p[0] - 4) < 1 ? 0.0 : 1.0, 1.0);
     };
     const std::string pieces =
         error(box({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}");
-    EXPECT_TRUE(has(pieces, "in 2 pieces")) << pieces;
+    EXPECT_THAT(pieces, testing::Says(messages::kPieceNotHeld, 2));
     // Left out, the load meets what remains.
     EXPECT_EQ(error(box({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}",
                     {true, false}),
@@ -238,32 +239,39 @@ TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
     };
     const std::string thin =
         error(box({8, 4, 4}, 1, 0, foam), R"({"held": [{"side": "-x"}], )" + push + "}");
-    EXPECT_TRUE(has(thin, "thinner than about two elements")) << thin;
+    EXPECT_THAT(thin, testing::Says(messages::kThinWalls));
 }
 
 TEST(MechanicsCase, MistakesAreLocated) {
-    const std::pair<const char*, const char*> all[] = {
-        {R"({"held": [], "loads": []})", "nothing is held"},
-        {R"({"held": [{"side": "-x"}]})", "nothing loads the part"},
-        {R"({"held": [{"side": "x"}], "loads": []})", "`side` is one of -x"},
-        {R"({"held": [{"along": "x"}], "loads": []})", "nothing says which faces"},
-        {R"({"held": [{"side": "-x", "along": "w"}], "loads": []})", "letters of xyz"},
-        {R"({"held": [{"side": "-x", "force_N": [0, 0, 1]}], "loads": []})", "not known here"},
-        {R"({"held": [{"side": "-x"}], "loads": [{"side": "+x"}]})", "a load without a force"},
-        {R"({"held": [{"side": "-x"}], "loads": [{"side": "+x", "force_N": 3}]})", "three numbers"},
-        {R"({"held": [{"normal": [0, 0, 1]}], "loads": []})", "a plane is"},
-        {R"({"held": [{"box_mm": [[1, 0, 0], [0, 1, 1]]}], "loads": []})", "its lower one"},
-        {R"({"held": [{"side": "-x"}], "wind": 3})", "a case has no `wind`"},
-        {R"([1])", "not an object"},
+    const std::pair<const char*, ::testing::Matcher<std::string>> all[] = {
+        {R"({"held": [], "loads": []})", testing::Says(messages::kNothingHeld)},
+        {R"({"held": [{"side": "-x"}]})", testing::Says(messages::kNothingLoads)},
+        {R"({"held": [{"side": "x"}], "loads": []})",
+         testing::Says(messages::kMustOneOf, "side", "-x*")},
+        {R"({"held": [{"along": "x"}], "loads": []})", testing::Says(messages::kNoFacesChosen)},
+        {R"({"held": [{"side": "-x", "along": "w"}], "loads": []})",
+         testing::Says(messages::kAlongAxes)},
+        {R"({"held": [{"side": "-x", "force_N": [0, 0, 1]}], "loads": []})",
+         testing::Says(messages::kUnknownHere, "force_N")},
+        {R"({"held": [{"side": "-x"}], "loads": [{"side": "+x"}]})",
+         testing::Says(messages::kLoadWithoutForce)},
+        {R"({"held": [{"side": "-x"}], "loads": [{"side": "+x", "force_N": 3}]})",
+         testing::Says(messages::kMustThreeNumbers, "force_N")},
+        {R"({"held": [{"normal": [0, 0, 1]}], "loads": []})",
+         testing::Says(messages::kPlaneIncomplete)},
+        {R"({"held": [{"box_mm": [[1, 0, 0], [0, 1, 1]]}], "loads": []})",
+         testing::Says(messages::kLowerCornerFirst)},
+        {R"({"held": [{"side": "-x"}], "wind": 3})", testing::Says(messages::kCaseLacks, "wind")},
+        {R"([1])", testing::Says(messages::kCaseNoObject)},
     };
     for (const auto& [text, part] : all) {
         const std::string said = case_refused(text);
-        EXPECT_NE(said.find(part), std::string::npos) << text << ": " << said;
+        EXPECT_THAT(said, part) << text;
         EXPECT_EQ(said.rfind("test:1:", 0), 0U) << said;
     }
     const Result<LoadCase> two = parse_load_case(R"({"cases": {"a": {}, "b": {}}})", "test", "");
     ASSERT_FALSE(two);
-    EXPECT_NE(two.error().text().find("there are a, b"), std::string::npos);
+    EXPECT_THAT(two.error().text(), testing::Says(messages::kChooseCase, "a, b"));
 }
 
 TEST(MechanicsEigen, PrincipalStressesAreEigenvalues) {
