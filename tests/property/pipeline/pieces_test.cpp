@@ -279,7 +279,7 @@ TEST(Pieces, BadOnesAreToldWithPlaceAndRemedy) {
     has(text, "piece `2` of object `part` is empty");
     has(text, "the mesh lies between 0 and 10 mm there");
     text = error_of(R"({"normal": [0, 0, 0], "at_mm": 0})", all);
-    has(text, "is no direction");
+    has(text, "is not a direction");
     text =
         error_of(R"({"normal": [0, 0, 1], "at_mm": 5})", R"([{"object": "part", "piece": "3"}])");
     has(text, "object `part` has no piece `3`");
@@ -300,7 +300,7 @@ TEST(Pieces, BadOnesAreToldWithPlaceAndRemedy) {
     has(text, "two pieces are called `a`");
     text = error_of(R"({"normal": [0, 0, 1], "at_mm": 5})",
                     R"([{"object": "part", "explode_mm": 2}])");
-    has(text, "has `explode_mm`, and no `piece`");
+    has(text, "has `explode_mm` but no `piece`");
 }
 
 }  // namespace

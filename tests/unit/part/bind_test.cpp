@@ -315,7 +315,7 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     ASSERT_TRUE(world) << world.error().text();
     EXPECT_EQ(world->printer, "generic");
     EXPECT_EQ(world->notes, (std::vector<std::string>{"`tetra.obj` is 9 x 9 x 9 mm; its unit is 1 "
-                                                      "mm, assumed, as the file says none"}));
+                                                      "mm, assumed, as the file gives none"}));
     ASSERT_EQ(world->materials.size(), 3u);
     EXPECT_EQ(world->materials[0].name, "skin");
     EXPECT_EQ(world->materials[2].name, "palette[1]");
