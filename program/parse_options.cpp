@@ -51,7 +51,7 @@ struct Raw {
 
 void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("INPUT", o.input,
-                   "a world (.fab.json), or a mesh (.obj, .stl, …) where there is only one fablet")
+                   "a world (.fab.json), or a mesh (.obj, .stl, …) if there is only one fablet")
         ->required();
     app.add_option(
            "-o,--output", o.output,
@@ -68,30 +68,30 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
            backends::format_names() + " (default: by OUT's extension, else the printer's own)")
         ->type_name("FORMAT");
     app.add_option("--token-file", o.token_file,
-                   "a file whose first line the receiver wants to hear (or OPENFAB_TOKEN)")
+                   "a file whose first line is the receiver's token (or OPENFAB_TOKEN)")
         ->type_name("FILE");
     app.add_option("--tls-ca", o.tls_ca,
-                   "PEM certificates that a tls:// receiver's is checked against (default: the "
+                   "PEM certificates to check a tls:// receiver's against (default: the "
                    "system's)")
         ->type_name("FILE");
     app.add_option(
            "--printer", o.printer,
-           "a name that `openfab printers` lists (default: the world's), or a .printer.json file")
+           "a name listed by `openfab printers` (default: the world's), or a .printer.json file")
         ->type_name("PRINTER");
     app.add_option(
            "--process", o.process_file,
-           "what the machine does to a print, as JSON: items replace those of the printer's "
+           "the machine's effects on a print, as JSON: items replace those of the printer's "
            "profile (docs/process.md)")
         ->type_name("FILE");
     app.add_option("--bleed", o.bleed,
-                   "of the process: undo it (the default), show what comes out without that, both "
-                   "(what comes out with it), or off")
+                   "of the process: undo it (the default), show the result without that, both (the "
+                   "result with it), or off")
         ->type_name("CHOICE");
     app.add_option("--nozzles", o.nozzles_file,
                    "dead nozzles, as JSON; a change of the file counts from the next slices on")
         ->type_name("FILE");
     app.add_option("--voxel", raw.voxel, "print cubic voxels of this size")->type_name("LENGTH");
-    app.add_option("--dpi", raw.dpi, "resolution along x and y, as 600x300")->type_name("DPI");
+    app.add_option("--dpi", raw.dpi, "resolution along x and y, such as 600x300")->type_name("DPI");
     app.add_option("--layer", raw.layer, "thickness of a slice")->type_name("LENGTH");
     app.add_option("--mesh-pitch", raw.mesh_pitch,
                    "size of the voxels that meshes are made from (default: 0.1mm)")
@@ -118,12 +118,11 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         kProgramsWord, [&o] { o.allow.emplace_back(kProgramsWord); }, kProgramsHelp);
     app.add_option(
         "--dither", o.dither,
-        "own (default: the fablet's @Dither where it has one, else blue_noise), blue_noise, "
+        "own (default: the fablet's @Dither if it has one, else blue_noise), blue_noise, "
         "floyd_steinberg, decorrelated, or majority (the largest amount; the default for meshes)");
-    app.add_option(
-           "--support", o.support,
-           "on, off, or the material of the world to make it of (default: as the world says, else "
-           "on where the printer's front end makes none)")
+    app.add_option("--support", o.support,
+                   "on, off, or the world's material to make it of (default: as the world says, "
+                   "else on if the printer's front end makes none)")
         ->type_name("CHOICE");
     app.add_option("--seed", raw.seed, "seed of the dither")->type_name("N");
     app.add_option("--preview", raw.previews,
@@ -133,20 +132,20 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("PICTURE");
     app.add_option("--png", raw.png, "rgba or indexed")->check(CLI::IsMember({"rgba", "indexed"}));
     app.add_option("--grey-material", o.grey_material,
-                   "the one of the grey pictures of the formats grey and tiff (default: the "
-                   "first of the world)")
+                   "the material in the grey pictures of the formats grey and tiff (default: the "
+                   "world's first)")
         ->type_name("NAME");
     app.add_flag("--flip-x", o.flip_x, "mirror slices, for front ends that mirror them back");
     app.add_option("--memory", raw.memory,
-                   "memory budget of the whole process (default: 1.5GB, or what "
-                   "the print needs at least, up to half of what is free)")
+                   "memory budget of the whole process (default: 1.5GB, or the print's minimum, up "
+                   "to half of the free memory)")
         ->type_name("SIZE");
     app.add_option("--threads", o.threads, "worker threads (default: all cores)")->type_name("N");
     app.add_option("--fractions", o.fractions_file,
                    "an .npy file for the materials' fractions in each voxel, before the dither")
         ->type_name("FILE");
     app.add_option("--sampling", raw.sampling,
-                   "what these are at a coarser pitch than the printer's: volume (means over its "
+                   "meaning of these at a coarser pitch than the printer's: volume (means over its "
                    "voxels; the default) or centre (of a voxel's centre alone)")
         ->check(CLI::IsMember({"volume", "centre"}));
     app.add_option("--fractions-supersample", o.fractions_supersample,
@@ -154,7 +153,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
                    "of each voxel")
         ->type_name("N");
     app.add_option("--probe", raw.probe,
-                   "print nothing but the materials' fractions in the voxel at this point, in mm, "
+                   "print only the materials' fractions in the voxel at this point, in mm, "
                    "before the dither, as JSON")
         ->type_name("X,Y,Z");
     app.add_option("--stats", o.stats_file, "write statistics of the print to this file, as JSON")

@@ -143,7 +143,7 @@ void add_cell(CLI::App& app, Action* action) {
 
 void add_part(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "part", "whether what is built holds: displacements, stresses, safety, weakest places");
+        "part", "strength of what is built: displacements, stresses, safety, weakest places");
     auto o = std::make_shared<PartCommandOptions>();
     auto texts = std::make_shared<Texts>();
     command->add_option("WORLD", o->common.input, "a world (.fab.json) with `cases`")->required();

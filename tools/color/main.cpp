@@ -211,7 +211,7 @@ Result<void> run(Result<void> (*command)(const Arguments&), const Arguments& a) 
 }
 
 void add_chart(CLI::App& app, Action* action) {
-    CLI::App* c = app.add_subcommand("chart", "make a world whose print is to be measured");
+    CLI::App* c = app.add_subcommand("chart", "make the world of a chart to print and measure");
     auto a = std::make_shared<Arguments>();
     c->add_option("-o,--output", a->output, "a folder")->required();
     c->add_option("--table", a->table,
@@ -222,7 +222,7 @@ void add_chart(CLI::App& app, Action* action) {
 
 void add_simulate(CLI::App& app, Action* action) {
     CLI::App* c = app.add_subcommand(
-        "simulate", "say what a chart of inks would measure, from absorption and scattering");
+        "simulate", "predict the measurements of a chart of inks, from absorption and scattering");
     auto a = std::make_shared<Arguments>();
     c->add_option("INKS", a->first, "a .csv of the inks' coefficients in 1/mm")->required();
     c->add_option("CHART", a->second, "the chart.txt of a chart of inks")->required();
@@ -232,7 +232,7 @@ void add_simulate(CLI::App& app, Action* action) {
 }
 
 void add_read(CLI::App& app, Action* action) {
-    CLI::App* c = app.add_subcommand("read", "read a chart of inks off its photograph");
+    CLI::App* c = app.add_subcommand("read", "read a chart of inks from a photograph");
     auto a = std::make_shared<Arguments>();
     c->add_option("PHOTOGRAPH", a->first, "a picture, by its own profile or else sRGB")->required();
     c->add_option("CHART", a->second, "the chart.txt of the chart")->required();
@@ -246,7 +246,8 @@ void add_read(CLI::App& app, Action* action) {
 }
 
 void add_profile(CLI::App& app, Action* action) {
-    CLI::App* c = app.add_subcommand("profile", "make an ICC profile of a measured chart of inks");
+    CLI::App* c =
+        app.add_subcommand("profile", "make an ICC profile from a measured chart of inks");
     auto a = std::make_shared<Arguments>();
     c->add_option("MEASURED", a->first,
                   "a table, CGATS (.ti3) or CSV: CMYK_C ... in percent, and LAB_L ... or XYZ_X ...")
@@ -277,7 +278,7 @@ void add_bake(CLI::App& app, Action* action) {
 
 void add_proof(CLI::App& app, Action* action) {
     CLI::App* c = app.add_subcommand(
-        "proof", "show a picture as its print will look, or a print as its own voxels are");
+        "proof", "show a picture as its print will look, or a print from its own voxels");
     auto a = std::make_shared<Arguments>();
     c->add_option("PICTURE", a->first,
                   "a picture, by its own profile or else sRGB; or a print, an .ofr file")
@@ -298,8 +299,7 @@ void add_proof(CLI::App& app, Action* action) {
 }
 
 void add_check(CLI::App& app, Action* action) {
-    CLI::App* c =
-        app.add_subcommand("check", "compare what a chart's print is made of with what was asked");
+    CLI::App* c = app.add_subcommand("check", "compare a chart's print with the requested colours");
     auto a = std::make_shared<Arguments>();
     c->add_option("PRINT", a->first, "the .ofr file of the chart")->required();
     c->add_option("CHART", a->second, "its chart.txt")->required();

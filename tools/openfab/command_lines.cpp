@@ -40,26 +40,24 @@ void add_new(CLI::App& app, Action* action) {
 
 void add_import(CLI::App& app, Action* action) {
     CLI::App* command =
-        app.add_subcommand("import", "make a world of a mesh, its colours and its pictures");
+        app.add_subcommand("import", "make a world from a mesh, its colours and its pictures");
     auto a = std::make_shared<ImportArguments>();
     command->add_option("FILE", a->file, "a mesh: " + mesh::mesh_formats() + "; or .step")
         ->required();
     command->add_option("-o,--output", a->folder, "the folder to make");
-    command->add_flag(
-        "--list", a->list,
-        "make nothing: show the file's bodies, unit, materials and pictures, and what "
-        "would be left out");
+    command->add_flag("--list", a->list,
+                      "make nothing: show the file's bodies, unit, materials and pictures, and "
+                      "what would be omitted");
     command->add_flag("--json", a->json, "with --list: as JSON");
-    command->add_option(
-        "--fablet", a->import.fablet,
-        "solid, mixed, textured, mapped, painted, graded, shell, lattice, infill or relief, of all "
-        "bodies; else what fits each");
+    command->add_option("--fablet", a->import.fablet,
+                        "solid, mixed, textured, mapped, painted, graded, shell, lattice, infill "
+                        "or relief, for all bodies; default: whatever fits each");
     command->add_flag("--one-material", a->import.one_material, "all bodies of one material");
     command->add_option("--picture", a->import.picture,
                         "an image for textured, mapped or relief, instead of the mesh's own");
     command->add_option("--profile", a->import.profile,
-                        "a table of inks of `openfab color bake`, by which textured, mapped and "
-                        "painted mix colours; else a formula");
+                        "a table of inks from `openfab color bake`, with which textured, mapped "
+                        "and painted mix colours; default: a formula");
     command
         ->add_option("--mapping", a->import.mapping,
                      "how a picture lies on the mesh: uv, by its texture coordinates; planar, from "
@@ -70,10 +68,10 @@ void add_import(CLI::App& app, Action* action) {
                      "planar from the front (-y), right, back, left, top or bottom; else the "
                      "largest")
         ->check(CLI::IsMember({"front", "right", "back", "left", "top", "bottom"}));
-    command->add_option("--picture-size", a->picture_size,
-                        "of a mapped picture, which then repeats, as 20mm; else as large as the "
-                        "mesh");
-    command->add_option("--size", a->size, "of its longest side, as 60mm; else as it is");
+    command->add_option(
+        "--picture-size", a->picture_size,
+        "of a mapped picture, which then repeats, such as 20mm; default: as large as the mesh");
+    command->add_option("--size", a->size, "of its longest side, such as 60mm; default: as it is");
     command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
         ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
     command->add_option("--up", a->up, "the axis of the file that points up: z, or y")
@@ -81,11 +79,11 @@ void add_import(CLI::App& app, Action* action) {
     command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")
         ->check(CLI::IsMember({"winding"}));
     command->add_flag("--recentre", a->recentre,
-                      "move what lies far out to the origin, where numbers are fine");
+                      "move distant parts to the origin, where numbers are precise");
     command->add_option("--tolerance", a->tolerance,
-                        "of a STEP file: how far triangles may be from its surfaces, as 0.01mm; "
-                        "else a quarter of the printer's voxel");
-    command->add_option("--printer", a->import.printer, "generic unless told");
+                        "of a STEP file: how far triangles may be from its surfaces, such as "
+                        "0.01mm; default: a quarter of the printer's voxel");
+    command->add_option("--printer", a->import.printer, "default: generic");
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_import(*a); }; });
 }
@@ -163,18 +161,18 @@ void add_export(CLI::App& app, Action* action) {
                      "of a world that becomes images: their voxels (default: 256 along it)")
         ->type_name("LENGTH");
     command->add_flag("--composite", options->composite,
-                      "of a world: mixtures as the volumetric extension has them, which lib3mf 2.5 "
+                      "of a world: mixtures as in the volumetric extension, which lib3mf 2.5 "
                       "does not read");
     command->add_flag("--allow-programs", options->programs,
-                      "of a world that becomes images: run the programs that it names: never those "
-                      "of a stranger");
+                      "of a world that becomes images: run the programs that it names; never use "
+                      "it for a stranger's world");
     add_copy_options(command, options.get(), {"vdb"});
     command->callback([options, action] { *action = [options] { return run_export(*options); }; });
 }
 
 void add_merge(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand(
-        "merge", "write the parts of one print, made with --slices, as one run would have");
+    CLI::App* command =
+        app.add_subcommand("merge", "join the parts of one print, made with --slices");
     auto options = std::make_shared<MergeOptions>();
     command->add_option("FILES", options->files, "complete .ofr files, in any order")->required();
     command->add_option("-o,--output", options->output.print.output,
@@ -185,8 +183,7 @@ void add_merge(CLI::App& app, Action* action) {
 
 void add_printers(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "printers",
-        "list the printers that are known, or show one with the sources of its figures");
+        "printers", "list known printers, or show one with the sources of its figures");
     auto name = std::make_shared<std::string>();
     auto json = std::make_shared<bool>(false);
     command->add_option("NAME", *name, "a printer, or a .printer.json file");
@@ -197,7 +194,7 @@ void add_printers(CLI::App& app, Action* action) {
 
 void add_property(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "property", "make an OpenFL module of a table of mixtures with a measured property");
+        "property", "make an OpenFL module from a table of mixtures with a measured property");
     auto table = std::make_shared<std::string>(), output = std::make_shared<std::string>();
     command->add_option("TABLE", *table, "a .json file, see docs/how-to/fields.md")->required();
     command->add_option("-o,--output", *output, "the .fl file (default: standard output)");
@@ -208,20 +205,20 @@ void add_property(CLI::App& app, Action* action) {
 
 void add_split(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "split", "cut what is larger than a machine into pieces, and put them on trays");
+        "split", "cut objects larger than a machine into pieces, and put them on trays");
     auto a = std::make_shared<SplitArguments>();
     command->add_option("WORLD", a->world, "a world (.fab.json)")->required();
     command
-        ->add_option("--fit", a->fit,
-                     "a printer (`openfab print --help` names them), or a size as "
-                     "490x390x200mm")
+        ->add_option(
+            "--fit", a->fit,
+            "a printer (`openfab print --help` names them), or a size such as 490x390x200mm")
         ->required()
         ->type_name("MACHINE");
     command
-        ->add_option(
-            "-o,--output", a->output,
-            "the world to write, beside the other: NAME.fab.json; NAME-2.fab.json, ... are "
-            "more trays, NAME.cuts.json has the cuts")
+        ->add_option("-o,--output", a->output,
+                     "the world to write, in the folder of the other: NAME.fab.json; "
+                     "NAME-2.fab.json, ... are "
+                     "more trays, NAME.cuts.json has the cuts")
         ->required();
     command->add_option("--object", a->object, "cut this one alone (default: all that do not fit)");
     command->add_option("--peg", a->peg, "diameter of dowels, 0mm for none (default: 6mm)");
@@ -233,8 +230,8 @@ void add_split(CLI::App& app, Action* action) {
                         "height of the names in cut faces, 0mm for none (default: 6mm)");
     command->add_option("--gap", a->gap, "between pieces on a tray (default: 5mm)");
     command->add_option("--seam", a->seam,
-                        "an attribute of the mesh's corners: 0 where seams should be, 1 where they "
-                        "are as bad as usual, more where they are worse");
+                        "an attribute of the mesh's corners: 0 where seams should be, 1 for "
+                        "normal, more where they are worse");
     command
         ->add_option("--look", a->look,
                      "a print of the uncut world (.ofr, a draft will do): seams go where its "
@@ -242,7 +239,7 @@ void add_split(CLI::App& app, Action* action) {
         ->type_name("PRINT");
     command
         ->add_option("--stress", a->stress,
-                     "a volume, as `openfab mechanics part -o` writes (FILE, or FILE:ARRAY): "
+                     "a volume, such as from `openfab mechanics part -o` (FILE, or FILE:ARRAY): "
                      "sections go where it is small")
         ->type_name("VOLUME");
     command
@@ -255,7 +252,7 @@ void add_split(CLI::App& app, Action* action) {
 
 void add_arrange(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "arrange", "put all that a world builds on the trays of a machine, one world for each");
+        "arrange", "put everything that a world builds on a machine's trays, one world per tray");
     auto a = std::make_shared<ArrangeArguments>();
     command
         ->add_option("WORLD", a->worlds,
@@ -263,18 +260,19 @@ void add_arrange(CLI::App& app, Action* action) {
         ->required();
     command
         ->add_option("--fit", a->fit,
-                     "a printer, or a size as 490x390x200mm (default: the world's printer)")
+                     "a printer, or a size such as 490x390x200mm (default: the world's printer)")
         ->type_name("MACHINE");
     command
-        ->add_option("-o,--output", a->output,
-                     "the world to write, beside the other: NAME.fab.json; NAME-2.fab.json, ... "
-                     "are more trays")
+        ->add_option(
+            "-o,--output", a->output,
+            "the world to write, in the folder of the other: NAME.fab.json; NAME-2.fab.json, ... "
+            "are more trays")
         ->required();
     command->add_option("--gap", a->gap, "between things on a tray (default: 5mm)");
     command
         ->add_option("--turn", a->turn,
                      "how things may be turned: none, upright (about z, the default), or all (on "
-                     "their sides where they fit no other way)")
+                     "their sides if they fit no other way)")
         ->type_name("CHOICE");
     command
         ->add_option("--allow", a->allow,
@@ -287,28 +285,28 @@ void add_arrange(CLI::App& app, Action* action) {
 void add_check(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
         "check",
-        "find thin walls, narrow gaps, loose islands, what is trapped, what must not touch");
+        "find thin walls, narrow gaps, loose islands, trapped volumes, forbidden contacts");
     auto a = std::make_shared<CheckArguments>();
     command->add_option("FILE", a->file, "a world (.fab.json), or a print (.ofr)")->required();
-    command->add_option("--printer", a->printer, "whose profile has the limits, under `checks`")
+    command->add_option("--printer", a->printer, "with the limits in its profile, under `checks`")
         ->type_name("NAME");
     command->add_option("--process", a->process, "items that replace those of the profile")
         ->type_name("FILE");
     command->add_option("-o,--picture", a->picture, "a PNG that shows the places");
     command->add_option("--report", a->report, "a JSON file with all of them");
-    command->add_option("--wall", a->wall, "walls and wires that are thinner, as 0.4mm");
-    command->add_option("--gap", a->gap, "gaps that are narrower");
+    command->add_option("--wall", a->wall, "thinner walls and wires, such as 0.4mm");
+    command->add_option("--gap", a->gap, "narrower gaps");
     command->add_option("--hole", a->hole, "holes of a smaller diameter");
-    command->add_option("--island", a->island, "loose islands that are smaller, as 0.5mm3");
+    command->add_option("--island", a->island, "smaller loose islands, such as 0.5mm3");
     command->add_option("--trapped", a->trapped, "void and support that cannot get out, if larger");
-    command->add_option("--apart", a->apart, "two materials that must not touch, as water,salt")
+    command
+        ->add_option("--apart", a->apart, "two materials that must not touch, such as water,salt")
         ->allow_extra_args(false);
-    command->add_option("--draft", a->draft, "check at so many times the pitch")
+    command->add_option("--draft", a->draft, "check at this multiple of the pitch")
         ->check(CLI::Range(1, 64));
     command
-        ->add_option(
-            "--parts", a->parts,
-            "look at the N x N x N parts of each voxel (default: 3, or what memory allows)")
+        ->add_option("--parts", a->parts,
+                     "look at the N x N x N parts of each voxel (default: 3, or as memory allows)")
         ->check(CLI::Range(1, 8));
     command->add_option("--threads", a->threads, "of the print (default: all cores)")
         ->check(CLI::Range(1, 1024));
@@ -324,14 +322,14 @@ void add_check(CLI::App& app, Action* action) {
 
 void add_compensate(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "compensate", "make a displacement field of what was meant and what was measured");
+        "compensate", "make a displacement field from the intended and the measured shape");
     auto a = std::make_shared<CompensateArguments>();
     command
-        ->add_option("NOMINAL", a->nominal,
-                     "the mesh as meant, or a .csv of points: x,y,z where each should be and where "
-                     "it was found, mm")
+        ->add_option(
+            "NOMINAL", a->nominal,
+            "the intended mesh, or a .csv of points: intended and measured x,y,z of each, in mm")
         ->required();
-    command->add_option("MEASURED", a->measured, "the mesh as measured, in the same place");
+    command->add_option("MEASURED", a->measured, "the measured mesh, in the same place");
     command
         ->add_option("-o,--output", a->output, "NAME.json for `field` of a process, and NAME.npy")
         ->required();
@@ -344,13 +342,12 @@ void add_compensate(CLI::App& app, Action* action) {
 
 void add_view(CLI::App& app, Action* action) {
     CLI::App* command = app.add_subcommand(
-        "view", "show a print, also an unfinished one, a world or a mesh in a page for a browser");
+        "view", "show a print (even an unfinished one), a world or a mesh in a browser");
     auto a = std::make_shared<ViewArguments>();
     viewer::ViewOptions& view = a->view;
-    command->add_option(
-        "FILE", view.file,
-        "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which is "
-        "imported for the time");
+    command->add_option("FILE", view.file,
+                        "an .ofr file, a folder of slices, a world (.fab.json), or a mesh, which "
+                        "is imported temporarily");
     command
         ->add_option(
             "--new", a->new_folder,
@@ -362,13 +359,14 @@ void add_view(CLI::App& app, Action* action) {
         ->type_name("TEMPLATE");
     command->add_option("OTHER", view.compare, "a second print, to see the difference");
     command
-        ->add_option("--world", view.world,
-                     "the world that a print was made from, to see its parts and what the dither "
-                     "was given")
+        ->add_option(
+            "--world", view.world,
+            "the world that a print was made from, to see its parts and the dither's input")
         ->type_name("WORLD");
     command
-        ->add_option("--fablet", view.fablet,
-                     "where a mesh was printed alone, `--world MESH`: the `--fablet` of its print")
+        ->add_option(
+            "--fablet", view.fablet,
+            "for a mesh that was printed alone, `--world MESH`: the `--fablet` of its print")
         ->type_name("FABLET");
     command->add_flag("--watch", view.watch,
                       "print a world again whenever it changes, and let the page change it");
@@ -389,7 +387,7 @@ void add_view(CLI::App& app, Action* action) {
         ->add_option("--listen", view.address,
                      "the address to listen at (default: 127.0.0.1, this machine alone)")
         ->type_name("ADDRESS");
-    command->add_option("--port", view.port, "default: any that is free")
+    command->add_option("--port", view.port, "default: any free one")
         ->type_name("N")
         ->check(CLI::Range(0, 65535));
     add_memory_option(command, &a->memory);
@@ -398,20 +396,20 @@ void add_view(CLI::App& app, Action* action) {
 
 void add_receive(CLI::App& app, Action* action) {
     CLI::App* command =
-        app.add_subcommand("receive", "take a print that is streamed, as a printer would");
+        app.add_subcommand("receive", "receive a streamed print, as a printer would");
     auto a = std::make_shared<ReceiveArguments>();
     command->add_option("--listen", a->listen, "tcp://HOST:PORT, tls://HOST:PORT or unix:PATH")
         ->required();
     command->add_option("-o,--output", a->output, "an .ofr file, or a folder of PNGs")->required();
     command->add_option("--token-file", a->token_file,
-                        "a file whose first line senders must know (or OPENFAB_TOKEN); needed "
-                        "where other machines can connect");
+                        "a file whose first line senders must know (or OPENFAB_TOKEN); needed if "
+                        "other machines can connect");
     command->add_option("--tls-cert", a->tls_certificate,
                         "of tls://: a PEM file with this machine's certificate and its chain");
     command->add_option("--tls-key", a->tls_key, "of tls://: a PEM file with its key");
     command->add_option("--layer-time", a->layer_time,
-                        "use up a slice this often, as 10s, and tell when one was late");
-    command->add_option("--buffer", a->buffer, "slices that wait for the layer time (default: 20)")
+                        "consume a slice this often, such as 10s, and report late ones");
+    command->add_option("--buffer", a->buffer, "slices to buffer for the layer time (default: 20)")
         ->check(CLI::Range(1, 1000));
     add_memory_option(command, &a->memory);
     command->callback([a, action] { *action = [a] { return run_receive(*a); }; });

@@ -16,7 +16,7 @@ struct MachineTray {
     std::string printer;  ///< the profile's name; empty where a size was given
 };
 
-/// Reads `--fit`: a printer, or a size as 490x390x200mm.
+/// Reads `--fit`: a printer, or a size such as 490x390x200mm.
 Result<MachineTray> machine_tray(const std::string& fit);
 
 /// Reads a length of an option, which may be 0.

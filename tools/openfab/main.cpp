@@ -22,18 +22,18 @@ namespace {
 constexpr const char* kFooter = R"(Examples:
   openfab print card.fab.json -o slices        compile the world's fablets and print
   openfab print --help                         all options of a print
-  openfab import robot.obj -o robot            a world of a mesh with its pictures
+  openfab import robot.obj -o robot            a world from a mesh with its pictures
   openfab new soft_toy                         a folder with a fablet and a world
   openfab text Ada -o name.obj --size 8mm      a mesh of a name
   openfab info card.ofr                        size, materials, amounts
   openfab verify card.ofr                      check every slice
   openfab export card.ofr -o slices            an .ofr as a folder of PNGs
-  openfab merge low.ofr high.ofr -o card.ofr   what `--slices` split
-  openfab printers j850                        what a printer takes, and how we know
+  openfab merge low.ofr high.ofr -o card.ofr   parts made with `--slices`
+  openfab printers j850                        what a printer takes, with sources
   openfab property modulus.json -o modulus.fl  measured mixtures as a module
   openfab split bear.fab.json --fit j750 -o pieces.fab.json
   openfab arrange zoo.fab.json --fit j750 -o trays.fab.json
-  openfab check card.fab.json -o faults.png    what the machine will not print well
+  openfab check card.fab.json -o faults.png    details that the machine will not print well
   openfab compensate bear.obj scan.stl -o bear.field.json
   openfab view card.ofr                        slices, cuts and a volume in a browser
   openfab render card.ofr -o card.png          how it will look
@@ -52,16 +52,15 @@ struct HelperCommand {
 };
 constexpr HelperCommand kHelperCommands[] = {
     {"render", "show how a print will look: light traced through its voxels", "openfab-render"},
-    {"profile", "say where the time of a print goes, and what bounds each stage", "openfab-tuner",
+    {"profile", "show where the time of a print goes, and what limits each stage", "openfab-tuner",
      true},
     {"tune", "search the schedule that prints a world fastest on this machine", "openfab-tuner",
      true},
-    {"mechanics", "say how stiff it is and whether it will hold: cells, parts",
-     "openfab-mechanics"},
-    {"text", "make a mesh or a picture of a text", "openfab-text"},
+    {"mechanics", "compute stiffness and strength: cells, parts", "openfab-mechanics"},
+    {"text", "make a mesh or a picture from a text", "openfab-text"},
     {"color", "print colours as a measured printer makes them: charts, ICC profiles",
      "openfab-color"},
-    {"texture", "convert an image for prints, which call this themselves", "openfab-texture"},
+    {"texture", "convert an image for prints (they call this themselves)", "openfab-texture"},
 };
 
 int tool_main(int argc, char** argv) {

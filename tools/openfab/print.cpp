@@ -211,14 +211,13 @@ Result<void> print_world(std::vector<std::string> arguments) {
         program::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print");
     if (!options) return options.error();
     if (options->help) {
-        show(
-            fmt::format("{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n"
-                        "--schedule FILE.sched, or a folder of such files, and --param NAME=NUMBER "
-                        "are for the\ncompilation of its kernels (repeatable). --check looks for "
-                        "what the machine will not print\nwell, as `openfab check` does, and "
-                        "prints nothing where it finds something;\n--check-picture FILE.png shows "
-                        "it.\n",
-                        options->text, stock_fablet_names()));
+        show(fmt::format(
+            "{}\n--fablet FILE.fl names the fablet for a mesh; or one of {}.\n"
+            "--schedule FILE.sched, or a folder of such files, and --param NAME=NUMBER "
+            "are for the\ncompilation of its kernels (repeatable). --check looks for "
+            "details that the machine will not print\nwell, as `openfab check` does, and prints "
+            "nothing if it finds anything;\n--check-picture FILE.png shows the places.\n",
+            options->text, stock_fablet_names()));
         return {};
     }
     Result<Sources> sources = sources_of(*options, compilation->fablet);

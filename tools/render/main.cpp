@@ -77,7 +77,7 @@ void declare(CLI::App* app, RenderOptions* o, Texts* texts) {
         ->required()
         ->type_name("FILE");
     app->add_option("--size", texts->size, "of the picture (default: 800x600)")->type_name("WxH");
-    app->add_option("--samples", o->film.samples, "paths a pixel (default: 64)")
+    app->add_option("--samples", o->film.samples, "paths per pixel (default: 64)")
         ->type_name("N")
         ->check(CLI::Range(1, 1'000'000));
     app->add_option("--time", texts->time, "end after this time, with fewer samples")
@@ -85,21 +85,21 @@ void declare(CLI::App* app, RenderOptions* o, Texts* texts) {
     app->add_option("--view", o->scene.view,
                     "front, from above; back, from below; model:TURN:TILT, at an angle (default: "
                     "model:30:30)");
-    app->add_option("--zoom", o->scene.zoom, "enlarge what is in the middle (default: 1)")
+    app->add_option("--zoom", o->scene.zoom, "enlarge the middle (default: 1)")
         ->check(CLI::Range(0.01, 1000.0));
     app->add_option("--light", o->scene.light,
                     "studio; behind; dome, from everywhere; or one lamp at TURN:TILT, degrees from "
                     "the camera to its left and above it (default: studio)");
     app->add_option("--backdrop", o->scene.backdrop,
-                    "colour of what the print lies on, or none (default: #c8c8c8)")
+                    "colour of the ground, or none (default: #c8c8c8)")
         ->type_name("COLOUR");
-    app->add_option("--exposure", o->exposure_stops, "brighten by so many stops (default: 0)")
+    app->add_option("--exposure", o->exposure_stops, "brighten by this many stops (default: 0)")
         ->type_name("STOPS")
         ->check(CLI::Range(-30.0, 30.0));
     app->add_option("--optics", o->optics, "a file of materials' optical properties")
         ->type_name("FILE");
     app->add_option("--roughness", o->roughness,
-                    "of the surface, 0 to 1; else what the optical properties say")
+                    "of the surface, 0 to 1; default: from the optical properties")
         ->check(CLI::Range(0.0, 1.0));
     app->add_option("--draft", o->draft, "of a world: multiply the pitch by N (default: 1)")
         ->type_name("N")

@@ -78,7 +78,7 @@ int text_main(int argc, char** argv) {
     prepare_streams();
     clean_up_on_signals();
     Arguments a;
-    CLI::App app("Makes a mesh or a picture of a text.", "openfab text");
+    CLI::App app("Makes a mesh or a picture from a text.", "openfab text");
     app.add_option("WORDS", a.words, "the text; newlines end its lines")->required();
     app.add_option("-o,--output", a.output,
                    "an .obj mesh, in mm, standing on z = 0; or a .png picture, white on black")
@@ -86,10 +86,10 @@ int text_main(int argc, char** argv) {
     app.add_option("--size", a.size, "height of a capital letter (default: 10mm)")
         ->type_name("LENGTH");
     app.add_option("--depth", a.depth, "of the mesh (default: 2mm)")->type_name("LENGTH");
-    app.add_option(
-        "--font", a.font,
-        "a font's file, or its name, as \"DejaVu Serif:bold\" (default: sans-serif); of a variable "
-        "font's file also settings: a.ttf:wght=700");
+    app.add_option("--font", a.font,
+                   "a font's file, or its name, such as \"DejaVu Serif:bold\" (default: "
+                   "sans-serif); of a variable "
+                   "font's file also settings: a.ttf:wght=700");
     app.add_option("--align", a.align, "of lines: left, center or right (default: center)")
         ->check(CLI::IsMember({"left", "center", "right"}));
     app.add_option("--dpi", a.dpi, "of the picture (default: 600)")

@@ -83,10 +83,10 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_option("--spacing", spacing, "the size of a volume's texels in mm, X,Y,Z")
         ->delimiter(',')
         ->expected(3);
-    app.add_option("--field", volume.field, "the array, grid or series that is read of several");
-    app.add_option("--unit", volume.unit, "of a volume's lengths (default: what it says, else mm)")
+    app.add_option("--field", volume.field, "which of several arrays, grids or series is read");
+    app.add_option("--unit", volume.unit, "of a volume's lengths (default: the file's, else mm)")
         ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
-    app.add_option("--pitch", pitch, "of texels of a volume that is resampled, such as 0.5mm");
+    app.add_option("--pitch", pitch, "of the texels of a resampled volume, such as 0.5mm");
     app.add_option("--outside", volume.outside, "the value where a volume's file has none");
     app.add_option("--time", volume.time,
                    "which step of an .xdmf file is read (default: the first)");

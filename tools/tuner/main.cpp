@@ -62,13 +62,12 @@ Result<double> seconds_of(const char* option, const std::string& text, double le
 }
 
 void add_profile(CLI::App& app, Action* action) {
-    CLI::App* command = app.add_subcommand("profile", "say where the time of a print goes");
+    CLI::App* command = app.add_subcommand("profile", "show where the time of a print goes");
     auto options = std::make_shared<ProfileOptions>();
     auto time = std::make_shared<std::string>("10s");
     command
         ->add_option("--time", *time,
-                     "about how long to print: as many slabs of it as that is enough for "
-                     "(default: 10s)")
+                     "approximate time to print: as many slabs as fit into it (default: 10s)")
         ->type_name("TIME");
     command->add_flag("--whole", options->whole, "the whole print, however long it takes");
     command->add_option("--json", options->json_file, "write the figures to this file, too")
@@ -97,21 +96,21 @@ void add_tune(CLI::App& app, Action* action) {
     auto budget = std::make_shared<std::string>("5m");
     command
         ->add_option("-o,--output", options->output,
-                     "the schedule to write, FILE.sched; one that is there is tried, too")
+                     "the schedule to write, FILE.sched; an existing one is tried, too")
         ->type_name("FILE");
     command
-        ->add_option("--budget", *budget,
-                     "how long to search and verify (default: 5m); setting the print up comes "
-                     "on top")
+        ->add_option(
+            "--budget", *budget,
+            "how long to search and verify (default: 5m); setting up the print comes on top")
         ->type_name("TIME");
     command
         ->add_option("--journal", options->journal,
-                     "what was tried, to continue from (default: FILE.sched.journal)")
+                     "record of attempts, to continue from (default: FILE.sched.journal)")
         ->type_name("FILE");
     add_schedule_options(command, &options->schedules);
     take_print_options(
         command, "openfab tune",
-        "  openfab tune card.fab.json -o card.sched        for five minutes; again, to go on\n"
+        "  openfab tune card.fab.json -o card.sched        for five minutes; again to continue\n"
         "  openfab tune card.fab.json -o card.sched --budget 1h --draft 2\n"
         "  openfab print card.fab.json -o card.ofr --schedule card.sched   uses it\n");
     command->callback([options, budget, command, action] {
