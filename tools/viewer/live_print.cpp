@@ -14,13 +14,15 @@
 #include "base/json.h"
 #include "base/talking_program.h"
 #include "tools/viewer/live.h"
-#include "tools/viewer/messages.h"
 #include "tools/viewer/print_file.h"
 #include "tools/viewer/words.h"
 
 namespace openfab::viewer {
 
 namespace {
+
+/// How a print begins what it says of a `--set`.
+constexpr const char* kSetFailed = "error: --set {}: ";
 
 namespace fs = std::filesystem;
 
@@ -199,12 +201,12 @@ std::string Live::take_troubles(const std::string& message) {
         from = to + 1;
         const auto of =
             std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
-                return line.starts_with(fmt::format(messages::kSetFailed, one.setting()));
+                return line.starts_with(fmt::format(kSetFailed, one.setting()));
             });
         if (of == overrides_.end()) {
             rest += std::string(line) + '\n';
         } else {
-            of->trouble = line.substr(fmt::format(messages::kSetFailed, of->setting()).size());
+            of->trouble = line.substr(fmt::format(kSetFailed, of->setting()).size());
         }
     }
     return rest;
