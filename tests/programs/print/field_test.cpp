@@ -55,7 +55,7 @@ TEST_F(MachineTools, AFieldThatShrinksIsUndoneAsAScaleIs) {
     const Outcome made =
         tool({"compensate", path("points.csv"), "-o", path("shrink.json"), "--cell", "2mm"});
     ASSERT_EQ(made.exit_code, 0) << made.err;
-    EXPECT_THAT(made.out, HasSubstr("216 places"));
+    EXPECT_THAT(made.out, testing::Says(tools::messages::kFieldMade, 216));
     scratch_.write("field.process.json", R"({"field": "shrink.json"})");
     scratch_.write("scale.process.json", fmt::format(R"({{"scale": {}}})", 1 / 0.96));
     const Voxels plain = print_voxels({});

@@ -22,6 +22,7 @@
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -110,7 +111,7 @@ class Resume : public ::testing::Test {
         if (!more) {
             const Outcome info = run({program("openfab"), "info", path(name)});
             EXPECT_EQ(info.exit_code, 0) << info.err;
-            EXPECT_THAT(info.out, HasSubstr(fmt::format("no: {} of ", whole)));
+            EXPECT_THAT(info.out, testing::Says(tools::messages::kSlicesWhole, whole));
         }
         return whole;
     }
@@ -194,9 +195,7 @@ TEST_F(Resume, SlicesThatAreNotWholeAreMadeAgain) {
     manifest.replace(manifest.find(whole), whole.size(), "\"complete\": false");
     scratch_.write("a/manifest.json", manifest);
     const Outcome told = run({program("openfab"), "info", path("a")});
-    EXPECT_THAT(told.out, HasSubstr(fmt::format("no: {} files of slices are there; printing with "
-                                                "`--resume` continues",
-                                                expected.size() - 2)));
+    EXPECT_THAT(told.out, testing::Says(tools::messages::kFolderIncomplete, expected.size() - 2));
     std::vector<std::string> again = arguments;
     again.push_back("--resume");
     // Files after a power failure: renamed but empty or full of zeros; and a part that was never

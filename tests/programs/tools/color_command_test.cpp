@@ -169,7 +169,7 @@ TEST(ColorCommand, RefusesWhatItCannotUse) {
     EXPECT_THAT(small.err, testing::Says(color::messages::kPatchesTooSmall, "*", "*", "4"));
     const Outcome again = openfab(folder, {"color", "chart", "-o", "chart"});
     EXPECT_EQ(again.exit_code, 1);
-    EXPECT_THAT(again.err, HasSubstr("`chart/chart.fab.json` exists already"));
+    EXPECT_THAT(again.err, testing::Says(color::messages::kFolderExists, "chart/chart.fab.json"));
     const Outcome unknown =
         openfab(folder, {"color", "bake", "no.icc", "-o", "a", "--intent", "x"});
     EXPECT_EQ(unknown.exit_code, 2) << unknown.err;

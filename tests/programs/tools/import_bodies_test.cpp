@@ -133,7 +133,8 @@ TEST_F(ImportBodies, TouchingOnesKeepEachToItsOwnMaterial) {
                                           object(3, "right", 1, mesh_of(right)),
                                       "<item objectid=\"2\"/><item objectid=\"3\"/>"));
     EXPECT_THAT(import("two.3mf", "threemf"),
-                testing::Says(tools::messages::kSummaryFablets, "of 2 bodies ", "", "`solid`"));
+                testing::Says(tools::messages::kSummaryFablets,
+                              fmt::format(tools::messages::kOfBodies, 2), "", "`solid`"));
     EXPECT_THAT(world("threemf", "two"),
                 HasSubstr("\"left\": {\"file\": \"two.3mf\", \"body\": \"left\"}"));
     EXPECT_THAT(world("threemf", "two"), HasSubstr("\"PLA_2\": {\"key\": \"#0000ff\""));
@@ -174,7 +175,8 @@ TEST_F(ImportBodies, OnesInsideOthersWinWhateverTheOrder) {
     scratch_.write(
         "d.3mf",
         package(kMaterials + outer + object(3, "across", 1, mesh_of({15, 1, 1, 10})), both));
-    EXPECT_THAT(import("d.3mf", "d"), HasSubstr("`block` and `across` share volume"));
+    EXPECT_THAT(import("d.3mf", "d"),
+                testing::Says(tools::messages::kShareVolume, "*`block` and `across`"));
     EXPECT_EQ(counts(voxels("d", "d")).at(2), 8000);
 }
 
@@ -201,7 +203,7 @@ TEST_F(ImportBodies, NegativeVolumesCut) {
     const std::string resources = "<object id=\"2\" type=\"model\">" + mesh + "</object>";
     scratch_.write("n.3mf",
                    package(resources, "<item objectid=\"2\"/>", {config("NegativeVolume")}));
-    EXPECT_THAT(import("n.3mf", "n"), HasSubstr("`hole` cut others"));
+    EXPECT_THAT(import("n.3mf", "n"), testing::Says(tools::messages::kCutOthers, "`hole`"));
     EXPECT_EQ(counts(voxels("n", "n")), (Counts{{0, 1280}, {1, 6720}})) << "840 mm3";
     scratch_.write("m.3mf",
                    package(resources, "<item objectid=\"2\"/>", {config("ParameterModifier")}));

@@ -73,7 +73,8 @@ TEST_F(MachineCommands, APrintIsCheckedBeforeItIsMade) {
     const Outcome bad = openfab({"print", path("thin.fab.json"), "-o", path("a.ofr"), "--check",
                                  "--check-picture", path("a.png")});
     EXPECT_EQ(bad.exit_code, 1) << bad.err;
-    EXPECT_THAT(bad.err, HasSubstr("wall            0.199 mm (limit 0.35)"));
+    EXPECT_THAT(bad.err, testing::Says(tools::messages::kFindingLine, "wall*", "0.199", "mm",
+                                       " (limit 0.35)"));
     EXPECT_THAT(bad.err, testing::Says(tools::messages::kPlacesNotAllowed, "1", " that"));
     EXPECT_THAT(bad.err, testing::Says(tools::messages::kNothingPrintedAfterCheck));
     EXPECT_EQ(bad.out, "");
@@ -137,7 +138,9 @@ TEST_F(MachineCommands, ArrangeTakesAsManyTraysAsItNeeds) {
                 R"("pole": {"mesh": "pole", "fablet": "plain"})", R"({"object": "pole"})");
     const Outcome high = openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json")});
     EXPECT_EQ(high.exit_code, 1);
-    EXPECT_THAT(high.err, HasSubstr("object `pole` does not fit: it is 1 x 1 x 12 mm"));
+    EXPECT_THAT(high.err,
+                testing::Says(tools::messages::kDoesNotFit,
+                              fmt::format(tools::messages::kTheObject, "pole"), 1, 1, 12));
     EXPECT_THAT(high.err, testing::Says(tools::messages::kCutItOrTurnIt));
     EXPECT_EQ(openfab({"arrange", path("pole.fab.json"), "-o", path("u.fab.json"), "--turn", "all"})
                   .exit_code,

@@ -452,7 +452,7 @@ TEST_F(OpenfabImport, KeepsToItsMemory) {
                                      "textured", "--memory", "20MB"});
     EXPECT_EQ(picture.exit_code, 1) << picture.err;
     EXPECT_THAT(picture.err, testing::Says(tools::messages::kPictureOfLeftOut, "photo.ppm",
-                                           " of material `photo`"));
+                                           fmt::format(tools::messages::kOfMaterial, "photo")));
 }
 
 }  // namespace

@@ -115,7 +115,8 @@ TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
     EXPECT_THAT(read_file(path("base.sched")), HasSubstr("strip"));
     const Outcome bare = print({path("world.fab.json"), "-o", path("b.ofr"), "--schedule"});
     EXPECT_EQ(bare.exit_code, 2);
-    EXPECT_THAT(bare.err, testing::Says(tools::messages::kOptionNeeds, "--schedule", "a schedule"));
+    EXPECT_THAT(bare.err, testing::Says(tools::messages::kOptionNeeds, "--schedule",
+                                        tools::messages::kAScheduleOrFolder));
     const Outcome missing =
         print({path("world.fab.json"), "-o", path("b.ofr"), "--schedule", path("none.sched")});
     EXPECT_NE(missing.exit_code, 0);

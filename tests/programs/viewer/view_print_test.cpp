@@ -20,6 +20,8 @@
 #include "backends/raster/folder_sink.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
+#include "tools/viewer/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -270,7 +272,7 @@ TEST_F(ViewPrint, ADamagedSliceIsNamedAndTheOthersAreShown) {
         if (answer.status == 200) continue;
         ++damaged;
         EXPECT_EQ(answer.status, 422);
-        EXPECT_THAT(answer.body, HasSubstr(fmt::format("slice {}: its", z)));
+        EXPECT_THAT(answer.body, testing::Says(viewer::messages::kOfSlice, z, "its"));
         EXPECT_EQ(viewer.get(tile_path("axis=x&at=0&lu=0&lv=0&u=0&v=0")).status, 422);
     }
     EXPECT_EQ(damaged, 1);

@@ -18,6 +18,7 @@
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 #include "tools/viewer/messages.h"
 
 namespace openfab::testing {
@@ -104,7 +105,8 @@ TEST_F(ViewWorld, AValueOfThePageIsPrintedAndWrittenBackAndFilesAreWatched) {
     // A part is named; between the cubes there is none.
     const std::string pick =
         fmt::format("/api/pick?generation={}&print=0&y=5&z=5&x=", generation());
-    EXPECT_EQ(member(viewer.get(pick + "45").json(), "part").text, "cube, 2 of 2");
+    EXPECT_EQ(member(viewer.get(pick + "45").json(), "part").text,
+              fmt::format(viewer::messages::kPlacementOf, "cube", 2, 2));
     EXPECT_EQ(member(viewer.get(pick + "25").json(), "part").text, "");
     // What the dither was given is asked for apart.
     const auto amounts = [&](const std::string& x) {
@@ -162,7 +164,8 @@ TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {
     {
         const Viewer viewer({file, "--world", world(), "--set", "cube.share=0.125"}, cache());
         const JsonValue pick = viewer.get("/api/pick" + voxel).json();
-        EXPECT_EQ(member(pick, "part").text, "cube, 1 of 2");
+        EXPECT_EQ(member(pick, "part").text,
+                  fmt::format(viewer::messages::kPlacementOf, "cube", 1, 2));
         const JsonValue amounts = viewer.get("/api/amounts" + voxel).json();
         EXPECT_NEAR(member(amounts, "fractions").items.at(0).number, 0.125, 1e-5);
         EXPECT_NEAR(member(amounts, "fractions").items.at(1).number, 0.875, 1e-5);
@@ -226,7 +229,7 @@ TEST_F(ViewWorld, AMeshIsShownAsTheWorldThatAnImportMakesOfIt) {
     ASSERT_EQ(setenv("TMPDIR", kept.c_str(), 1), 0);
     {
         Viewer viewer({(scratch_ / "two.obj").string(), "--draft", "1"}, cache());
-        viewer.says("note: this world goes with the viewer");
+        viewer.says(tools::messages::kWorldOfViewer);
         const JsonValue state = viewer.wait_for([](const JsonValue& s) { return has_done(s, 1); });
         const JsonValue& materials = member(member(state, "prints").items.at(0), "materials");
         ASSERT_EQ(materials.items.size(), 2u);

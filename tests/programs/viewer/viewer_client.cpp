@@ -14,6 +14,7 @@
 
 #include "base/text.h"
 #include "tests/support/places/places.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 
@@ -122,7 +123,7 @@ Viewer::~Viewer() {
     if (said_.empty()) {
         EXPECT_EQ(outcome_.err, "");
     } else {
-        EXPECT_NE(outcome_.err.find(said_), std::string::npos) << outcome_.err;
+        EXPECT_THAT(outcome_.err, testing::Says(said_));
     }
 }
 

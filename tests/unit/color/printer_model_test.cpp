@@ -91,7 +91,7 @@ TEST(PrinterModel, SaysWhatATableLacks) {
     SampleTable no_yellow = table;
     std::erase_if(no_yellow.samples, [](const Sample& s) { return s.inks[2] == 1; });
     EXPECT_THAT(PrinterModel::fit(no_yellow).error().text(),
-                testing::Says(messages::kNoPatchOf, "pure yellow"));
+                testing::Says(messages::kNoPatchOf, messages::kPureYellow));
     SampleTable dark = table;
     for (Sample& s : dark.samples)
         s.lab.l /= 100;

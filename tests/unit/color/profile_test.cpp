@@ -298,16 +298,19 @@ TEST(ForeignProfiles, AreRefusedWithWhatTheyAre) {
         const Result<PrinterProfile> parsed = PrinterProfile::parse(saved(profile));
         return parsed ? std::string("it was taken") : parsed.error().text();
     };
-    EXPECT_THAT(message(cmsCreate_sRGBProfile()), HasSubstr("it is a profile of a display"));
-    EXPECT_THAT(message(cmsCreateLab4Profile(nullptr)), HasSubstr("it is an abstract profile"));
+    EXPECT_THAT(message(cmsCreate_sRGBProfile()),
+                testing::Says(messages::kProfileIs, messages::kDisplayProfile));
+    EXPECT_THAT(message(cmsCreateLab4Profile(nullptr)),
+                testing::Says(messages::kProfileIs, messages::kAbstractProfile));
     EXPECT_THAT(message(cmsCreateInkLimitingDeviceLink(cmsSigCmykData, 200)),
-                HasSubstr("it is a link between two devices"));
-    EXPECT_THAT(message(cmsCreateLab2Profile(nullptr)), HasSubstr("it is an abstract profile"));
+                testing::Says(messages::kProfileIs, messages::kDeviceLink));
+    EXPECT_THAT(message(cmsCreateLab2Profile(nullptr)),
+                testing::Says(messages::kProfileIs, messages::kAbstractProfile));
     cmsHPROFILE named = cmsCreateProfilePlaceholder(nullptr);
     cmsSetDeviceClass(named, cmsSigNamedColorClass);
     cmsSetColorSpace(named, cmsSigCmykData);
     cmsSetPCS(named, cmsSigLabData);
-    EXPECT_THAT(message(named), HasSubstr("it is a list of named colours"));
+    EXPECT_THAT(message(named), testing::Says(messages::kProfileIs, messages::kNamedColours));
     cmsHPROFILE rgb = cmsCreateProfilePlaceholder(nullptr);
     cmsSetDeviceClass(rgb, cmsSigOutputClass);
     cmsSetColorSpace(rgb, cmsSigRgbData);

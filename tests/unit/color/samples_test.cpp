@@ -116,8 +116,9 @@ TEST(Samples, SaysWhatIsWrongAndWhere) {
         {"hello\nworld\n", messages::kNotATable},
         {"CMYK_C,CMYK_M,CMYK_Y,CMYK_K,LAB_L,LAB_A,LAB_B\n", messages::kNoPatches},
         {"CMYK_C,CMYK_M,CMYK_Y\n1,2,3\n",
-         "line 1: " + fmt::format(messages::kColumnMissing, "CMYK_K")},
-        {"LAB_L,LAB_A,LAB_B\n1,2,3\n", std::string("line 1: ") + messages::kNeitherInksNorColours},
+         fmt::format(messages::kLineOf, 1, fmt::format(messages::kColumnMissing, "CMYK_K"))},
+        {"LAB_L,LAB_A,LAB_B\n1,2,3\n",
+         fmt::format(messages::kLineOf, 1, messages::kNeitherInksNorColours)},
     };
     for (const Wrong& wrong : kWrong) {
         const Result<SampleTable> table = parse_samples(wrong.text);
@@ -125,14 +126,20 @@ TEST(Samples, SaysWhatIsWrongAndWhere) {
         EXPECT_THAT(table.error().text(), testing::Says(wrong.message));
     }
     const Wrong kRows[] = {
-        {"1,2,3,4,5,6\n", "line 2: " + fmt::format(messages::kValuesForColumns, 6, 7)},
-        {"1,2,3,4,5,6,7,8\n", "line 2: " + fmt::format(messages::kTooManyValues, 7, "{}")},
-        {"1,2,3,x,5,6,7\n", "line 2: " + fmt::format(messages::kValueNotANumber, "x", "CMYK_K")},
-        {"1,2,3,4,nan,6,7\n", "line 2: " + fmt::format(messages::kValueNotANumber, "nan", "LAB_L")},
+        {"1,2,3,4,5,6\n",
+         fmt::format(messages::kLineOf, 2, fmt::format(messages::kValuesForColumns, 6, 7))},
+        {"1,2,3,4,5,6,7,8\n",
+         fmt::format(messages::kLineOf, 2, fmt::format(messages::kTooManyValues, 7, "{}"))},
+        {"1,2,3,x,5,6,7\n",
+         fmt::format(messages::kLineOf, 2, fmt::format(messages::kValueNotANumber, "x", "CMYK_K"))},
+        {"1,2,3,4,nan,6,7\n", fmt::format(messages::kLineOf, 2,
+                                          fmt::format(messages::kValueNotANumber, "nan", "LAB_L"))},
         {"1,2,3,400,5,6,7\n",
-         "line 2: " + fmt::format(messages::kValueOutside, 400, "CMYK_K", "{}", "{}")},
-        {"50,50,50,0,5,6,7\n", "line 2: " + fmt::format(messages::kInksAddUp, 150.0)},
-        {"0,0,0,0,1e300,6,7\n", "line 2: "},
+         fmt::format(messages::kLineOf, 2,
+                     fmt::format(messages::kValueOutside, 400, "CMYK_K", "{}", "{}"))},
+        {"50,50,50,0,5,6,7\n",
+         fmt::format(messages::kLineOf, 2, fmt::format(messages::kInksAddUp, 150.0))},
+        {"0,0,0,0,1e300,6,7\n", fmt::format(messages::kLineOf, 2, "{}")},
     };
     for (const Wrong& wrong : kRows) {
         const Result<SampleTable> table = parse_samples(head + wrong.text);

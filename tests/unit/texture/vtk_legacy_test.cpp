@@ -171,23 +171,27 @@ TEST_F(VtkLegacyTest, SaysWhatIsWrong) {
     const std::string one = grid + "POINT_DATA 2\nSCALARS a float\nLOOKUP_TABLE t\n";
     EXPECT_EQ(with(one + "1 2"), "no error");
     EXPECT_EQ(with(grid + "POINT_DATA 2\nSCALARS a float\n1 2"), "no error") << "without a table";
-    EXPECT_EQ(with(one + "1"), std::string("line 8: ") + messages::kArrayCutShort);
+    EXPECT_EQ(with(one + "1"), fmt::format(messages::kAtLine, 8, messages::kArrayCutShort));
     EXPECT_EQ(with(one + "1 x"), fmt::format(messages::kNumberNotFinite, "x"));
-    EXPECT_EQ(with("TEXT\n"), "line 3: " + fmt::format(messages::kNeitherAsciiNorBinary, "TEXT"));
+    EXPECT_EQ(with("TEXT\n"), fmt::format(messages::kAtLine, 3,
+                                          fmt::format(messages::kNeitherAsciiNorBinary, "TEXT")));
     EXPECT_EQ(with("ASCII\n"), messages::kNoDataSet);
     EXPECT_EQ(with("ASCII\nDATASET POLYDATA\n"),
-              std::string("line 4: ") + messages::kIsASurface + "; " + messages::kIsASurfaceHelp);
+              fmt::format(messages::kAtLine, 4, messages::kIsASurface) + "; " +
+                  messages::kIsASurfaceHelp);
     EXPECT_EQ(with("ASCII\nDATASET FIELD\n"),
-              "line 4: " + fmt::format(messages::kDataSetNotRead, "FIELD"));
-    EXPECT_EQ(with(grid + "BLANKING 1\n"),
-              "line 6: " + fmt::format(messages::kUnknownKeyword, "blanking"));
+              fmt::format(messages::kAtLine, 4, fmt::format(messages::kDataSetNotRead, "FIELD")));
+    EXPECT_EQ(
+        with(grid + "BLANKING 1\n"),
+        fmt::format(messages::kAtLine, 6, fmt::format(messages::kUnknownKeyword, "blanking")));
     EXPECT_EQ(with(grid), messages::kNoField);
     EXPECT_EQ(with(grid + "POINT_DATA 3\nSCALARS a float\n1 2 3"),
               fmt::format(messages::kArrayCount, "a", 3, 2));
     EXPECT_EQ(with(one + "1 2\nSCALARS b float\nLOOKUP_TABLE t\n1 2\n"),
               std::string(messages::kSeveralFields) + "`a`, `b`" + messages::kSeveralFieldsHelp);
-    EXPECT_EQ(with(grid + "POINT_DATA 2\nSCALARS a variant\n1 2"),
-              "line 7: " + fmt::format(messages::kUnknownNumberType, "variant"));
+    EXPECT_EQ(
+        with(grid + "POINT_DATA 2\nSCALARS a variant\n1 2"),
+        fmt::format(messages::kAtLine, 7, fmt::format(messages::kUnknownNumberType, "variant")));
     EXPECT_EQ(with("BINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 1 1\nPOINT_DATA 2\n"
                    "SCALARS a float\nLOOKUP_TABLE t\n1234"),
               messages::kArrayCutShort);

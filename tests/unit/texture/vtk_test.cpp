@@ -542,9 +542,10 @@ TEST_F(VtkTest, SaysWhatIsWrong) {
                                                 w.array("a", "Float32", 1, std::vector<float>{1}) +
                                                 "</CellData>")))),
                 testing::Says(messages::kVtkCellTypeNotSampled, "0", "24"));
-    EXPECT_EQ(trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
-              "line 1: " + fmt::format(messages::kVtkKindNotRead, "PolyData") + "; " +
-                  messages::kVtkKindNotReadHelp);
+    EXPECT_EQ(
+        trouble(folder_.write("p.vtu", "<VTKFile type=\"PolyData\"></VTKFile>")),
+        fmt::format(messages::kAtLine, 1, fmt::format(messages::kVtkKindNotRead, "PolyData")) +
+            "; " + messages::kVtkKindNotReadHelp);
     // The name of a packer stands in files of text, too.
     for (const Form form : {Form::kPacked, Form::kText}) {
         Writer writer(form);

@@ -148,13 +148,15 @@ TEST(Fields, WhatIsWrongHasItsPlace) {
     EXPECT_THAT(error_of(graph(node("addition", "a", {{"A", "inputs.pos"}}), "a.result")),
                 ::testing::HasSubstr("node `a`: " +
                                      fmt::format(messages::kNodeNeedsInput, "addition", "B")));
+    EXPECT_THAT(error_of(graph(node("length", "a", {{"A", "c.value"}}) +
+                                   node("constant", "c", {}, R"(value="1")", "value"),
+                               "a.result")),
+                testing::Says(
+                    fmt::format(messages::kTheNode, "{}", "a") + ": " + messages::kInputANotVector,
+                    "*", messages::kAScalar));
     EXPECT_THAT(
-        error_of(graph(node("length", "a", {{"A", "c.value"}}) +
-                           node("constant", "c", {}, R"(value="1")", "value"),
-                       "a.result")),
-        ::testing::HasSubstr("node `a`: " + fmt::format(messages::kInputANotVector, "a scalar")));
-    EXPECT_THAT(error_of(graph(node("abs", "a", {{"A", "inputs.pos"}}), "a.result")),
-                testing::Says(messages::kOutputIsGiven, "shape", "a scalar", "a vector"));
+        error_of(graph(node("abs", "a", {{"A", "inputs.pos"}}), "a.result")),
+        testing::Says(messages::kOutputIsGiven, "shape", messages::kAScalar, messages::kAVector));
     EXPECT_THAT(error_of(graph(node("constant", "c", {}, R"(value="one")", "value"), "c.value")),
                 HasSubstr("3dmodel.model:"));
     EXPECT_THAT(error_of(level_set("", "")),
@@ -163,12 +165,14 @@ TEST(Fields, WhatIsWrongHasItsPlace) {
     EXPECT_THAT(error_of(level_set(ball(), R"(volumeid="77")")),
                 testing::Says(messages::kNoSuchVolumeData, "77"));
     EXPECT_THAT(error_of(level_set(R"(<v:functionfromimage3d id="5" image3did="9"/>)", "")),
-                ::testing::HasSubstr("function 5: " + fmt::format(messages::kNoSuchImage, 9)));
+                ::testing::HasSubstr(fmt::format(messages::kTheFunction, 5) + ": " +
+                                     fmt::format(messages::kNoSuchImage, 9)));
     EXPECT_THAT(
         error_of(level_set(
             R"(<v:image3d id="9"><v:imagestack rowcount="2" columncount="2" sheetcount="2"><v:imagesheet path="/a.png"/></v:imagestack></v:image3d><v:functionfromimage3d id="5" image3did="9"/>)",
             "")),
-        ::testing::HasSubstr("image 9: " + fmt::format(messages::kSheetCount, 2, 1)));
+        ::testing::HasSubstr(fmt::format(messages::kTheImage, 9) + ": " +
+                             fmt::format(messages::kSheetCount, 2, 1)));
 }
 
 TEST(Fields, AFunctionThatCallsItselfIsAnError) {
@@ -179,7 +183,7 @@ TEST(Fields, AFunctionThatCallsItselfIsAnError) {
     EXPECT_THAT(error_of(level_set(function(5, kPos, fmt::format(fmt::runtime(call), 6), out) +
                                        function(6, kPos, fmt::format(fmt::runtime(call), 5), out),
                                    "")),
-                ::testing::HasSubstr("function 5: " +
+                ::testing::HasSubstr(fmt::format(messages::kTheFunction, 5) + ": " +
                                      fmt::format(messages::kCallsItself, "", "5 -> 6 -> 5")));
     // A function as an input of another.
     const std::string apply =
@@ -224,14 +228,16 @@ TEST(Fields, MixturesColoursAndPropertiesAreStages) {
     EXPECT_THAT(made->source, HasSubstr("mc.Set(material_1, saturate(isnan(share_1) ? 0.5 : "
                                         "share_1));"));
     EXPECT_THAT(made->source, HasSubstr("float property_x_stiffness(float3 q)"));
-    EXPECT_THAT(made->notes, ElementsAre(HasSubstr("`x:stiffness`, which the file requires, is")));
+    EXPECT_THAT(made->notes, ElementsAre(testing::Says(messages::kPropertyIsFunction, "*",
+                                                       "x:stiffness", messages::kRequiredByFile)));
     EXPECT_THAT(
         error_of(level_set(
             materials + ball() +
                 R"(<v:volumedata id="8"><v:color functionid="5" channel="shape"/></v:volumedata>)",
             R"(volumeid="8")")),
-        testing::Says(messages::kOutputIsAndWants, "shape", "a scalar",
-                      "the colour of the level set of object `thing`", "a vector"));
+        testing::Says(messages::kOutputIsAndWants, "shape", messages::kAScalar,
+                      std::string(messages::kColourOf) + messages::kLevelSetOf + "object `thing`",
+                      messages::kAVector));
 }
 
 TEST(Fields, MatricesAreWrittenRowByRow) {

@@ -217,7 +217,7 @@ TEST(Import, NegativeBodiesCut) {
                 HasSubstr("\"priority\": 3,\n            \"support\": false,\n       "
                           "     \"uniforms\": {\"materials\": \"VOID\"}"));
     EXPECT_THAT(fmt::format("{}", fmt::join(import->notes, "\n")),
-                HasSubstr("`other` of another assembly may be cut, too"));
+                testing::Says(messages::kMayCutAssembly, "`other`"));
 }
 
 TEST(Import, OffersAWayOutOfTooManyMaterials) {
