@@ -3,14 +3,11 @@
 #include "backends/boundary/formats.h"
 
 #include "backends/boundary/mesh_sink.h"
+#include "backends/boundary/messages.h"
 
 namespace openfab::boundary {
 
 namespace {
-
-constexpr std::string_view kNotResumed =
-    "a mesh is closed by its last slice, so nothing is left of one that was cut short; print an "
-    ".ofr file, and make meshes of it with `openfab export`";
 
 template <std::unique_ptr<MeshWriter> (*make_writer)(const std::filesystem::path&)>
 Result<std::unique_ptr<pipeline::SliceSink>> open(const backends::OutputSettings& settings) {
@@ -34,7 +31,7 @@ const backends::Format kThreemfFormat{
     .name = "3mf",
     .extension = ".3mf",
     .kind = backends::FormatKind::kMesh,
-    .not_resumed = kNotResumed,
+    .not_resumed = messages::kMeshNotResumed,
     .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
     .files = backends::one_renamed_file,
     .open = open<make_threemf_writer>,
@@ -44,7 +41,7 @@ const backends::Format kFilamentFormat{
     .name = "filament",
     .extension = ".3mf",
     .kind = backends::FormatKind::kMesh,
-    .not_resumed = kNotResumed,
+    .not_resumed = messages::kMeshNotResumed,
     .bytes_per_column = [](size_t) { return kSolidMesherBytesPerColumn; },
     .files = backends::one_renamed_file,
     .open = open<make_filament_writer>,
@@ -54,7 +51,7 @@ const backends::Format kStlFormat{
     .name = "stl",
     .extension = ".stl",
     .kind = backends::FormatKind::kMesh,
-    .not_resumed = kNotResumed,
+    .not_resumed = messages::kMeshNotResumed,
     .bytes_per_column = [](size_t) { return kMesherBytesPerColumn; },
     .files = stl_files,
     .open = open<make_stl_writer>,

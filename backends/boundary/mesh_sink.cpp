@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backends/boundary/messages.h"
 #include "backends/common/tee_sink.h"
 #include "base/check.h"
 
@@ -40,10 +41,8 @@ Result<void> Coordinates::check(const pipeline::PrintInfo& info) {
         // Two half voxels a step of the coordinates, so that rounding joins none.
         const double least = std::max(std::abs(lo), std::abs(hi)) * 0x1p-21;
         if (info.pitch_mm[a] > least) continue;
-        return user_error(fmt::format(
-            "voxels of {:.3g} um are too fine for the coordinates of a mesh that lies {:.4g} mm "
-            "from the origin; use a `--mesh-pitch` of {:.3g} um or more, or move it closer",
-            info.pitch_mm[a] * 1e3, std::max(std::abs(lo), std::abs(hi)), least * 1.01e3));
+        return user_error(fmt::format(messages::kVoxelsTooFine, info.pitch_mm[a] * 1e3,
+                                      std::max(std::abs(lo), std::abs(hi)), least * 1.01e3));
     }
     return {};
 }
@@ -76,9 +75,7 @@ Result<void> MeshSink::finish(const pipeline::PrintTotals& totals) {
     if (broken_) {
         // Reported already.
     } else if (!totals.complete) {
-        done = Error{ErrorCode::kInterrupted,
-                     "the print ended early; a mesh of some of its slices would be cut open, so "
-                     "none was written"};
+        done = Error{ErrorCode::kInterrupted, messages::kEndedEarly};
     } else {
         done = mesher_->finish();
         if (done) done = writer_->end();

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "backends/boundary/mesh_sink.h"
+#include "backends/boundary/messages.h"
 #include "backends/boundary/stl_facet.h"
 #include "backends/common/part_file.h"
 #include "base/text.h"
@@ -38,8 +39,8 @@ class StlWriter final : public MeshWriter {
         coordinates_ = Coordinates(info);
         std::error_code ignored;
         if (std::filesystem::is_directory(path_, ignored)) {
-            return user_error(fmt::format("`{}` is a folder; name the files, as in `-o {}`",
-                                          path_.string(), (path_ / "part.stl").string()));
+            return user_error(fmt::format(messages::kOutputIsFolder, path_.string(),
+                                          (path_ / "part.stl").string()));
         }
         files_.resize(info.materials.size());
         return {};
@@ -56,10 +57,8 @@ class StlWriter final : public MeshWriter {
         }
         file.triangles += static_cast<int64_t>(triangles.size());
         if (file.triangles > kMostTriangles) {
-            return user_error(
-                fmt::format("`{}` would have more than {} triangles, which STL cannot hold; use a "
-                            "coarser `--mesh-pitch`",
-                            file.part->path().string(), kMostTriangles));
+            return user_error(fmt::format(messages::kTooManyTriangles, file.part->path().string(),
+                                          kMostTriangles));
         }
         facets_.resize(triangles.size() * kStlFacetBytes);
         uint8_t* at = facets_.data();
@@ -89,9 +88,7 @@ class StlWriter final : public MeshWriter {
                 if (Result<void> kept = files_[m].part->keep(); !kept) return kept;
             }
         }
-        if (!any)
-            return user_error(
-                "nothing was printed: the print holds no material, so there is no mesh to write");
+        if (!any) return user_error(messages::kNothingPrinted);
         // Remove files of an earlier print for materials that this one lacks.
         for (size_t m = 0; m < files_.size(); ++m) {
             std::error_code ignored;

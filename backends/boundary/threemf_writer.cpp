@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "backends/boundary/mesh_sink.h"
+#include "backends/boundary/messages.h"
 #include "backends/common/deflate_spool.h"
+#include "backends/common/messages.h"
 #include "backends/common/package.h"
 #include "backends/common/part_file.h"
 #include "backends/common/xml_text.h"
@@ -56,10 +58,8 @@ class ThreemfWriter final : public MeshWriter {
 
     Result<void> begin(const pipeline::PrintInfo& info) override {
         if (is_painted() && info.materials.size() > kMostFilaments) {
-            return user_error(fmt::format(
-                "the print has {} materials, but slicers number at most {} filaments; write "
-                "`--format 3mf`, a mesh for each material",
-                info.materials.size(), kMostFilaments));
+            return user_error(
+                fmt::format(messages::kTooManyFilaments, info.materials.size(), kMostFilaments));
         }
         info_ = info;
         coordinates_ = Coordinates(info);
@@ -117,9 +117,7 @@ class ThreemfWriter final : public MeshWriter {
                 bytes += std::max(spool->packed_bytes(), spool->sum().bytes);
             }
         }
-        if (!any)
-            return user_error(
-                "nothing was printed: the print holds no material, so there is no mesh to write");
+        if (!any) return user_error(messages::kNothingPrinted);
         Result<backends::OutputFile*> file = file_->flushed();
         if (!file) return file.error();
         Result<std::unique_ptr<backends::Package>> package = backends::Package::create(*file);
@@ -150,10 +148,7 @@ class ThreemfWriter final : public MeshWriter {
     Result<void> count(uint8_t code, int64_t* sum, size_t more) {
         *sum += static_cast<int64_t>(more);
         if (*sum <= kMostIndices) return {};
-        return user_error(
-            fmt::format("the mesh of `{}` is larger than 3MF can hold; use a coarser "
-                        "`--mesh-pitch`",
-                        name_of(code - 1u)));
+        return user_error(fmt::format(messages::kMeshTooLarge, name_of(code - 1u)));
     }
 
     Result<void> make_spool(std::unique_ptr<backends::DeflateSpool>* spool) {
@@ -167,7 +162,7 @@ class ThreemfWriter final : public MeshWriter {
 
     Result<void> put(const std::string& text, bool last = false) {
         const std::vector<uint8_t> packed = backends::deflate_text(text, last, &sum_);
-        if (packed.empty()) return outside_error("out of memory");
+        if (packed.empty()) return outside_error(backends::messages::kOutOfMemory);
         return package_->write_packed(packed);
     }
 

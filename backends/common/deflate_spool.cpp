@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "backends/common/messages.h"
 #include "base/system_reason.h"
 
 namespace openfab::backends {
@@ -24,8 +25,7 @@ constexpr int kLevel = 1;
 constexpr size_t kBuffer = 1 << 16;
 
 Error spool_error(const char* what, const std::string& folder, int code) {
-    return outside_error(
-        fmt::format("cannot {} a temporary file in `{}`: {}", what, folder, system_reason(code)));
+    return outside_error(fmt::format(messages::kSpoolFailed, what, folder, system_reason(code)));
 }
 
 bool start(z_stream* stream) {
@@ -72,7 +72,7 @@ Result<std::unique_ptr<DeflateSpool>> DeflateSpool::create(const std::filesystem
     if (fd < 0) return spool_error("create", folder.string(), errno);
     ::unlink(name.c_str());
     std::unique_ptr<DeflateSpool> spool(new DeflateSpool(fd, folder.string()));
-    if (!start(&spool->stream_)) return outside_error("out of memory");
+    if (!start(&spool->stream_)) return outside_error(messages::kOutOfMemory);
     spool->buffer_.resize(kBuffer);
     return spool;
 }
@@ -107,7 +107,7 @@ Result<void> DeflateSpool::write(size_t bytes) {
         const ssize_t n = ::write(fd_, buffer_.data() + at, bytes - at);
         if (n < 0) {
             if (errno == EINTR) continue;
-            return spool_error("write to", name_, errno);
+            return spool_error(messages::kSpoolWriteTo, name_, errno);
         }
         at += static_cast<size_t>(n);
     }

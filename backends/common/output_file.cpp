@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "backends/common/messages.h"
 #include "backends/common/output_lock.h"
 #include "base/system_reason.h"
 
@@ -28,8 +29,8 @@ Error system_error(const char* what, const std::string& name, int code) {
 Result<OutputFile> OutputFile::create(const std::string& path) {
     if (path == "-") {
         const int fd = ::dup(STDOUT_FILENO);
-        if (fd < 0) return system_error("cannot write to", "standard output", errno);
-        return OutputFile(fd, "standard output");
+        if (fd < 0) return system_error(messages::kCannotWriteTo, messages::kStandardOutput, errno);
+        return OutputFile(fd, messages::kStandardOutput);
     }
     Result<OutputFile> file = open_locked(path);
     if (file) file->holds_earlier_ = true;
@@ -40,9 +41,8 @@ Result<OutputFile> OutputFile::reopen(const std::string& path) {
     struct stat status {};
     if (path == "-" || (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
                         !S_ISDIR(status.st_mode))) {
-        return usage_error(
-            fmt::format("`--resume` needs a file to continue; {} keeps nothing of an earlier print",
-                        path == "-" ? "standard output" : "`" + path + "`"));
+        return usage_error(fmt::format(messages::kResumeNeedsFile,
+                                       path == "-" ? messages::kStandardOutput : "`" + path + "`"));
     }
     return open_locked(path);
 }
@@ -53,19 +53,18 @@ Result<OutputFile> OutputFile::open_locked(const std::string& path) {
     for (int tries = 1;; ++tries) {
         struct stat named {};
         if (::stat(path.c_str(), &named) == 0 && S_ISDIR(named.st_mode)) {
-            return user_error(fmt::format("`{}` is a folder; the output is a file", path));
+            return user_error(fmt::format(messages::kOutputIsFolder, path));
         }
         // Nonblocking: opening a pipe that nobody reads would wait. Writing to one blocks again.
         const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0666);
-        if (fd < 0 && errno == ENXIO)
-            return user_error(fmt::format("`{}` is a pipe that nobody reads", path));
-        if (fd < 0) return system_error("cannot create", path, errno);
+        if (fd < 0 && errno == ENXIO) return user_error(fmt::format(messages::kPipeUnread, path));
+        if (fd < 0) return system_error(messages::kCannotCreate, path, errno);
         ::fcntl(fd, F_SETFL, 0);
         OutputFile file(fd, path);
         if (Result<void> locked = lock_output(fd, path); !locked) return locked.error();
         // The previous holder of the lock may have renamed the file before releasing it.
         struct stat opened {};
-        if (::fstat(fd, &opened) != 0) return system_error("cannot write to", path, errno);
+        if (::fstat(fd, &opened) != 0) return system_error(messages::kCannotWriteTo, path, errno);
         const bool same = ::stat(path.c_str(), &named) == 0 && named.st_dev == opened.st_dev &&
                           named.st_ino == opened.st_ino;
         if (same || tries == kTries) return file;
@@ -89,7 +88,7 @@ Result<void> OutputFile::write_with(std::span<const uint8_t> bytes, const Write&
         const ssize_t n = write(bytes.data(), std::min<size_t>(bytes.size(), 1U << 30));
         if (n < 0) {
             if (errno == EINTR) continue;
-            return system_error("cannot write to", name_, errno);
+            return system_error(messages::kCannotWriteTo, name_, errno);
         }
         bytes = bytes.subspan(static_cast<size_t>(n));
     }
@@ -99,7 +98,7 @@ Result<void> OutputFile::write_with(std::span<const uint8_t> bytes, const Write&
 Result<void> OutputFile::drop_contents() {
     if (!std::exchange(holds_earlier_, false)) return {};
     if (::ftruncate(fd_, 0) != 0 && errno != EINVAL)  // EINVAL: a pipe or a device
-        return system_error("cannot write to", name_, errno);
+        return system_error(messages::kCannotWriteTo, name_, errno);
     return {};
 }
 
@@ -128,7 +127,7 @@ void OutputFile::cut_back_to(int64_t size) {
 
 Result<void> OutputFile::continue_at(int64_t size) {
     if (::ftruncate(fd_, size) != 0 || ::lseek(fd_, size, SEEK_SET) != size)
-        return system_error("cannot write to", name_, errno);
+        return system_error(messages::kCannotWriteTo, name_, errno);
     written_ = size;
     return {};
 }
@@ -136,7 +135,7 @@ Result<void> OutputFile::continue_at(int64_t size) {
 Result<void> OutputFile::sync() {
     struct stat status {};
     if (::fstat(fd_, &status) != 0 || !S_ISREG(status.st_mode)) return {};
-    if (::fsync(fd_) != 0) return system_error("cannot write to", name_, errno);
+    if (::fsync(fd_) != 0) return system_error(messages::kCannotWriteTo, name_, errno);
     return {};
 }
 
@@ -146,7 +145,7 @@ Result<void> OutputFile::close(bool sync) {
     if (done && sync) done = this->sync();
     const int close_error = ::close(std::exchange(fd_, -1)) != 0 ? errno : 0;
     if (!done) return done;
-    if (close_error != 0) return system_error("cannot write to", name_, close_error);
+    if (close_error != 0) return system_error(messages::kCannotWriteTo, name_, close_error);
     return {};
 }
 
@@ -165,7 +164,7 @@ Result<void> write_whole_file(const std::filesystem::path& path, std::span<const
     if (::rename(temporary.c_str(), path.c_str()) != 0) {
         const int code = errno;
         ::unlink(temporary.c_str());
-        return system_error("cannot create", path.string(), code);
+        return system_error(messages::kCannotCreate, path.string(), code);
     }
     return {};
 }

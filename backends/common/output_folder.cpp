@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "backends/common/messages.h"
 #include "backends/common/output_lock.h"
 #include "base/system_reason.h"
 
@@ -43,7 +44,7 @@ int fill(int fd, std::span<const uint8_t> bytes) {
 
 Result<OutputFolder> OutputFolder::open(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return folder_error("cannot open the folder", path, errno);
+    if (fd < 0) return folder_error(messages::kCannotOpenFolder, path, errno);
     OutputFolder folder(fd, path);
     if (Result<void> locked = lock_output(fd, path.string()); !locked) return locked.error();
     return folder;
@@ -66,12 +67,12 @@ Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_
         const int why = errno;
         // One that is there and may not be written to may still be replaced.
         if (::unlinkat(fd_, temporary.c_str(), 0) == 0) file = open();
-        if (file < 0) return folder_error("cannot create", path_ / temporary, why);
+        if (file < 0) return folder_error(messages::kCannotCreate, path_ / temporary, why);
     }
     int code = fill(file, bytes);
     if (::close(file) != 0 && code == 0) code = errno;
     if (code == 0 && ::renameat(fd_, temporary.c_str(), fd_, name.c_str()) == 0) return {};
-    const char* const what = code != 0 ? "cannot write to" : "cannot create";
+    const char* const what = code != 0 ? messages::kCannotWriteTo : messages::kCannotCreate;
     const Error error =
         folder_error(what, path_ / (code != 0 ? temporary : name), code != 0 ? code : errno);
     ::unlinkat(fd_, temporary.c_str(), 0);
@@ -81,21 +82,21 @@ Result<void> OutputFolder::write(const std::string& name, std::span<const uint8_
 Result<void> OutputFolder::set_aside(const std::string& name) const {
     struct stat there {};
     if (::fstatat(fd_, name.c_str(), &there, AT_SYMLINK_NOFOLLOW) != 0)
-        return folder_error("cannot read", path_ / name, errno);
+        return folder_error(messages::kCannotRead, path_ / name, errno);
     if (!S_ISREG(there.st_mode) || there.st_nlink != 1) return remove(name);
     if (::renameat(fd_, name.c_str(), fd_, (name + ".part").c_str()) == 0) return {};
-    return folder_error("cannot rename", path_ / name, errno);
+    return folder_error(messages::kCannotRename, path_ / name, errno);
 }
 
 Result<void> OutputFolder::remove(const std::string& name) const {
     if (::unlinkat(fd_, name.c_str(), 0) == 0 || errno == ENOENT ||
         (errno == EISDIR && ::unlinkat(fd_, name.c_str(), AT_REMOVEDIR) == 0))
         return {};
-    return folder_error("cannot remove", path_ / name, errno);
+    return folder_error(messages::kCannotRemove, path_ / name, errno);
 }
 
 Result<void> OutputFolder::sync() const {
-    if (::syncfs(fd_) != 0) return folder_error("cannot write to", path_, errno);
+    if (::syncfs(fd_) != 0) return folder_error(messages::kCannotWriteTo, path_, errno);
     return {};
 }
 

@@ -13,6 +13,8 @@
 #include <fstream>
 #include <string>
 
+#include "backends/common/messages.h"
+
 namespace openfab::backends {
 
 namespace {
@@ -36,14 +38,14 @@ int holder_of(const struct stat& file) {
 
 /// Formats "process 4711 (`card-print`)".
 std::string describe(int pid) {
-    if (pid <= 0) return "another process";
+    if (pid <= 0) return messages::kAnotherProcess;
     // The name it was started by; the kernel's own is truncated to 15 bytes.
     std::string name;
     std::ifstream command(fmt::format("/proc/{}/cmdline", pid));
     std::getline(command, name, '\0');
     name.erase(0, name.find_last_of('/') + 1);
-    return name.empty() ? fmt::format("process {}", pid)
-                        : fmt::format("process {} (`{}`)", pid, name);
+    return name.empty() ? fmt::format(messages::kProcessNumber, pid)
+                        : fmt::format(messages::kProcessNamed, pid, name);
 }
 
 }  // namespace
@@ -55,9 +57,8 @@ Result<void> lock_output(int fd, const std::string& name) {
     while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
         if (errno == EINTR) continue;
         if (errno != EWOULDBLOCK) return {};
-        return outside_error(fmt::format(
-            "`{}` is being written by {}; wait until it is done, or name another output", name,
-            describe(holder_of(status))));
+        return outside_error(
+            fmt::format(messages::kBeingWritten, name, describe(holder_of(status))));
     }
     return {};
 }

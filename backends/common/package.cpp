@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "backends/common/messages.h"
 #include "base/check.h"
 
 namespace openfab::backends {
@@ -64,7 +65,7 @@ Result<std::unique_ptr<Package>> Package::create(OutputFile* file) {
                                   &Callbacks::tell,  &Callbacks::seek,      &Callbacks::close,
                                   &Callbacks::error, package->stream_.get()};
     package->zip_ = zipOpen2_64("", APPEND_STATUS_CREATE, nullptr, &functions);
-    if (package->zip_ == nullptr) return outside_error("out of memory");
+    if (package->zip_ == nullptr) return outside_error(messages::kOutOfMemory);
     return package;
 }
 
@@ -76,7 +77,7 @@ Package::~Package() {
 Result<void> Package::checked(int status, const char* what) {
     if (stream_->error) return *stream_->error;
     if (status == ZIP_OK) return {};
-    return internal_error(fmt::format("{} a package failed with code {}", what, status));
+    return internal_error(fmt::format(messages::kPackageFailed, what, status));
 }
 
 Result<void> Package::open(const std::string& name, bool packed, bool large) {
@@ -85,16 +86,16 @@ Result<void> Package::open(const std::string& name, bool packed, bool large) {
     return checked(
         zipOpenNewFileInZip2_64(zip_, name.c_str(), &info, nullptr, 0, nullptr, 0, nullptr,
                                 Z_DEFLATED, Z_DEFAULT_COMPRESSION, packed ? 1 : 0, large ? 1 : 0),
-        "adding to");
+        messages::kAddingTo);
 }
 
 Result<void> Package::add(const std::string& name, std::string_view text) {
     Result<void> done = open(name, false, false);
     if (done) {
         done = checked(zipWriteInFileInZip(zip_, text.data(), static_cast<unsigned>(text.size())),
-                       "writing to");
+                       messages::kWritingTo);
     }
-    return done ? checked(zipCloseFileInZip(zip_), "adding to") : done;
+    return done ? checked(zipCloseFileInZip(zip_), messages::kAddingTo) : done;
 }
 
 Result<void> Package::begin_packed(const std::string& name, int64_t most_bytes) {
@@ -103,13 +104,13 @@ Result<void> Package::begin_packed(const std::string& name, int64_t most_bytes) 
 
 Result<void> Package::write_packed(std::span<const uint8_t> bytes) {
     return checked(zipWriteInFileInZip(zip_, bytes.data(), static_cast<unsigned>(bytes.size())),
-                   "writing to");
+                   messages::kWritingTo);
 }
 
 Result<void> Package::end_packed(const TextSum& sum) {
     return checked(
         zipCloseFileInZipRaw64(zip_, static_cast<ZPOS64_T>(sum.bytes), static_cast<uLong>(sum.crc)),
-        "adding to");
+        messages::kAddingTo);
 }
 
 Result<void> Package::close() {

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "backends/common/messages.h"
 #include "base/replace_file.h"
 
 namespace openfab::backends {
@@ -59,7 +60,8 @@ Result<void> PartFile::keep() {
     std::error_code code;
     std::filesystem::rename(temporary_path(), path_, code);
     if (code)
-        return outside_error(fmt::format("cannot create `{}`: {}", path_.string(), code.message()));
+        return outside_error(
+            fmt::format(messages::kCannotCreatePart, path_.string(), code.message()));
     kept_ = true;
     return file_.close(false);
 }

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "backends/common/messages.h"
+
 namespace openfab::backends {
 
 namespace {
@@ -15,8 +17,8 @@ bool is_hash(const std::string& text) {
 }  // namespace
 
 std::string differs(const std::string& what, const std::string& there, const std::string& here) {
-    return is_hash(here) ? fmt::format("the {} are not the same", what)
-                         : fmt::format("the {} is `{}` there and `{}` here", what, there, here);
+    return is_hash(here) ? fmt::format(messages::kNotTheSame, what)
+                         : fmt::format(messages::kIsOther, what, there, here);
 }
 
 namespace {
@@ -29,31 +31,29 @@ std::string text_of(const pipeline::SliceMaterial& m) {
 
 std::string material_difference(const pipeline::PrintInfo& there, const pipeline::PrintInfo& here) {
     if (there.materials.size() != here.materials.size()) {
-        return differs("number of materials", std::to_string(there.materials.size()),
+        return differs(messages::kNumberOfMaterials, std::to_string(there.materials.size()),
                        std::to_string(here.materials.size()));
     }
     for (size_t m = 0; m < here.materials.size(); ++m) {
         const std::string a = text_of(there.materials[m]), b = text_of(here.materials[m]);
-        if (a != b) return differs(fmt::format("material {}", m + 1), a, b);
+        if (a != b) return differs(fmt::format(messages::kMaterialNumber, m + 1), a, b);
     }
     return {};
 }
 
 std::string setting_difference(const pipeline::PrintInfo& there, const pipeline::PrintInfo& here) {
     if (there.provenance.empty()) {
-        return "it does not record what it was made from (an earlier version of this program wrote "
-               "it)";
+        return messages::kNoProvenance;
     }
     for (size_t i = 0; i < here.provenance.size(); ++i) {
         const auto& [name, value] = here.provenance[i];
         if (i >= there.provenance.size() || there.provenance[i].first != name)
-            return "it records different settings than this program does";
+            return messages::kOtherSettings;
         const std::string& other = there.provenance[i].second;
         if (other != value) return differs(name, other, value);
     }
-    return there.provenance.size() == here.provenance.size()
-               ? std::string()
-               : "it records different settings than this program does";
+    return there.provenance.size() == here.provenance.size() ? std::string()
+                                                             : messages::kOtherSettings;
 }
 
 std::string exact(const Vec3d& v) {
@@ -74,24 +74,21 @@ std::string first_difference(const pipeline::PrintInfo& there, const pipeline::P
     if (there.seed != here.seed)
         return differs("seed", std::to_string(there.seed), std::to_string(here.seed));
     if (exact(there.pitch_mm) != exact(here.pitch_mm))
-        return differs("pitch in mm", exact(there.pitch_mm), exact(here.pitch_mm));
+        return differs(messages::kPitchInMm, exact(there.pitch_mm), exact(here.pitch_mm));
     // Before sizes: another mesh often has another size, but the mesh is the cause.
     if (std::string found = setting_difference(there, here); !found.empty()) return found;
     if (std::string found = material_difference(there, here); !found.empty()) return found;
-    if (there.size != here.size) return differs("size in voxels", size(there), size(here));
+    if (there.size != here.size) return differs(messages::kSizeInVoxels, size(there), size(here));
     if (exact(there.origin_mm) != exact(here.origin_mm))
-        return differs("origin in mm", exact(there.origin_mm), exact(here.origin_mm));
+        return differs(messages::kOriginInMm, exact(there.origin_mm), exact(here.origin_mm));
     if (slices(there) != slices(here))
-        return differs("range of slices", slices(there), slices(here));
-    if (there.bits != here.bits) return "it has another number of bits a voxel";
+        return differs(messages::kRangeOfSlices, slices(there), slices(here));
+    if (there.bits != here.bits) return messages::kOtherBits;
     return {};
 }
 
 Error resume_refused(const std::string& output, const std::string& why) {
-    return user_error(fmt::format(
-        "cannot resume `{}`: {}; use the same world and options as the first run, or start over "
-        "without `--resume`",
-        output, why));
+    return user_error(fmt::format(messages::kResumeRefused, output, why));
 }
 
 }  // namespace openfab::backends

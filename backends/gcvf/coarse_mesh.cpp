@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "backends/boundary/stl_facet.h"
+#include "backends/common/messages.h"
+#include "backends/gcvf/messages.h"
 #include "backends/gcvf/solid_bits.h"
 
 namespace openfab::gcvf {
@@ -78,8 +80,7 @@ Vec3f CoarseMesh::at(const boundary::MeshCorner& corner) const {
 Result<void> CoarseMesh::take_triangles(uint8_t,
                                         std::span<const boundary::MeshTriangle> triangles) {
     triangles_ += static_cast<int64_t>(triangles.size());
-    if (triangles_ > kMostTriangles)
-        return user_error("the coarse mesh of the print has more triangles than STL can hold");
+    if (triangles_ > kMostTriangles) return user_error(messages::kTooManyTriangles);
     facets_.resize(triangles.size() * boundary::kStlFacetBytes);
     uint8_t* out = facets_.data();
     for (const boundary::MeshTriangle& t : triangles) {
@@ -100,7 +101,7 @@ Result<void> CoarseMesh::finish(backends::Package* package, const std::string& n
     const std::vector<uint8_t> head = backends::deflate_text(text_of(header), false, &sum);
     sum.add(spool_->sum());
     const std::vector<uint8_t> tail = backends::deflate_text({}, true, &sum);
-    if (head.empty() || tail.empty()) return outside_error("out of memory");
+    if (head.empty() || tail.empty()) return outside_error(backends::messages::kOutOfMemory);
     constexpr int64_t kEnds = 1 << 10;
     done = package->begin_packed(name, std::max(spool_->packed_bytes() + kEnds, sum.bytes));
     if (done) done = package->write_packed(head);

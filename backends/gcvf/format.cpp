@@ -3,6 +3,7 @@
 #include "backends/gcvf/format.h"
 
 #include "backends/gcvf/gcvf_sink.h"
+#include "backends/gcvf/messages.h"
 
 namespace openfab::gcvf {
 
@@ -10,9 +11,7 @@ const backends::Format kGcvfFormat{
     .name = "gcvf",
     .extension = ".gcvf",
     .flips_x = true,
-    .not_resumed =
-        "a package is closed after its last slice, so nothing is left of one that was "
-        "cut short; print an .ofr file, and make a gcvf of it with `openfab export`",
+    .not_resumed = messages::kNotResumed,
     .bytes_per_column = [](size_t) { return kBytesPerColumn; },
     .files = backends::one_renamed_file,
     .open = [](const backends::OutputSettings& settings)

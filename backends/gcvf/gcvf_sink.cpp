@@ -10,7 +10,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "backends/common/messages.h"
 #include "backends/common/xml_text.h"
+#include "backends/gcvf/messages.h"
 #include "backends/gcvf/solid_bits.h"
 #include "backends/raster/png_slice.h"
 #include "base/check.h"
@@ -96,21 +98,15 @@ Result<void> GcvfSink::begin(const pipeline::PrintInfo& info) {
     info_ = info;
     broken_ = true;  // until all of this is done
     if (info.materials.size() > kMostMaterials) {
-        return user_error(fmt::format(
-            "the print has {} materials and a gcvf holds at most {}; leave some out of the world, "
-            "or write another format",
-            info.materials.size(), kMostMaterials));
+        return user_error(
+            fmt::format(messages::kTooManyMaterials, info.materials.size(), kMostMaterials));
     }
     if (raster::shares_a_color(info)) {
-        return user_error(
-            "two materials have one key colour, and a gcvf tells materials by their colours; give "
-            "each its own `key` in the world");
+        return user_error(messages::kSameKeys);
     }
     if (info.slice_end - info.slice_begin > kMostSlices) {
         return user_error(
-            fmt::format("the print has {} slices and a gcvf holds at most {}; print "
-                        "it in parts, by `--slices`",
-                        info.slice_end - info.slice_begin, kMostSlices));
+            fmt::format(messages::kTooManySlices, info.slice_end - info.slice_begin, kMostSlices));
     }
     Result<std::unique_ptr<backends::PartFile>> file = backends::PartFile::create(path_);
     if (!file) return file.error();
@@ -144,9 +140,9 @@ std::vector<uint8_t> GcvfSink::encode(const pipeline::SliceView& slice) const {
 
 Result<void> GcvfSink::commit(int32_t z, std::vector<uint8_t> bytes) {
     OPENFAB_CHECK(package_ != nullptr);  // begun, and not finished
-    Result<void> done = bytes.empty()
-                            ? internal_error(fmt::format("slice {} could not be compressed", z))
-                            : add(z - info_.slice_begin, bytes);
+    Result<void> done =
+        bytes.empty() ? internal_error(fmt::format(backends::messages::kSliceNotCompressed, z))
+                      : add(z - info_.slice_begin, bytes);
     broken_ = broken_ || !done;
     return done;
 }
@@ -176,7 +172,7 @@ Result<void> GcvfSink::write_rest(const pipeline::PrintTotals& totals) {
     }
     if (done) {
         const std::vector<uint8_t> png = heights_->png(flip_x_);
-        done = png.empty() ? outside_error("out of memory")
+        done = png.empty() ? outside_error(backends::messages::kOutOfMemory)
                            : package_->add("Zbuffer.png", text_of(png));
     }
     if (done) done = package_->close();
@@ -188,9 +184,7 @@ Result<void> GcvfSink::finish(const pipeline::PrintTotals& totals) {
     if (broken_) {
         // Reported already.
     } else if (!totals.complete) {
-        done = Error{ErrorCode::kInterrupted,
-                     "the print ended early; a gcvf of some of its slices could not be told from a "
-                     "whole one, so none was written"};
+        done = Error{ErrorCode::kInterrupted, messages::kEndedEarly};
     } else {
         done = write_rest(totals);
     }

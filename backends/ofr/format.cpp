@@ -12,6 +12,7 @@
 #include <type_traits>
 
 #include "backends/common/tee_sink.h"
+#include "backends/ofr/messages.h"
 #include "base/hash.h"
 
 namespace openfab::ofr {
@@ -100,27 +101,25 @@ class Reader {
 Result<void> check_info(const pipeline::PrintInfo& info) {
     for (int a = 0; a < 3; ++a) {
         if (info.size[a] < 1 || info.size[a] > kMaxSide) {
-            return user_error(fmt::format("the header gives a grid of {} x {} x {} voxels",
-                                          info.size.x, info.size.y, info.size.z));
+            return user_error(
+                fmt::format(messages::kBadGrid, info.size.x, info.size.y, info.size.z));
         }
         if (!(info.pitch_mm[a] > 0) || !std::isfinite(info.pitch_mm[a]) ||
             !std::isfinite(info.origin_mm[a])) {
-            return user_error("the header gives no usable pitch and origin");
+            return user_error(messages::kBadPitch);
         }
     }
     if (info.bits != 4 && info.bits != 8) {
-        return user_error(
-            fmt::format("the header gives {} bits a voxel; 4 and 8 are possible", info.bits));
+        return user_error(fmt::format(messages::kBadBits, info.bits));
     }
     if (info.slice_begin < 0 || info.slice_begin > info.slice_end || info.slice_end > info.size.z) {
-        return user_error(fmt::format("the header gives the slices {} to {} of a grid with {}",
-                                      info.slice_begin, info.slice_end, info.size.z));
+        return user_error(
+            fmt::format(messages::kBadSlices, info.slice_begin, info.slice_end, info.size.z));
     }
     const uint64_t slice_bytes =
         static_cast<uint64_t>(info.size.y) * backends::packed_row_bytes(info.size.x, info.bits);
     if (slice_bytes > kMaxSliceBytes) {
-        return user_error(fmt::format("the header gives slices of {} bytes; the limit is {}",
-                                      slice_bytes, kMaxSliceBytes));
+        return user_error(fmt::format(messages::kSlicesTooLarge, slice_bytes, kMaxSliceBytes));
     }
     return {};
 }
@@ -177,8 +176,7 @@ Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, 
     info.title = in.get_string();
     const auto materials = in.get<uint32_t>();
     if (in.ok() && materials > (info.bits == 4 ? 15U : 254U)) {  // 255 marks mixtures
-        return user_error(
-            fmt::format("the header gives {} materials in {} bits a voxel", materials, info.bits));
+        return user_error(fmt::format(messages::kBadMaterials, materials, info.bits));
     }
     for (uint32_t i = 0; i < materials && in.ok(); ++i) {
         pipeline::SliceMaterial material;
@@ -194,13 +192,13 @@ Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, 
         std::string name = in.get_string();
         info.provenance.emplace_back(std::move(name), in.get_string());
     }
-    if (!in.done()) return user_error("the header's fields and its length do not agree");
+    if (!in.done()) return user_error(messages::kHeaderFieldsDiffer);
     if (Result<void> checked = check_info(info); !checked) return checked.error();
     return info;
 }
 
 Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> bytes) {
-    const Error damaged = user_error("the header of the print is damaged");
+    const Error damaged = user_error(messages::kHeaderDamaged);
     if (bytes.size() < kPreambleBytes + 8 ||
         !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))
         return damaged;
@@ -239,7 +237,7 @@ Result<SliceHead> read_slice_head(std::span<const uint8_t> bytes) {
     const auto sum = in.get<uint64_t>();
     if (!in.done() || magic != kSliceMagic || reserved != 0 ||
         sum != checksum(bytes.first(kSliceHeadBytes - 8))) {
-        return user_error("its header is damaged");
+        return user_error(messages::kSliceHeaderDamaged);
     }
     return head;
 }
@@ -270,12 +268,12 @@ std::vector<uint8_t> write_index(const Index& index, uint64_t offset) {
 
 Result<Index> read_index(std::span<const uint8_t> bytes) {
     constexpr size_t kTail = 8 + kEndMagic.size();  // offset and end
-    if (bytes.size() < 8 + 8 + kTail) return user_error("the index is too short");
+    if (bytes.size() < 8 + 8 + kTail) return user_error(messages::kIndexTooShort);
     bytes = bytes.first(bytes.size() - kTail);
     uint64_t sum = 0;
     std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
     bytes = bytes.first(bytes.size() - 8);
-    if (sum != checksum(bytes)) return user_error("the index is damaged: its checksum is wrong");
+    if (sum != checksum(bytes)) return user_error(messages::kIndexChecksum);
     return read_index_fields(bytes.subspan(8));
 }
 
@@ -298,7 +296,7 @@ Result<Index> read_index_fields(std::span<const uint8_t> fields) {
     index.totals.hash = in.get<uint64_t>();
     index.totals.tight.lo = in.get_vec3i();
     index.totals.tight.hi = in.get_vec3i();
-    if (!in.done()) return user_error("the index's fields and its length do not agree");
+    if (!in.done()) return user_error(messages::kIndexFieldsDiffer);
     return index;
 }
 

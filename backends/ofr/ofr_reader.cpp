@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "backends/common/tee_sink.h"
+#include "backends/ofr/messages.h"
 #include "backends/ofr/slice_codec.h"
 #include "base/input_file.h"
 #include "base/system_reason.h"
@@ -24,7 +25,7 @@ namespace {
 /// named pipe would wait for its writer.
 Result<std::FILE*> open_file(const std::string& path) {
     const auto cannot_open = [&](const std::string& why) {
-        return fmt::format("cannot open `{}`: {}", path, why);
+        return fmt::format(messages::kCannotOpen, path, why);
     };
     if (path.starts_with("/dev/fd/")) {
         if (std::FILE* const opened = std::fopen(path.c_str(), "rb")) return opened;
@@ -61,7 +62,7 @@ Result<pipeline::PrintTotals> OfrReader::read_totals(const std::string& path) {
     uint64_t offset = 0;
     if (std::fseek(file, -kTailBytes, SEEK_END) != 0 || !reader.read_bytes(kTailBytes) ||
         !std::equal(kEndMagic.begin(), kEndMagic.end(), reader.buffer_.begin() + 8)) {
-        return reader.error("has no index (an interrupted print?)");
+        return reader.error(messages::kNoIndex);
     }
     const auto end = static_cast<uint64_t>(std::ftell(file));
     std::memcpy(&offset, reader.buffer_.data(), 8);
@@ -69,7 +70,7 @@ Result<pipeline::PrintTotals> OfrReader::read_totals(const std::string& path) {
     if (offset > end || end - offset < kLeastBytes || end - offset > kMaxIndexBytes ||
         std::fseek(file, static_cast<long>(offset), SEEK_SET) != 0 ||
         !reader.read_bytes(end - offset - kTailBytes)) {
-        return reader.error("the index is damaged");
+        return reader.error(messages::kIndexDamaged);
     }
     const std::span<const uint8_t> bytes(reader.buffer_);
     const std::span<const uint8_t> fields = bytes.subspan(8, bytes.size() - 16);
@@ -77,7 +78,7 @@ Result<pipeline::PrintTotals> OfrReader::read_totals(const std::string& path) {
     std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
     Result<Index> index = read_index_fields(fields);
     if (sum != checksum(bytes.first(bytes.size() - 8)) || !index) {
-        return reader.error("the index is damaged");
+        return reader.error(messages::kIndexDamaged);
     }
     return index->totals;
 }
@@ -91,16 +92,13 @@ Error OfrReader::error(const std::string& what) const {
 }
 
 Error OfrReader::slice_error(const std::string& what) const {
-    return error(fmt::format("slice {}: {}; {} of {} slices are whole",
-                             info_.slice_begin + whole_slices(), what, whole_slices(),
-                             info_.slice_end - info_.slice_begin));
+    return error(fmt::format(messages::kWholeSlices, info_.slice_begin + whole_slices(), what,
+                             whole_slices(), info_.slice_end - info_.slice_begin));
 }
 
 Error OfrReader::memory_error(int64_t bytes) const {
-    return user_error(fmt::format(
-        "{}: slices of {} x {} voxels take {} to read, and `--memory` allows {}; raise it if you "
-        "trust the file",
-        name_, info_.size.x, info_.size.y, format_bytes(bytes), format_bytes(memory_bytes_)));
+    return user_error(fmt::format(messages::kTooMuchMemory, name_, info_.size.x, info_.size.y,
+                                  format_bytes(bytes), format_bytes(memory_bytes_)));
 }
 
 bool OfrReader::read_bytes(size_t n) {
@@ -122,24 +120,22 @@ bool OfrReader::read_bytes(size_t n) {
 }
 
 Result<void> OfrReader::read_header() {
-    if (!read_bytes(kPreambleBytes)) return error("not an .ofr file: too short for a header");
+    if (!read_bytes(kPreambleBytes)) return error(messages::kTooShort);
     std::vector<uint8_t> header = buffer_;
-    if (!std::equal(kMagic.begin(), kMagic.end(), header.begin())) return error("not an .ofr file");
+    if (!std::equal(kMagic.begin(), kMagic.end(), header.begin())) return error(messages::kNotOfr);
     uint32_t version = 0;
     uint32_t field_bytes = 0;
     std::memcpy(&version, header.data() + kMagic.size(), 4);
     std::memcpy(&field_bytes, header.data() + kMagic.size() + 4, 4);
     if (version < kOldestVersion || version > kVersion) {
-        return error(fmt::format("has version {} of the format; this program reads {} to {}",
-                                 version, kOldestVersion, kVersion));
+        return error(fmt::format(messages::kOtherVersion, version, kOldestVersion, kVersion));
     }
-    if (field_bytes > kMaxHeaderBytes)
-        return error("the header is damaged: it gives an impossible length");
-    if (!read_bytes(field_bytes + 8)) return error("is cut short in the header");
+    if (field_bytes > kMaxHeaderBytes) return error(messages::kImpossibleLength);
+    if (!read_bytes(field_bytes + 8)) return error(messages::kCutShortInHeader);
     uint64_t sum = 0;
     std::memcpy(&sum, buffer_.data() + field_bytes, 8);
     header.insert(header.end(), buffer_.begin(), buffer_.begin() + field_bytes);
-    if (sum != checksum(header)) return error("the header is damaged: its checksum is wrong");
+    if (sum != checksum(header)) return error(messages::kHeaderChecksum);
     Result<pipeline::PrintInfo> info =
         read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes), version);
     if (!info) return error(info.error().text());
@@ -157,9 +153,7 @@ Result<bool> OfrReader::next() {
     }
     const uint64_t offset = offset_;
     if (!read_bytes(kSliceHeadBytes)) {
-        return slice_error(offset == offset_
-                               ? "is missing, the file ends before it (an interrupted print?)"
-                               : "the file is cut short in it");
+        return slice_error(offset == offset_ ? messages::kSliceMissing : messages::kSliceCutShort);
     }
     const std::vector<uint8_t> head = buffer_;
     if (Result<void> slice = read_slice(head); !slice) return slice.error();
@@ -175,14 +169,14 @@ Result<void> OfrReader::read_slice(std::span<const uint8_t> head_bytes) {
     Result<SliceHead> head = read_slice_head(head_bytes);
     if (!head) return slice_error(head.error().text());
     if (head->z != info_.slice_begin + whole_slices()) {
-        return slice_error(fmt::format("slice {} is there instead", head->z));
+        return slice_error(fmt::format(messages::kOtherSlice, head->z));
     }
     if (head->frame_bytes > most_frame_bytes(row_bytes_ * static_cast<size_t>(info_.size.y))) {
-        return slice_error("its header is damaged");
+        return slice_error(messages::kSliceHeaderDamaged);
     }
     if (const int64_t bytes = slice_bytes() + head->frame_bytes; bytes > memory_bytes_)
         return memory_error(bytes);
-    if (!read_bytes(head->frame_bytes)) return slice_error("the file is cut short in it");
+    if (!read_bytes(head->frame_bytes)) return slice_error(messages::kSliceCutShort);
     return decode(*head);
 }
 
@@ -192,8 +186,7 @@ Result<void> OfrReader::decode(const SliceHead& head) {
         return slice_error(decoded.error().text());
     view_ = {head.z, rows_.data(), row_bytes_, info_.size.x, info_.size.y};
     if (!count_codes()) {
-        return slice_error(fmt::format("it has codes beyond the {} materials of the header",
-                                       info_.materials.size()));
+        return slice_error(fmt::format(messages::kCodesBeyond, info_.materials.size()));
     }
     return {};
 }
@@ -207,10 +200,9 @@ bool OfrReader::count_codes() {
 
 Result<void> OfrReader::read_index() {
     const uint64_t offset = offset_;
-    const std::string all = fmt::format("all {} slices are whole, but the index ", whole_slices());
+    const std::string all = fmt::format(messages::kAllWholeButIndex, whole_slices());
     if (!read_bytes(8)) {
-        return error(all +
-                     (offset == offset_ ? "is missing (an interrupted print?)" : "is cut short"));
+        return error(all + (offset == offset_ ? messages::kIndexMissing : messages::kCutShort));
     }
     std::vector<uint8_t> bytes = buffer_;
     uint32_t magic = 0;
@@ -219,38 +211,35 @@ Result<void> OfrReader::read_index() {
     std::memcpy(&field_bytes, bytes.data() + 4, 4);
     // At most 256 codes, plus the fields beside the two lists.
     const size_t most = entries_.size() * 12 + 256 * 8 + 64;
-    if (magic != kIndexMagic || field_bytes > most) return error(all + "is damaged");
-    if (!read_bytes(field_bytes)) return error(all + "is cut short or damaged");
+    if (magic != kIndexMagic || field_bytes > most) return error(all + messages::kDamaged);
+    if (!read_bytes(field_bytes)) return error(all + messages::kCutShortOrDamaged);
     bytes.insert(bytes.end(), buffer_.begin(), buffer_.end());
-    if (!read_bytes(24)) return error(all + "is cut short");
+    if (!read_bytes(24)) return error(all + messages::kCutShort);
     uint64_t sum = 0;
     uint64_t stated_offset = 0;
     std::memcpy(&sum, buffer_.data(), 8);
     std::memcpy(&stated_offset, buffer_.data() + 8, 8);
     if (sum != checksum(bytes) || stated_offset != offset ||
         !std::equal(kEndMagic.begin(), kEndMagic.end(), buffer_.begin() + 16)) {
-        return error(all + "is damaged");
+        return error(all + messages::kDamaged);
     }
     Result<Index> index = read_index_fields(std::span<const uint8_t>(bytes).subspan(8));
-    if (!index) return error(all + "is damaged");
+    if (!index) return error(all + messages::kDamaged);
     return check_index(*index);
 }
 
 Result<void> OfrReader::check_index(const Index& index) {
-    if (index.slices != entries_)
-        return error("the index does not list the slices that the file has");
+    if (index.slices != entries_) return error(messages::kIndexListsOthers);
     // Void is not compared: an odd row's unused half counts as void here.
     const std::vector<int64_t>& stated = index.totals.voxels_by_code;
     for (size_t code = 1; code < std::max(stated.size(), counts_.size()); ++code) {
         const int64_t listed = code < stated.size() ? stated[code] : 0;
         const int64_t found = code < counts_.size() ? counts_[code] : 0;
         if (listed == found) continue;
-        return error(fmt::format("the index gives {} voxels of code {}, the slices have {}", listed,
-                                 code, found));
+        return error(fmt::format(messages::kIndexCountsOthers, listed, code, found));
     }
-    if (index.totals.hash != hash_)
-        return error("the index gives another hash than the slices have");
-    if (std::fgetc(file_) != EOF) return error("has bytes after its end");
+    if (index.totals.hash != hash_) return error(messages::kIndexHashOther);
+    if (std::fgetc(file_) != EOF) return error(messages::kBytesAfterEnd);
     totals_ = index.totals;
     return {};
 }

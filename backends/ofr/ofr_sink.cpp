@@ -8,7 +8,9 @@
 #include <fstream>
 #include <utility>
 
+#include "backends/common/messages.h"
 #include "backends/common/resume_check.h"
+#include "backends/ofr/messages.h"
 #include "backends/ofr/slice_codec.h"
 #include "base/check.h"
 #include "base/units.h"
@@ -29,14 +31,14 @@ Result<std::unique_ptr<pipeline::SliceSink>> OfrSink::reopen(const std::string& 
 
 Error OfrSink::with_resume_state(const Error& error) const {
     std::string message =
-        fmt::format("{}; {} whole slices were written before", error.text(), entries_.size());
+        fmt::format(backends::messages::kWholeSlicesBefore, error.text(), entries_.size());
     const auto left = static_cast<double>(info_.slice_end - info_.slice_begin) -
                       static_cast<double>(entries_.size());
     if (!entries_.empty() && left > 0) {
         const double bytes = static_cast<double>(file_.bytes_written()) /
                              static_cast<double>(entries_.size()) * left;
         message +=
-            fmt::format(", the rest takes about {}", format_bytes(static_cast<int64_t>(bytes)));
+            fmt::format(backends::messages::kRestTakes, format_bytes(static_cast<int64_t>(bytes)));
     }
     return {error.code, std::move(message)};
 }
@@ -72,12 +74,11 @@ Result<int32_t> OfrSink::resume(const std::function<bool(const pipeline::SliceVi
     Result<bool> more = true;
     while ((more = reader->next()) && *more) {
         if (!show(reader->slice()))
-            return Error{
-                ErrorCode::kInterrupted,
-                fmt::format("interrupted while `{}` was read; nothing was changed", file_.name())};
+            return Error{ErrorCode::kInterrupted,
+                         fmt::format(backends::messages::kInterruptedReading, file_.name())};
     }
     if (!more && reader->disk_failed())
-        return outside_error(fmt::format("cannot read `{}`; nothing was changed", file_.name()));
+        return outside_error(fmt::format(messages::kCannotReadUnchanged, file_.name()));
     entries_ = reader->entries();
     if (more) {
         state_ = State::kComplete;
@@ -94,7 +95,8 @@ std::vector<uint8_t> OfrSink::encode(const pipeline::SliceView& slice) const {
 }
 
 Result<void> OfrSink::commit(int32_t z, std::vector<uint8_t> bytes) {
-    if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    if (bytes.empty())
+        return internal_error(fmt::format(backends::messages::kSliceNotCompressed, z));
     OPENFAB_CHECK(entries_.empty() || entries_.back().z + 1 == z);
     const int64_t offset = file_.bytes_written();
     if (Result<void> written = file_.write(bytes); !written) {

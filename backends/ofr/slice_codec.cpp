@@ -8,6 +8,8 @@
 #include <memory>
 #include <utility>
 
+#include "backends/ofr/messages.h"
+
 namespace openfab::ofr {
 
 namespace {
@@ -54,10 +56,10 @@ std::vector<uint8_t> encode_slice(const pipeline::SliceView& slice) {
 Result<void> decode_frame(const SliceHead& head, std::span<const uint8_t> frame,
                           std::span<uint8_t> rows) {
     if (ZSTD_getFrameContentSize(frame.data(), frame.size()) != rows.size())
-        return user_error("its data are damaged");
+        return user_error(messages::kDataDamaged);
     const size_t got = ZSTD_decompress(rows.data(), rows.size(), frame.data(), frame.size());
-    if (ZSTD_isError(got) != 0U || got != rows.size()) return user_error("its data are damaged");
-    if (checksum(rows) != head.rows_checksum) return user_error("its checksum is wrong");
+    if (ZSTD_isError(got) != 0U || got != rows.size()) return user_error(messages::kDataDamaged);
+    if (checksum(rows) != head.rows_checksum) return user_error(messages::kChecksumWrong);
     return {};
 }
 

@@ -12,6 +12,7 @@
 
 #include "backends/common/output_file.h"
 #include "backends/preview/columns.h"
+#include "backends/preview/messages.h"
 #include "backends/preview/model_view.h"
 #include "backends/preview/picture.h"
 #include "base/color.h"
@@ -257,9 +258,8 @@ class SlicePreview : public Preview {
   private:
     Result<void> start() override {
         if (spec_.slice < info_.slice_begin || spec_.slice >= info_.slice_end) {
-            return user_error(
-                fmt::format("`--preview {},view=slice:{}`: the print has the slices {} to {}",
-                            spec_.file, spec_.slice, info_.slice_begin, info_.slice_end - 1));
+            return user_error(fmt::format(messages::kNoSuchSlice, spec_.file, spec_.slice,
+                                          info_.slice_begin, info_.slice_end - 1));
         }
         cells_.assign(grid_.count(), 0);
         return {};
@@ -317,7 +317,7 @@ class SectionPreview : public Preview {
 TakePicture write_to(const std::string& file) {
     return [file](const Picture& picture) -> Result<void> {
         const std::vector<uint8_t> png = to_png(picture);
-        if (png.empty()) return outside_error("no memory for the preview " + file);
+        if (png.empty()) return outside_error(messages::kNoMemory + file);
         return backends::write_whole_file(file, png);
     };
 }

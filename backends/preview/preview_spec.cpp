@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "backends/preview/messages.h"
+
 namespace openfab::preview {
 
 namespace {
@@ -27,11 +29,7 @@ Result<void> set_angles(std::string_view value, PreviewSpec* spec) {
     const bool usable =
         std::abs(spec->turn_deg) <= 360 && spec->tilt_deg >= 5 && spec->tilt_deg <= 90;
     if (!rest.empty() || !usable) {
-        return usage_error(
-            fmt::format("`--preview`: `{}` is not a view; write `view=model:30:25` with a turn of "
-                        "-360 to 360 and a "
-                        "tilt of 5 to 90 degrees",
-                        value));
+        return usage_error(fmt::format(messages::kNotAModelView, value));
     }
     return {};
 }
@@ -49,18 +47,14 @@ Result<void> set_view(std::string_view value, PreviewSpec* spec) {
         auto [rest, status] =
             std::from_chars(number.data(), number.data() + number.size(), spec->slice);
         if (status != std::errc() || rest != number.data() + number.size() || spec->slice < 0) {
-            return usage_error(fmt::format(
-                "`--preview`: `{}` is not a slice number; write `view=slice:12`", number));
+            return usage_error(fmt::format(messages::kNotASliceNumber, number));
         }
         spec->view = View::kSlice;
     } else if (value == "model" || value.starts_with("model:")) {
         spec->view = View::kModel;
         return set_angles(value, spec);
     } else {
-        return usage_error(fmt::format(
-            "`--preview`: there is no view `{}`; choose from front, back, section, slice:N, "
-            "model:TURN:TILT",
-            value));
+        return usage_error(fmt::format(messages::kNoSuchView, value));
     }
     return {};
 }
@@ -73,11 +67,9 @@ std::string without_png(std::string_view text) {
     PreviewSpec ignored;
     const bool view = comma != std::string_view::npos && set_view(end, &ignored).has_value();
     if (view || end == "transmitted" || end == "reflected") {
-        return fmt::format("`--preview`: `{}` needs its name; write `--preview {}{}={}`", end, file,
-                           view ? "view" : "light", end);
+        return fmt::format(messages::kNeedsName, end, file, view ? "view" : "light", end);
     }
-    return fmt::format(
-        "`--preview`: `{}` does not name a .png file; write `--preview card.png,view=back`", text);
+    return fmt::format(messages::kNotPng, text);
 }
 
 Result<PreviewSpec> parse_settings(PreviewSpec spec,
@@ -92,23 +84,20 @@ Result<PreviewSpec> parse_settings(PreviewSpec spec,
         } else if (name == "cut" && (value == "x" || value == "y" || value == "xy")) {
             spec.cut = value == "x" ? Cut::kX : value == "y" ? Cut::kY : Cut::kXY;
         } else if (name == "cut") {
-            return usage_error(
-                fmt::format("`--preview`: there is no cut `{}`; choose from x, y, xy", value));
+            return usage_error(fmt::format(messages::kNoSuchCut, value));
         } else if (name == "light" && (value == "transmitted" || value == "reflected")) {
             spec.transmitted = value == "transmitted";
         } else if (name == "light") {
-            return usage_error(fmt::format(
-                "`--preview`: there is no light `{}`; choose from reflected, transmitted", value));
+            return usage_error(fmt::format(messages::kNoSuchLight, value));
         } else {
-            return usage_error(fmt::format(
-                "`--preview`: there is no setting `{}`; choose from view, light, cut", name));
+            return usage_error(fmt::format(messages::kNoSuchSetting, name));
         }
     }
     if (spec.cut != Cut::kNone && spec.view != View::kModel) {
-        return usage_error("`--preview`: cut goes with view=model");
+        return usage_error(messages::kCutWithoutModel);
     }
     if (spec.transmitted && spec.view != View::kFront && spec.view != View::kBack) {
-        return usage_error("`--preview`: light=transmitted goes with view=front or view=back");
+        return usage_error(messages::kLightWithoutSide);
     }
     return spec;
 }

@@ -14,8 +14,10 @@
 #include <string>
 #include <system_error>
 
+#include "backends/common/messages.h"
 #include "backends/common/resume_check.h"
 #include "backends/common/tee_sink.h"
+#include "backends/raster/messages.h"
 #include "backends/raster/png_slice.h"
 #include "base/check.h"
 #include "base/near_miss.h"
@@ -34,7 +36,7 @@ Result<std::vector<uint8_t>> read_bytes(const std::filesystem::path& file) {
     if (!std::filesystem::exists(file, status)) return std::vector<uint8_t>();
     std::ifstream in(file, std::ios::binary);
     std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
-    if (!in || in.bad()) return outside_error(fmt::format("cannot read `{}`", file.string()));
+    if (!in || in.bad()) return outside_error(fmt::format(messages::kCannotRead, file.string()));
     return bytes;
 }
 
@@ -49,13 +51,12 @@ Result<std::unique_ptr<pipeline::SliceSink>> FolderSink::open(const std::filesys
                                                               bool reopened) {
     std::error_code status;
     if (std::filesystem::exists(folder, status) && !std::filesystem::is_directory(folder, status)) {
-        return user_error(
-            fmt::format("`{}` is a file; the output is a folder of slices", folder.string()));
+        return user_error(fmt::format(messages::kOutputIsFile, folder.string()));
     }
     std::filesystem::create_directories(folder, status);
     if (status) {
         return outside_error(
-            fmt::format("cannot create the folder `{}`: {}", folder.string(), status.message()));
+            fmt::format(messages::kCannotCreateFolder, folder.string(), status.message()));
     }
     Result<backends::OutputFolder> opened = backends::OutputFolder::open(folder);
     if (!opened) return opened.error();
@@ -84,16 +85,13 @@ Result<std::vector<std::string>> FolderSink::files() const {
          !status && entry != end; entry.increment(status)) {
         const std::string name = entry->path().filename().string();
         if (!is_folder_file(name)) {
-            return user_error(fmt::format(
-                "`{}` holds `{}`, which is not part of a print; give an empty folder, or one "
-                "with an earlier print",
-                folder_.path().string(), name));
+            return user_error(fmt::format(messages::kNotOfPrint, folder_.path().string(), name));
         }
         ours.push_back(name);
     }
     if (status) {
-        return outside_error(fmt::format("cannot read the folder `{}`: {}", folder_.path().string(),
-                                         status.message()));
+        return outside_error(
+            fmt::format(messages::kCannotReadFolder, folder_.path().string(), status.message()));
     }
     return ours;
 }
@@ -132,8 +130,7 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
         std::vector<std::string> names;
         for (const pipeline::SliceMaterial& material : info.materials)
             names.push_back(material.name);
-        return user_error(fmt::format("`--grey-material {}`: no material of the print; {}",
-                                      options_.grey_material,
+        return user_error(fmt::format(messages::kNoGreyMaterial, options_.grey_material,
                                       suggest(options_.grey_material, names)));
     }
     if (!earlier_) {
@@ -149,14 +146,13 @@ Result<void> FolderSink::begin(const pipeline::PrintInfo& info) {
         // The print was killed right at its start: nothing is lost by starting over.
         if (!slices) return {};
         return backends::resume_refused(folder_.path().string(),
-                                        fmt::format("it has slices and no {}", kManifest));
+                                        fmt::format(messages::kSlicesWithoutManifest, kManifest));
     }
     const std::string why =
         manifest_difference({manifest->begin(), manifest->end()}, info_, options_);
     if (!why.empty()) return backends::resume_refused(folder_.path().string(), why);
     if (options_.format == SliceFormat::kRgba && shares_a_color(info_)) {
-        return backends::resume_refused(folder_.path().string(),
-                                        "two of its materials look the same in the slices");
+        return backends::resume_refused(folder_.path().string(), messages::kMaterialsAlike);
     }
     return {};
 }
@@ -179,9 +175,9 @@ Result<int32_t> FolderSink::resume(const std::function<bool(const pipeline::Slic
         kept.insert(of_slice.begin(), of_slice.end());
         ++written_;
         if (!show({z, rows.data(), row_bytes, info_.size.x, info_.size.y})) {
-            return Error{ErrorCode::kInterrupted,
-                         fmt::format("interrupted while `{}` was read; nothing was changed",
-                                     folder_.path().string())};
+            return Error{
+                ErrorCode::kInterrupted,
+                fmt::format(backends::messages::kInterruptedReading, folder_.path().string())};
         }
     }
     const bool complete = written_ == info_.slice_end - info_.slice_begin;
@@ -205,15 +201,16 @@ std::vector<uint8_t> FolderSink::encode(const pipeline::SliceView& slice) const 
 
 Error FolderSink::with_resume_state(const Error& error, size_t slice_bytes) const {
     const double left = info_.slice_end - info_.slice_begin - written_;
-    return {
-        error.code,
-        fmt::format("{}; {} whole slices were written before, the rest takes about {}",
-                    error.text(), written_,
+    return {error.code,
+            fmt::format(backends::messages::kWholeSlicesBefore, error.text(), written_) +
+                fmt::format(
+                    backends::messages::kRestTakes,
                     format_bytes(static_cast<int64_t>(left * static_cast<double>(slice_bytes))))};
 }
 
 Result<void> FolderSink::commit(int32_t z, std::vector<uint8_t> bytes) {
-    if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    if (bytes.empty())
+        return internal_error(fmt::format(backends::messages::kSliceNotCompressed, z));
     OPENFAB_CHECK(z >= 0 && z < info_.size.z);
     const size_t files = files_a_slice(info_, options_);
     const size_t file_bytes = bytes.size() / files;

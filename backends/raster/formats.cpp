@@ -3,6 +3,7 @@
 #include "backends/raster/formats.h"
 
 #include "backends/raster/folder_sink.h"
+#include "backends/raster/messages.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/slice_files.h"
 
@@ -59,7 +60,7 @@ constexpr backends::Format grey_format(std::string_view name, std::string_view e
     made.kind = backends::FormatKind::kFolder;
     made.flips_x = true;
     made.of_fractions = true;
-    made.not_resumed = "fractions are made again from the first slice; start over without it";
+    made.not_resumed = messages::kFractionsNotResumed;
     made.bytes_per_column = [](size_t) { return kSlabs * 8 * static_cast<int64_t>(sizeof(float)); };
     made.open = open_folder<grey_options<format>>;
     made.encode = encode<grey_options<format>>;
@@ -107,9 +108,7 @@ const backends::Format kBmpFormat{
 const backends::Format kNpyFormat{
     .name = "npy",
     .extension = ".npy",
-    .not_resumed =
-        "an array does not keep what it was made of; print an .ofr file, and make an "
-        "array of it with `openfab export`",
+    .not_resumed = messages::kArrayNotResumed,
     .bytes_per_column = [](size_t) { return kSlabs * 8; },
     .files =
         [](const std::string& path, const std::vector<pipeline::SliceMaterial>&) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "backends/raster/grey_slice.h"
+#include "backends/raster/messages.h"
 #include "base/near_miss.h"
 
 namespace openfab::raster {
@@ -17,8 +18,7 @@ Result<void> GreyStack::begin(const pipeline::PrintInfo& info, int32_t materials
         std::vector<std::string> names;
         for (size_t m = 0; m < materials_; ++m)
             names.push_back(info.materials[m].name);
-        return user_error(fmt::format("`--grey-material {}`: no material of the print's parts; {}",
-                                      options_.grey_material,
+        return user_error(fmt::format(messages::kNoGreyPartMaterial, options_.grey_material,
                                       suggest(options_.grey_material, names)));
     }
     material_ = static_cast<size_t>(material);

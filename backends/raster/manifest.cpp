@@ -14,6 +14,7 @@
 #include "backends/common/resume_check.h"
 #include "backends/raster/folder_sink.h"
 #include "backends/raster/grey_slice.h"
+#include "backends/raster/messages.h"
 #include "backends/raster/npy_sink.h"
 #include "base/text.h"
 
@@ -268,8 +269,7 @@ std::string difference(const rapidjson::Value& there, const rapidjson::Value& he
             const std::string key = member.name.GetString();
             if (is_of_the_end(key)) continue;
             const auto other = there.FindMember(member.name);
-            if (other == there.MemberEnd())
-                return fmt::format("its manifest does not give `{}`", key);
+            if (other == there.MemberEnd()) return fmt::format(messages::kManifestLacks, key);
             std::string found = difference(other->value, member.value, key);
             if (!found.empty()) return found;
         }
@@ -300,7 +300,7 @@ std::string manifest_difference(const std::string& text, const pipeline::PrintIn
                                 const FolderOptions& options) {
     rapidjson::Document there, here;
     there.Parse<rapidjson::kParseIterativeFlag>(text.data(), text.size());
-    if (there.HasParseError() || !there.IsObject()) return "its manifest.json is damaged";
+    if (there.HasParseError() || !there.IsObject()) return messages::kManifestDamaged;
     const std::string expected = manifest_json(info, {}, 0, options);
     here.Parse(expected.data(), expected.size());
     return difference(there, here, "manifest");

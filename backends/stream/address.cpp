@@ -21,6 +21,7 @@
 #include <string_view>
 #include <utility>
 
+#include "backends/stream/messages.h"
 #include "base/input_file.h"
 
 namespace openfab::stream {
@@ -42,7 +43,7 @@ Result<Found> look_up(const Address& address) {
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* found = nullptr;
     const int code = getaddrinfo(address.host.c_str(), address.port.c_str(), &hints, &found);
-    if (code != 0) return system_error("cannot find", address, gai_strerror(code));
+    if (code != 0) return system_error(messages::kCannotFind, address, gai_strerror(code));
     return Found(found, &freeaddrinfo);
 }
 
@@ -74,10 +75,11 @@ Result<Socket> listen_on(Socket socket, const sockaddr* name, socklen_t bytes,
                          const Address& address) {
     constexpr int kBacklog = 16;
     const int yes = 1;
-    if (!socket.is_open()) return system_error("cannot listen at", address, std::strerror(errno));
+    if (!socket.is_open())
+        return system_error(messages::kCannotListen, address, std::strerror(errno));
     ::setsockopt(socket.fd(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
     if (::bind(socket.fd(), name, bytes) != 0 || ::listen(socket.fd(), kBacklog) != 0)
-        return system_error("cannot listen at", address, std::strerror(errno));
+        return system_error(messages::kCannotListen, address, std::strerror(errno));
     return socket;
 }
 
@@ -87,11 +89,10 @@ Result<Socket> listen_at_path(const Address& address) {
     struct stat there {};
     if (::lstat(address.path.c_str(), &there) == 0) {
         if (!S_ISSOCK(there.st_mode)) {
-            return user_error(
-                fmt::format("`{}` is a file; name one that does not exist", address.path));
+            return user_error(fmt::format(messages::kPathTaken, address.path));
         }
         if (connect_within(make_socket(AF_UNIX), generic, sizeof(name), 1) != ECONNREFUSED)
-            return system_error("cannot listen at", address, "another process does");
+            return system_error(messages::kCannotListen, address, messages::kAnotherListens);
         ::unlink(address.path.c_str());
     }
     const mode_t mask = ::umask(077);
@@ -123,8 +124,8 @@ Result<Address> parse_address(const std::string& text) {
     if (text.starts_with(kUnix)) {
         address.path = text.substr(kUnix.size());
         if (address.path.empty() || address.path.size() >= sizeof(sockaddr_un::sun_path)) {
-            return usage_error(fmt::format("`{}`: a socket's path has 1 to {} bytes", text,
-                                           sizeof(sockaddr_un::sun_path) - 1));
+            return usage_error(
+                fmt::format(messages::kSocketPathLength, text, sizeof(sockaddr_un::sun_path) - 1));
         }
         return address;
     }
@@ -142,8 +143,7 @@ Result<Address> parse_address(const std::string& text) {
     const bool digits = !address.port.empty() && address.port.size() <= 5 &&
                         address.port.find_first_not_of("0123456789") == std::string::npos;
     if (address.host.empty() || !digits || std::atoi(address.port.c_str()) > 65535) {
-        return usage_error(fmt::format(
-            "`{}` is no address; write `tcp://HOST:PORT`, `tls://HOST:PORT` or `unix:PATH`", text));
+        return usage_error(fmt::format(messages::kNoAddress, text));
     }
     return address;
 }
@@ -179,7 +179,7 @@ Result<Socket> connect_to(const Address& address, double seconds) {
         code =
             connect_within(socket, reinterpret_cast<const sockaddr*>(&name), sizeof(name), seconds);
         if (code == 0) return socket;
-        return system_error("cannot connect to", address, std::strerror(code));
+        return system_error(messages::kCannotConnect, address, std::strerror(code));
     }
     Result<Found> found = look_up(address);
     if (!found) return found.error();
@@ -191,7 +191,7 @@ Result<Socket> connect_to(const Address& address, double seconds) {
         ::setsockopt(socket.fd(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof(yes));
         return socket;
     }
-    return system_error("cannot connect to", address, std::strerror(code));
+    return system_error(messages::kCannotConnect, address, std::strerror(code));
 }
 
 Result<Socket> listen_at(const Address& address) {
@@ -226,7 +226,7 @@ std::string other_end(const Socket& socket) {
         ucred who{};
         socklen_t size = sizeof(who);
         const bool known = ::getsockopt(socket.fd(), SOL_SOCKET, SO_PEERCRED, &who, &size) == 0;
-        return known ? fmt::format("user {}", who.uid) : "this machine";
+        return known ? fmt::format(messages::kUserNumber, who.uid) : messages::kThisMachine;
     }
     std::array<char, NI_MAXHOST> host{};
     std::array<char, NI_MAXSERV> port{};
@@ -240,17 +240,18 @@ Result<std::string> load_token(const std::string& file) {
     std::string token;
     if (!file.empty()) {
         Result<InputFile> opened = InputFile::open(file);
-        if (!opened) return with_context(opened.error(), fmt::format("cannot read `{}`: ", file));
+        if (!opened)
+            return with_context(opened.error(), fmt::format(messages::kCannotReadBefore, file));
         Result<std::string> text = opened->read_all(kMostTokenBytes * 4);
-        if (!text) return with_context(text.error(), fmt::format("cannot read `{}`: ", file));
+        if (!text)
+            return with_context(text.error(), fmt::format(messages::kCannotReadBefore, file));
         token = text->substr(0, text->find_first_of("\r\n"));
-        if (token.empty()) return user_error(fmt::format("`{}` holds no token", file));
+        if (token.empty()) return user_error(fmt::format(messages::kNoToken, file));
     } else if (const char* set = std::getenv("OPENFAB_TOKEN"); set != nullptr) {
         token = set;
     }
     if (token.size() > kMostTokenBytes) {
-        return user_error(
-            fmt::format("the token has {} bytes; {} are possible", token.size(), kMostTokenBytes));
+        return user_error(fmt::format(messages::kTokenLength, token.size(), kMostTokenBytes));
     }
     return token;
 }

@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "backends/stream/messages.h"
 #include "base/clock.h"
 #include "base/text.h"
 
@@ -102,15 +103,14 @@ Result<Open> read_open(std::span<const uint8_t> bytes) {
     uint32_t version = 0;
     Open open;
     std::span<const uint8_t> token, header;
-    if (!take(&bytes, &magic) || magic != kMagic) return user_error("this is no print");
+    if (!take(&bytes, &magic) || magic != kMagic) return user_error(messages::kNoPrint);
     if (!take(&bytes, &version) || version != kVersion) {
-        return user_error(fmt::format("it speaks version {} of the protocol; this is version {}",
-                                      version, kVersion));
+        return user_error(fmt::format(messages::kOtherProtocol, version, kVersion));
     }
     if (!take(&bytes, &open.mode) || open.mode > Mode::kSendBack || !take(&bytes, &open.sender) ||
         !take_bytes(&bytes, &token) || token.size() > kMostTokenBytes ||
         !take_bytes(&bytes, &header) || !bytes.empty())
-        return user_error("its first message is damaged");
+        return user_error(messages::kFirstMessageDamaged);
     open.token.assign(token.begin(), token.end());
     open.header.assign(header.begin(), header.end());
     return open;
@@ -120,13 +120,13 @@ Result<Ready> read_ready(std::span<const uint8_t> bytes) {
     Ready ready;
     if (!take(&bytes, &ready.next) || !take(&bytes, &ready.window) ||
         !take(&bytes, &ready.complete) || !bytes.empty() || ready.window == 0)
-        return user_error("its answer is damaged");
+        return user_error(messages::kAnswerDamaged);
     return ready;
 }
 
 Result<int32_t> read_acknowledge(std::span<const uint8_t> bytes) {
     int32_t z = 0;
-    if (!take(&bytes, &z) || !bytes.empty()) return user_error("its acknowledgement is damaged");
+    if (!take(&bytes, &z) || !bytes.empty()) return user_error(messages::kAcknowledgementDamaged);
     return z;
 }
 
@@ -199,7 +199,7 @@ Result<bool> Line::next(Message* message) {
     take(&rest, &message->kind);
     take(&rest, &n);
     if (n > most_) {
-        return user_error(fmt::format("a message of {} bytes, where {} are possible", n, most_));
+        return user_error(fmt::format(messages::kMessageTooLong, n, most_));
     }
     if (rest.size() < n) return false;
     message->bytes.assign(rest.begin(), rest.begin() + n);

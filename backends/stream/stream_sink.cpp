@@ -16,8 +16,10 @@
 #include <random>
 #include <utility>
 
+#include "backends/common/messages.h"
 #include "backends/common/tee_sink.h"
 #include "backends/ofr/slice_codec.h"
+#include "backends/stream/messages.h"
 #include "base/clock.h"
 
 namespace openfab::stream {
@@ -36,13 +38,12 @@ Result<bool> show_slice(std::span<const uint8_t> bytes, const pipeline::PrintInf
                         const std::function<bool(const pipeline::SliceView&)>& show) {
     const size_t row_bytes = backends::packed_row_bytes(info.size.x, info.bits);
     rows->resize(row_bytes * static_cast<size_t>(info.size.y));
-    if (bytes.size() < ofr::kSliceHeadBytes) return user_error("a slice came back damaged");
+    if (bytes.size() < ofr::kSliceHeadBytes) return user_error(messages::kSliceDamaged);
     Result<ofr::SliceHead> head = ofr::read_slice_head(bytes.first(ofr::kSliceHeadBytes));
-    if (!head || head->z != z || z >= info.slice_end)
-        return user_error("a slice came back damaged");
+    if (!head || head->z != z || z >= info.slice_end) return user_error(messages::kSliceDamaged);
     const Result<void> decoded =
         ofr::decode_frame(*head, bytes.subspan(ofr::kSliceHeadBytes), *rows);
-    if (!decoded) return user_error("a slice came back damaged");
+    if (!decoded) return user_error(messages::kSliceDamaged);
     return show({z, rows->data(), row_bytes, info.size.x, info.size.y});
 }
 
@@ -72,10 +73,10 @@ StreamSink::~StreamSink() {
 }
 
 Error StreamSink::stopped(const Stop& stop) const {
-    const std::string text = fmt::format("{}: the receiver says: {}", address_.text, stop.text);
+    const std::string text = fmt::format(messages::kReceiverSays, address_.text, stop.text);
     switch (stop.code) {
         case StopCode::kToken:
-            return user_error(text, "give it by `--token-file` or in OPENFAB_TOKEN");
+            return user_error(text, messages::kGiveToken);
         case StopCode::kOtherPrint:
             return user_error(text);
         default:
@@ -97,7 +98,7 @@ Result<Line> StreamSink::connect(Mode mode) const {
         backends::packed_row_bytes(info_.size.x, info_.bits) * static_cast<size_t>(info_.size.y);
     line.allow(ofr::kSliceHeadBytes + ofr::most_frame_bytes(raw) + 1024);
     if (!line.send_all(frame_open({mode, sender_, token_, header_})))
-        return outside_error(fmt::format("{}: the line was cut", address_.text));
+        return outside_error(fmt::format(messages::kLineCut, address_.text));
     return line;
 }
 
@@ -114,16 +115,16 @@ Result<std::optional<Ready>> StreamSink::hear_ready(
             Result<bool> more =
                 show_slice(message.bytes, info_, info_.slice_begin + *shown, &rows, show);
             if (!more) return with_context(more.error(), address_.text + ": ");
-            if (!*more) return Error{ErrorCode::kInterrupted, "interrupted while slices came back"};
+            if (!*more) return Error{ErrorCode::kInterrupted, messages::kInterruptedComingBack};
             ++*shown;
             continue;
         }
         if (message.kind != Kind::kReady)
-            return outside_error(address_.text + ": this is no receiver of prints");
+            return outside_error(address_.text + messages::kNoReceiver);
         Result<Ready> ready = read_ready(message.bytes);
         if (!ready) return with_context(ready.error(), address_.text + ": ");
         if (ready->next < info_.slice_begin || ready->next > info_.slice_end)
-            return outside_error(address_.text + ": it asks for a slice that there is not");
+            return outside_error(address_.text + messages::kNoSuchSlice);
         return std::optional<Ready>(*ready);
     }
 }
@@ -133,7 +134,7 @@ Result<void> StreamSink::begin(const pipeline::PrintInfo& info) {
     header_ = ofr::write_header(info);
     offset_ = header_.size();
     next_ = info.slice_begin;
-    if (wake_ < 0) return outside_error("cannot make an eventfd");
+    if (wake_ < 0) return outside_error(messages::kNoEventfd);
     for (int tries = 0; tries < kMostAgain; ++tries) {
         Result<Line> line = connect(resumed_ ? Mode::kSendBack : Mode::kAnew);
         if (!line) return line.error();
@@ -145,7 +146,7 @@ Result<void> StreamSink::begin(const pipeline::PrintInfo& info) {
         start(**ready);
         return {};
     }
-    return outside_error(address_.text + ": the line was cut before the first slice");
+    return outside_error(address_.text + messages::kLineCutAtFirst);
 }
 
 Result<int32_t> StreamSink::resume(const std::function<bool(const pipeline::SliceView&)>& show) {
@@ -159,10 +160,10 @@ Result<int32_t> StreamSink::resume(const std::function<bool(const pipeline::Slic
     };
     Result<std::optional<Ready>> ready = hear_ready(&line_, count, &shown);
     if (!ready) return ready.error();
-    if (!*ready) return outside_error(address_.text + ": the line was cut while slices came back");
+    if (!*ready) return outside_error(address_.text + messages::kLineCutComingBack);
     // A front end that keeps no slices sends none back: they are made again and not sent.
     if (shown != 0 && info_.slice_begin + shown != (*ready)->next)
-        return outside_error(address_.text + ": it did not send all slices back that it has kept");
+        return outside_error(address_.text + messages::kNotAllCameBack);
     start(**ready);
     return shown;
 }
@@ -188,12 +189,12 @@ bool StreamSink::wait(std::unique_lock<std::mutex>* lock, const std::function<bo
 }
 
 Error StreamSink::interrupted(int32_t z) const {
-    return {ErrorCode::kInterrupted,
-            fmt::format("interrupted while {} had no room for slice {}", address_.text, z)};
+    return {ErrorCode::kInterrupted, fmt::format(messages::kInterruptedNoRoom, address_.text, z)};
 }
 
 Result<void> StreamSink::commit(int32_t z, std::vector<uint8_t> bytes) {
-    if (bytes.empty()) return internal_error(fmt::format("slice {} could not be compressed", z));
+    if (bytes.empty())
+        return internal_error(fmt::format(backends::messages::kSliceNotCompressed, z));
     entries_.push_back({z, offset_});
     offset_ += bytes.size();
     std::unique_lock lock(mutex_);
@@ -244,7 +245,7 @@ Result<void> StreamSink::finish(const pipeline::PrintTotals& totals) {
     (void)::eventfd_write(wake_, 1);
     thread_.join();
     if (line_.is_open() && out_.empty() && !line_.is_mid_send())
-        line_.send_all(frame_stop(StopCode::kBye, "the sender leaves"), kMomentSeconds);
+        line_.send_all(frame_stop(StopCode::kBye, messages::kSenderLeaves), kMomentSeconds);
     line_.close();
     return result;
 }
@@ -408,7 +409,7 @@ void StreamSink::take_ready(const Ready& ready) {
 /// Looks for the receiver until it answers, refuses, or was away for too long.
 bool StreamSink::reconnect() {
     const double lost = seconds_now();
-    Error last = outside_error(address_.text + ": the line was cut");
+    Error last = outside_error(address_.text + messages::kLineCutAfter);
     for (double pause = 0.05; seconds_now() - lost < kLostSeconds;
          pause = std::min(2 * pause, 2.0)) {
         {
@@ -429,9 +430,8 @@ bool StreamSink::reconnect() {
         const std::lock_guard lock(mutex_);
         if ((*ready)->next < next_) {
             failed_ = true;
-            error_ = outside_error(fmt::format(
-                "{}: the receiver has lost slices that it had kept: it is at {}, after {}",
-                address_.text, (*ready)->next, next_ - 1));
+            error_ = outside_error(
+                fmt::format(messages::kSlicesLost, address_.text, (*ready)->next, next_ - 1));
             changed_.notify_all();
             return false;
         }
@@ -439,8 +439,7 @@ bool StreamSink::reconnect() {
         take_ready(**ready);
         return true;
     }
-    fail(outside_error(
-        fmt::format("{}, and there was no other for {:.0f} s", last.text(), kLostSeconds)));
+    fail(outside_error(fmt::format(messages::kNoOtherLine, last.text(), kLostSeconds)));
     return false;
 }
 

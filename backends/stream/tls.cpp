@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "backends/stream/messages.h"
 #include "base/clock.h"
 #include "base/input_file.h"
 #include "base/text.h"
@@ -25,11 +26,11 @@ std::string reason() {
     const unsigned long code = ERR_peek_last_error();
     ERR_clear_error();
     const char* text = code == 0 ? nullptr : ERR_reason_error_string(code);
-    return text == nullptr ? "the other end closed it" : printable(text);
+    return text == nullptr ? messages::kOtherEndClosed : printable(text);
 }
 
 Error unreadable(const std::string& file, const char* what) {
-    return user_error(fmt::format("cannot read {} from `{}`: {}", what, file, reason()));
+    return user_error(fmt::format(messages::kCannotReadFrom, what, file, reason()));
 }
 
 /// OpenSSL opens files by their names, and would wait for a pipe's writer.
@@ -37,7 +38,7 @@ Result<void> check_file(const std::string& file, const char* what) {
     const Result<InputFile> opened = InputFile::open(file);
     if (opened) return {};
     return Error{opened.error().code,
-                 fmt::format("cannot read {} from `{}`: {}", what, file, opened.error().text())};
+                 fmt::format(messages::kCannotReadFrom, what, file, opened.error().text())};
 }
 
 /// Nobody is asked for the password of a key.
@@ -108,7 +109,7 @@ int64_t TlsSession::write(std::span<const uint8_t> bytes) {
 Result<std::unique_ptr<TlsContext>> TlsContext::for_senders(const std::string& ca_file) {
     ERR_clear_error();
     std::unique_ptr<TlsContext> made(new TlsContext(make_context(TLS_client_method())));
-    if (made->context_ == nullptr) return outside_error("cannot begin TLS: " + reason());
+    if (made->context_ == nullptr) return outside_error(messages::kCannotBeginTls + reason());
     SSL_CTX_set_verify(made->context_, SSL_VERIFY_PEER, nullptr);
     if (!ca_file.empty()) {
         if (Result<void> there = check_file(ca_file, "certificates"); !there) return there.error();
@@ -125,16 +126,15 @@ Result<std::unique_ptr<TlsContext>> TlsContext::for_receivers(const std::string&
                                                               const std::string& key_file) {
     ERR_clear_error();
     std::unique_ptr<TlsContext> made(new TlsContext(make_context(TLS_server_method())));
-    if (made->context_ == nullptr) return outside_error("cannot begin TLS: " + reason());
-    constexpr const char* kKey = "the key of the certificate, without a password,";
-    for (const auto& [file, what] :
-         {std::pair(certificate_file, "a certificate"), std::pair(key_file, kKey)}) {
+    if (made->context_ == nullptr) return outside_error(messages::kCannotBeginTls + reason());
+    for (const auto& [file, what] : {std::pair(certificate_file, messages::kACertificate),
+                                     std::pair(key_file, messages::kKeyOfCertificate)}) {
         if (Result<void> there = check_file(file, what); !there) return there.error();
     }
     if (SSL_CTX_use_certificate_chain_file(made->context_, certificate_file.c_str()) != 1)
-        return unreadable(certificate_file, "a certificate");
+        return unreadable(certificate_file, messages::kACertificate);
     if (SSL_CTX_use_PrivateKey_file(made->context_, key_file.c_str(), SSL_FILETYPE_PEM) != 1)
-        return unreadable(key_file, kKey);
+        return unreadable(key_file, messages::kKeyOfCertificate);
     return made;
 }
 
@@ -147,10 +147,10 @@ Result<std::unique_ptr<TlsSession>> TlsContext::connect(const Socket& socket,
                                                         double seconds) const {
     ERR_clear_error();
     ssl_st* const ssl = SSL_new(context_);
-    if (ssl == nullptr) return outside_error("cannot begin TLS: " + reason());
+    if (ssl == nullptr) return outside_error(messages::kCannotBeginTls + reason());
     auto session = std::make_unique<TlsSession>(ssl);
     if (SSL_set_fd(ssl, socket.fd()) != 1 || !expect_host(ssl, address.host))
-        return outside_error(fmt::format("cannot begin TLS with {}: {}", address.text, reason()));
+        return outside_error(fmt::format(messages::kCannotBeginTlsWith, address.text, reason()));
     const double end = seconds_now() + seconds;
     for (;;) {
         const int result = SSL_connect(ssl);
@@ -161,18 +161,18 @@ Result<std::unique_ptr<TlsSession>> TlsContext::connect(const Socket& socket,
                       static_cast<int16_t>(error == SSL_ERROR_WANT_READ ? POLLIN : POLLOUT), 0};
         const double left = end - seconds_now();
         if (left <= 0 || ::poll(&polled, 1, static_cast<int>(left * 1000) + 1) <= 0) {
-            return outside_error(fmt::format("{}: it does not answer as TLS does", address.text));
+            return outside_error(fmt::format(messages::kNoTlsAnswer, address.text));
         }
     }
     const long verified = SSL_get_verify_result(ssl);
     if (verified != X509_V_OK) {
         ERR_clear_error();
-        Error error = user_error(fmt::format("{}: its certificate is not trusted: {}", address.text,
+        Error error = user_error(fmt::format(messages::kNotTrusted, address.text,
                                              X509_verify_cert_error_string(verified)));
-        error.help = "`--tls-ca FILE` names the certificates to trust";
+        error.help = messages::kNotTrustedHelp;
         return error;
     }
-    return outside_error(fmt::format("{}: no TLS: {}", address.text, reason()));
+    return outside_error(fmt::format(messages::kNoTls, address.text, reason()));
 }
 
 std::unique_ptr<TlsSession> TlsContext::accept(const Socket& socket) const {

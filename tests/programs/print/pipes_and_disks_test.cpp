@@ -11,6 +11,7 @@
 #include <map>
 #include <thread>
 
+#include "backends/common/messages.h"
 #include "program/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
@@ -111,7 +112,8 @@ TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
         test_program("openfab_test_print_4").string(), path("block.fab.json"));
     const Outcome outcome = run({"/bin/bash", "-c", command});
     EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("cannot write to `standard output`: Broken pipe"));
+    EXPECT_THAT(outcome.err, ::testing::HasSubstr(std::string(backends::messages::kCannotWriteTo) +
+                                                  " `standard output`: Broken pipe"));
 }
 
 using Files = std::map<std::string, std::string>;
@@ -153,7 +155,7 @@ TEST_F(PipesAndDisks, AFullDiskThatIsFreedIsGoneOnWith) {
         const Outcome full = print("ball.fab.json", arguments(output, false));
         EXPECT_EQ(full.exit_code, 3);
         EXPECT_THAT(full.err, HasSubstr("No space left on device"));
-        EXPECT_THAT(full.err, HasSubstr("whole slices were written before, the rest takes "));
+        EXPECT_THAT(full.err, testing::Says(backends::messages::kWholeSlicesBefore));
         EXPECT_THAT(full.err, Says(program::messages::kResumeHelp));
         const Files left = files_of(output);
 

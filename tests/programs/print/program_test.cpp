@@ -9,6 +9,9 @@
 
 #include <algorithm>
 
+#include "backends/common/messages.h"
+#include "backends/gcvf/messages.h"
+#include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_reader.h"
 #include "program/messages.h"
 #include "tests/support/places/places.h"
@@ -168,7 +171,8 @@ TEST_F(PrintProgram, AFullDiskKeepsWholeSlices) {
     const Outcome outcome = print({"-o", "/dev/full", "--format", "ofr"});
     EXPECT_EQ(outcome.exit_code, 3);
     EXPECT_THAT(outcome.err,
-                HasSubstr("error: cannot write to `/dev/full`: No space left on device"));
+                ::testing::HasSubstr(std::string("error: ") + backends::messages::kCannotWriteTo +
+                                     " `/dev/full`: No space left on device"));
 }
 
 TEST_F(PrintProgram, ReplacesNoFolderByAFileAndLosesNoFiles) {
@@ -325,7 +329,7 @@ TEST_F(PrintProgram, AFailingKernelIsOurBug) {
     write_world("broken.fab.json", "Broken", "[6, 4, 3]");
     const Outcome outcome = print({"-o", path("a.ofr")}, {}, "broken.fab.json");
     EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
-    EXPECT_THAT(openfab({"verify", path("a.ofr")}).err, HasSubstr("slices are whole"));
+    EXPECT_THAT(openfab({"verify", path("a.ofr")}).err, testing::Says(ofr::messages::kWholeSlices));
 }
 
 TEST_F(PrintProgram, InterruptedKeepsWholeSlices) {
@@ -352,7 +356,7 @@ TEST_F(PrintProgram, AGcvfIsTheSamePrintedOrExportedAndNeverInPart) {
     const Outcome outcome = print({"-o", path("c.gcvf"), "--voxel", "0.05mm", "--threads", "1"},
                                   options, "large.fab.json");
     EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("none was written"));
+    EXPECT_THAT(outcome.err, testing::Says(gcvf::messages::kEndedEarly));
     for (const fs::directory_entry& entry : fs::directory_iterator(scratch_.path()))
         EXPECT_FALSE(entry.path().filename().string().starts_with("c.gcvf")) << entry.path();
 }

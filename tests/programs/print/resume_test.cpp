@@ -14,7 +14,10 @@
 #include <random>
 #include <thread>
 
+#include "backends/boundary/messages.h"
+#include "backends/common/messages.h"
 #include "backends/common/part_file.h"
+#include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
@@ -98,10 +101,10 @@ class Resume : public ::testing::Test {
     int whole_slices(const std::string& name) {
         const Result<std::unique_ptr<ofr::OfrReader>> reader = ofr::OfrReader::open(path(name));
         if (!reader) {
-            EXPECT_THAT(reader.error().text(), ::testing::AnyOf(HasSubstr("too short"),
-                                                                HasSubstr("cut short in the "
-                                                                          "header"),
-                                                                HasSubstr("cannot open")));
+            EXPECT_THAT(reader.error().text(),
+                        ::testing::AnyOf(testing::Says(ofr::messages::kTooShort),
+                                         testing::Says(ofr::messages::kCutShortInHeader),
+                                         testing::Says(ofr::messages::kCannotOpen)));
             return 0;
         }
         Result<bool> more = true;
@@ -262,7 +265,7 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
     const auto refused = [&](std::vector<std::string> arguments, const std::string& why) {
         const Outcome outcome = print(std::move(arguments));
         EXPECT_EQ(outcome.exit_code, 1) << why;
-        EXPECT_THAT(outcome.err, HasSubstr("cannot resume"));
+        EXPECT_THAT(outcome.err, testing::Says(backends::messages::kResumeRefused));
         EXPECT_THAT(outcome.err, HasSubstr(why));
         EXPECT_TRUE(read_file(path("a.ofr")) == cut) << why;
         EXPECT_TRUE(files_of(path("a")) == slices) << why;
@@ -274,12 +277,13 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
         }
     };
     both_refuse({"--dither", "decorrelated"},
-                "the dither is `blue_noise` there and `decorrelated` here");
-    both_refuse({"--seed", "7"}, "the seed is `0` there and `7` here");
-    both_refuse({"--set", "thing.a=black"}, "the uniforms are not the same");
+                fmt::format(backends::messages::kIsOther, "dither", "blue_noise", "decorrelated"));
+    both_refuse({"--seed", "7"}, fmt::format(backends::messages::kIsOther, "seed", "0", "7"));
+    both_refuse({"--set", "thing.a=black"},
+                fmt::format(backends::messages::kNotTheSame, "uniforms"));
     both_refuse({"--printer", path("own.printer.json")},
-                "the printer is `generic` there and `own` here");
-    refused({"-o", path("a.ofr"), "--resume", "--draft", "7"}, "the pitch in mm is");
+                fmt::format(backends::messages::kIsOther, "printer", "generic", "own"));
+    refused({"-o", path("a.ofr"), "--resume", "--draft", "7"}, backends::messages::kPitchInMm);
     std::vector<std::string> part = ofr;
     part.insert(part.end(), {"--slices", "0:9"});
     refused(part, "the range of slices is");
@@ -290,11 +294,11 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
         refused(arguments, why);
     }
     write_world("world.fab.json", R"({"box": [26, 26, 26]})");
-    both_refuse({}, "the meshes are not the same");
+    both_refuse({}, fmt::format(backends::messages::kNotTheSame, "meshes"));
     write_world("world.fab.json", R"({"sphere": 26})", "#000001");
     both_refuse({}, "#000001");
     write_world("world.fab.json", R"({"sphere": 26})", "#000000", R"(, "rotate_deg": [0, 0, 9])");
-    both_refuse({}, "the placements are not the same");
+    both_refuse({}, fmt::format(backends::messages::kNotTheSame, "placements"));
     write_world("world.fab.json", R"({"sphere": 26})");
     EXPECT_EQ(print(ofr).exit_code, 0);
     EXPECT_TRUE(read_file(path("a.ofr")) == file);
@@ -327,7 +331,7 @@ TEST_F(Resume, WhatKeepsNothingIsRefused) {
     for (const char* output : {"a.3mf", "a.stl"}) {
         const Outcome outcome = print({"-o", path(output), "--resume"});
         EXPECT_EQ(outcome.exit_code, 2);
-        EXPECT_THAT(outcome.err, HasSubstr("`openfab export`"));
+        EXPECT_THAT(outcome.err, testing::Says(boundary::messages::kMeshNotResumed));
     }
     EXPECT_EQ(print({"-o", "/dev/null", "--format", "ofr", "--resume"}).exit_code, 2);
     EXPECT_EQ(print({"-o", "-", "--resume"}).exit_code, 2);
@@ -357,9 +361,10 @@ TEST_F(Resume, AFullDiskIsGoneOnWithOnceThereIsRoom) {
             name == "a" ? fs::file_size(middle) : fs::file_size(path("wholea.ofr")) / 2);
         const Outcome outcome = print(arguments, full);
         EXPECT_EQ(outcome.exit_code, 3);
-        EXPECT_THAT(outcome.err, HasSubstr("error: cannot write to `" + path(name)));
+        EXPECT_THAT(outcome.err,
+                    HasSubstr(std::string(backends::messages::kCannotWriteTo) + " `" + path(name)));
         EXPECT_THAT(outcome.err, HasSubstr("File too large"));
-        EXPECT_THAT(outcome.err, HasSubstr("whole slices were written before, the rest takes "));
+        EXPECT_THAT(outcome.err, testing::Says(backends::messages::kWholeSlicesBefore));
         EXPECT_THAT(outcome.err, Says(program::messages::kResumeHelp));
         if (name != "a") {
             EXPECT_GT(whole_slices(name), 10);
@@ -397,7 +402,7 @@ TEST_F(Resume, TwoWritersAreRefused) {
             if (resume) arguments.push_back("--resume");
             const Outcome outcome = print(arguments);
             EXPECT_EQ(outcome.exit_code, 3) << output;
-            EXPECT_THAT(outcome.err, HasSubstr("is being written by "));
+            EXPECT_THAT(outcome.err, testing::Says(backends::messages::kBeingWritten));
             // In some containers the kernel's list of locks has other numbers.
             if (outcome.err.find("by another process") != std::string::npos) continue;
             EXPECT_THAT(outcome.err,

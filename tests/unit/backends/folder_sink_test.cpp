@@ -13,9 +13,11 @@
 #include <thread>
 
 #include "backends/raster/folder_sink.h"
+#include "backends/raster/messages.h"
 #include "backends/raster/npy_sink.h"
 #include "backends/raster/png_encode.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
@@ -423,7 +425,8 @@ TEST_F(SliceFolder, NobodysFilesAreLost) {
     EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
     EXPECT_THAT(done.error().text(), HasSubstr("letter.txt"));
     scratch_.write("plain", "a file");
-    EXPECT_THAT(write(make_sample({6, 5, 3}), {}, "plain").error().text(), HasSubstr("is a file"));
+    EXPECT_THAT(write(make_sample({6, 5, 3}), {}, "plain").error().text(),
+                testing::Says(raster::messages::kOutputIsFile));
 }
 
 TEST_F(SliceFolder, AFolderThatCannotBeMadeIsTheOutsidesFault) {

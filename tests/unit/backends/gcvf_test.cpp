@@ -14,16 +14,17 @@
 #include <map>
 
 #include "backends/gcvf/gcvf_sink.h"
+#include "backends/gcvf/messages.h"
 #include "backends/raster/folder_sink.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::UnorderedElementsAre;
 namespace fs = std::filesystem;
 
@@ -223,7 +224,7 @@ TEST_F(Gcvf, APrintThatEndsEarlyLeavesWhatWasThere) {
     const Result<void> done = write(make_sample({20, 20, 20}), false, false);
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::kInterrupted);
-    EXPECT_THAT(done.error().text(), HasSubstr("none was written"));
+    EXPECT_THAT(done.error().text(), testing::Says(gcvf::messages::kEndedEarly));
     EXPECT_THAT(files(), UnorderedElementsAre("part.gcvf"));
     EXPECT_EQ(read_file(scratch_ / "part.gcvf"), "earlier");
 }
@@ -256,16 +257,16 @@ TEST_F(Gcvf, WhatItCannotHoldIsRefused) {
     same.info.materials[1].key = same.info.materials[0].key;
     SamplePrint high = make_sample({4, 4, 4});
     high.info.size.z = high.info.slice_end = 70'000;
-    const std::pair<SamplePrint*, const char*> cases[] = {
-        {&many, "7 materials and a gcvf holds at most 6"},
-        {&same, "one key colour"},
-        {&high, "70000 slices and a gcvf holds at most 65536"}};
-    for (const auto& [print, text] : cases) {
+    const std::pair<SamplePrint*, ::testing::Matcher<std::string>> cases[] = {
+        {&many, Says(gcvf::messages::kTooManyMaterials, 7, 6)},
+        {&same, Says(gcvf::messages::kSameKeys)},
+        {&high, Says(gcvf::messages::kTooManySlices, 70'000, 65'536)}};
+    for (const auto& [print, why] : cases) {
         gcvf::GcvfSink sink(scratch_ / "part.gcvf", false);
         const Result<void> begun = sink.begin(print->info);
         ASSERT_FALSE(begun);
         EXPECT_EQ(begun.error().code, ErrorCode::kUserInput);
-        EXPECT_THAT(begun.error().text(), HasSubstr(text));
+        EXPECT_THAT(begun.error().text(), why);
     }
     EXPECT_THAT(files(), UnorderedElementsAre());
 }

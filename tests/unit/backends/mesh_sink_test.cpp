@@ -20,6 +20,7 @@
 #include <map>
 #include <set>
 
+#include "backends/boundary/messages.h"
 #include "backends/common/package.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/read/stl.h"
@@ -28,6 +29,7 @@
 #include "tests/support/boundary/mesh_files.h"
 #include "tests/support/boundary/voxel_meshes.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
@@ -140,7 +142,8 @@ TEST_F(MeshFiles, SlicersNumberFewFilaments) {
     const Result<void> done = print.send(&sink);
     ASSERT_FALSE(done);
     EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
-    EXPECT_THAT(done.error().text(), HasSubstr("at most 15 filaments"));
+    EXPECT_THAT(done.error().text(),
+                testing::Says(boundary::messages::kTooManyFilaments, "*", "15"));
     EXPECT_THAT(files(), UnorderedElementsAre());
 }
 
@@ -335,7 +338,7 @@ TEST_F(MeshFiles, APrintThatEndsEarlyLeavesWhatWasThere) {
         Result<void> done = write(exact_sample({20, 20, 20}), name, false);
         ASSERT_FALSE(done);
         EXPECT_EQ(done.error().code, ErrorCode::kInterrupted);
-        EXPECT_THAT(done.error().text(), HasSubstr("none was written"));
+        EXPECT_THAT(done.error().text(), testing::Says(boundary::messages::kEndedEarly));
     }
     EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl"));
     EXPECT_EQ(read_file(scratch_ / "part.3mf"), "earlier");
@@ -355,7 +358,7 @@ TEST_F(MeshFiles, MaterialsWithoutVoxelsHaveNoMesh) {
         Result<void> done = write(print, name);
         ASSERT_FALSE(done);
         EXPECT_EQ(done.error().code, ErrorCode::kUserInput);
-        EXPECT_THAT(done.error().text(), HasSubstr("no material"));
+        EXPECT_THAT(done.error().text(), testing::Says(boundary::messages::kNothingPrinted));
     }
     EXPECT_THAT(files(), UnorderedElementsAre("part.3mf", "part_white.stl", "part_clear__x_.stl"));
 }

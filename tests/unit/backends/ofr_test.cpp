@@ -6,9 +6,12 @@
 
 #include <thread>
 
+#include "backends/common/messages.h"
+#include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_reader.h"
 #include "backends/ofr/ofr_sink.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 
 namespace openfab::testing {
@@ -131,8 +134,9 @@ TEST_F(Ofr, ATruncatedFileNamesTheSlice) {
     write(print);
     const std::string bytes = read_file(file());
     scratch_.write("cut.ofr", bytes.substr(0, bytes.size() / 2));
-    EXPECT_THAT(read(file("cut.ofr"), print).error,
-                HasSubstr("slice 2: the file is cut short in it; 2 of 5 slices are whole"));
+    EXPECT_THAT(
+        read(file("cut.ofr"), print).error,
+        testing::Says(ofr::messages::kWholeSlices, "2", ofr::messages::kSliceCutShort, "2", "5"));
 }
 
 TEST_F(Ofr, EveryFlippedBitIsAnErrorOrDoesNoHarm) {
@@ -156,7 +160,7 @@ TEST_F(Ofr, TrailingBytesAreAnError) {
     const SamplePrint print = make_sample({9, 4, 3});
     write(print);
     scratch_.write("more.ofr", read_file(file()) + "x");
-    EXPECT_THAT(read(file("more.ofr"), print).error, HasSubstr("has bytes after its end"));
+    EXPECT_THAT(read(file("more.ofr"), print).error, testing::Says(ofr::messages::kBytesAfterEnd));
 }
 
 TEST_F(Ofr, IsReadFromAPipe) {
@@ -196,7 +200,7 @@ TEST_F(Ofr, RefusesAFolderAndAMissingFolder) {
     Result<std::unique_ptr<pipeline::SliceSink>> folder =
         ofr::OfrSink::create(scratch_.path().string());
     ASSERT_FALSE(folder);
-    EXPECT_THAT(folder.error().text(), HasSubstr("is a folder"));
+    EXPECT_THAT(folder.error().text(), testing::Says(backends::messages::kOutputIsFolder));
     Result<std::unique_ptr<pipeline::SliceSink>> missing =
         ofr::OfrSink::create(file("no/such/print.ofr"));
     ASSERT_FALSE(missing);
@@ -206,9 +210,9 @@ TEST_F(Ofr, RefusesAFolderAndAMissingFolder) {
 TEST_F(Ofr, OtherFilesAreNamedAsSuch) {
     const SamplePrint print = make_sample({4, 4, 1});
     scratch_.write("text.ofr", "this is no print at all, but long enough for a header");
-    EXPECT_THAT(read(file("text.ofr"), print).error, HasSubstr("not an .ofr file"));
+    EXPECT_THAT(read(file("text.ofr"), print).error, testing::Says(ofr::messages::kNotOfr));
     EXPECT_THAT(read(scratch_.path().string(), print).error, HasSubstr("folder"));
-    EXPECT_THAT(read(file("gone.ofr"), print).error, HasSubstr("cannot open"));
+    EXPECT_THAT(read(file("gone.ofr"), print).error, testing::Says(ofr::messages::kCannotOpen));
     EXPECT_THAT(read("/dev/zero", print).error, HasSubstr("it is a device, not a file"));
 }
 
