@@ -9,6 +9,7 @@
 #include "abi/kernel_call.h"
 #include "abi/stage_table.h"
 #include "runtime/dither/dither_rule.h"
+#include "runtime/pipeline/messages.h"
 #include "runtime/surface/crowding.h"
 
 namespace openfab::pipeline {
@@ -60,14 +61,12 @@ Result<void> check_kernel(const part::Part& part, const char* name, const openfa
              arg.kind != OPENFAB_ARG_FRACTION) ||
             arg.a < part.fablet->slot_count + (arg.kind == OPENFAB_ARG_FRACTION ? 1 : 0);
         if (!fits(arg.kind) || !slot_fits) {
-            return internal_error(fmt::format(
-                "fablet `{}`: argument {} of kernel {} has kind {}, which it cannot have",
-                part.fablet->name, i, name, static_cast<int>(arg.kind)));
+            return internal_error(fmt::format(messages::kArgumentKind, part.fablet->name, i, name,
+                                              static_cast<int>(arg.kind)));
         }
     }
     if (kernel.arg_count > 0 && !abi::is_compiled(kernel)) {
-        return internal_error(
-            fmt::format("fablet `{}` has no code for kernel {}", part.fablet->name, name));
+        return internal_error(fmt::format(messages::kKernelWithoutCode, part.fablet->name, name));
     }
     return {};
 }
@@ -75,18 +74,16 @@ Result<void> check_kernel(const part::Part& part, const char* name, const openfa
 Result<void> check_part(const part::Part& part, size_t materials) {
     const openfab_fablet& fablet = *part.fablet;
     if (fablet.abi_version != OPENFAB_ABI_VERSION) {
-        return internal_error(fmt::format(
-            "fablet `{}` was compiled for version {} of the kernel interface; this is {}",
-            fablet.name, fablet.abi_version, OPENFAB_ABI_VERSION));
+        return internal_error(fmt::format(messages::kOtherInterface, fablet.name,
+                                          fablet.abi_version, OPENFAB_ABI_VERSION));
     }
     if (part.slot_material.size() != static_cast<size_t>(fablet.slot_count)) {
-        return internal_error(fmt::format("object `{}`: {} of {} material slots are bound",
-                                          part.name, part.slot_material.size(), fablet.slot_count));
+        return internal_error(fmt::format(messages::kSlotsUnbound, part.name,
+                                          part.slot_material.size(), fablet.slot_count));
     }
     for (uint8_t code : part.slot_material) {
         if (code > materials)
-            return internal_error(
-                fmt::format("object `{}` uses material code {}", part.name, code));
+            return internal_error(fmt::format(messages::kNoMaterialCode, part.name, code));
     }
     const openfab_segments& segments = fablet.volume_segments;
     for (int32_t k = 0; k < (segments.step_count > 0 ? segments.kernel_count : 0); ++k) {
@@ -105,30 +102,27 @@ Result<void> check_part(const part::Part& part, size_t materials) {
 
 Result<void> check_input(const PrintInput& input, const PrintOptions& options) {
     if (!dither::find_dither(options.dither)) {
-        return usage_error(fmt::format("there is no dither `{}`; one of: {}", options.dither,
-                                       dither::dither_names()));
+        return usage_error(
+            fmt::format(messages::kNoSuchDither, options.dither, dither::dither_names()));
     }
     if (options.threads < 0 || options.threads > 1024) {
-        return usage_error(fmt::format(
-            "--threads {} is not possible: 1 to 1024, or 0 for all cores", options.threads));
+        return usage_error(fmt::format(messages::kThreadsOutside, options.threads));
     }
     if (input.materials.size() > OPENFAB_MAX_MATERIALS) {
         std::string names;
         for (const auto& m : input.materials)
             names += (names.empty() ? "" : ", ") + m.name;
-        return user_error(
-            fmt::format("this print uses {} materials, and at most {} are possible: {}",
-                        input.materials.size(), OPENFAB_MAX_MATERIALS, names));
+        return user_error(fmt::format(messages::kTooManyMaterials, input.materials.size(),
+                                      OPENFAB_MAX_MATERIALS, names));
     }
     if (input.support_code < 0 ||
         input.support_code > static_cast<int32_t>(input.materials.size())) {
-        return internal_error(fmt::format(
-            "support has the material code {}, but there is no such material", input.support_code));
+        return internal_error(fmt::format(messages::kNoSupportMaterial, input.support_code));
     }
     for (int a = 0; a < 3; ++a) {
         if (!(input.pitch_mm[a] > 0) || !std::isfinite(input.pitch_mm[a])) {
-            return user_error(fmt::format("a voxel of {} x {} x {} mm is not possible",
-                                          input.pitch_mm.x, input.pitch_mm.y, input.pitch_mm.z));
+            return user_error(fmt::format(messages::kVoxelOutside, input.pitch_mm.x,
+                                          input.pitch_mm.y, input.pitch_mm.z));
         }
     }
     for (const part::Part& part : input.parts) {
@@ -150,18 +144,13 @@ std::vector<std::string> crowded_warnings(
         const part::Part& part = parts[i];
         const std::string bound =
             std::isfinite(part.max_displacement_mm)
-                ? fmt::format("lower its `max_displacement_mm`, {:.3g}", part.max_displacement_mm)
-                : "bound it by the object's `max_displacement_mm`";
-        warnings.push_back(fmt::format(
-            "`{}` (number {} of the build) may print many times as slowly as other parts of its "
-            "size: its displaced surface crosses itself or is displaced farther than it is thick, "
-            "so that about {:.0f} micropolygons may be nearest to any one point, and below {:.0f} "
-            "are usual; unite the mesh's pieces, {}, or print coarser with `--draft`; "
-            "`--estimate` tells how long it takes",
-            part.name, part.instance, around, surface::kCrowded, bound));
+                ? fmt::format(messages::kLowerDisplacement, part.max_displacement_mm)
+                : messages::kBoundDisplacement;
+        warnings.push_back(fmt::format(messages::kPrintsSlowly, part.name, part.instance, around,
+                                       surface::kCrowded, bound));
     }
     if (crowded > kMostLines)
-        warnings.push_back(fmt::format("{} more parts print slowly", crowded - kMostLines));
+        warnings.push_back(fmt::format(messages::kMorePrintSlowly, crowded - kMostLines));
     return warnings;
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "runtime/pipeline/messages.h"
 #include "runtime/solid/cut/cut.h"
 #include "runtime/surface/transform_box.h"
 
@@ -50,15 +51,11 @@ std::string largest_part(const std::vector<part::Part>& parts,
     for (const Vec3d& p : parts[worst].mesh->positions)
         plain.add(parts[worst].local_to_build.apply(p));
     const Vec3d more = boxes[worst].size() - plain.size();
-    std::string text =
-        fmt::format("object `{}` reaches farthest: it is {}", parts[worst].name, size_of(plain));
+    std::string text = fmt::format(messages::kReachesFarthest, parts[worst].name, size_of(plain));
     constexpr double kSmall_mm = 1e-3;  // rounding
     const double most = std::max({more.x, more.y, more.z});
     if (most > kSmall_mm) {
-        text += fmt::format(
-            " before its displacement, and {} after; look at what its surface stage "
-            "returns, or bound it by `max_displacement_mm`",
-            size_of(boxes[worst]));
+        text += fmt::format(messages::kBeforeDisplacement, size_of(boxes[worst]));
     }
     return text;
 }
@@ -98,7 +95,7 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
         if (contains(box, surface::transform_box(parts[i].local_to_build, known->second))) continue;
         box.add(solid::box_in_build(parts[i], *solids[i]));
     }
-    if (!any) return user_error("there is nothing to print: no part has a surface");
+    if (!any) return user_error(messages::kNothingToPrint);
     part::Grid grid;
     grid.pitch_mm = pitch_mm;
     for (int a = 0; a < 3; ++a) {
@@ -107,28 +104,24 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
         const double hi = std::ceil(snapped(box.hi[a] / pitch_mm[a])) + margin;
         const double size = std::max(hi - lo, 1.0);
         if (!(std::fabs(lo) <= kFarthest)) {
-            return user_error(fmt::format(
-                "the {} {:.6g} mm from the origin along {}; at most {:.0f} voxels of {} mm are "
-                "possible",
-                window_mm ? "window begins" : "parts begin", box.lo[a], "xyz"[a], kFarthest,
-                pitch_mm[a]));
+            return user_error(
+                fmt::format(messages::kBeginsTooFar,
+                            window_mm ? messages::kWindowBegins : messages::kPartsBegin, box.lo[a],
+                            "xyz"[a], kFarthest, pitch_mm[a]));
         }
         if (!(size <= kLargestSide)) {
-            return user_error(fmt::format(
-                "the {} {:.6g} mm along {}: {:.6g} voxels of {} mm; at most "
-                "{:.0f} are possible; {}",
-                window_mm ? "window spans" : "parts span", box.hi[a] - box.lo[a], "xyz"[a], size,
-                pitch_mm[a], kLargestSide, largest_part(parts, solids)));
+            return user_error(fmt::format(messages::kSpansTooFar,
+                                          window_mm ? messages::kWindowSpans : messages::kPartsSpan,
+                                          box.hi[a] - box.lo[a], "xyz"[a], size, pitch_mm[a],
+                                          kLargestSide, largest_part(parts, solids)));
         }
         grid.origin_mm[a] = lo * pitch_mm[a];
         grid.size[a] = static_cast<int32_t>(size);
     }
     const int64_t slice_bytes = (int64_t{grid.size.x} * bits + 7) / 8 * grid.size.y;
     if (slice_bytes > kLargestSliceBytes) {
-        return user_error(fmt::format(
-            "a slice of {} x {} voxels is too large: at most {} voxels are possible; "
-            "{}",
-            grid.size.x, grid.size.y, 8 / bits * kLargestSliceBytes, largest_part(parts, solids)));
+        return user_error(fmt::format(messages::kSliceTooLarge, grid.size.x, grid.size.y,
+                                      8 / bits * kLargestSliceBytes, largest_part(parts, solids)));
     }
     return grid;
 }
@@ -138,16 +131,13 @@ Result<Vec2<int32_t>> slice_range(const part::Grid& grid, const PrintOptions& op
     if (options.slices) {
         range = *options.slices;
         if (range.x < 0 || range.y > grid.size.z || range.x >= range.y) {
-            return user_error(
-                fmt::format("--slices {}:{} is outside the print, which has slices 0:{}", range.x,
-                            range.y, grid.size.z));
+            return user_error(fmt::format(messages::kSlicesOutside, range.x, range.y, grid.size.z));
         }
     } else if (options.z_range_mm) {
         const Vec2<double> z = *options.z_range_mm;
         const double top = grid.size.z * grid.pitch_mm.z;
         if (!(z.x < z.y) || !(z.y > 0) || !(z.x < top)) {
-            return user_error(fmt::format(
-                "--z {}mm:{}mm holds no slice: the print is {:.6g} mm high", z.x, z.y, top));
+            return user_error(fmt::format(messages::kNoSliceInRange, z.x, z.y, top));
         }
         range.x = static_cast<int32_t>(std::floor(std::max(z.x, 0.0) / grid.pitch_mm.z));
         range.y =

@@ -9,6 +9,7 @@
 #include "base/check.h"
 #include "base/units.h"
 #include "runtime/nearest/engine.h"
+#include "runtime/pipeline/messages.h"
 
 namespace openfab::pipeline {
 
@@ -65,7 +66,7 @@ int64_t resident_caches(const CacheBudgets& caches, const SurfaceCounts& diced) 
 }  // namespace
 
 Error MemoryPlanner::too_small(const std::string& why, const std::string& way_out) const {
-    return user_error(fmt::format("a memory budget of {} is too small: {}; raise `--memory`{}",
+    return user_error(fmt::format(messages::kBudgetTooSmall,
                                   format_bytes(most() + budget_.reserved), why, way_out));
 }
 
@@ -76,9 +77,8 @@ std::string MemoryPlanner::sufficient(int64_t bytes) const {
 Result<void> MemoryPlanner::check(int64_t bytes, int64_t resident) const {
     const int64_t needed = resident + bytes;
     if (bytes < kWorthRefusing || needed <= most()) return {};
-    return too_small(fmt::format("the displaced surfaces of this print take about {} to set up",
-                                 sufficient(needed)),
-                     ", or print simpler meshes");
+    return too_small(fmt::format(messages::kSurfacesTake, sufficient(needed)),
+                     messages::kSimplerMeshes);
 }
 
 CacheBudgets MemoryPlanner::caches(const SurfaceCounts& displaced, int64_t resident,
@@ -112,9 +112,9 @@ Result<MemoryPlan> MemoryPlanner::plan_with(const MemoryNeeds& needs, const Cach
     const int64_t limit = total(1) > budget_.bytes ? most() : budget_.bytes;
     if (total(1) > limit) {
         const bool one = threads_ == 1;
-        return too_small(fmt::format("this print needs at least {} with {} thread{}",
-                                     sufficient(total(1)), threads_, one ? "" : "s"),
-                         one ? "" : ", or lower `--threads`");
+        return too_small(
+            fmt::format(messages::kPrintNeeds, sufficient(total(1)), threads_, one ? "" : "s"),
+            one ? "" : messages::kFewerThreads);
     }
     // With one more than threads, the thread of a slab that waits for the one below goes on. That is
     // worth some memory, but no part of what caches need.

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "base/check.h"
+#include "runtime/pipeline/messages.h"
 
 namespace openfab::pipeline {
 
@@ -49,19 +50,16 @@ std::vector<std::string> Overlaps::report(const std::vector<part::Part>& parts,
     std::vector<std::string> lines;
     for (const auto& [pair, count] : pairs) {
         if (lines.size() == kMostLines) {
-            lines.push_back(
-                fmt::format("{} more pairs of parts overlap", pairs.size() - kMostLines));
+            lines.push_back(fmt::format(messages::kMorePairsOverlap, pairs.size() - kMostLines));
             break;
         }
         Vec3d at;
         for (int a = 0; a < 3; ++a)
             at[a] = grid.origin_mm[a] + (count.block[a] + 4) * grid.pitch_mm[a];
-        lines.push_back(fmt::format(
-            "`{}` (number {} of the build) and `{}` (number {}) overlap in {} voxels, {:.3g} ml, "
-            "near "
-            "({:.4g}, {:.4g}, {:.4g}) mm; the later one gets them; a `priority` would decide",
-            parts[pair.first].name, pair.first, parts[pair.second].name, pair.second, count.voxels,
-            static_cast<double>(count.voxels) * voxel_ml, at.x, at.y, at.z));
+        lines.push_back(fmt::format(messages::kPartsOverlap, parts[pair.first].name, pair.first,
+                                    parts[pair.second].name, pair.second, count.voxels,
+                                    static_cast<double>(count.voxels) * voxel_ml, at.x, at.y,
+                                    at.z));
     }
     return lines;
 }

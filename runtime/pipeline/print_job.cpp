@@ -10,6 +10,7 @@
 
 #include "base/clock.h"
 #include "runtime/pipeline/gather_statistics.h"
+#include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/print_setup.h"
 #include "runtime/pipeline/slab_loop.h"
 #include "runtime/pipeline/slab_trial.h"
@@ -135,8 +136,8 @@ Result<void> PrintJobImpl::run(SliceSink& sink,
     if (committer.failed()) return committer.error();
     if (!complete) {
         return Error{ErrorCode::kInterrupted,
-                     fmt::format("interrupted after {} of {} slices; what was written is kept",
-                                 committer.slices(), setup_->range.y - setup_->range.x)};
+                     fmt::format(messages::kInterruptedAfter, committer.slices(),
+                                 setup_->range.y - setup_->range.x)};
     }
     return {};
 }

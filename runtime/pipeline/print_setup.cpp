@@ -15,6 +15,7 @@
 #include "runtime/pipeline/check.h"
 #include "runtime/pipeline/grid.h"
 #include "runtime/pipeline/memory_needs.h"
+#include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/provenance.h"
 #include "runtime/solid/kinds/kinds.h"
 
@@ -23,7 +24,7 @@ namespace openfab::pipeline {
 namespace {
 
 Error interrupted_early() {
-    return Error{ErrorCode::kInterrupted, "interrupted before the first slice"};
+    return Error{ErrorCode::kInterrupted, messages::kInterruptedBefore};
 }
 
 /// Makes the solids; fails before allocating what cannot fit.
@@ -125,10 +126,7 @@ Result<void> check_bleed(const PrintSetup& p) {
     if (p.options.bleed == nullptr) return {};
     for (const auto& part : p.parts) {
         if (!part->own_dither) continue;
-        return user_error(fmt::format(
-            "fablet `{}` has a dither rule of its own, which leaves no mixtures for the process's "
-            "`bleed`; print with `--dither blue_noise`, or with `--bleed off`",
-            part->part->fablet->name));
+        return user_error(fmt::format(messages::kBleedWithoutMixtures, part->part->fablet->name));
     }
     return {};
 }
@@ -241,10 +239,8 @@ Result<void> set_up(PrintSetup* p) {
     if (!plan) return plan.error();
     p->plan = *plan;
     if (plan->total_bytes > p->options.memory_bytes) {
-        p->warnings.push_back(
-            fmt::format("the print takes {}, more than the {} that it takes by default; `--memory` "
-                        "sets a limit",
-                        format_bytes(plan->total_bytes), format_bytes(p->options.memory_bytes)));
+        p->warnings.push_back(fmt::format(messages::kPrintTakes, format_bytes(plan->total_bytes),
+                                          format_bytes(p->options.memory_bytes)));
     }
     for (const auto& solid : p->solids)
         solid->set_cache_bytes(p->plan.caches.micropolygons);
@@ -270,7 +266,8 @@ Result<void> PrintSetup::solid_status() const {
         if (!owns_solid(i)) continue;
         const Result<void> status = solids[i]->status();
         if (status) continue;
-        return with_context(status.error(), fmt::format("part `{}`: ", input.parts[i].name));
+        return with_context(status.error(),
+                            fmt::format(messages::kPartBefore, input.parts[i].name));
     }
     return {};
 }

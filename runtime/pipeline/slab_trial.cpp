@@ -10,6 +10,7 @@
 #include "abi/halide_hooks.h"
 #include "base/clock.h"
 #include "base/deadline.h"
+#include "runtime/pipeline/messages.h"
 
 namespace openfab::pipeline {
 
@@ -69,8 +70,7 @@ Result<SlabTrial> try_slab(const PrintSetup& setup, SlabLoop* loop, const SlabTr
     loop->runs().give(run);
     if (!taken) return taken.error();
     if (!status.ok() && !status.is_stopped()) {
-        return internal_error(fmt::format("slices from {}: a kernel failed with code {}: {}",
-                                          8 * wanted.slab, status.code(),
+        return internal_error(fmt::format(messages::kTrialFailed, 8 * wanted.slab, status.code(),
                                           abi::take_kernel_error()));
     }
     if (!status.ok() || wanted.pieces != kAllPieces) {

@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/clock.h"
 #include "base/stage_timer.h"
+#include "runtime/pipeline/messages.h"
 
 namespace openfab::pipeline {
 
@@ -34,9 +35,8 @@ void SliceCommitter::commit(FinishedSlices slab) {
         ended_ = true;
         stop_.failed.store(true);
         if (slab.status.is_stopped()) return;
-        fail(internal_error(fmt::format("slices {} to {}: a kernel failed with code {}: {}",
-                                        slab.first, slab.end - 1, slab.status.code(),
-                                        slab.kernel_error)));
+        fail(internal_error(fmt::format(messages::kKernelFailed, slab.first, slab.end - 1,
+                                        slab.status.code(), slab.kernel_error)));
         return;
     }
     if (!show_log(slab.log)) return;
@@ -89,8 +89,8 @@ void SliceCommitter::fail(Error error) {
 void SliceCommitter::end_log() {
     if (!print_line_) return;
     for (const auto& [print, count] : log_.left_out()) {
-        print_line_(fmt::format("{}:{}: {} more line{} not shown", print->source, print->line,
-                                count, count == 1 ? "" : "s"));
+        print_line_(fmt::format(messages::kLinesNotShown, print->source, print->line, count,
+                                count == 1 ? "" : "s"));
     }
 }
 
@@ -113,10 +113,7 @@ bool SliceCommitter::show_log(segments::PrintfLog& log) {
 /// compared.
 bool SliceCommitter::matches_resumed_slice(const FinishedSlices::Slice& slice) {
     if (slice.totals.hash == last_resumed_[static_cast<size_t>(slice.z & 7)]) return true;
-    fail(user_error(
-        fmt::format("slice {} differs from the one already written: the program or an input has "
-                    "changed since; start over without `--resume`",
-                    slice.z)));
+    fail(user_error(fmt::format(messages::kSliceDiffers, slice.z)));
     return false;
 }
 

@@ -16,8 +16,10 @@
 #include <string>
 #include <vector>
 
+#include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -304,7 +306,7 @@ TEST_F(FineBall, IsRefusedBeforeItsTreesTakeMoreThanIsAllowed) {
 #endif
     const Outcome outcome = print(std::to_string(kMemoryMb) + "MB");
     EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-    EXPECT_THAT(outcome.err, HasSubstr("take about"));
+    EXPECT_THAT(outcome.err, testing::Says(pipeline::messages::kSurfacesTake));
     EXPECT_LE(outcome.peak_rss_bytes, (kMemoryMb + kSlackMb) << 20);
 }
 
@@ -370,10 +372,10 @@ TEST(CrowdedSurface, IsWarnedOf) {
     EXPECT_EQ(crowded.exit_code, 0) << crowded.err;
     EXPECT_THAT(crowded.err, AllOf(HasSubstr("warning: `o` (number 0 of the build) may print many "
                                              "times as slowly"),
-                                   HasSubstr("lower its `max_displacement_mm`, 1")));
+                                   testing::Says(pipeline::messages::kLowerDisplacement, "1")));
     const Outcome other = print("long_box", "longbox.fab.json");
     EXPECT_EQ(other.exit_code, 0) << other.err;
-    EXPECT_THAT(other.err, ::testing::Not(HasSubstr("many times as slowly")));
+    EXPECT_THAT(other.err, ::testing::Not(testing::Says(pipeline::messages::kPrintsSlowly)));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowPrint,

@@ -14,6 +14,7 @@
 #include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_reader.h"
 #include "program/messages.h"
+#include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -286,11 +287,11 @@ TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
         {"-o", path("a.ofr"), "--format", "ofr", "--printer", "j750", "--stats", path("p.json")},
         {}, "two.fab.json");
     ASSERT_EQ(printed.exit_code, 0) << printed.err;
-    EXPECT_THAT(printed.err, HasSubstr("overlap in"));
+    EXPECT_THAT(printed.err, testing::Says(pipeline::messages::kPartsOverlap));
     const Outcome silent =
         print({"-o", path("a.ofr"), "--printer", "j750", "--progress", "none"}, {}, "two.fab.json");
     EXPECT_THAT(silent.err, HasSubstr("warning: "));
-    EXPECT_THAT(silent.err, HasSubstr("overlap in"));
+    EXPECT_THAT(silent.err, testing::Says(pipeline::messages::kPartsOverlap));
     const rapidjson::Document p = json("p.json");
     EXPECT_EQ(p["warnings"].Size(), 1u);
     for (const char* material : {"white", "black"}) {

@@ -13,6 +13,7 @@
 
 #include "backends/ofr/ofr_sink.h"
 #include "program/messages.h"
+#include "runtime/pipeline/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -137,7 +138,8 @@ TEST_F(Refusals, WhatAnOutputCannotHaveIsNotIgnored) {
     EXPECT_FALSE(fs::exists(path("s.ofr")) || fs::exists(path("s.png")));
     const Outcome far = print({"--probe", "1e99,0,0"});
     EXPECT_EQ(far.exit_code, 1);
-    EXPECT_THAT(far.err, HasSubstr("the window begins 1e+99 mm from the origin along x"));
+    EXPECT_THAT(far.err, testing::Says(pipeline::messages::kBeginsTooFar,
+                                       pipeline::messages::kWindowBegins, "1e+99", "x"));
 }
 
 TEST_F(Refusals, ADeviceStaysADevice) {

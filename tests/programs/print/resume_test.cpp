@@ -22,6 +22,7 @@
 #include "backends/ofr/ofr_sink.h"
 #include "backends/raster/folder_sink.h"
 #include "program/messages.h"
+#include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -323,7 +324,7 @@ TEST_F(Resume, SlicesThatComeOutOtherwiseAreRefused) {
     const std::string bytes = read_file(path("c.ofr"));
     const Outcome outcome = print({"-o", path("c.ofr"), "--draft", kSixth, "--resume"});
     EXPECT_EQ(outcome.exit_code, 1);
-    EXPECT_THAT(outcome.err, HasSubstr("differs from the one already written"));
+    EXPECT_THAT(outcome.err, testing::Says(pipeline::messages::kSliceDiffers));
     EXPECT_TRUE(read_file(path("c.ofr")) == bytes);
 }
 

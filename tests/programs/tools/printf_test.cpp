@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -91,8 +93,7 @@ TEST_F(SurfacePrintf, IsTheSameForAnyThreads) {
     EXPECT_EQ(lines_of(one.err, "f.fl:3: "), lines_of(many.err, "f.fl:3: "));
     // Inner points of the two lattices of 29, those of the diagonal, and of the sides of 20.
     const int all = 6 * (28 * 27 + 28 + 4 * 19 + 4);
-    EXPECT_THAT(one.err,
-                HasSubstr("f.fl:3: " + std::to_string(all - 100) + " more lines not shown"));
+    EXPECT_THAT(one.err, testing::Says(pipeline::messages::kLinesNotShown, "f.fl", 3, all - 100));
 }
 
 TEST_F(SurfacePrintf, ShowsAllOfAMatrixAnArrayAndAStruct) {

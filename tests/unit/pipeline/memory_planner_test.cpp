@@ -1,14 +1,14 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/pipeline/memory_planner.h"
+#include "runtime/pipeline/messages.h"
+#include "tests/support/says/says.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace openfab::pipeline {
 namespace {
-
-using ::testing::HasSubstr;
 
 constexpr int64_t kMB = 1'000'000;
 
@@ -56,9 +56,10 @@ TEST(MemoryPlanner, ABudgetThatAnErrorNamesIsEnough) {
             const Result<MemoryPlan> refused = plan_of(20 * kMB);
             ASSERT_FALSE(refused);
             const std::string text = refused.error().text();
-            const size_t at = text.find("at least ") + 9;
+            EXPECT_THAT(text, testing::Says(messages::kPrintNeeds, "* MB"));
+            const std::string needs = messages::kPrintNeeds;
+            const size_t at = text.find(needs.substr(0, needs.find('{'))) + needs.find('{');
             const int64_t named = std::stoll(text.substr(at)) * kMB;
-            EXPECT_THAT(text.substr(at), HasSubstr(" MB with "));
             EXPECT_TRUE(plan_of(named)) << text;
             EXPECT_FALSE(plan_of(named / 2)) << text;
         }
@@ -92,8 +93,8 @@ TEST(MemoryPlanner, ReservedBytesCountInWhatPeopleAreTold) {
     const Result<MemoryPlan> refused =
         planner_of(20 * kMB, 1, 100 * kMB).plan(small_needs(), {}, {}, {}, 1, 0);
     ASSERT_FALSE(refused);
-    EXPECT_THAT(refused.error().text(), HasSubstr("a memory budget of 120 MB is too small"));
-    EXPECT_THAT(refused.error().text(), HasSubstr("raise `--memory`"));
+    EXPECT_THAT(refused.error().text(), testing::Says(messages::kBudgetTooSmall, "120 MB"));
+    EXPECT_THAT(refused.error().text(), testing::Says(messages::kBudgetTooSmall));
 }
 
 TEST(MemoryPlanner, SlabsInFlightFollowMemoryThreadsAndSlabs) {

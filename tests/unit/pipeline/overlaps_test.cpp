@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/pipeline/overlaps.h"
+#include "runtime/pipeline/messages.h"
 
 #include <gmock/gmock.h>
 
@@ -68,7 +69,7 @@ TEST(Overlaps, AreToldLargestFirst) {
     EXPECT_THAT(lines[0], HasSubstr("`p` (number 0 of the build) and `p` (number 1) overlap in "
                                     "1001000 voxels, 1 ml, near (-9.6, 0.4, 0.4) mm"));
     EXPECT_THAT(lines[1], HasSubstr("11000 voxels"));
-    EXPECT_EQ(lines[8], "3 more pairs of parts overlap");
+    EXPECT_EQ(lines[8], fmt::format(messages::kMorePairsOverlap, 3));
 }
 
 }  // namespace

@@ -7,8 +7,10 @@
 #include <gtest/gtest.h>
 
 #include "base/units.h"
+#include "runtime/pipeline/messages.h"
 #include "tests/support/prints/box_print.h"
 #include "tests/support/prints/test_fablets.h"
+#include "tests/support/says/says.h"
 
 namespace openfab {
 namespace {
@@ -23,19 +25,19 @@ std::vector<BoxPart> box() {
 }
 
 void expect_refused(const pipeline::PrintInput& input, const pipeline::PrintOptions& options,
-                    ErrorCode code, const std::string& text) {
+                    ErrorCode code, const ::testing::Matcher<std::string>& text) {
     const auto print = pipeline::PrintJob::create(input, options);
-    ASSERT_FALSE(print.has_value()) << text;
+    ASSERT_FALSE(print.has_value());
     EXPECT_EQ(print.error().code, code);
-    EXPECT_THAT(print.error().text(), HasSubstr(text));
+    EXPECT_THAT(print.error().text(), text);
 }
 
 TEST(PrintRefuses, AnUnknownDitherAndListsWhatThereIs) {
     pipeline::PrintOptions options;
     options.dither = "ordered";
-    expect_refused(
-        testing::make_input(box()), options, ErrorCode::kUsage,
-        "no dither `ordered`; one of: own, floyd_steinberg, decorrelated, blue_noise, majority");
+    expect_refused(testing::make_input(box()), options, ErrorCode::kUsage,
+                   testing::Says(pipeline::messages::kNoSuchDither, "ordered",
+                                 "own, floyd_steinberg, decorrelated, blue_noise, majority"));
 }
 
 TEST(PrintRefuses, MoreMaterialsThanCodes) {
@@ -43,8 +45,8 @@ TEST(PrintRefuses, MoreMaterialsThanCodes) {
     input.materials.resize(255);
     input.materials[254].name = "gold";
     expect_refused(input, {}, ErrorCode::kUserInput,
-                   "uses 255 materials, and at most 254 are possible");
-    expect_refused(input, {}, ErrorCode::kUserInput, "gold");
+                   testing::Says(pipeline::messages::kTooManyMaterials, 255, 254));
+    expect_refused(input, {}, ErrorCode::kUserInput, HasSubstr("gold"));
     input.materials.resize(254);
     EXPECT_TRUE(pipeline::PrintJob::create(input, {}).has_value());
 }
@@ -53,7 +55,7 @@ TEST(PrintRefuses, TooSmallABudgetAndNamesTheLeast) {
     pipeline::PrintOptions options;
     options.memory_bytes = 1'000'000;
     expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
-                   "this print needs at least");
+                   testing::Says(pipeline::messages::kPrintNeeds));
 }
 
 /// Returns the memory that an error asks for; 0 if the print is possible.
@@ -113,24 +115,26 @@ TEST(PrintRefuses, SlicesOutsideThePrint) {
     pipeline::PrintOptions options;
     options.slices = Vec2<int32_t>{5, 500};
     expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
-                   "which has slices 0:48");
+                   testing::Says(pipeline::messages::kSlicesOutside, 5, 500, 48));
     options.slices = Vec2<int32_t>{5, 5};
-    expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput, "--slices 5:5");
+    expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
+                   testing::Says(pipeline::messages::kSlicesOutside, 5, 5));
     options.slices.reset();
     options.z_range_mm = Vec2<double>{3, 5};
     expect_refused(testing::make_input(box()), options, ErrorCode::kUserInput,
-                   "holds no slice: the print is 2.4 mm high");
+                   testing::Says(pipeline::messages::kNoSliceInRange, "*", "*", "2.4"));
 }
 
 TEST(PrintRefuses, NothingToPrint) {
-    expect_refused(testing::make_input({}), {}, ErrorCode::kUserInput, "nothing to print");
+    expect_refused(testing::make_input({}), {}, ErrorCode::kUserInput,
+                   testing::Says(pipeline::messages::kNothingToPrint));
 }
 
 TEST(PrintRefuses, AGridBeyondAllLimits) {
     expect_refused(testing::make_input(box(), {1e-7, 0.1, 0.1}), {}, ErrorCode::kUserInput,
-                   "voxels of 1e-07 mm");
+                   HasSubstr("1e-07 mm"));
     expect_refused(testing::make_input(box(), {0, 0.1, 0.1}), {}, ErrorCode::kUserInput,
-                   "not possible");
+                   testing::Says(pipeline::messages::kVoxelOutside));
 }
 
 TEST(PrintJob, ChoosesSlicesByHeight) {
@@ -221,7 +225,7 @@ TEST(PrintJob, AnInterruptDuringSetUpEndsIt) {
     pipeline::PrintOptions options;
     options.interrupt = &interrupt;
     expect_refused(testing::make_input(box()), options, ErrorCode::kInterrupted,
-                   "interrupted before the first slice");
+                   testing::Says(pipeline::messages::kInterruptedBefore));
 }
 
 TEST(PrintJob, AFailingKernelNamesTheSlices) {
@@ -229,7 +233,8 @@ TEST(PrintJob, AFailingKernelNamesTheSlices) {
         testing::print_boxes({{{0.013, 0.021, 0.019}, {1, 1, 1}, &testing::broken_fablet()}});
     EXPECT_FALSE(printed.ok);
     EXPECT_EQ(printed.error.code, ErrorCode::kInternal);
-    EXPECT_THAT(printed.error.text(), HasSubstr("slices 0 to 7: a kernel failed with code -7"));
+    EXPECT_THAT(printed.error.text(),
+                testing::Says(pipeline::messages::kKernelFailed, "0", "7", "-7"));
     EXPECT_EQ(printed.sink.finished, 1);
 }
 
