@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "abi/argument_group.h"
 #include "abi/kernel_call.h"
 #include "abi/stage_table.h"
 #include "runtime/dither/dither_rule.h"
@@ -16,21 +17,22 @@ namespace openfab::pipeline {
 
 namespace {
 
+using abi::ArgumentGroup;
+using abi::group_of;
+
 bool common_argument(openfab_arg_kind kind) {
-    return kind == OPENFAB_ARG_UNIFORM || kind == OPENFAB_ARG_TEXTURE ||
-           kind == OPENFAB_ARG_FRAME || kind == OPENFAB_ARG_INSTANCE ||
-           kind == OPENFAB_ARG_BLOCKS || kind == OPENFAB_ARG_BLOCK_SIZE ||
-           kind == OPENFAB_ARG_VALUES;
+    const ArgumentGroup group = group_of(kind);
+    return group == ArgumentGroup::kPart || group == ArgumentGroup::kBlocks;
 }
 
 bool volume_argument(openfab_arg_kind kind) {
-    return common_argument(kind) || (kind >= OPENFAB_ARG_NEAREST && kind <= OPENFAB_ARG_DISTANCE) ||
-           kind == OPENFAB_ARG_GROUPS;
+    return common_argument(kind) || kind == OPENFAB_ARG_GROUPS ||
+           group_of(kind) == ArgumentGroup::kNearest;
 }
 
 bool slab_argument(openfab_arg_kind kind) {
     return common_argument(kind) || kind == OPENFAB_ARG_GROUPS ||
-           (kind >= OPENFAB_ARG_CHANNELS && kind <= OPENFAB_ARG_BLUE_NOISE);
+           group_of(kind) == ArgumentGroup::kSlab;
 }
 
 bool segment_argument(openfab_arg_kind kind) {
@@ -44,8 +46,7 @@ bool last_segment_argument(openfab_arg_kind kind) {
 }
 
 bool bounds_argument(openfab_arg_kind kind) {
-    return common_argument(kind) ||
-           (kind >= OPENFAB_ARG_NEAREST_LO && kind <= OPENFAB_ARG_WEIGHT_HI);
+    return common_argument(kind) || group_of(kind) == ArgumentGroup::kVolumeBounds;
 }
 
 bool demand_argument(openfab_arg_kind kind) {

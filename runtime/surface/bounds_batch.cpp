@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "abi/argument_group.h"
 #include "base/check.h"
 
 namespace openfab::surface {
@@ -42,7 +43,7 @@ bool is_high(openfab_arg_kind kind) {
 }
 
 bool is_input(openfab_arg_kind kind) {
-    return kind >= OPENFAB_ARG_SURFACE_IN_LO && kind <= OPENFAB_ARG_SURFACE_ATTR_GRAD_HI;
+    return abi::group_of(kind) == abi::ArgumentGroup::kSurfaceBoundsInput;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "abi/argument_group.h"
+
 namespace openfab::surface {
 
 StaticArgs::StaticArgs(const part::Part& part)
@@ -62,6 +64,19 @@ NearestLayout::NearestLayout(const openfab_fablet& fablet) {
 
 namespace {
 
+bool is_attribute(openfab_arg_kind kind) {
+    return kind == OPENFAB_ARG_SURFACE_ATTR || kind == OPENFAB_ARG_SURFACE_ATTR_GRAD ||
+           kind == OPENFAB_ARG_SURFACE_ATTR_LO || kind == OPENFAB_ARG_SURFACE_ATTR_HI ||
+           kind == OPENFAB_ARG_SURFACE_ATTR_GRAD_LO || kind == OPENFAB_ARG_SURFACE_ATTR_GRAD_HI;
+}
+
+bool fits_surface(openfab_arg_kind kind) {
+    using enum abi::ArgumentGroup;
+    const abi::ArgumentGroup group = abi::group_of(kind);
+    return group == kPart || group == kSurfaceInput || group == kSurfaceOutput ||
+           group == kSurfaceBoundsInput || group == kSurfaceBoundsOutput;
+}
+
 /// Checks the sizes of a part's arrays; a mismatch is an internal error and would read out of
 /// range.
 Result<void> check_arrays(const part::Part& part) {
@@ -100,11 +115,8 @@ Result<void> check_surface_kernels(const part::Part& part) {
         }
         for (int32_t i = 0; i < kernel->arg_count; ++i) {
             const openfab_arg& arg = kernel->args[i];
-            const bool attr = arg.kind == OPENFAB_ARG_SURFACE_ATTR ||
-                              arg.kind == OPENFAB_ARG_SURFACE_ATTR_GRAD ||
-                              (arg.kind >= OPENFAB_ARG_SURFACE_ATTR_LO &&
-                               arg.kind <= OPENFAB_ARG_SURFACE_ATTR_GRAD_HI);
-            if (attr && arg.a >= OPENFAB_SURFACE_UV && part.mesh->corner_uv.empty()) {
+            if (is_attribute(arg.kind) && arg.a >= OPENFAB_SURFACE_UV &&
+                part.mesh->corner_uv.empty()) {
                 return user_error(
                     fmt::format("part `{}`: the surface stage of fablet `{}` reads the attribute "
                                 "`uv`, which the mesh lacks",
@@ -118,10 +130,7 @@ Result<void> check_surface_kernels(const part::Part& part) {
                                 "depends on the grid",
                                 fablet.name, arg.a));
             }
-            const bool scalar = arg.kind <= OPENFAB_ARG_INSTANCE || arg.kind == OPENFAB_ARG_VALUES;
-            const bool batch =
-                arg.kind >= OPENFAB_ARG_SURFACE_IN && arg.kind <= OPENFAB_ARG_SURFACE_OUT_HI;
-            if (!scalar && !batch) {
+            if (!fits_surface(arg.kind)) {
                 return internal_error(
                     fmt::format("the surface stage of fablet `{}` reads argument kind {}, which "
                                 "belongs to another stage",

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 
+#include "abi/argument_group.h"
 #include "base/check.h"
 
 namespace openfab::surface {
@@ -235,8 +236,7 @@ abi::KernelStatus MicroBatch::evaluate() {
         if (!run.displaced) break;
         if (needs_normal_) fill_normals(run);
         for (size_t i = 0; i < batched_.size(); ++i) {
-            const openfab_arg_kind kind = kernel_.args[i].kind;
-            if (kind >= OPENFAB_ARG_SURFACE_IN && kind <= OPENFAB_ARG_SURFACE_ATTR_GRAD)
+            if (abi::group_of(kernel_.args[i].kind) == abi::ArgumentGroup::kSurfaceInput)
                 fill_argument(run, i);
         }
     }

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "abi/argument_group.h"
 #include "base/check.h"
 
 namespace openfab::volume {
@@ -64,7 +65,7 @@ const void* VolumeSegments::input(const openfab_arg& arg) {
         buffer->set_dense(abi::halide_type(OPENFAB_INT), corners_, {3, count_});
         return buffer->raw();
     }
-    if (arg.kind <= OPENFAB_ARG_INSTANCE || arg.kind == OPENFAB_ARG_VALUES) {
+    if (abi::group_of(arg.kind) == abi::ArgumentGroup::kPart) {
         const bool filled = arg.kind == OPENFAB_ARG_TEXTURE || arg.kind == OPENFAB_ARG_VALUES;
         abi::KernelBuffer* buffer = filled ? next_buffer() : nullptr;
         return part_argument(*part_, arg, buffer);
