@@ -70,7 +70,7 @@ class Beams:
         ends = self._radii.reshape(-1)[self._struts] if self._radii.shape == (count,) else self._radii
         empty = np.flatnonzero(np.broadcast_to(ends, (joined, 2)).max(axis=1) == 0)
         if len(empty):
-            raise InputError(f"strut {empty[0]} has the radius 0 at both ends, and so no inside")
+            raise InputError(f"strut {empty[0]} has the radius 0 at both ends, so it has no inside")
         self._attributes = {
             _name(name): _values(name, values, count, joined) for name, values in (attributes or {}).items()
         }

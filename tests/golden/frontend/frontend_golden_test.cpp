@@ -115,7 +115,7 @@ TEST(Openflc, MeasuresWhetherAShapeIsTheDistanceThatItClaims) {
     EXPECT_EQ(check("length(attr.p) - 5").text, "");
     const Output out = check("2 * (length(attr.p) - 5)");
     EXPECT_EQ(out.exit_code, 0);
-    EXPECT_NE(out.text.find("claim.fl:2:50: warning: the shape of `A` is no distance: at ("),
+    EXPECT_NE(out.text.find("claim.fl:2:50: warning: the shape of `A` is not a distance: at ("),
               std::string::npos)
         << out.text;
     EXPECT_NE(out.text.find(" [no-distance]\n"), std::string::npos) << out.text;
