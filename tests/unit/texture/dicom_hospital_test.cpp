@@ -193,7 +193,7 @@ TEST_F(DicomHospital, FramesMayBeMissing) {
     EXPECT_THAT(trouble(),
                 ::testing::HasSubstr("enhanced, frame 5: " +
                                      fmt::format(messages::kSliceAtSamePlace, "enhanced, frame 4") +
-                                     "; a volume has one slice a place"));
+                                     "; " + messages::kSliceAtSamePlaceHelp));
 }
 
 TEST_F(DicomHospital, FramesOfOneDistance) {
