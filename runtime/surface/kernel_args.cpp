@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "abi/argument_group.h"
+#include "runtime/surface/messages.h"
 
 namespace openfab::surface {
 
@@ -100,8 +101,7 @@ Result<void> check_arrays(const part::Part& part) {
         good = fablet.nearest[i].source >= 0 || fits(mesh.nearest_attributes[i]);
     }
     if (good) return {};
-    return internal_error(
-        fmt::format("part `{}`: the mesh's arrays do not fit fablet `{}`", part.name, fablet.name));
+    return internal_error(fmt::format(messages::kArraysDoNotFit, part.name, fablet.name));
 }
 
 Result<void> check_surface_kernels(const part::Part& part) {
@@ -110,31 +110,22 @@ Result<void> check_surface_kernels(const part::Part& part) {
     for (const openfab_kernel* kernel : {&fablet.surface, &fablet.surface_bounds}) {
         const bool segmented = kernel == &fablet.surface && fablet.surface_segments.step_count > 0;
         if (!segmented && !abi::is_compiled(*kernel)) {
-            return internal_error(fmt::format(
-                "fablet `{}` has a surface stage but lacks a kernel of it", fablet.name));
+            return internal_error(fmt::format(messages::kKernelMissing, fablet.name));
         }
         for (int32_t i = 0; i < kernel->arg_count; ++i) {
             const openfab_arg& arg = kernel->args[i];
             if (is_attribute(arg.kind) && arg.a >= OPENFAB_SURFACE_UV &&
                 part.mesh->corner_uv.empty()) {
-                return user_error(
-                    fmt::format("part `{}`: the surface stage of fablet `{}` reads the attribute "
-                                "`uv`, which the mesh lacks",
-                                part.name, fablet.name));
+                return user_error(fmt::format(messages::kNoUv, part.name, fablet.name));
             }
             const bool frame = arg.kind == OPENFAB_ARG_FRAME;
             if (frame && arg.a != OPENFAB_FRAME_MAX_DISPLACEMENT &&
                 (arg.a < OPENFAB_FRAME_CENTER || arg.a >= OPENFAB_FRAME_CENTER + 3)) {
-                return internal_error(
-                    fmt::format("the surface stage of fablet `{}` reads frame value {}, which "
-                                "depends on the grid",
-                                fablet.name, arg.a));
+                return internal_error(fmt::format(messages::kFrameValue, fablet.name, arg.a));
             }
             if (!fits_surface(arg.kind)) {
-                return internal_error(
-                    fmt::format("the surface stage of fablet `{}` reads argument kind {}, which "
-                                "belongs to another stage",
-                                fablet.name, static_cast<int>(arg.kind)));
+                return internal_error(fmt::format(messages::kArgumentOfOther, fablet.name,
+                                                  static_cast<int>(arg.kind)));
             }
         }
     }

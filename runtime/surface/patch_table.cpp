@@ -15,6 +15,7 @@
 #include "runtime/surface/bounds_batch.h"
 #include "runtime/surface/displacement_bounds.h"
 #include "runtime/surface/lattice.h"
+#include "runtime/surface/messages.h"
 #include "runtime/surface/strip_fold.h"
 #include "runtime/surface/tile_span.h"
 
@@ -78,11 +79,9 @@ Result<void> TableBuilder::check_factors() const {
         if (mm > longest_mm) longest = side, longest_mm = mm;
     }
     if (longest < 0) return {};
-    return user_error(fmt::format(
-        "part `{}`: an edge of triangle {} is {:.6g} mm long and would be diced into more than {} "
-        "pieces of {:.6g} mm; split the mesh's edges below {:.6g} mm or print at a coarser pitch",
-        part_.name, longest / 3, longest_mm, kMaxEdgeFactor, options_.micro_edge_mm,
-        kMaxEdgeFactor * options_.micro_edge_mm));
+    return user_error(fmt::format(messages::kEdgeTooLong, part_.name, longest / 3, longest_mm,
+                                  kMaxEdgeFactor, options_.micro_edge_mm,
+                                  kMaxEdgeFactor * options_.micro_edge_mm));
 }
 
 void TableBuilder::list_triangles() {
@@ -189,11 +188,7 @@ void TableBuilder::size_ranges() {
 }
 
 Error TableBuilder::no_bound(int32_t triangle) const {
-    return user_error(
-        fmt::format("part `{}`: nothing bounds the displacement that the surface stage of fablet "
-                    "`{}` gives triangle {}; set the "
-                    "object's `max_displacement_mm`",
-                    part_.name, part_.fablet->name, triangle));
+    return user_error(fmt::format(messages::kUnbounded, part_.name, part_.fablet->name, triangle));
 }
 
 Result<void> TableBuilder::bound_tiles() {
@@ -242,8 +237,8 @@ Result<void> TableBuilder::bound_tiles() {
                           }
                       });
     if (!error.load().ok()) {
-        return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
-                                          part_.fablet->name, error.load().code()));
+        return internal_error(
+            fmt::format(messages::kBoundsFailed, part_.fablet->name, error.load().code()));
     }
     if (unbounded != std::numeric_limits<int32_t>::max()) return no_bound(unbounded);
     return {};
@@ -438,8 +433,8 @@ Result<void> classify(const part::Part& part, const SurfaceOptions& options, con
             }
         });
     if (!error.load().ok()) {
-        return internal_error(fmt::format("surface_bounds of fablet `{}` failed with code {}",
-                                          fablet.name, error.load().code()));
+        return internal_error(
+            fmt::format(messages::kBoundsFailed, fablet.name, error.load().code()));
     }
     return {};
 }

@@ -19,6 +19,7 @@
 #include "runtime/surface/displacement_bounds.h"
 #include "runtime/surface/kernel_args.h"
 #include "runtime/surface/lattice.h"
+#include "runtime/surface/messages.h"
 #include "runtime/surface/patch_table.h"
 #include "runtime/surface/transform_box.h"
 
@@ -277,8 +278,7 @@ void DicedSurface::log(segments::PrintfLog* log) const {
 Result<void> DicedSurface::status() const {
     const abi::KernelStatus error = error_.load();
     if (error.ok()) return {};
-    return internal_error(fmt::format("the surface kernel of fablet `{}` failed with code {}",
-                                      part_.fablet->name, error.code()));
+    return internal_error(fmt::format(messages::kKernelFailed, part_.fablet->name, error.code()));
 }
 
 }  // namespace
@@ -287,16 +287,10 @@ std::vector<std::string> displacement_warnings(const part::Part& part,
                                                const SurfaceCounts& counts) {
     std::vector<std::string> lines;
     if (counts.not_finite > 0) {
-        lines.push_back(
-            fmt::format("part `{}`: some displacements are no numbers or infinite; there the "
-                        "surface stays where it is",
-                        part.name));
+        lines.push_back(fmt::format(messages::kNotFinite, part.name));
     }
     if (counts.cut_to_bound > 0) {
-        lines.push_back(
-            fmt::format("part `{}`: some displacements are longer than its `max_displacement_mm`, "
-                        "{:.6g}, and are cut to that",
-                        part.name, part.max_displacement_mm));
+        lines.push_back(fmt::format(messages::kCutToBound, part.name, part.max_displacement_mm));
     }
     return lines;
 }

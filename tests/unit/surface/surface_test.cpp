@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/surface/surface.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <atomic>
 #include <map>
 
+#include "runtime/surface/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/support/surface/worlds.h"
 
 namespace openfab {
@@ -163,8 +166,8 @@ TEST(SurfaceTest, CountsWhatTheStageGotWrong) {
     const std::vector<std::string> warnings =
         surface::displacement_warnings(part, surface->counts());
     ASSERT_EQ(warnings.size(), 2u);
-    EXPECT_NE(warnings[0].find("no numbers or infinite"), std::string::npos);
-    EXPECT_NE(warnings[1].find("`max_displacement_mm`, 0.25"), std::string::npos);
+    EXPECT_THAT(warnings[0], testing::Says(surface::messages::kNotFinite));
+    EXPECT_THAT(warnings[1], testing::Says(surface::messages::kCutToBound, "*", "0.25"));
     EXPECT_TRUE(surface::displacement_warnings(part, {}).empty());
 }
 
