@@ -10,6 +10,7 @@
 #include "runtime/solid/grow/grow_engine.h"
 #include "runtime/solid/grow/program_source.h"
 #include "runtime/solid/grow/rule_source.h"
+#include "runtime/solid/messages.h"
 #include "runtime/solid/placed_box.h"
 #include "runtime/surface/transform_box.h"
 
@@ -212,10 +213,8 @@ const Kind kGrowKind{
     .refine = [](const surface::SurfaceOptions& /*options*/, const Bodies& /*bodies*/,
                  part::Part* part) -> Result<void> {
         if (part->fablet->has_surface == 0) return {};
-        return error_at(part->shape->location,
-                        "the fablet has a @Surface stage, and what grows are beams, which have no "
-                        "surface to displace",
-                        "give the nodes other radii");
+        return error_at(part->shape->location, messages::kBeamsNotDisplaced,
+                        messages::kBeamsNotDisplacedHelp);
     },
     .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
     .bytes = [](const part::Part& /*part*/) { return int64_t{0}; },

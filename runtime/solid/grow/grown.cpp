@@ -9,6 +9,7 @@
 
 #include "base/infinity.h"
 #include "runtime/solid/beams/beam.h"
+#include "runtime/solid/messages.h"
 
 namespace openfab::solid {
 
@@ -181,22 +182,16 @@ bool Grown::visit(const Clump& clump, const Reaches& reaches, const Open& open_b
 void Grown::note_crowd(const Bud& last) const {
     const Vec3f at = last.bound.center();
     note(source_->complaint(
-        fmt::format("more than {} nodes have bounds that reach the same few voxels, of those that "
-                    "grow around ({:.4g}, "
-                    "{:.4g}, {:.4g}) mm on level {}",
-                    kMostOpened, at.x, at.y, at.z, last.level + 1),
-        "let `children` become 0 where beams are smaller than voxels, and give nodes a tighter "
-        "`reach` or `box`"));
+        fmt::format(messages::kTooManyNodesAtOnce, kMostOpened, at.x, at.y, at.z, last.level + 1),
+        messages::kTooManyNodesAtOnceHelp));
 }
 
 /// Returns whether these are too many for one place, after an error.
 bool Grown::full(size_t beams, const GrownBeam& last) const {
     if (beams < kMostGathered) return false;
-    note(source_->complaint(
-        fmt::format("more than {} beams lie within a few voxels at ({:.4g}, {:.4g}, {:.4g}) mm, on "
-                    "level {}",
-                    kMostGathered, last.end[0].x, last.end[0].y, last.end[0].z, last.level),
-        "let `children` become 0 where beams are smaller than voxels"));
+    note(source_->complaint(fmt::format(messages::kTooManyBeamsAtOnce, kMostGathered, last.end[0].x,
+                                        last.end[0].y, last.end[0].z, last.level),
+                            messages::kTooManyBeamsAtOnceHelp));
     return true;
 }
 

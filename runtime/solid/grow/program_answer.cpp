@@ -10,6 +10,7 @@
 
 #include "base/near_miss.h"
 #include "base/text.h"
+#include "runtime/solid/messages.h"
 
 namespace openfab::solid {
 
@@ -89,10 +90,8 @@ class Reader {
                 return user_error(printable(
                     words.rest().substr(std::min<size_t>(1, words.rest().size()), kLongestError)));
             } else {
-                fine = error(
-                    fmt::format("`{}` is no `beam`, `flat`, `place`, `mesh`, `more` or `done`",
-                                shown()),
-                    "only answers go to the standard output: write others to the standard error");
+                fine =
+                    error(fmt::format(messages::kNoKnownLine, shown()), messages::kNoKnownLineHelp);
             }
             if (!fine) return fine.error();
         }
@@ -110,7 +109,7 @@ class Reader {
     }
     std::string shown() const { return printable(line_.substr(0, kShown)); }
     Error error(const std::string& what, const std::string& help) const {
-        return user_error(fmt::format("line {}: {}", number_, what), help);
+        return user_error(fmt::format(messages::kAtLine, number_, what), help);
     }
 
     ProgramAnswer::Item& add(Kind kind) {
@@ -140,10 +139,10 @@ class Reader {
     std::string values_text(int32_t ends) const {
         std::string text;
         if (layout_.floats > 0)
-            text += fmt::format(", {}{} number{} of float attributes{}", ends == 2 ? "twice " : "",
-                                layout_.floats, layout_.floats == 1 ? "" : "s",
-                                ends == 2 ? ", of each end" : "");
-        if (layout_.ints > 0) text += fmt::format(", {} of int ones", layout_.ints);
+            text +=
+                fmt::format(messages::kFloatAttributes, ends == 2 ? "twice " : "", layout_.floats,
+                            layout_.floats == 1 ? "" : "s", ends == 2 ? messages::kOfEachEnd : "");
+        if (layout_.ints > 0) text += fmt::format(messages::kIntAttributes, layout_.ints);
         return text;
     }
 
@@ -152,15 +151,14 @@ class Reader {
         if (!words.point(&item.end[0]) || !words.point(&item.end[1]) ||
             !words.number(&item.radius[0]) || !words.number(&item.radius[1]) ||
             !values(&words, 2)) {
-            return error(fmt::format("`{}` is no beam", shown()),
-                         fmt::format("write `{} X Y Z X Y Z RADIUS RADIUS`{}",
-                                     kind == Kind::kFlat ? "flat" : "beam", values_text(2)));
+            return error(fmt::format(messages::kNotABeam, shown()),
+                         fmt::format(messages::kNotABeamHelp, kind == Kind::kFlat ? "flat" : "beam",
+                                     values_text(2)));
         }
         if (item.radius[0] < 0 || item.radius[1] < 0 ||
             !(std::max(item.radius[0], item.radius[1]) > 0))
-            return error(fmt::format("`{}` has radii of {:.4g} and {:.4g} mm", shown(),
-                                     item.radius[0], item.radius[1]),
-                         "one of them is more than 0, none less");
+            return error(fmt::format(messages::kBeamRadii, shown(), item.radius[0], item.radius[1]),
+                         messages::kBeamRadiiHelp);
         return {};
     }
 
@@ -169,10 +167,10 @@ class Reader {
         const std::string name(words.next());
         const auto found = std::ranges::find(layout_.places, name);
         if (found == layout_.places.end()) {
-            return error(fmt::format("`{}` places `{}`, which is not in the world's `places`",
-                                     shown(), printable(name.substr(0, kShown))),
-                         layout_.places.empty() ? "list the objects that it may place there"
-                                                : suggest(name, layout_.places));
+            return error(
+                fmt::format(messages::kPlaceUnlisted, shown(), printable(name.substr(0, kShown))),
+                layout_.places.empty() ? messages::kPlaceUnlistedHelp
+                                       : suggest(name, layout_.places));
         }
         item.which = static_cast<int32_t>(found - layout_.places.begin());
         const auto numbers = static_cast<size_t>(layout_.floats + layout_.ints);
@@ -184,10 +182,8 @@ class Reader {
                 fine = fine && words.point(&axis);
         }
         if (!fine || !values(&words, 1)) {
-            return error(fmt::format("`{}` is no place", shown()),
-                         fmt::format("write `place NAME X Y Z`, or with its axes `place NAME X Y Z "
-                                     "XX XY XZ YX YY YZ ZX ZY ZZ`{}",
-                                     values_text(1)));
+            return error(fmt::format(messages::kNotAPlace, shown()),
+                         fmt::format(messages::kNotAPlaceHelp, values_text(1)));
         }
         return {};
     }
@@ -197,15 +193,11 @@ class Reader {
         item.which = static_cast<int32_t>(out_.meshes.size());
         int32_t vertices = 0, triangles = 0;
         if (!words.number(&vertices) || !words.number(&triangles) || !values(&words, 1))
-            return error(fmt::format("`{}` is no mesh", shown()),
-                         fmt::format("write `mesh VERTICES TRIANGLES`{}, then a line `X Y Z` for "
-                                     "each vertex and a line `A B C` for each triangle, of "
-                                     "vertices that count from 0",
-                                     values_text(1)));
+            return error(fmt::format(messages::kNotAMesh, shown()),
+                         fmt::format(messages::kNotAMeshHelp, values_text(1)));
         if (vertices < 4 || triangles < 4 || vertices > kMostOfMesh || triangles > kMostOfMesh)
-            return error(
-                fmt::format("a mesh of {} vertices and {} triangles", vertices, triangles),
-                fmt::format("a closed one has 4 of each at least, and {} at most", kMostOfMesh));
+            return error(fmt::format(messages::kMeshCounts, vertices, triangles),
+                         fmt::format(messages::kMeshCountsHelp, kMostOfMesh));
         mesh::Mesh& mesh = out_.meshes.emplace_back();
         for (int32_t i = 0; i < vertices; ++i) {
             Vec3f p;
@@ -219,8 +211,8 @@ class Reader {
                 return fine;
             for (const int32_t v : t) {
                 if (v < 0 || v >= vertices)
-                    return error(fmt::format("triangle {} has the vertex {}", i, v),
-                                 fmt::format("there are {}, which count from 0", vertices));
+                    return error(fmt::format(messages::kTriangleVertex, i, v),
+                                 fmt::format(messages::kTriangleVertexHelp, vertices));
             }
             mesh.triangles.push_back(t);
         }
@@ -230,12 +222,10 @@ class Reader {
     template <typename T>
     Result<void> numbers_of_mesh(const char* what, int32_t i, T* a, T* b, T* c) {
         if (!next_line())
-            return error(fmt::format("the answer ends before {} {} of a mesh", what, i),
-                         "the line `mesh` says how many vertices and triangles follow");
+            return error(fmt::format(messages::kEndsInMesh, what, i), messages::kEndsInMeshHelp);
         Words words(line_);
         if (words.number(a) && words.number(b) && words.number(c) && words.at_end()) return {};
-        return error(fmt::format("`{}` is not {} {} of a mesh", shown(), what, i),
-                     "it is three numbers");
+        return error(fmt::format(messages::kNotOfMesh, shown(), what, i), messages::kNotOfMeshHelp);
     }
 
     Result<void> more(Words words) {
@@ -243,17 +233,13 @@ class Reader {
         more.line = number_;
         more.key = words.next();
         if (!words.point(&more.box.lo) || !words.point(&more.box.hi) || !words.at_end())
-            return error(fmt::format("`{}` is no `more`", shown()),
-                         "write `more KEY X Y Z X Y Z`: a word, and two corners of a box, the "
-                         "lower first");
+            return error(fmt::format(messages::kNotAMore, shown()), messages::kNotAMoreHelp);
         if (more.key.size() >= kKeyBytes || more.key.find('\0') != std::string::npos)
-            return error(fmt::format("a key of {} bytes", more.key.size()),
-                         fmt::format("the longest has {}: keep what is long in the program, under "
-                                     "a number",
-                                     kKeyBytes - 1));
+            return error(fmt::format(messages::kKeyTooLong, more.key.size()),
+                         fmt::format(messages::kKeyTooLongHelp, kKeyBytes - 1));
         if (more.box.empty())
-            return error(fmt::format("`{}` has the upper corner first", shown()),
-                         "the lower corner comes first");
+            return error(fmt::format(messages::kCornersSwapped, shown()),
+                         messages::kLowerCornerFirst);
         return {};
     }
 

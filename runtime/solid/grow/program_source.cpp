@@ -21,6 +21,7 @@
 #include "runtime/solid/grow/body_source.h"
 #include "runtime/solid/grow/program_answer.h"
 #include "runtime/solid/mesh/mesh_solid.h"
+#include "runtime/solid/messages.h"
 
 namespace openfab::solid {
 
@@ -89,7 +90,7 @@ class ProgramSource final : public BodySource {
         const Result<ProgramAnswer> answer = read_program_answer(*told, layout_);
         if (!answer)
             return placed(
-                fmt::format("`{}`, asked `{}`: {}", program_.name(), asked, answer.error().message),
+                fmt::format(messages::kAskedBefore, program_.name(), asked, answer.error().message),
                 answer.error().help);
         auto out = std::make_shared<Clump>();
         out->state_size = kKeyWords;
@@ -149,9 +150,8 @@ class ProgramSource final : public BodySource {
     }
     Error error(const Question& question, int32_t line, const std::string& what,
                 const std::string& help) const {
-        return placed(fmt::format("`{}`, asked `{}`: line {}: {}", program_.name(), question.asked,
-                                  line, what),
-                      help);
+        return placed(
+            fmt::format(messages::kAskedAtLine, program_.name(), question.asked, line, what), help);
     }
 
     /// Asks the program, and compares with what it told before.
@@ -168,10 +168,8 @@ class ProgramSource final : public BodySource {
         if (told_.size() >= kMostHashes && !told_.contains(key)) return told;
         const auto [known, first] = told_.try_emplace(key, hash);
         if (!first && known->second != hash) {
-            return placed(fmt::format("`{}` answers `{}` otherwise than it did before",
-                                      program_.name(), question.asked),
-                          "what grows of a key follows from the key alone: not from the time, the "
-                          "order of questions, or chance without the key as its seed");
+            return placed(fmt::format(messages::kAnswersOtherwise, program_.name(), question.asked),
+                          messages::kAnswersOtherwiseHelp);
         }
         return told;
     }
@@ -208,7 +206,7 @@ class ProgramSource final : public BodySource {
             beam.id = id;
             beam.level = level;
             if (!holds(within, box_of(beam)))
-                return outside(question, item.line, "a beam", box_of(beam));
+                return outside(question, item.line, messages::kABeam, box_of(beam));
             take_values(answer, number, out);
             out->beams.push_back(beam);
             return {};
@@ -229,7 +227,8 @@ class ProgramSource final : public BodySource {
         }
         if (const Box3f reached = body.reached(); !holds(within, reached))
             return outside(question, item.line,
-                           item.kind == Kind::kPlace ? "what it places" : "a mesh", reached);
+                           item.kind == Kind::kPlace ? messages::kWhatItPlaces : messages::kAMesh,
+                           reached);
         take_values(answer, number, out);
         out->add_body(std::move(body), id, level, within);
         return {};
@@ -238,24 +237,22 @@ class ProgramSource final : public BodySource {
     Error outside(const Question& question, int32_t line, const char* what,
                   const Box3f& box) const {
         const Box3f& within = question.bud.bound;
-        return error(question, line,
-                     fmt::format("{} reaches from {} to {}, outside of {} to {}", what,
-                                 text(box.lo), text(box.hi), text(within.lo), text(within.hi)),
-                     question.bud.level < 0 ? "make the world's `box_mm` larger"
-                                            : "that is the box that `more` gave: make it larger");
+        return error(
+            question, line,
+            fmt::format(messages::kReachesOutside, what, text(box.lo), text(box.hi),
+                        text(within.lo), text(within.hi)),
+            question.bud.level < 0 ? messages::kEnlargeWorldBox : messages::kEnlargeMoreBox);
     }
 
     /// Makes a solid of a mesh in an answer.
     Result<std::shared_ptr<const Standing>> stand(const Question& question, int32_t line,
                                                   mesh::Mesh mesh) const {
         mesh::MeshSource source;
-        mesh.name = fmt::format("of line {}", line);
+        mesh.name = fmt::format(messages::kOfLine, line);
         source.mesh = std::move(mesh);
         source.unit_mm = 1;
         if (Result<void> fine = mesh::prepare_mesh(&source); !fine)
-            return error(question, line, fine.error().message,
-                         "each edge has two triangles that run along it in opposite directions, "
-                         "counter-clockwise from outside");
+            return error(question, line, fine.error().message, messages::kEdgesNotClosed);
         auto part = std::make_shared<part::Part>();
         part->name = stage_.name;
         part->fablet = &part::kGeometry;
@@ -274,10 +271,10 @@ class ProgramSource final : public BodySource {
         const Bud& from = question.bud;
         if (!holds(from.bound, more.box))
             return outside(question, more.line,
-                           fmt::format("the box of `{}`", printable(more.key)).c_str(), more.box);
+                           fmt::format(messages::kBoxOf, printable(more.key)).c_str(), more.box);
         if (from.level >= kMostLevels)
-            return error(question, more.line, fmt::format("`more`, {} levels deep", kMostLevels),
-                         "let the program come to an end");
+            return error(question, more.line, fmt::format(messages::kMoreTooDeep, kMostLevels),
+                         messages::kMoreTooDeepHelp);
         Bud& bud = out->buds.emplace_back();
         bud.bound = more.box;
         bud.level = from.level + 1;

@@ -14,6 +14,7 @@
 #include "runtime/part/node_member.h"
 #include "runtime/solid/grow/body_source.h"
 #include "runtime/solid/grow/rule_calls.h"
+#include "runtime/solid/messages.h"
 
 namespace openfab::solid {
 
@@ -25,8 +26,6 @@ constexpr size_t kClumpNodes = 20;
 constexpr int32_t kMostChildren = 1 << 16;
 /// Levels of a rule without a depth; deeper ones are taken for rules that never end.
 constexpr int32_t kMostLevels = 1000;
-
-constexpr const char* kLetItEnd = "let `children` become 0: `attr.level` tells how deep a node is";
 
 /// Where the members that mean something begin, in components; -1: there is none.
 struct Roles {
@@ -114,9 +113,9 @@ class RuleSource final : public BodySource {
     }
 
     Error complaint(const std::string& what, const std::string& help) const override {
-        return error_at(
-            stage_.location,
-            fmt::format("the rule `{}` of `{}`: {}", stage_.fablet->name, stage_.name, what), help);
+        return error_at(stage_.location,
+                        fmt::format(messages::kRuleBefore, stage_.fablet->name, stage_.name, what),
+                        help);
     }
 
     BeamValues values() const override {
@@ -242,8 +241,8 @@ class RuleSource final : public BodySource {
         if (const abi::KernelStatus status =
                 bench->calls.grow(parents, places, more, &next->columns);
             !status.ok()) {
-            return internal_error(fmt::format("the grow kernel of fablet `{}` failed with code {}",
-                                              stage_.fablet->name, status.code()));
+            return internal_error(
+                fmt::format(messages::kGrowKernelFailed, stage_.fablet->name, status.code()));
         }
         next->bounds.resize(more);
         next->children.assign(more, 0);
@@ -282,13 +281,10 @@ class RuleSource final : public BodySource {
             bool finite = std::isfinite(beam.radius[e]);
             for (int a = 0; a < 3; ++a)
                 finite = finite && std::isfinite(beam.end[e][a]);
-            if (!finite)
-                return error(
-                    where, "has an end or a radius that is no finite number",
-                    "find what divides by 0, takes a root of less than 0, or overflows there");
+            if (!finite) return error(where, messages::kNotFinite, messages::kNotFiniteHelp);
             if (beam.radius[e] < 0)
-                return error(where, fmt::format("has a radius of {:.4g} mm", beam.radius[e]),
-                             "a node that is nothing itself has radius 0");
+                return error(where, fmt::format(messages::kNodeRadius, beam.radius[e]),
+                             messages::kNodeRadiusHelp);
         }
         const bool is_beam = beam.radius[0] > 0 || beam.radius[1] > 0;
         if (is_beam) {
@@ -296,19 +292,14 @@ class RuleSource final : public BodySource {
                 if (is_lost(box, beam.level))
                     return error(
                         where,
-                        fmt::format("is {:.2g} mm long, {} levels deep, and outside of the "
-                                    "bounds of a node that it grows of",
-                                    box.longest_side(), beam.level),
-                        kLetItEnd);
-                return error(where,
-                             fmt::format("is from {} to {} with radius {:.4g}, outside of {} to {}",
-                                         text(beam.end[0]), text(beam.end[1]),
-                                         std::max(beam.radius[0], beam.radius[1]), text(within.lo),
-                                         text(within.hi)),
-                             level->level == 0
-                                 ? "make the world's `box_mm` larger"
-                                 : "that is the box of a node that it grows of, by its `reach` or "
-                                   "`box`, or the world's `box_mm`: make it larger");
+                        fmt::format(messages::kLongAndOutside, box.longest_side(), beam.level),
+                        messages::kLetChildrenEnd);
+                return error(
+                    where,
+                    fmt::format(messages::kBeamOutside, text(beam.end[0]), text(beam.end[1]),
+                                std::max(beam.radius[0], beam.radius[1]), text(within.lo),
+                                text(within.hi)),
+                    level->level == 0 ? messages::kEnlargeWorldBox : messages::kEnlargeNodeBox);
             }
             take_values(node, *level, out);
             out->beams.push_back(beam);
@@ -321,12 +312,11 @@ class RuleSource final : public BodySource {
             static_cast<int32_t>(level->columns.column(static_cast<size_t>(roles_.children))[node]);
         if (children <= 0) return {};
         if (children > kMostChildren)
-            return error(where,
-                         fmt::format("has {} children; the most are {}", children, kMostChildren),
-                         "let some of them grow of nodes in between");
+            return error(where, fmt::format(messages::kTooManyChildren, children, kMostChildren),
+                         messages::kTooManyChildrenHelp);
         if (level->level >= kMostLevels)
-            return error(where, fmt::format("has children, {} levels deep", level->level),
-                         kLetItEnd);
+            return error(where, fmt::format(messages::kChildrenTooDeep, level->level),
+                         messages::kLetChildrenEnd);
         if (Result<void> fine = bound_children(where, within, node, level); !fine) return fine;
         level->children[node] = children;
         level->nodes.push_back(node);
@@ -357,10 +347,8 @@ class RuleSource final : public BodySource {
         if (which == 0) return {};
         const auto count = static_cast<int32_t>(standing().size());
         if (which < 0 || which > count)
-            return error(where, fmt::format("has the object {}", which),
-                         fmt::format("`object` is 0 for none, or the number of one of the {} "
-                                     "`Object` uniforms of the fablet, from 1",
-                                     count));
+            return error(where, fmt::format(messages::kNoSuchObject, which),
+                         fmt::format(messages::kNoSuchObjectHelp, count));
         GrownBody body;
         body.solid = standing()[static_cast<size_t>(which - 1)];
         body.at = vec_cast<double>(where.beam.end[0]);
@@ -368,16 +356,12 @@ class RuleSource final : public BodySource {
         for (int32_t a = 0; roles_.axes >= 0 && a < 3; ++a)
             axes[static_cast<size_t>(a)] = point(level, roles_.axes + 3 * a, node);
         if (const Complaint bad = body.set_axes(axes); !bad.empty())
-            return error(where, "has an object with " + bad.what, bad.help);
+            return error(where, messages::kObjectWith + bad.what, bad.help);
         if (const Box3f reached = body.reached(); !holds(within, reached))
-            return error(
-                where,
-                fmt::format("has an object that reaches from {} to {}, outside of {} to "
-                            "{}",
-                            text(reached.lo), text(reached.hi), text(within.lo), text(within.hi)),
-                level.level == 0 ? "make the world's `box_mm` larger"
-                                 : "that is the box of a node that it grows of, by its `reach` or "
-                                   "`box`, or the world's `box_mm`: make it larger");
+            return error(where,
+                         fmt::format(messages::kObjectOutside, text(reached.lo), text(reached.hi),
+                                     text(within.lo), text(within.hi)),
+                         level.level == 0 ? messages::kEnlargeWorldBox : messages::kEnlargeNodeBox);
         take_values(node, level, out);
         out->add_body(std::move(body), where.beam.id, level.level, within);
         return {};
@@ -392,31 +376,26 @@ class RuleSource final : public BodySource {
             GrownBeam reached = where.beam;
             const float reach = number(*level, roles_.reach, node);
             if (!(reach >= 0) || !std::isfinite(reach))
-                return error(where, fmt::format("has a reach of {:.4g} mm", reach),
-                             "`reach` is how far what grows of it gets from its beam");
+                return error(where, fmt::format(messages::kNodeReach, reach),
+                             messages::kNodeReachHelp);
             for (float& r : reached.radius)
                 r = r + reach;
             box = box_of(reached);
         }
         for (int a = 0; a < 3; ++a) {
             if (!(box.lo[a] <= box.hi[a]))
-                return error(where,
-                             fmt::format("has a box from {} to {}", text(box.lo), text(box.hi)),
-                             "the lower corner comes first");
+                return error(where, fmt::format(messages::kNodeBox, text(box.lo), text(box.hi)),
+                             messages::kLowerCornerFirst);
             box.lo[a] = std::max(box.lo[a], within.lo[a]);
             box.hi[a] = std::min(box.hi[a], within.hi[a]);
         }
         if (box.empty() && is_lost(box_of(where.beam), where.beam.level))
-            return error(where,
-                         fmt::format("has children, {} levels deep, outside of the bounds of a "
-                                     "node that it grows of",
-                                     where.beam.level),
-                         kLetItEnd);
+            return error(where, fmt::format(messages::kChildrenOutside, where.beam.level),
+                         messages::kLetChildrenEnd);
         if (box.empty())
-            return error(
-                where, fmt::format("grows outside of {} to {}", text(within.lo), text(within.hi)),
-                "that is the box of a node that it grows of, by its `reach` or `box`, or the "
-                "world's `box_mm`: make it larger");
+            return error(where,
+                         fmt::format(messages::kGrowsOutside, text(within.lo), text(within.hi)),
+                         messages::kEnlargeNodeBox);
         level->bounds[node] = box;
         return {};
     }
@@ -433,8 +412,8 @@ class RuleSource final : public BodySource {
 
     Error error(const Where& where, const std::string& what, const std::string& help) const {
         const std::string who = where.beam.level == 0
-                                    ? std::string("its first node")
-                                    : fmt::format("child {} on level {}, at {} mm,", where.child,
+                                    ? std::string(messages::kFirstNode)
+                                    : fmt::format(messages::kChildOnLevel, where.child,
                                                   where.beam.level, text(where.beam.end[0]));
         return complaint(fmt::format("{} {}", who, what), help);
     }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/infinity.h"
+#include "runtime/solid/messages.h"
 
 namespace openfab::solid {
 
@@ -114,20 +115,16 @@ Complaint GrownBody::set_axes(const std::array<Vec3f, 3>& from) {
         axes[a] = vec_cast<double>(from[a]);
         lengths[a] = length(axes[a]);
         if (!(lengths[a] > 0) || !std::isfinite(lengths[a]))
-            return {fmt::format("an axis of length {:.4g}", lengths[a]),
-                    "axes point where x, y and z of what stands there point, and their lengths "
-                    "scale it"};
+            return {fmt::format(messages::kAxisLength, lengths[a]), messages::kAxisLengthHelp};
         axes[a] = axes[a] * (1 / lengths[a]);
     }
     scale = (lengths[0] + lengths[1] + lengths[2]) / 3;
     for (size_t a = 0; a < 3; ++a) {
         const double cosine = dot(axes[a], axes[(a + 1) % 3]);
         if (std::fabs(cosine) > kSlack || std::fabs(lengths[a] - scale) > kSlack * scale)
-            return {fmt::format("axes of lengths {:.4g}, {:.4g}, {:.4g}, {:.4g} degrees apart",
-                                lengths[0], lengths[1], lengths[2],
+            return {fmt::format(messages::kAxesNotAlike, lengths[0], lengths[1], lengths[2],
                                 std::acos(std::clamp(cosine, -1.0, 1.0)) * 57.29577951308232),
-                    "what stands there is turned, mirrored and scaled alike along all axes: they "
-                    "are at right angles and of one length"};
+                    messages::kAxesNotAlikeHelp};
     }
     // Gram and Schmidt: what is left of rounding would change distances.
     axes[1] = axes[1] - axes[0] * dot(axes[0], axes[1]);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "runtime/part/shape_stage.h"
+#include "runtime/solid/messages.h"
 #include "runtime/solid/shape/shape_field.h"
 
 namespace openfab::solid {
@@ -21,17 +22,16 @@ std::string ShapeField::place(const Vec3f& p) const {
 }
 
 Error ShapeField::error(const std::string& what, const std::string& help) const {
-    return error_at(
-        stage_.location,
-        fmt::format("the shape `{}` of `{}` {}", stage_.fablet->name, stage_.name, what), help);
+    return error_at(stage_.location,
+                    fmt::format(messages::kShapeBefore, stage_.fablet->name, stage_.name, what),
+                    help);
 }
 
 Result<void> ShapeField::check() const {
     if (Result<void> closed = check_border(); !closed) return closed;
     if (!exact_box({}).empty()) return status();
     if (Result<void> fine = status(); !fine) return fine;
-    return error("is nowhere negative in its `box_mm`",
-                 "a shape is negative inside: look at its sign, and at the box");
+    return error(messages::kNowhereNegative, messages::kNowhereNegativeHelp);
 }
 
 Result<void> ShapeField::check_border() const {
@@ -95,11 +95,9 @@ Result<void> ShapeField::check_side(int axis, bool high, ShapeCalls* calls) cons
             for (size_t k = 0; k < points.size(); ++k) {
                 if (std::isnan(values[k])) note_nan(points.point(k));
                 if (!(values[k] < 0)) continue;
-                return error(
-                    fmt::format("is open: it is {:.4g}, inside, at {} mm, on the border of its "
-                                "`box_mm`",
-                                static_cast<double>(values[k]), place(points.point(k))),
-                    "make the box larger, or intersect the shape with a box inside that one");
+                return error(fmt::format(messages::kShapeOpen, static_cast<double>(values[k]),
+                                         place(points.point(k))),
+                             messages::kShapeOpenHelp);
             }
         }
         open = std::move(next);
@@ -125,14 +123,12 @@ Result<void> ShapeField::status() const {
 
 Result<void> ShapeField::status_of() const {
     if (failed_) {
-        return internal_error(fmt::format("a shape kernel of fablet `{}` failed with code {}",
-                                          stage_.fablet->name, failed_->code()));
+        return internal_error(
+            fmt::format(messages::kShapeKernelFailed, stage_.fablet->name, failed_->code()));
     }
     if (Result<void> fine = bodies_.status(); !fine) return fine;
     if (!nan_) return {};
-    return error(fmt::format("is no number (NaN) at {} mm", place(*nan_)),
-                 "find what divides by 0, takes a root of less than 0, or subtracts infinities "
-                 "there");
+    return error(fmt::format(messages::kShapeNaN, place(*nan_)), messages::kShapeNaNHelp);
 }
 
 }  // namespace openfab::solid

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "mesh/model/messages.h"
+#include "runtime/solid/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 #include "world/messages.h"
@@ -207,22 +208,33 @@ TEST_F(Generator, MeshesAndCopiesAreWhereTheyAreAsData) {
 
 TEST_F(Generator, SaysWhatAProgramDoesWrong) {
     const std::string box = "-1 -1 1 1 1 2";
-    EXPECT_THAT(refusal(answer("hello")), HasSubstr("line 1: `hello` is no `beam`"));
-    EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 nan 1")), HasSubstr("is no beam"));
-    EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 1")), HasSubstr("RADIUS RADIUS"));
-    EXPECT_THAT(refusal(answer("# one\nbeam 0 0 1 0 0 2 0 -1")), HasSubstr("line 2:"));
+    EXPECT_THAT(refusal(answer("hello")), testing::Says(solid::messages::kNoKnownLine, "hello"));
+    EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 nan 1")),
+                testing::Says(solid::messages::kNotABeam));
+    EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 1")),
+                testing::Says(solid::messages::kNotABeamHelp));
+    EXPECT_THAT(refusal(answer("# one\nbeam 0 0 1 0 0 2 0 -1")),
+                testing::Says(solid::messages::kAskedAtLine, "*", "*", 2));
     EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 12.5 1 1")),
-                HasSubstr("a beam reaches from (-1, -1, 0) to (1, 1, 13.5), outside of "));
-    EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 1 1 7")), HasSubstr("is no beam"));
-    EXPECT_THAT(refusal(answer("more a -1 -1 1 1 1 20")), HasSubstr("the box of `a` reaches"));
-    EXPECT_THAT(refusal(answer("more a 1 1 1 -1 -1 0")), HasSubstr("the lower corner comes first"));
-    EXPECT_THAT(refusal(answer("more a " + box)), HasSubstr("`more`, 1000 levels deep"));
-    EXPECT_THAT(refusal(answer("place leaf 0 0 0")), HasSubstr("not in the world's `places`"));
+                testing::Says(solid::messages::kReachesOutside, solid::messages::kABeam,
+                              "(-1, -1, 0)", "(1, 1, 13.5)"));
+    EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 1 1 7")),
+                testing::Says(solid::messages::kNotABeam));
+    EXPECT_THAT(
+        refusal(answer("more a -1 -1 1 1 1 20")),
+        testing::Says(solid::messages::kReachesOutside, fmt::format(solid::messages::kBoxOf, "a")));
+    EXPECT_THAT(refusal(answer("more a 1 1 1 -1 -1 0")),
+                testing::Says(solid::messages::kLowerCornerFirst));
+    EXPECT_THAT(refusal(answer("more a " + box)),
+                testing::Says(solid::messages::kMoreTooDeep, "1000"));
+    EXPECT_THAT(refusal(answer("place leaf 0 0 0")),
+                testing::Says(solid::messages::kPlaceUnlisted));
     EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1\n0 1 1\n0 0 2\n0 2 1\n0 1 3\n0 3 2\n1 2 4")),
-                HasSubstr("triangle 3 has the vertex 4"));
+                testing::Says(solid::messages::kTriangleVertex, "3", "4"));
     EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1\n0 1 1\n0 0 2\n0 2 1\n0 1 3\n0 3 2\n0 1 2")),
                 Says(mesh::messages::kNotClosed));
-    EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1")), HasSubstr("of a mesh"));
+    EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1")),
+                testing::Says(solid::messages::kEndsInMesh));
     EXPECT_THAT(refusal(answer("error no such forest")), HasSubstr("no such forest"));
     EXPECT_THAT(refusal(answer("done")), HasSubstr("more after the `done`"));
     EXPECT_THAT(refusal("echo welcome\n" + answer("# nothing")), HasSubstr("welcome"));
@@ -236,7 +248,7 @@ TEST_F(Generator, SaysWhatAProgramDoesWrong) {
                         "if [ $key = root ]; then echo more a " +
                         box + "; echo more a " + box +
                         "; else echo beam 0 0 1.5 0 0 1.5 0.1 0.$n; fi; echo done; done"),
-                HasSubstr("otherwise than it did before"));
+                testing::Says(solid::messages::kAnswersOtherwise));
     world(R"({"program": ["./no_such_program"], "box_mm": [[0, 0, 0], [1, 1, 1]]})");
     EXPECT_THAT(print({"--allow-programs", "-o", path("bad.ofr")}, "g.fab.json").err,
                 HasSubstr("does not start"));

@@ -6,10 +6,13 @@
 
 #include "runtime/solid/grow/grow_solid.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "runtime/solid/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/solid/growing.h"
 
 namespace openfab::solid {
@@ -161,12 +164,12 @@ Node dust(const Node& /*parent*/, int32_t /*child*/, int32_t level, uint32_t pat
 }
 
 TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
-    const std::pair<openfab_kernel_fn, const char*> kWrong[] = {
-        {kernel<endless>, "has children, 1000 levels deep"},
-        {kernel<leaves>, "outside of"},
-        {kernel<lost>, "that is no finite number"},
-        {kernel<crowd>, "has 1048576 children; the most are 65536"},
-        {kernel<dust>, "more than 524288 beams lie within a few voxels"},
+    const std::pair<openfab_kernel_fn, ::testing::Matcher<std::string>> kWrong[] = {
+        {kernel<endless>, testing::Says(messages::kChildrenTooDeep, 1000)},
+        {kernel<leaves>, testing::Says(messages::kBeamOutside)},
+        {kernel<lost>, testing::Says(messages::kNotFinite)},
+        {kernel<crowd>, testing::Says(messages::kTooManyChildren, 1048576, 65536)},
+        {kernel<dust>, testing::Says(messages::kTooManyBeamsAtOnce, 524288)},
     };
     for (const auto& [fn, what] : kWrong) {
         const Made made(nullptr, fn, 8 << 20, nullptr);
@@ -175,9 +178,9 @@ TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
             made.covered();
             status = made.solid->status();
         }
-        ASSERT_FALSE(status) << what;
-        EXPECT_NE(status.error().message.find(what), std::string::npos) << status.error().text();
-        EXPECT_EQ(exit_code(status.error().code), 1) << what;
+        ASSERT_FALSE(status);
+        EXPECT_THAT(status.error().message, what);
+        EXPECT_EQ(exit_code(status.error().code), 1) << status.error().text();
     }
     const Made small(bush, kernel<bush>, kMuch, nullptr, {{-1, -1, -1}, {1, 1, 1}});
     ASSERT_FALSE(small.status);

@@ -6,6 +6,7 @@
 
 #include "runtime/solid/shape/shape_solid.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,9 +19,11 @@
 #include "runtime/part/shape_stage.h"
 #include "runtime/solid/cut/cut.h"
 #include "runtime/solid/kinds/kinds.h"
+#include "runtime/solid/messages.h"
 #include "runtime/solid/shape/shape_mesh.h"
 #include "runtime/solid/shape/shape_surface.h"
 #include "runtime/solid/voxel_frame.h"
+#include "tests/support/says/says.h"
 #include "tests/unit/solid/covered.h"
 
 namespace openfab::solid {
@@ -473,16 +476,16 @@ TEST(ShapeSolid, APieceOfItEndsWhereTheShapeDoes) {
     }
 }
 
-void expect_refused(const Made& made, const std::string& what) {
+void expect_refused(const Made& made, const ::testing::Matcher<std::string>& what) {
     const Result<std::shared_ptr<Solid>> solid = kShapeKind.make(made.part, options_of(0.1), {});
     ASSERT_FALSE(solid);
-    EXPECT_NE(solid.error().text().find(what), std::string::npos) << solid.error().text();
+    EXPECT_THAT(solid.error().text(), what);
 }
 
 TEST(ShapeSolid, RefusesWhatIsNoSolid) {
-    expect_refused(*make<ball>({8, 8, 6}), "is open: it is -");
-    expect_refused(*make<nothing>({8, 8, 8}), "is nowhere negative in its `box_mm`");
-    expect_refused(*make<wrong>({8, 8, 8}), "is no number (NaN) at (");
+    expect_refused(*make<ball>({8, 8, 6}), testing::Says(messages::kShapeOpen, "-*"));
+    expect_refused(*make<nothing>({8, 8, 8}), testing::Says(messages::kNowhereNegative));
+    expect_refused(*make<wrong>({8, 8, 8}), testing::Says(messages::kShapeNaN, "(*"));
 }
 
 }  // namespace
