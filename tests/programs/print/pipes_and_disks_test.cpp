@@ -112,8 +112,9 @@ TEST_F(PipesAndDisks, AReaderThatGoesAwayEndsThePrint) {
         test_program("openfab_test_print_4").string(), path("block.fab.json"));
     const Outcome outcome = run({"/bin/bash", "-c", command});
     EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
-    EXPECT_THAT(outcome.err, ::testing::HasSubstr(std::string(backends::messages::kCannotWriteTo) +
-                                                  " `standard output`: Broken pipe"));
+    EXPECT_THAT(outcome.err,
+                ::testing::HasSubstr(std::string(backends::messages::kCannotWriteTo) + " `" +
+                                     backends::messages::kStandardOutput + "`: Broken pipe"));
 }
 
 using Files = std::map<std::string, std::string>;

@@ -279,7 +279,8 @@ TEST_F(PrintProgram, EstimateTellsMaterialsTimeAndOverlaps) {
     ASSERT_EQ(estimated.exit_code, 0) << estimated.err;
     EXPECT_THAT(estimated.err,
                 HasSubstr("112 slices, 18 min 40 s on `j750`, which this machine keeps up with"));
-    EXPECT_THAT(estimated.err, HasSubstr("`thing` (number 0 of the build) and `thing` (number 1)"));
+    EXPECT_THAT(estimated.err,
+                testing::Says(pipeline::messages::kPartsOverlap, "thing", 0, "thing", 1));
     const rapidjson::Document e = json("e.json");
     EXPECT_TRUE(e["keeps_up"].GetBool());
     EXPECT_GT(e["processor_seconds"].GetDouble(), 0);

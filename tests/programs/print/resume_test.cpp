@@ -287,9 +287,11 @@ TEST_F(Resume, AnotherPrintIsRefusedAndLosesNothing) {
     refused({"-o", path("a.ofr"), "--resume", "--draft", "7"}, backends::messages::kPitchInMm);
     std::vector<std::string> part = ofr;
     part.insert(part.end(), {"--slices", "0:9"});
-    refused(part, "the range of slices is");
+    refused(part, backends::messages::kRangeOfSlices);
     for (const auto& [option, why] : std::map<std::string, std::string>{
-             {"--flip-x", "image_right"}, {"--png=indexed", "the color_mode is"}}) {
+             {"--flip-x", "image_right"},
+             {"--png=indexed",
+              fmt::format(backends::messages::kIsOther, "color_mode", "rgba", "indexed")}}) {
         std::vector<std::string> arguments = png;
         arguments.push_back(option);
         refused(arguments, why);
@@ -405,9 +407,10 @@ TEST_F(Resume, TwoWritersAreRefused) {
             EXPECT_EQ(outcome.exit_code, 3) << output;
             EXPECT_THAT(outcome.err, testing::Says(backends::messages::kBeingWritten));
             // In some containers the kernel's list of locks has other numbers.
-            if (outcome.err.find("by another process") != std::string::npos) continue;
-            EXPECT_THAT(outcome.err,
-                        HasSubstr(fmt::format("by process {} (`print_resume_test`)", ::getpid())));
+            if (outcome.err.find(backends::messages::kAnotherProcess) != std::string::npos)
+                continue;
+            EXPECT_THAT(outcome.err, HasSubstr(fmt::format(backends::messages::kProcessNamed,
+                                                           ::getpid(), "print_resume_test")));
         }
     };
     {

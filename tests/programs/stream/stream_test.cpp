@@ -402,10 +402,11 @@ TEST_F(Stream, TlsNeedsItsFiles) {
     EXPECT_THAT(refusal(kAnyPort, certificate("loopback")),
                 testing::Says(tools::messages::kTlsNeedsKeys));
     EXPECT_THAT(refusal(kAnyTlsPort, {"--tls-cert", path("token"), "--tls-key", path("token")}),
-                testing::Says(stream::messages::kCannotReadFrom, "a certificate"));
-    EXPECT_THAT(refusal(kAnyTlsPort, {"--tls-cert", tls_file("loopback.pem"), "--tls-key",
-                                      tls_file("elsewhere.key.pem")}),
-                HasSubstr("cannot read the key of the certificate"));
+                testing::Says(stream::messages::kCannotReadFrom, stream::messages::kACertificate));
+    EXPECT_THAT(
+        refusal(kAnyTlsPort, {"--tls-cert", tls_file("loopback.pem"), "--tls-key",
+                              tls_file("elsewhere.key.pem")}),
+        testing::Says(stream::messages::kCannotReadFrom, stream::messages::kKeyOfCertificate));
     EXPECT_THAT(run(printing("tls://127.0.0.1:1", {"--tls-ca", path("token")})).err,
                 testing::Says(stream::messages::kCannotReadFrom, "certificates"));
 }

@@ -109,7 +109,7 @@ TEST_F(Ofr, AnInterruptedPrintHasItsSlicesAndNoIndex) {
     write(print, false);
     const Read all = read(file(), print);
     EXPECT_EQ(all.good, 4);
-    EXPECT_THAT(all.error, HasSubstr("index is missing"));
+    EXPECT_THAT(all.error, testing::Says(ofr::messages::kIndexMissing));
     EXPECT_FALSE(ofr::OfrReader::read_totals(file()));
 }
 

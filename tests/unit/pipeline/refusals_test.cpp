@@ -63,10 +63,11 @@ int64_t least_budget(const pipeline::PrintInput& input, const pipeline::PrintOpt
     const auto print = pipeline::PrintJob::create(input, options);
     if (print) return 0;
     const std::string& text = print.error().text();
-    const std::string before = "this print needs at least ";
-    const size_t begin = text.find(before) + before.size();
-    const Result<int64_t> bytes =
-        parse_bytes(text.substr(begin, text.find(" with", begin) - begin));
+    const std::string needs = pipeline::messages::kPrintNeeds;
+    const size_t first = needs.find("{}"), second = needs.find("{}", first + 2);
+    const size_t begin = text.find(needs.substr(0, first)) + first;
+    const size_t end = text.find(needs.substr(first + 2, second - first - 2), begin);
+    const Result<int64_t> bytes = parse_bytes(text.substr(begin, end - begin));
     EXPECT_TRUE(bytes.has_value()) << text;
     return bytes ? *bytes : 0;
 }
