@@ -214,7 +214,7 @@ TEST_F(Generator, SaysWhatAProgramDoesWrong) {
     EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 2 1")),
                 testing::Says(solid::messages::kNotABeamHelp));
     EXPECT_THAT(refusal(answer("# one\nbeam 0 0 1 0 0 2 0 -1")),
-                testing::Says(solid::messages::kAskedAtLine, "*", "*", 2));
+                testing::Says(solid::messages::kAtLine, 2));
     EXPECT_THAT(refusal(answer("beam 0 0 1 0 0 12.5 1 1")),
                 testing::Says(solid::messages::kReachesOutside, solid::messages::kABeam,
                               "(-1, -1, 0)", "(1, 1, 13.5)"));
