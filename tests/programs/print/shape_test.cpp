@@ -18,8 +18,10 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "runtime/solid/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -196,11 +198,13 @@ TEST_F(Shape, WhatIsNoSolidIsTold) {
         const char *shape, *box, *told;
     };
     const Bad all[] = {
-        {"{ return length(attr.p) - 6; }", "[[-4, -9, -9], [9, 9, 9]]", "is open"},
-        {"{ return -1; }", "[[-9, -9, -9], [9, 9, 9]]", "is open"},
-        {"{ return length(attr.p) + 1; }", "[[-9, -9, -9], [9, 9, 9]]", "nowhere negative"},
+        {"{ return length(attr.p) - 6; }", "[[-4, -9, -9], [9, 9, 9]]",
+         solid::messages::kShapeOpen},
+        {"{ return -1; }", "[[-9, -9, -9], [9, 9, 9]]", solid::messages::kShapeOpen},
+        {"{ return length(attr.p) + 1; }", "[[-9, -9, -9], [9, 9, 9]]",
+         solid::messages::kNowhereNegative},
         {"{ return sqrt(attr.p.x) + length(attr.p) - 6; }", "[[-9, -9, -9], [9, 9, 9]]",
-         "is no number (NaN)"},
+         solid::messages::kShapeNaN},
         {"{ return length(attr.p) - 6; }", "[[-9, -9, -9], [1e30, 9, 9]]", "box_mm"},
         {"{ return length(attr.p) - 6; }", "[[9, -9, -9], [-9, 9, 9]]", "box_mm"},
         {"{ return length(attr.p) - 60000; }", "[[-70000, -70000, -70000], [70000, 70000, 70000]]",
@@ -211,7 +215,7 @@ TEST_F(Shape, WhatIsNoSolidIsTold) {
         write(bad.shape, "mc.Set(white, 1);", bad.box);
         const Outcome outcome = attempt({"--memory", "300MB"}, "0.25mm");
         EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-        EXPECT_THAT(outcome.err, HasSubstr(bad.told));
+        EXPECT_THAT(outcome.err, Says(bad.told));
         EXPECT_LT(outcome.peak_rss_bytes, 400'000'000);
     }
 }
