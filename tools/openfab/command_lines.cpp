@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "backends/formats/formats.h"
+#include "base/talking_program.h"
 #include "mesh/load/load_mesh.h"
 #include "tools/openfab/arrange.h"
 #include "tools/openfab/check.h"

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "base/input_file.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
