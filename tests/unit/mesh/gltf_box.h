@@ -122,21 +122,14 @@ inline std::string File::glb() const {
             ? fmt::format(R"({{"attributes": {{{}}}, "indices": 5, "material": 0{}}})", attributes,
                           primitive)
             : primitives;
-    std::string json = fmt::format(
+    const std::string json = fmt::format(
         R"({{"asset": {{"version": "2.0"}}, "scene": 0, "scenes": [{}], "nodes": [{}],
  "meshes": [{{"name": "mesh", "primitives": [{}]{}}}], "materials": [{}], "textures": [{}],
  "samplers": [{}], "images": [{}], "accessors": [{}], "bufferViews": [{}],
  "buffers": [{{"byteLength": {}}}]{}}})",
         scenes, nodes, all, mesh, materials, textures, samplers, images, accessors, views,
         bytes.size(), more);
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string out = "glTF";
-    append(&out, uint32_t{2});
-    append(&out, static_cast<uint32_t>(28 + json.size() + bytes.size()));
-    append(&out, static_cast<uint32_t>(json.size()));
-    out += "JSON" + json;
-    append(&out, static_cast<uint32_t>(bytes.size()));
-    return out + std::string("BIN\0", 4) + bytes;
+    return mesh::glb(json, bytes);
 }
 
 inline File with(std::string File::*section, const std::string& text) {

@@ -81,19 +81,6 @@ std::string gltf_json(const Buffer& b, const std::string& buffer,
                        nodes, b.accessors, b.views, buffer);
 }
 
-std::string glb(std::string json, std::string binary) {
-    while (json.size() % 4 != 0)
-        json += ' ';
-    binary.resize((binary.size() + 3) / 4 * 4);
-    std::string out = "glTF";
-    append(&out, uint32_t{2});
-    append(&out, static_cast<uint32_t>(28 + json.size() + binary.size()));
-    append(&out, static_cast<uint32_t>(json.size()));
-    out += "JSON" + json;
-    append(&out, static_cast<uint32_t>(binary.size()));
-    return out + std::string("BIN\0", 4) + binary;
-}
-
 std::string box_glb(const std::string& nodes = kNodes) {
     const Buffer b = box_buffer();
     return glb(gltf_json(b, fmt::format(R"({{"byteLength": {}}})", b.bytes.size()), nodes),

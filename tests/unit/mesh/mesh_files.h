@@ -37,6 +37,20 @@ void append(std::string* bytes, T value, bool big_endian = false) {
     bytes->append(raw, sizeof value);
 }
 
+/// Returns the container of a glTF file and its binary chunk, both padded to 4 bytes.
+inline std::string glb(std::string json, std::string binary) {
+    while (json.size() % 4 != 0)
+        json += ' ';
+    binary.resize((binary.size() + 3) / 4 * 4);
+    std::string out = "glTF";
+    append(&out, uint32_t{2});
+    append(&out, static_cast<uint32_t>(28 + json.size() + binary.size()));
+    append(&out, static_cast<uint32_t>(json.size()));
+    out += "JSON" + json;
+    append(&out, static_cast<uint32_t>(binary.size()));
+    return out + std::string("BIN\0", 4) + binary;
+}
+
 /// Loads `count` damaged forms of a file: bytes changed, set to extremes, removed, duplicated, or
 /// truncated. Any result but a crash is accepted; a mesh must be valid.
 inline void survive_damage(const std::string& bytes, const std::string& file, int count) {

@@ -191,14 +191,7 @@ std::string gltf(int nodes, int primitives, int quads, const std::string& more =
         R"("buffers":[{{"byteLength":{}}}]}})",
         side * side, quads * quads * 6, positions, positions, bytes.size() - positions,
         bytes.size());
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    std::string out = "glTF";
-    append(&out, uint32_t{2});
-    append(&out, static_cast<uint32_t>(28 + json.size() + bytes.size()));
-    append(&out, static_cast<uint32_t>(json.size()));
-    out += "JSON" + json;
-    append(&out, static_cast<uint32_t>(bytes.size()));
-    return out + std::string("BIN\0", 4) + bytes;
+    return mesh::glb(json, bytes);
 }
 
 /// Long names of nested objects, and an object of many materials, placed many times.
