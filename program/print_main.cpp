@@ -28,6 +28,7 @@
 #include "program/progress.h"
 #include "program/statistics.h"
 #include "program/supersample.h"
+#include "runtime/part/bind.h"
 #include "runtime/pipeline/print_job.h"
 #include "runtime/segments/printf_log.h"
 
@@ -112,19 +113,6 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
     return written;
 }
 
-Result<void> run_command_line(int argc, char** argv, const openfab_fablet_list& fablets) {
-    const std::string path = argc > 0 ? argv[0] : "print";
-    Result<Options> options = parse_options(argc, argv, path.substr(path.find_last_of('/') + 1));
-    if (!options) return options.error();
-    if (options->help) {
-        show(options->text);
-        return {};
-    }
-    return run_print(
-        *options, fablets,
-        install_interrupt(exit_code(ErrorCode::kInterrupted), messages::kInterruptedBeforeSlices));
-}
-
 }  // namespace
 
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
@@ -200,14 +188,27 @@ void keep_print_lines(int64_t most) {
     segments::PrintfLog::keep_lines(most);
 }
 
-int finish(const Result<void>& done) {
+int finish(const Result<void>& done, ProgressMode progress) {
     const Result<void> written = done ? written_out() : done;
-    return written ? 0 : say_error(written.error());
+    if (written) return 0;
+    const Error& error = written.error();
+    Progress(progress, stderr).fail(error, part::setting_of(error));
+    return exit_code(error.code);
 }
 
 int print_main(int argc, char** argv, const openfab_fablet_list& fablets) {
     prepare_streams();
-    return finish(run_command_line(argc, argv, fablets));
+    const std::string path = argc > 0 ? argv[0] : "print";
+    const Result<Options> options =
+        parse_options(argc, argv, path.substr(path.find_last_of('/') + 1));
+    if (!options) return finish(options.error());
+    if (options->help) {
+        show(options->text);
+        return finish({});
+    }
+    const std::atomic<bool>& interrupt =
+        install_interrupt(exit_code(ErrorCode::kInterrupted), messages::kInterruptedBeforeSlices);
+    return finish(run_print(*options, fablets, interrupt), options->progress);
 }
 
 }  // namespace openfab::program

@@ -26,7 +26,7 @@ Result<void> run_print(const Options& options, const openfab_fablet_list& fablet
 void keep_print_lines(int64_t most);
 
 /// Reports an error, if any, on stderr and returns the exit code.
-int finish(const Result<void>& done);
+int finish(const Result<void>& done, ProgressMode progress = ProgressMode::kAuto);
 
 /// Runs a print from the command line and returns the exit code: 0 done, 1 the input is wrong, 2
 /// usage, 3 disk or pipe failed, 4 a bug of ours, 130 interrupted. stdout carries data alone (`-o

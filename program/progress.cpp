@@ -10,6 +10,8 @@
 
 #include <algorithm>
 
+#include "base/caret.h"
+#include "base/json_text.h"
 #include "base/text.h"
 #include "base/units.h"
 #include "program/messages.h"
@@ -53,6 +55,19 @@ std::string json_event(const char* event, const char* key, const std::string& te
     rapidjson::Writer<rapidjson::StringBuffer> writer(quoted);
     writer.String(text.c_str(), static_cast<rapidjson::SizeType>(text.size()));
     return fmt::format("{{\"event\": \"{}\", \"{}\": {}}}\n", event, key, quoted.GetString());
+}
+
+std::string error_event(const Error& error, std::string_view setting) {
+    JsonText json;
+    json.begin_object().member("event", "error").member("text", error.message);
+    json.member("help", error.help);
+    if (!setting.empty()) {
+        json.member("setting", setting);
+    } else if (!error.location.file.empty()) {
+        json.member("file", error.location.file).member("line", error.location.line);
+        json.member("column", error.location.column);
+    }
+    return json.end_object().take() + '\n';
 }
 
 int terminal_columns(std::FILE* stream) {
@@ -146,6 +161,12 @@ void Progress::note(const std::string& message) {
     end();
     put(stream_, style_ == Style::kJson ? json_event("note", "text", message)
                                         : "note: " + printable(message) + '\n');
+    std::fflush(stream_);
+}
+
+void Progress::fail(const Error& error, std::string_view setting) {
+    end();
+    put(stream_, style_ == Style::kJson ? error_event(error, setting) : render_error(error));
     std::fflush(stream_);
 }
 

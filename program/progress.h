@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <string_view>
 
+#include "base/result.h"
 #include "runtime/pipeline/print_job.h"
 
 namespace openfab::program {
@@ -32,6 +34,9 @@ class Progress {
     /// in every mode, a note not where nothing is to be said of the print's progress.
     void warn(const std::string& message);
     void note(const std::string& message);
+    /// Shows the error that ended the print, in every mode: as JSON `{"event": "error", "text": …, "help": …}`, with
+    /// "file", "line" and "column" if it has a location, or with "setting" if it is about a `--set`.
+    void fail(const Error& error, std::string_view setting);
     /// Returns whether a line about the finished print, as people read it, is wanted.
     bool sums_up() const { return style_ == Style::kBar || style_ == Style::kPlain; }
     /// Clears the bar, so that later output starts on a line of its own.

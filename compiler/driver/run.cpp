@@ -88,7 +88,8 @@ class Run {
     int once() {
         if (const int code = compile(); code != kExitDone) return code;
         spare_sources();
-        const int code = program::finish(program::run_print(print_, program_->fablets(), stop_));
+        const int code = program::finish(program::run_print(print_, program_->fablets(), stop_),
+                                         print_.progress);
         // Who ends a print does not wait for a kernel that it can do without.
         if (code == exit_code(ErrorCode::kInterrupted)) end_cleanly(code);
         const int compiled = finish(program_.get());
@@ -144,7 +145,8 @@ class Run {
 
     int compile() {
         const Clock::time_point begin = Clock::now();
-        if (const Result<void> taken = take_rule(); !taken) return program::finish(taken);
+        if (const Result<void> taken = take_rule(); !taken)
+            return program::finish(taken, print_.progress);
         Compilation compilation(*compile_, common_);
         const int code = compilation.prepare();
         sources_ = compilation.sources().files();
@@ -207,7 +209,8 @@ class Run {
             program::run_print(print_, program_->fablets(), interrupt, &files, began);
         over = true;
         guard.join();
-        if (done || done.error().code != ErrorCode::kInterrupted) program::finish(done);
+        if (done || done.error().code != ErrorCode::kInterrupted)
+            program::finish(done, print_.progress);
         return files;
     }
 

@@ -44,6 +44,18 @@ std::vector<std::string> fablet_names(const openfab_fablet_list& list) {
     return names;
 }
 
+/// Of the location of an error that is about a setting.
+constexpr std::string_view kSetPlace = "--set ";
+
+SourceLocation place_of_set(const std::string& text) {
+    return {std::string(kSetPlace) + text, 0, 0};
+}
+
+/// Makes an error of a `--set` that says nothing.
+Error malformed_set(const std::string& text, std::string message, std::string help = {}) {
+    return {ErrorCode::kUsage, std::move(message), std::move(help), place_of_set(text)};
+}
+
 /// A parsed --set option.
 struct SetValue {
     std::string object;
@@ -55,7 +67,7 @@ Result<SetValue> parse_set(const std::string& text) {
     const size_t equals = text.find('=');
     const size_t dot = equals == std::string::npos ? equals : text.rfind('.', equals);
     if (dot == std::string::npos || dot == 0 || dot + 1 == equals || equals + 1 == text.size()) {
-        return usage_error(fmt::format("--set {}: not of the form OBJECT.UNIFORM=VALUE", text));
+        return malformed_set(text, "not of the form OBJECT.UNIFORM=VALUE");
     }
     SetValue out;
     out.object = text.substr(0, dot);
@@ -68,22 +80,19 @@ Result<SetValue> parse_set(const std::string& text) {
     } else {
         // A bare word is a name; anything that starts like other JSON is an error.
         if (std::string_view("[{\"-+.0123456789").find(value[0]) != std::string_view::npos) {
-            return usage_error(fmt::format("--set {}: the value is neither JSON nor a name", text));
+            return malformed_set(text, "the value is neither JSON nor a name");
         }
         json.kind = JsonValue::Kind::kString;
         json.text = value;
     }
-    const SourceLocation location{fmt::format("--set {}", text), 0, 0};
+    const SourceLocation location = place_of_set(text);
     Result<world::UniformBinding> binding =
         world::uniform_binding(json, location, fmt::format("uniform `{}`", out.uniform));
     if (!binding && json.is(JsonValue::Kind::kObject)) {
-        return usage_error(fmt::format("{}{}{}", binding.error().message,
-                                       binding.error().help.empty() ? "" : ": ",
-                                       binding.error().help));
+        return malformed_set(text, binding.error().message, binding.error().help);
     }
     if (!binding)
-        return usage_error(
-            fmt::format("--set {}: the value is not a number, a name or an array of these", text));
+        return malformed_set(text, "the value is not a number, a name or an array of these");
     out.binding = std::move(*binding);
     out.binding.location = location;
     return out;
@@ -140,8 +149,9 @@ class WorldBinder {
             Result<SetValue> set = parse_set(text);
             if (!set) return set.error();
             if (std::find(objects.begin(), objects.end(), set->object) == objects.end()) {
-                return user_error(fmt::format("--set {}: no object is called `{}`; {}", text,
-                                              set->object, suggest(set->object, objects)));
+                return error_at(place_of_set(text),
+                                fmt::format("no object is called `{}`", set->object),
+                                suggest(set->object, objects));
             }
             sets_[set->object].insert_or_assign(set->uniform, std::move(set->binding));
         }
@@ -340,7 +350,7 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
                                            [&](const world::Texture& t) { return t.name == name; });
             std::error_code ignored;
             if (!known && !std::filesystem::exists(name, ignored)) {
-                return user_error(fmt::format("--set {}: there is no file `{}`", text, name));
+                return error_at(place_of_set(text), fmt::format("there is no file `{}`", name));
             }
             if (known) continue;
             world::Texture added;
@@ -359,6 +369,12 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {
     return WorldBinder(world, fablets, options.memory_bytes).run(options);
+}
+
+std::string_view setting_of(const Error& error) {
+    const std::string_view place = error.location.file;
+    if (error.location.line > 0 || !place.starts_with(kSetPlace)) return {};
+    return place.substr(kSetPlace.size());
 }
 
 Result<world::World> make_quick_world(const std::filesystem::path& mesh,

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "abi/fablet_table.h"
@@ -31,6 +32,9 @@ struct BindOptions {
 /// and what would be right.
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options = {});
+
+/// Returns the `OBJECT.UNIFORM=VALUE` that an error of bind or make_quick_world is about; empty if it is about no setting.
+std::string_view setting_of(const Error& error);
 
 /// Makes a world of one mesh file (mm) with the one fablet, printer `generic`. Each Material
 /// uniform (array elements apart) is bound to a material of its own name with a generated colour.

@@ -90,7 +90,7 @@ void FullPrint::describe(JsonText* out) {
     const std::optional<JsonValue> progress = last_progress(err);
     for (const char* name : {"slices_done", "slices_total", "seconds_left"})
         out->member(name, progress ? number_of(*progress, name) : 0);
-    out->member("message", code ? words_of(err, *code == 0) : std::string());
+    out->member("message", code ? words_of(err, *code == 0).all() : std::string());
     out->end_object();
 }
 

@@ -81,7 +81,7 @@ void Live::run() {
     bool again = true;
     while (!stop_) {
         if (again) {
-            set_phase(Phase::kChecking, "");
+            set_phase(Phase::kChecking, {});
             child_.reset();
             if (must_read()) {
                 Read read = this->read();

@@ -30,6 +30,7 @@
 #include "tools/viewer/prober.h"
 #include "tools/viewer/session.h"
 #include "tools/viewer/view.h"
+#include "tools/viewer/words.h"
 #include "world/world.h"
 
 namespace openfab::viewer {
@@ -128,7 +129,6 @@ class Live {
     void run();
     Read read() const;
     static void keep_known(const Read& before, Read* now);
-    std::string take_troubles(const std::string& message);
     bool must_read() const;
     bool files_changed() const;
     void begin_print();
@@ -137,7 +137,7 @@ class Live {
     std::filesystem::path statistics_file() const;
     /// Whether the print has made its slices; its process may still compile what the next one culls by.
     bool print_is_whole() const;
-    void set_phase(Phase phase, const std::string& message);
+    void set_phase(Phase phase, const PrintWords& words);
     void describe_object(const world::Object& object, JsonText* out) const;
     struct Source {
         std::filesystem::path path;

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <string_view>
 #include <utility>
 
 #include "base/input_file.h"
@@ -15,14 +14,10 @@
 #include "base/talking_program.h"
 #include "tools/viewer/live.h"
 #include "tools/viewer/print_file.h"
-#include "tools/viewer/words.h"
 
 namespace openfab::viewer {
 
 namespace {
-
-/// How a print begins what it says of a `--set`.
-constexpr const char* kSetFailed = "error: --set {}: ";
 
 namespace fs = std::filesystem;
 
@@ -89,13 +84,13 @@ void Live::begin_print() {
     }
     std::error_code ignored;
     fs::remove(statistics_file(), ignored);
-    set_phase(Phase::kPrinting, "");
+    set_phase(Phase::kPrinting, {});
     Result<std::unique_ptr<Child>> child =
         Child::start(argv, folder_->path() / "print.out", folder_->path() / "print.err");
     if (child) {
         child_ = std::move(*child);
     } else {
-        set_phase(Phase::kFailed, child.error().text());
+        set_phase(Phase::kFailed, {child.error().text(), {}});
     }
 }
 
@@ -161,8 +156,8 @@ void Live::follow_print() {
         fs::remove(preview_, ignored);
     }
     // What came last, as well.
-    const std::string words = words_of(err, fine);
-    if (!fine || words != message_) set_phase(fine ? Phase::kDone : Phase::kFailed, words);
+    const PrintWords words = words_of(err, fine);
+    if (!fine || words.all() != message_) set_phase(fine ? Phase::kDone : Phase::kFailed, words);
 }
 
 void Live::wait_for_change(int64_t known) const {
@@ -180,36 +175,26 @@ void Live::tell_of_change() {
     told_.notify_all();
 }
 
-void Live::set_phase(Phase phase, const std::string& message) {
+void Live::set_phase(Phase phase, const PrintWords& words) {
     const std::lock_guard lock(mutex_);
     if (phase != Phase::kChecking) ++version_;
     phase_ = phase;
-    message_ = message;
-    remaining_message_ = take_troubles(message);
-    tell_of_change();
-}
-
-/// Finds what is wrong with the values that were set, and returns the rest. The caller holds the
-/// lock.
-std::string Live::take_troubles(const std::string& message) {
-    std::string rest;
+    message_ = words.all();
+    PrintWords remaining{words.text, {}};
     for (Override& one : overrides_)
         one.trouble.clear();
-    for (size_t from = 0; from < message.size();) {
-        const size_t to = std::min(message.find('\n', from), message.size());
-        const std::string_view line = std::string_view(message).substr(from, to - from);
-        from = to + 1;
+    for (const SettingError& error : words.settings) {
         const auto of =
-            std::find_if(overrides_.begin(), overrides_.end(), [&](const Override& one) {
-                return line.starts_with(fmt::format(kSetFailed, one.setting()));
-            });
+            std::find_if(overrides_.begin(), overrides_.end(),
+                         [&](const Override& one) { return one.setting() == error.setting; });
         if (of == overrides_.end()) {
-            rest += std::string(line) + '\n';
+            remaining.settings.push_back(error);
         } else {
-            of->trouble = line.substr(fmt::format(kSetFailed, of->setting()).size());
+            of->trouble = error.text;
         }
     }
-    return rest;
+    remaining_message_ = remaining.all();
+    tell_of_change();
 }
 
 }  // namespace openfab::viewer

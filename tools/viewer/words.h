@@ -6,14 +6,28 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/json.h"
 
 namespace openfab::viewer {
 
-/// What a print has written for people: all lines but those of --progress json, or of one that went
-/// well the warnings alone.
-std::string words_of(const std::string& err, bool went_well);
+/// An error about a `--set`.
+struct SettingError {
+    std::string setting;  ///< `OBJECT.UNIFORM=VALUE`
+    std::string text;
+};
+
+/// What a print has written for people.
+struct PrintWords {
+    std::string text;  ///< errors, warnings and lines that are no JSON; ends with a line feed
+    std::vector<SettingError> settings;  ///< errors that `text` does not have
+    /// Returns all as text.
+    std::string all() const;
+};
+
+/// Reads what a print has written; of one that went well, the warnings alone.
+PrintWords words_of(const std::string& err, bool went_well);
 
 /// The last report of --progress json that is whole.
 std::optional<JsonValue> last_progress(const std::string& err);

@@ -168,6 +168,33 @@ TEST_F(PrintProgram, ProgressOnlyOnStderr) {
     EXPECT_EQ(none.out, "");
 }
 
+TEST_F(PrintProgram, TheErrorOfASettingNamesItAsData) {
+    for (const std::string setting : {"thing.c=1", "thing.shininess=1", "thing.a=[]",
+                                      "thing.a={\"keys\": 1}", "thing.a=[", "none.a=1"}) {
+        const Outcome outcome =
+            print({"-o", path("a.ofr"), "--progress", "json", "--set", setting});
+        EXPECT_NE(outcome.exit_code, 0) << setting;
+        rapidjson::Document event;
+        event.Parse(outcome.err.c_str());
+        ASSERT_FALSE(event.HasParseError()) << outcome.err;
+        EXPECT_STREQ(event["event"].GetString(), "error");
+        EXPECT_EQ(event["setting"].GetString(), setting);
+        EXPECT_FALSE(event.HasMember("file")) << outcome.err;
+        // For people, it is on the line of the error.
+        EXPECT_THAT(print({"-o", path("a.ofr"), "--set", setting}).err,
+                    HasSubstr("error: --set " + setting + ": "));
+    }
+    scratch_.write("wrong.fab.json", "{\n  \"pritner\": 1}");
+    const Outcome outcome =
+        print({"-o", path("a.ofr"), "--progress", "json"}, {}, "wrong.fab.json");
+    rapidjson::Document event;
+    event.Parse(outcome.err.c_str());
+    ASSERT_FALSE(event.HasParseError()) << outcome.err;
+    EXPECT_THAT(event["file"].GetString(), ::testing::EndsWith("wrong.fab.json"));
+    EXPECT_EQ(event["line"].GetInt(), 2);
+    EXPECT_FALSE(event.HasMember("setting"));
+}
+
 TEST_F(PrintProgram, AFullDiskKeepsWholeSlices) {
     const Outcome outcome = print({"-o", "/dev/full", "--format", "ofr"});
     EXPECT_EQ(outcome.exit_code, 3);

@@ -162,7 +162,9 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
     }
     const auto error_of = [&](const char* set) {
         const Result<std::vector<Part>> failed = bind_text(kWorld, {{set}});
-        return failed ? "no error" : failed.error().text();
+        if (failed) return std::string("no error");
+        EXPECT_EQ(setting_of(failed.error()), set);
+        return failed.error().text();
     };
     EXPECT_EQ(error_of("gain=8"), "--set gain=8: not of the form OBJECT.UNIFORM=VALUE");
     EXPECT_EQ(error_of("thing.gain="), "--set thing.gain=: not of the form OBJECT.UNIFORM=VALUE");
@@ -175,6 +177,7 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
     EXPECT_EQ(error_of("thing.gain=lots"),
               "--set thing.gain=lots: `float gain` of fablet `Coat` is given the string `lots`; it "
               "takes a number");
+    EXPECT_EQ(setting_of(error_at({"thing.fab.json", 0, 0}, "no --set thing.gain=8: ")), "");
 }
 
 /// Values that have names are bound by these, by what people read, or by the value.
