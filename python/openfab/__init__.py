@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """OpenFab: programmable, voxel-level multi-material 3D printing.
 
-A fablet says what each voxel is made of (Fablet, compile), a world which parts there are and where (World, load);
-print_world gives the slices, sample the mixtures in any box at any pitch, preview pictures.
+A fablet defines the material of each voxel (Fablet, compile). A world lists the parts and their places (World, load).
+print_world yields slices, sample evaluates mixtures in any box at any pitch, and preview draws pictures.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Values that uniforms are given, checked where they are given, by the rules of the print that binds them."""
+"""Checks the values of uniforms as soon as they are set, with the rules of the print that binds them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_KEYS = 16
 
 
 def check_bound(declared: Uniform, value: Any, encoded: Any) -> None:
-    """Raises where a uniform cannot have a value; `encoded` is what a world says of it."""
+    """Raises if a uniform cannot have a value; `encoded` is the value as a world file has it."""
     flat = _flat(encoded)
     what, of = f"`{declared.name}`", _type(declared)
     if declared.kind == "curve":
@@ -52,7 +52,7 @@ def check_bound(declared: Uniform, value: Any, encoded: Any) -> None:
 
 
 def _chosen(declared: Uniform, value: Any, one: Any) -> Any:
-    """Returns the value that a name or label stands for, or the value itself."""
+    """Returns the value for a name or label, or the value itself."""
     for name, label, number in declared.choices:
         if one in (name, label) if isinstance(one, str) else one == number:
             return bool(number) if declared.type == "bool" else number

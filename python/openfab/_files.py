@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Files that objects of Python are written to, so that one reader serves worlds from everywhere."""
+"""Temporary files for Python objects, so that one reader serves worlds of every origin."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ lock = threading.RLock()
 
 
 def folder() -> Path:
-    """The process's own temporary folder, removed when it ends; a forked child gets its own."""
+    """Returns the temporary folder of this process, which is removed when it ends; a forked child gets its own."""
     global _folder
     with lock:
         if _folder is None:
@@ -52,7 +52,7 @@ def outside_errors(what: str) -> Iterator[None]:
 
 
 def _forget() -> None:
-    """What the parent has made stays its own; its lock may have been held by a thread that is no more."""
+    """Leaves the parent's files to the parent; a thread that no longer exists may have held its lock."""
     global _folder, lock
     _folder, lock = None, threading.RLock()
     _counts.clear()
@@ -62,7 +62,7 @@ os.register_at_fork(after_in_child=_forget)
 
 
 def file_name(text: str) -> str:
-    """A name for a file that says what it is called, whatever that is."""
+    """Returns a valid file name that resembles any text."""
     safe = "".join("_" if one in "/\0" else one for one in text).encode("utf-8", "replace")
     return safe[:_LONGEST_NAME].decode("utf-8", "ignore") if safe not in (b"", b".", b"..") else "unnamed"
 
@@ -72,7 +72,7 @@ _LONGEST_NAME = 180
 
 
 def unique(stem: str, suffix: str) -> Path:
-    """A name in that folder that nobody has; a world, whose name is its title, is in a folder of its own."""
+    """Returns an unused name in that folder. A world, whose file name is its title, gets a folder of its own."""
     with lock:
         _counts[suffix] = _counts.get(suffix, 0) + 1
         if suffix != WORLD:
@@ -84,7 +84,7 @@ def unique(stem: str, suffix: str) -> Path:
 
 
 def remove_with(owner: object, path: Path) -> None:
-    """Removes a file when its owner goes."""
+    """Removes a file when its owner is destroyed."""
     weakref.finalize(owner, _remove, path, folder())
 
 
@@ -96,9 +96,9 @@ def _remove(path: Path, made_in: Path) -> None:
 
 
 class OwnedFile:
-    """A file that an object is written to when it is first asked for, and that goes with the object.
+    """A file with an object's data, written on first use and removed together with the object.
 
-    It is never written again, so that prints may read it at any time while they hold the object.
+    It is never rewritten, so prints may read it at any time while they hold the object.
     """
 
     def __init__(self, owner: object, stem: str, suffix: str, write: Callable[[Path], None]) -> None:
@@ -125,7 +125,7 @@ def png(
 ) -> bytes:
     """Encodes [row][column] or [row][column][1…4] of 8 or 16 bits, top row first, as PNG.
 
-    With a palette of [code][4] the pixels are 8-bit codes. `linear` says that values are light, not sRGB.
+    With a palette of [code][4], the pixels are 8-bit codes. `linear` means that values are linear light, not sRGB.
     """
     pixels = pixels.reshape(*pixels.shape, 1) if pixels.ndim == 2 else pixels
     height, width, channels = pixels.shape

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes of other libraries: trimesh and its scenes, pyvista. None of them is imported; theirs are known by what they have."""
+"""Meshes of other libraries: trimesh and its scenes, and pyvista. Their attributes identify them, without an import."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _UNITS_MM = {
 
 @dataclass
 class Arrays:
-    """What a Mesh is made of, in millimetres."""
+    """The arrays of a Mesh, in millimetres."""
 
     vertices: NDArray[Any]
     faces: NDArray[Any]
@@ -35,7 +35,7 @@ class Arrays:
 
 
 def arrays_of(value: Any) -> Arrays | None:
-    """Returns the arrays of another library's mesh; None where it is none that is known."""
+    """Returns the arrays of another library's mesh, or None if its type is unknown."""
     if hasattr(value, "geometry") and hasattr(value, "graph"):
         return _of_scene(value)
     if hasattr(value, "vertices") and hasattr(value, "faces"):
@@ -46,7 +46,7 @@ def arrays_of(value: Any) -> Arrays | None:
 
 
 def of_trimesh(mesh: Any) -> Arrays:
-    """Takes over vertices, faces, texture coordinates and colours of vertices, these as linear light."""
+    """Returns vertices, faces, texture coordinates and vertex colours; the colours are converted to linear light."""
     visual: Any = getattr(mesh, "visual", None)
     uv = getattr(visual, "uv", None)
     attributes = {}
@@ -70,7 +70,7 @@ def _unit_mm(thing: Any) -> float:
 
 
 def _of_scene(scene: Any) -> Arrays:
-    """All bodies of a scene where they stand; the face attribute `part` counts them, in the order of its nodes."""
+    """Returns all bodies of a scene in their places; the face attribute `part` numbers them in the order of the nodes."""
     parts = []
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
@@ -110,7 +110,7 @@ def _tell_missing(what: str, found: list[Any]) -> None:
 
 
 def _of_pyvista(data: Any) -> Arrays:
-    """The surface of a data set, its triangles, and all numbers of its points and cells."""
+    """Returns the triangles of a data set's surface, and all numeric arrays of its points and cells."""
     if hasattr(data, "n_blocks"):
         data = data.combine()
     if not hasattr(data, "faces"):
@@ -137,7 +137,7 @@ def _of_pyvista(data: Any) -> Arrays:
 
 
 def _take(columns: dict[str, NDArray[Any]], name: str, values: Any, of: str) -> None:
-    """Takes an array under a name that a fablet can have; says so where it cannot be taken."""
+    """Adds an array under a name that is valid in a fablet; warns if the array is unsuitable."""
     if name.startswith("vtkOriginal"):  # what VTK notes for itself
         return
     found = np.asarray(values)

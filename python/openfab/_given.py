@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What calls are given: numbers and arrays of whatever library, or an error that says which argument is none."""
+"""Converts arguments to numbers and arrays, from any library; an error names the argument that is wrong."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _short.maxstring = _short.maxother = 80
 
 
 def short(value: Any) -> str:
-    """Shows a value in a message, however large it is."""
+    """Returns a short text of a value of any size, for messages."""
     if isinstance(value, np.ndarray) and value.ndim:
         return f"an array of {value.dtype} of the shape {value.shape}"
     return _short.repr(value)
@@ -55,7 +55,7 @@ def number(value: Any, what: str) -> float:
 
 
 def positive(value: Any, what: str, least: float | None = None) -> float:
-    """Returns a number that is more than 0, or at least `least`."""
+    """Returns a number greater than 0, or not less than `least`."""
     found = number(value, what)
     if found < least if least is not None else found <= 0:
         rule = "more than 0" if least is None else f"{least:g} at least"
@@ -64,7 +64,7 @@ def positive(value: Any, what: str, least: float | None = None) -> float:
 
 
 def choice(value: Any, what: str, choices: Sequence[str]) -> str:
-    """Returns one of some words."""
+    """Returns a word that is one of `choices`."""
     if not isinstance(value, str) or value not in choices:
         near = difflib.get_close_matches(value, choices, 1) if isinstance(value, str) else []
         hint = f"did you mean `{near[0]}`?" if near else f"it is one of {', '.join(f'`{one}`' for one in choices)}"
@@ -84,12 +84,12 @@ def whole(value: Any, what: str) -> int:
 
 
 def is_sequence(value: Any) -> bool:
-    """Returns whether a value has elements in order, such as a list or an array."""
+    """Returns whether a value is an ordered collection, such as a list or an array."""
     return hasattr(value, "__len__") and getattr(value, "ndim", 1) > 0 and not isinstance(value, (str, bytes, Mapping))
 
 
 def several(value: Any, what: str, counts: Sequence[int], example: str) -> list[Any]:
-    """Returns the elements of a sequence that has one of some lengths."""
+    """Returns the elements of a sequence whose length is one of `counts`."""
     if not is_sequence(value):
         raise InputError(f"{what} cannot be {short(value)}; write {example}")
     found = list(value)
@@ -135,7 +135,7 @@ def floats(values: ArrayLike, what: str, kind: type[np.floating[Any]] = np.float
 
 
 def integers(values: ArrayLike, what: str) -> NDArray[np.int32]:
-    """Returns a copy of an array as 32-bit integers, which its values are."""
+    """Returns a copy of an array as 32-bit integers; its values must be integers in that range."""
     given = array(values, what)
     limits = np.iinfo(np.int32)
     fits = (given >= limits.min) & (given <= limits.max)
@@ -149,7 +149,7 @@ def integers(values: ArrayLike, what: str) -> NDArray[np.int32]:
 
 
 def plain(value: Any, what: str, encode: Callable[[Any, str], Any] | None = None) -> Any:
-    """Returns a value as JSON has it; `encode` is for what lists hold."""
+    """Converts a value to JSON types; `encode` converts the elements of lists."""
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, str):

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What generators answer with: beams, meshes, placements, and where there is more."""
+"""The answers of generators: beams, meshes, placements, and boxes with more of them."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _LONGEST_KEY = 63
 
 
 class Bound(NamedTuple):
-    """What a generator is asked for.
+    """A question to a generator.
 
     Attributes
     ----------
     key : str
-        What `more` called it; `procedural.ROOT` at first.
-    low, high : float, three
-        Two corners of the box that holds it, in mm: the world's at first, then that of `more`.
+        The key given to `more`; `procedural.ROOT` for the first question.
+    low, high : tuple of 3 floats
+        Two corners of the box in question, in mm: the world's at first, then that of `more`.
     """
 
     key: str
@@ -36,20 +36,20 @@ class Bound(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """What a generator yields: `beam`, `beams`, `mesh`, `place` and `more` make it.
+    """An item that a generator yields; `beam`, `beams`, `mesh`, `place` and `more` make it.
 
     Attributes
     ----------
     word : str
         The first word of its lines.
     numbers : numpy.ndarray
-        Floats of each line.
+        The floats of each line.
     values : mapping of str to Any
-        Its attributes.
+        The attributes.
     more_lines : str
         Lines that follow.
     name : str
-        A word after the first.
+        The word after the first.
     """
 
     word: str
@@ -67,7 +67,7 @@ def _three(value: Any, what: str) -> Any:
 
 
 def beam(start: ArrayLike, end: ArrayLike, radius: Any, *, flat: bool = False, **values: Any) -> Lines:
-    """Makes a beam: a round cone with balls at its ends, or one that is cut across.
+    """Makes a beam: a round cone with balls at its ends, or with flat ends.
 
     Parameters
     ----------
@@ -76,19 +76,19 @@ def beam(start: ArrayLike, end: ArrayLike, radius: Any, *, flat: bool = False, *
     radius : float or two floats
         Its radius, or one for each end, in mm.
     flat : bool, optional
-        Whether it is cut across at its ends, without balls.
+        Whether its ends are flat, without balls.
     **values
-        Attributes: a value, or for floats a pair of those at both ends.
+        Attributes: one value each, or for floats a pair of values at the two ends.
 
     Returns
     -------
     Lines
-        To be yielded.
+        A value to yield.
 
     Raises
     ------
     InputError
-        Where a number is none.
+        If a value is not a number.
     """
     radii = np.broadcast_to(floats(radius, "`radius`", np.float64), (2,))
     numbers = np.concatenate([_three(start, "`start`"), _three(end, "`end`"), radii])
@@ -96,28 +96,28 @@ def beam(start: ArrayLike, end: ArrayLike, radius: Any, *, flat: bool = False, *
 
 
 def beams(starts: ArrayLike, ends: ArrayLike, radii: ArrayLike, *, flat: bool = False, **values: Any) -> Lines:
-    """Makes many beams of arrays, which is quicker than one by one.
+    """Makes many beams from arrays, which is faster than one by one.
 
     Parameters
     ----------
     starts, ends : array_like of float, shape (n, 3)
         Their ends, in mm.
     radii : array_like of float, shape (), (n,) or (n, 2)
-        Radii in mm; of both ends of each where there are two.
+        Radii in mm: one for all, one per beam, or one for each end of a beam.
     flat : bool, optional
-        Whether they are cut across at their ends.
+        Whether their ends are flat.
     **values
-        Attributes: arrays of shape (n,), (n, components), or for floats of both ends (n, 2) and (n, 2, components).
+        Attributes: arrays of shape (n,) or (n, components); for floats at both ends, (n, 2) or (n, 2, components).
 
     Returns
     -------
     Lines
-        To be yielded.
+        A value to yield.
 
     Raises
     ------
     InputError
-        Where shapes do not go together, or a number is none.
+        If shapes do not match, or a value is not a number.
     """
     first, second = floats(starts, "`starts`", np.float64), floats(ends, "`ends`", np.float64)
     if first.ndim != 2 or first.shape[1] != 3 or first.shape != second.shape:
@@ -133,26 +133,26 @@ def beams(starts: ArrayLike, ends: ArrayLike, radii: ArrayLike, *, flat: bool = 
 
 
 def mesh(vertices: ArrayLike, triangles: ArrayLike, **values: Any) -> Lines:
-    """Makes a mesh: closed, its triangles counter-clockwise from outside.
+    """Makes a closed mesh, its triangles counter-clockwise seen from outside.
 
     Parameters
     ----------
     vertices : array_like of float, shape (n, 3)
-        In mm.
+        Positions in mm.
     triangles : array_like of int, shape (m, 3)
-        Vertices, from 0.
+        Indices of vertices, from 0.
     **values
-        Attributes, of all of it.
+        Attributes of the whole.
 
     Returns
     -------
     Lines
-        To be yielded.
+        A value to yield.
 
     Raises
     ------
     InputError
-        Where an array has another shape, or a number is none.
+        If an array has the wrong shape, or a value is not a number.
     """
     points, corners = floats(vertices, "`vertices`", np.float64), integers(triangles, "`triangles`")
     for found, what in ((points, "`vertices`"), (corners, "`triangles`")):
@@ -165,30 +165,30 @@ def mesh(vertices: ArrayLike, triangles: ArrayLike, **values: Any) -> Lines:
 
 
 def place(name: str, at: ArrayLike, axes: ArrayLike | None = None, *, scale: float = 1, **values: Any) -> Lines:
-    """Makes a copy of an object stand somewhere.
+    """Places a copy of an object.
 
     Parameters
     ----------
     name : str
-        What the world calls the object; the generator lists it in `places`.
+        The object's name in the world, which the generator lists in `places`.
     at : array_like of float, shape (3,)
-        Where its origin is, in mm.
+        The position of its origin, in mm.
     axes : array_like of float, shape (3, 3), optional
-        Rows: where its x, y and z point; at right angles, of one length, which scales it.
+        Rows: the directions of its x, y and z; perpendicular, and of one length, which scales the copy.
     scale : float, optional
-        A factor.
+        A scale factor.
     **values
-        Attributes, of all of it.
+        Attributes of the whole.
 
     Returns
     -------
     Lines
-        To be yielded.
+        A value to yield.
 
     Raises
     ------
     InputError
-        Where a number is none.
+        If a value is not a number.
     """
     if not isinstance(name, str) or not name or any(c.isspace() or c == "," for c in name):
         raise InputError(f"{short(name)} is no word; an object that is placed by a program has a name without blanks")
@@ -200,24 +200,24 @@ def place(name: str, at: ArrayLike, axes: ArrayLike | None = None, *, scale: flo
 
 
 def more(key: Any, low: ArrayLike, high: ArrayLike) -> Lines:
-    """Says that there is more in a box: the generator is asked for it where a print comes near.
+    """Announces more geometry in a box; the generator is asked for it when a print comes near.
 
     Parameters
     ----------
     key : str or int
-        A word of up to 63 bytes, without blanks: what the generator is asked with.
+        A word of up to 63 bytes, without blanks, which names the box in the question to the generator.
     low, high : array_like of float, shape (3,)
-        Two corners of a box that holds all of it, in mm.
+        Two corners of a box that contains all of it, in mm.
 
     Returns
     -------
     Lines
-        To be yielded.
+        A value to yield.
 
     Raises
     ------
     InputError
-        Where the key is no word, or a number none.
+        If the key is not such a word, or a value is not a number.
     """
     word = str(key)
     if not word or len(word.encode()) > _LONGEST_KEY or any(c.isspace() or c in ",\0" for c in word):

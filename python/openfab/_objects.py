@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Objects of worlds: what they are, where they stand, and the names of what they are made of."""
+"""Objects of worlds: their meshes, fablets and placements, and the names of their materials and textures."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ T = TypeVar("T")
 
 
 class Object(MutableMapping[str, Any]):
-    """A mesh with a fablet; as a mapping, the uniforms that are bound. `World.add` makes it.
+    """A mesh with a fablet, and a mapping of its bound uniforms. `World.add` makes it.
 
-    A uniform takes a number, a sequence of them, a Material or VOID, a Texture or an array of a picture, or an object
-    whose distance the fablet asks. InputError is raised where one is set to what its type, its length or its limits refuse.
+    A uniform takes a number, a sequence of numbers, a Material or VOID, a Texture or the array of a picture, or an object
+    whose distance the fablet queries. A value of the wrong type or length, or beyond its limits, raises InputError.
 
     Attributes
     ----------
     name : str
-        What the world calls it.
+        Its name in the world.
     mesh : Mesh, FileMesh, Primitive or Shape
         Its shape.
     fablet : Fablet
-        What it is made by.
+        The fablet that defines its materials.
     """
 
     def __init__(self, world: World, name: str, mesh: AnyMesh, fablet: Fablet, keys: dict[str, Any]) -> None:
@@ -55,7 +55,7 @@ class Object(MutableMapping[str, Any]):
         scale: Real | Sequence[Real] | None = None, matrix: Any = None, uniforms: Mapping[str, Any] | None = None,
         **keys: Any,
     ) -> Object:
-        """Places it once more.
+        """Places the object once more.
 
         Parameters
         ----------
@@ -64,23 +64,23 @@ class Object(MutableMapping[str, Any]):
         rotate : sequence of 3 floats, optional
             About x, then y, then z, in degrees.
         scale : float or sequence of 3 floats, optional
-            A factor, or one along x, y and z.
+            A factor, or three along x, y and z.
         matrix : array_like of float, shape (3, 4) or (4, 4), optional
-            Instead of these; the last of 4 rows is (0, 0, 0, 1). Lengths are in mm.
+            A matrix instead of these, with lengths in mm. The last of 4 rows is (0, 0, 0, 1).
         uniforms : mapping of str to Any, optional
-            Those of this copy.
+            Values for this copy.
         **keys
-            Further keys of placements in a `.fab.json`, as `grid`, `transforms`, `on_bed`.
+            Other keys of placements in a `.fab.json`, such as `grid`, `transforms` or `on_bed`.
 
         Returns
         -------
         Object
-            Itself.
+            The object itself.
 
         Raises
         ------
         InputError
-            Where a value or a key is none, or the object was removed.
+            If a value or a key is invalid, or the object was removed.
         """
         placed = self._placement(
             translate=translate, rotate=rotate, scale=scale, matrix=matrix, uniforms=uniforms, **keys
@@ -152,7 +152,7 @@ class Object(MutableMapping[str, Any]):
 
 
 def check_keys(given: Iterable[str], kind: str, what: str, own: Sequence[str]) -> None:
-    """Refuses keys that a `.fab.json` has not, and those that have arguments of their own."""
+    """Refuses keys that do not exist in a `.fab.json`, and those that have arguments of their own."""
     known = [key for key in _core.world_keys(kind) if key not in own]
     for key in given:
         choice(key, f"a key of {what}", known)
@@ -186,7 +186,7 @@ def _matrix(given: Any) -> list[list[float]]:
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Where an object stands: what a `.fab.json` says of it, and the uniforms of this copy."""
+    """A placement of an object as a `.fab.json` describes it, and the uniforms of this copy."""
 
     object: Object
     spec: dict[str, Any]
@@ -194,7 +194,7 @@ class Placement:
 
 
 class Named(Generic[T]):
-    """Names for things that have none, each thing once."""
+    """Unique names for things without a name."""
 
     def __init__(self) -> None:
         self._known: dict[int, tuple[str, T]] = {}

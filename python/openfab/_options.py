@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The arguments of prints as `program::Options`, which the command line of `openfab print` makes, too."""
+"""The arguments of prints as `program::Options`, like those from the command line of `openfab print`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .errors import InputError, raise_error
 
 
 class SharedArguments(TypedDict, total=False):
-    """The arguments of `openfab.print_world` that a print over many machines has under the same names."""
+    """The arguments that `openfab.print_world` shares with a print over many machines."""
 
     printer: str | os.PathLike[str] | None
     voxel: Real | str | Sequence[Real] | None
@@ -33,7 +33,7 @@ class SharedArguments(TypedDict, total=False):
 
 
 def fields_of(**arguments: Any) -> dict[str, Any]:
-    """Returns the fields of Options for some arguments; those that are None have none."""
+    """Returns the fields of Options for the arguments that are not None."""
     fields: dict[str, Any] = {}
     for key, value in arguments.items():
         if value is not None:
@@ -42,7 +42,7 @@ def fields_of(**arguments: Any) -> dict[str, Any]:
 
 
 def options_of(*parts: Mapping[str, Any]) -> _core.Options:
-    """Returns Options with some fields; raises what is wrong with them."""
+    """Returns Options with some fields; raises if they are invalid."""
     options = _core.Options()
     for name, value in (item for fields in parts for item in fields.items()):
         try:
@@ -55,7 +55,7 @@ def options_of(*parts: Mapping[str, Any]) -> _core.Options:
 
 
 def view_of(text: str) -> _core.View:
-    """Returns what a picture shows, of a text such as `model:30:30,cut=x`."""
+    """Returns the view described by a text such as `model:30:30,cut=x`."""
     view: _core.View = _known(_core.parse_view(f"view={text}"))
     return view
 
@@ -95,7 +95,7 @@ def _fields(key: str, what: str, value: Any) -> dict[str, Any]:
 
 
 def _length(key: str, value: Any) -> float:
-    """A length in mm, as which a number is meant."""
+    """Returns a length in mm; a plain number is in mm already."""
     if isinstance(value, str):
         return float(_known(_core.parse_length(f"--{key.replace('_', '-')}", value)))
     return number(value, f"`{key}`")

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The printers that are known by name: what `openfab printers` lists."""
+"""The known printers, as `openfab printers` lists them."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from . import _core
 
 @dataclass(frozen=True)
 class Printer:
-    """A printer, as its profile describes it. What is not known is None.
+    """A printer, as its profile describes it. Unknown values are None.
 
     Attributes
     ----------
     name : str
-        What `World(printer=…)` takes.
+        The name for `World(printer=…)`.
     maker, model : str
-        Empty where it is no machine of a maker.
+        Empty for a generic printer.
     pitch_mm : tuple of (float or None)
         The size of a voxel along x, y and z, in mm.
     layers_um : tuple of float
-        The thicknesses of a slice that the machine builds, in um.
+        The slice thicknesses that the machine can build, in um.
     build_volume_mm : tuple of (float or None)
         The size of its tray, in mm.
     max_materials : int
-        How many materials a print has at most.
+        The largest number of materials in a print.
     formats : tuple of str
-        What its front end takes, the usual one first.
+        The formats that its front end accepts, the usual one first.
     makes_support : bool
         Whether its front end adds support.
     layer_time_s : float or None
-        How long a layer takes, in seconds.
+        The time per layer, in seconds.
     inks : dict of str to (float or None)
         The maker's inks, with their densities in g/cm³.
     handoff : str
-        What the operator does with slices.
+        Instructions for the operator: what to do with the slices.
     sources : list of dict
-        Documents (`document`, `url`), the figures that each `gives`, and how it was `seen`: read, quoted by others,
+        Documents (`document`, `url`), the figures that each `gives`, and how each was `seen`: read, quoted by others,
         or unread.
     unknown : dict of str to str
-        What is not known, and why.
+        The unknown figures, each with the reason.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Printer:
 
 
 def printers() -> dict[str, Printer]:
-    """Return the printers that are known.
+    """Returns the known printers.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""How far a print is, as it is shown."""
+"""Shows the progress of a print."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 Progress = bool | Callable[[int, int], None]
 
 class Bar:
-    """Progress: tqdm's where there is one, else a line of text; or a function's own."""
+    """A progress bar: tqdm's if it is installed, else a line of text; or calls of a function."""
 
     def __init__(self, progress: Progress) -> None:
         self._wanted = progress
@@ -40,7 +40,7 @@ class Bar:
 
 
 class Line:
-    """What tqdm does, on one line of stderr."""
+    """A substitute for tqdm on one line of stderr."""
 
     def __init__(self, total: int, unit: str, leave: bool) -> None:
         self.n = 0

@@ -17,23 +17,23 @@ from .fablet import programs
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """A world as one print reads it: its own file, which nothing changes while the print holds this."""
+    """A world as one print reads it: a file of its own, unchanged while the print holds this."""
 
     path: Path
     sources: tuple[Path, ...]
     allowed: tuple[str, ...]
-    """What it may read: folders, and the word for programs."""
+    """Its permissions: folders to read from, and the word that allows programs."""
     settings: tuple[str, ...]
-    """Other values of uniforms, as `OBJECT.UNIFORM=VALUE`."""
+    """Values of uniforms that replace the world's, as `OBJECT.UNIFORM=VALUE`."""
     description: dict[str, Any]
     names: Mapping[str, str] = field(default_factory=dict)
-    """What messages call files that were made for it: what the user calls them."""
+    """The user's names for temporary files, which messages use."""
     kept: tuple[Any, ...] = ()
-    """What owns the files that it names."""
+    """The owners of the files that it names."""
 
     @property
     def fields(self) -> dict[str, Any]:
-        """The fields of Options that name it to a print."""
+        """The fields of Options through which a print finds it."""
         return {"input": str(self.path), "allow": list(self.allowed), "settings": list(self.settings)}
 
     def program(self, enable_printf: bool = False) -> _core.Program:
@@ -42,19 +42,19 @@ class Snapshot:
 
 
 def allowed_by(folders: Iterable[Any], programs: bool) -> tuple[str, ...]:
-    """What a world may read, as Options have it."""
+    """Returns the permissions of a world for Options."""
     return (*map(str, folders), *([_core.PROGRAMS_WORD] if programs else []))
 
 
 def settings_of(values: Mapping[str, Any]) -> tuple[str, ...]:
-    """Values of uniforms, as Options have them."""
+    """Returns values of uniforms for Options."""
     return tuple(
         f"{target}={value if isinstance(value, str) else json.dumps(value)}" for target, value in values.items()
     )
 
 
 def dither_rule(options: _core.Options) -> tuple[str, str] | None:
-    """The file and the function of the dither rule that the world of a print names."""
+    """Returns the file and the function of the dither rule named by the world of a print."""
     rule = _core.world_dither(options)
     if isinstance(rule, _core.Error):
         raise_error(rule)

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Outputs that are there once they are complete."""
+"""Outputs that appear only once they are complete."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pathlib import Path
 from ._files import outside_errors
 
 class Unfinished:
-    """A name beside an output, in a folder of its own, which takes the output's place once it is complete.
+    """A temporary file or folder next to an output, which replaces the output once it is complete.
 
-    `name` is empty where there is none: for the standard output, addresses, pipes and devices; for a folder that is
-    there, whose slices are replaced one by one; and for what the print refuses. A link is written through.
+    `name` is empty if none is needed: for the standard output, addresses, pipes and devices; for an existing folder,
+    whose slices are replaced one by one; and for outputs that the print refuses. A link is followed.
     """
 
     def __init__(self, output: str) -> None:
@@ -25,7 +25,7 @@ class Unfinished:
 
     @property
     def names(self) -> dict[str, str]:
-        """What messages call it."""
+        """The name for messages, by the temporary name."""
         return {self.name: self._output} if self.name else {}
 
     def __enter__(self) -> Unfinished:

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a notebook shows of worlds and prints. All of it is in the page: nothing is fetched."""
+"""Shows worlds and prints in notebooks. The page contains everything; nothing is fetched."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _PICTURE_VOXELS = 1.5e6
 
 
 def show_in_notebooks() -> None:
-    """Gives worlds and prints the methods that a notebook asks for; here, so that these need not know how they are shown."""
+    """Adds the display methods of notebooks to worlds and prints, whose own modules know nothing of display."""
     for kind in (World, FileWorld):
         setattr(kind, "_repr_png_", world_png)
     for shown in (Print, Voxels):
@@ -33,7 +33,7 @@ def show_in_notebooks() -> None:
 
 
 def world_png(world: AnyWorld) -> bytes:
-    """Draws a world from a coarse print of it."""
+    """Returns a picture of a world, made from a coarse print of it."""
     with Print(world, {}, _core.Target.NOTHING) as setup:
         info = setup.info
     voxels = float(np.prod([float(n) for n in info.size]))
@@ -44,13 +44,13 @@ def world_png(world: AnyWorld) -> bytes:
 
 
 def slice_png(codes: NDArray[np.uint8], info: PrintInfo) -> bytes:
-    """Draws one slice, +y up, in the colours of its materials; void is transparent."""
+    """Returns a picture of one slice, +y up, in the colours of its materials; void is transparent."""
     palette = np.array([(0, 0, 0, 0), *((*m.preview[:3], 255) for m in info.materials)], np.uint8)
     return _files.png(codes[::-1], palette)
 
 
 def print_html(print_: Print | Voxels) -> str:
-    """Shows the slices that a print kept, or some of a file, with a slider; or, before it has any, what is known of it."""
+    """Returns a page with a slider over the thumbnails of a print or a file; before there are any, its grid and materials."""
     try:
         info = print_.info
     except InputError:  # closed before anything was known

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What can be wrong, as exceptions. Their text is what the programs show, with place and remedy."""
+"""Exceptions. Their text is the message of the programs, with the location and a remedy."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ if TYPE_CHECKING:
 
 
 class Error(Exception):
-    """Something that OpenFab reports.
+    """An error reported by OpenFab.
 
     Parameters
     ----------
     text : str
-        All of it, as the programs show it.
+        The whole message, as the programs show it.
     message : str, optional
-        What was found, without place and remedy; the text where it is not given.
+        The finding, without location and remedy. Default: the text.
     help : str, optional
-        A way out.
+        A remedy.
     file : str, optional
-        Where it was found; empty where there is no place.
+        The file with the error; empty without a location.
     line, column : int, optional
-        The place in the file, counted from 1; 0 where there is none.
+        The location in the file, counted from 1; 0 without a location.
     """
 
     def __init__(
@@ -52,15 +52,15 @@ class OutsideError(Error):
 
 
 class InternalError(Error):
-    """A bug of OpenFab's."""
+    """A bug in OpenFab."""
 
 
 class CompilerWarning(UserWarning):
-    """The compiler warns of a fablet."""
+    """A warning of the compiler about a fablet."""
 
 
 class PrintWarning(UserWarning):
-    """A print warns of its world."""
+    """A warning of a print about its world."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class Place:
     file : str
         The source.
     line, column : int
-        Its first character, counted from 1.
+        The first character, counted from 1.
     end_line, end_column : int
-        Just past its last character.
+        The position just past the last character.
     """
 
     file: str
@@ -86,14 +86,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Note:
-    """A place that has to do with a diagnostic.
+    """A location related to a diagnostic.
 
     Attributes
     ----------
     message : str
-        What it has to do with it.
+        How it is related.
     place : Place
-        Where it is.
+        The location.
     """
 
     message: str
@@ -102,14 +102,14 @@ class Note:
 
 @dataclass(frozen=True)
 class Edit:
-    """Text in place of a stretch of source.
+    """A replacement of a stretch of source text.
 
     Attributes
     ----------
     place : Place
-        What is replaced.
+        The text to replace.
     text : str
-        What takes its place.
+        The replacement.
     """
 
     place: Place
@@ -118,7 +118,7 @@ class Edit:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One message of the compiler.
+    """One message from the compiler.
 
     Attributes
     ----------
@@ -127,15 +127,15 @@ class Diagnostic:
     severity : str
         `error` or `warning`.
     message : str
-        What was found.
+        The finding.
     place : Place
-        Where.
+        Its location.
     notes : tuple of Note
-        Other places that have to do with it.
+        Related locations.
     help : tuple of str
-        Ways out.
+        Remedies.
     fix : tuple of Edit
-        Edits that mend it, applied together; there are none in doubt.
+        Edits that fix it when applied together; empty if no fix is certain.
     """
 
     id: str
@@ -155,7 +155,7 @@ class CompileError(InputError):
     text : str
         The messages as `openflc` shows them, with carets.
     diagnostics : tuple of Diagnostic, optional
-        The messages that the text renders.
+        The messages in the text.
     """
 
     def __init__(self, text: str, diagnostics: tuple[Diagnostic, ...] = ()) -> None:
@@ -194,7 +194,7 @@ def _diagnostics(text: str) -> tuple[Diagnostic, ...]:
 
 
 def check_diagnostics(said: _core.Diagnostics) -> None:
-    """Raises what the compiler found, or warns of it."""
+    """Raises the errors that the compiler found, or issues its warnings."""
     if said.code == 0:
         if said.rendered:
             warnings.warn(said.rendered.rstrip(), CompilerWarning, stacklevel=4)
@@ -206,7 +206,7 @@ def check_diagnostics(said: _core.Diagnostics) -> None:
 
 
 def raise_error(error: _core.Error, names: Mapping[str, str] | None = None) -> NoReturn:
-    """Raises the exception of an error of the runtime's; `names` are those that the user knows, for what it says."""
+    """Raises the exception for an error of the runtime; `names` maps names in its text to those that the user knows."""
     if error.code == 130:
         raise KeyboardInterrupt
     kind = {1: InputError, 2: InputError, 3: OutsideError}.get(error.code, InternalError)
@@ -236,7 +236,7 @@ _ARGUMENTS = {
 
 
 def worded(text: str) -> str:
-    """Returns a message with arguments of Python in the place of options: `draft=4` for `--draft 4`."""
+    """Returns a message with Python arguments in place of options: `draft=4` for `--draft 4`."""
     return re.sub(r"`(--?[a-z][^`]*)`", _argument, text)
 
 
@@ -262,7 +262,7 @@ def _value(argument: str, text: str) -> str:
 
 
 def renamed(error: Error, names: Mapping[str, str]) -> Error:
-    """Returns the error with other texts in the place of some, and arguments in that of options."""
+    """Returns the error with names replaced, and with Python arguments in place of options."""
     for key, value in vars(error).items():
         if isinstance(value, str):
             setattr(error, key, worded(replaced(value, names)))
@@ -271,7 +271,7 @@ def renamed(error: Error, names: Mapping[str, str]) -> Error:
 
 
 def replaced(text: str, names: Mapping[str, str]) -> str:
-    """Returns a text with others in the place of some."""
+    """Returns a text with names replaced."""
     for name, known in names.items():
         text = text.replace(name, known)
     return text

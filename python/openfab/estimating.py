@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a print will take: time, memory, material, money."""
+"""Estimates of a print: time, memory, material, money."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from .world import AnyWorld
 
 @dataclass(frozen=True)
 class MaterialEstimate:
-    """How much of a material a print takes.
+    """The amount of a material in a print.
 
     Attributes
     ----------
     name : str
-        What the world calls it.
+        Its name in the world.
     ml, g : float
-        What lands in the part, in millilitres and grams.
+        The amount in the part, in millilitres and grams.
     waste_ml : float
-        What the machine's passes waste besides, in millilitres; 0 where the printer's profile has no `cost`.
+        The additional waste of the machine's passes, in millilitres; 0 if the printer's profile has no `cost`.
     money : float or None
-        The price of both, in `Estimate.currency`; None where none is known.
+        The price of both, in `Estimate.currency`; None if it is unknown.
     """
 
     name: str
@@ -41,32 +41,32 @@ class MaterialEstimate:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a print will take; `estimate` makes it.
+    """An estimate of a print; `estimate` makes it.
 
     Attributes
     ----------
     voxels : int
-        Those of the whole grid.
+        The number of voxels of the whole grid.
     slices : int
-        How many there are.
+        The number of slices.
     memory_bytes : int
-        What the print will take here, in bytes.
+        The memory that the print will take on this machine, in bytes.
     seconds : float
-        How long this machine will compute, in seconds.
+        The computing time of this machine, in seconds.
     print_seconds : float or None
-        How long the printer will take, in seconds; None where its profile has no time.
+        The time of the printer, in seconds; None if its profile has none.
     keeps_up : bool or None
-        Whether the printer would never wait for this machine; None where its time is not known.
+        Whether the printer never has to wait for this machine; None if the printer's time is unknown.
     money : float or None
-        The price of all materials that have one, and of their waste; None where the profile has no `cost`.
+        The price of all materials that have one, including waste; None if the profile has no `cost`.
     currency : str or None
-        Of all money.
+        The currency of all prices.
     passes : int or None
-        How often the head goes over the tray.
+        The number of passes of the head over the tray.
     materials : tuple of MaterialEstimate
-        Those of the print, in the order of their codes.
+        The materials of the print, in the order of their codes.
     warnings : tuple of str
-        What the print would warn of.
+        The warnings that the print would give.
     """
 
     voxels: int
@@ -82,7 +82,7 @@ class Estimate:
     warnings: tuple[str, ...]
 
     def __getitem__(self, name: str) -> MaterialEstimate:
-        """Returns the material of that name."""
+        """Returns the material with that name."""
         for one in self.materials:
             if one.name == name:
                 return one
@@ -106,53 +106,53 @@ def estimate(
     memory: Whole | str | None = None,
     threads: Whole | None = None,
 ) -> Estimate:
-    """Tells what a print will take, as `openfab print --estimate` does, and prints nothing.
+    """Estimates a print without printing, as `openfab print --estimate` does.
 
-    Amounts come from a coarse print, and are within a few per cent where parts are thicker than a few of its voxels;
-    time comes from some slices.
+    Amounts come from a coarse print, and are within a few per cent if parts are thicker than a few of its voxels. Time
+    comes from a sample of slices.
 
     Parameters
     ----------
     world : World or FileWorld
-        What would be printed.
+        The world to estimate.
     printer : str or path, optional
-        Instead of the world's.
+        The printer to use instead of the world's.
     process : str or path, optional
-        A file of items that replace those of the printer's `process`, such as its `cost`.
+        A file whose items replace those of the printer's `process`, such as its `cost`.
     voxel : float, str or sequence of 3 floats, optional
-        The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
+        The size of a voxel in mm: one, or three for x, y and z. Default: that of the printer.
     dpi : float, str or sequence of 2 floats, optional
-        The same along x and y, in dots an inch.
+        The resolution along x and y, in dots per inch.
     layer : float or str, optional
         The height of a slice in mm.
     draft : int, optional
-        How many times as large voxels are as the printer's, 1 at least.
+        How many times larger than the printer's the voxels are; at least 1.
     slices : sequence of 2 int, optional
-        The first slice that is printed, and one past the last.
+        The first slice to print, and one past the last.
     z : sequence of 2 floats or str, optional
-        The same as heights, in mm.
+        The range of slices as heights, in mm.
     uniforms : mapping of str to Any, optional
-        Other values, as `{"ball.skin": 1.5}`.
+        Values to use instead, such as `{"ball.skin": 1.5}`.
     support : bool or str, optional
-        Whether there is support material, or which.
+        Whether to print support material, or the name of the material.
     crop : {"parts", "tray"}, optional
-        What the slices show.
+        The area that slices show: the parts, or the whole tray.
     memory : int or str, optional
-        The budget, in bytes.
+        The memory budget, in bytes.
     threads : int, optional
-        1 at least; else as many as there are processors.
+        At least 1. Default: one per processor.
 
     Returns
     -------
     Estimate
-        Time, memory, and by material amounts and money.
+        Time and memory, and amount and price of each material.
 
     Raises
     ------
     InputError
-        Where an argument or the world is wrong.
+        If an argument or the world is wrong.
     CompileError
-        Where a fablet does not compile.
+        If a fablet does not compile.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fablets: OpenFL sources, what they take, and their kernels in this process."""
+"""Fablets: OpenFL sources, their uniforms and stages, and their kernels in this process."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class Uniform:
     Attributes
     ----------
     name, type : str
-        As the source says.
+        Its name and type in the source.
     kind : str
         `value`, `texture2d`, `texture3d`, `material` or `object`.
     components : int
-        Numbers of one element: 3 of a `float3`.
+        The number of components of an element: 3 for a `float3`.
     array_length : int
-        Elements; 1 of what is no array.
+        The number of elements; 1 if it is not an array.
     default : tuple of float or None
-        All elements in order; None where a world has to bind it.
+        All elements in order; None if a world has to bind it.
     annotations : mapping of str to str
-        The texts of `@min`, `@max`, `@help` and the like.
+        The texts of annotations such as `@min`, `@max` and `@help`.
     choices : tuple of tuple of str, str and int
-        Name, label and value of each of an enum's names, or of a `bool`'s that has labels; a value may be given by any.
+        Name, label and value of each choice of an enum, or of a `bool` with labels. Any of the three may be given.
     """
 
     name: str
@@ -53,14 +53,14 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Varying:
-    """An attribute that a stage takes or gives.
+    """An input or output of a stage.
 
     Attributes
     ----------
     name, type : str
-        As the source says.
+        Its name and type in the source.
     source : str or None
-        The one that it copies, if any.
+        The attribute that it copies, if any.
     """
 
     name: str
@@ -69,34 +69,34 @@ class Varying:
 
 
 class Fablet:
-    """A fablet that compiles, from a file or a text. Its kernels are compiled by `compile`, or else by the first print.
+    """A checked fablet, from a file or a text. Its kernels are compiled by `compile`, or else by the first print.
 
     Parameters
     ----------
     file : str or path, optional
-        The source. It, or `text`, is given.
+        The source file. Give either this or `text`.
     name : str, optional
-        Of a source with several fablets, the one that is meant.
+        The name of the fablet, if the source has several.
     text : str, optional
-        The source itself.
+        The source text.
     label : str, optional
-        What a text is called in messages; no file of that name is read or written.
+        The name of the text in messages; no file of that name is read or written.
 
     Attributes
     ----------
     uniforms : mapping of str to Uniform
-        What it takes from a world.
+        The uniforms, which a world sets.
     has_surface, has_shape, has_grow, uses_void : bool
-        Whether it has a surface stage, a shape stage, a grow stage; whether it names VOID.
+        Whether it has a surface, shape or grow stage, and whether it uses VOID.
     shape_outputs, surface_inputs, surface_outputs, nearest : tuple of Varying
-        What its stages take and give.
+        The inputs and outputs of its stages.
 
     Raises
     ------
     CompileError
-        Where the source is wrong.
+        If the source is wrong.
     InputError
-        Where the file cannot be read, or has several fablets or none of that name.
+        If the file cannot be read, has several fablets and no name is given, or has none with that name.
 
     Examples
     --------
@@ -138,12 +138,12 @@ class Fablet:
         self.nearest = tuple(Varying(v["name"], v["type"], v["from"]) for v in data["nearest"])
 
     def source(self) -> Path:
-        """Returns the file of the source; a text is written to one.
+        """Returns the source file; a text is written to a temporary one.
 
         Returns
         -------
         pathlib.Path
-            Of a text, a temporary file of this process.
+            The file; for a text, a temporary file of this process.
         """
         if self.file is not None:
             return self.file
@@ -166,12 +166,12 @@ class Fablet:
         Returns
         -------
         int
-            How many were in no cache.
+            The number of kernels that were not cached.
 
         Raises
         ------
         CompileError
-            Where the source has changed since, and is wrong.
+            If the source has been changed since, and is wrong.
         """
         program, is_new = programs.find([self.source()])
         return program.compiled if is_new else 0
@@ -216,24 +216,24 @@ def compile(  # noqa: A001: it is what openflc calls it
     file: str | os.PathLike[str] | None = None, name: str | None = None, *, text: str | None = None,
     label: str = "fablet.fl",
 ) -> Fablet:
-    """Makes a fablet with its kernels compiled, for this machine.
+    """Makes a fablet and compiles its kernels for this machine.
 
     Parameters
     ----------
     file, name, text, label
-        As of Fablet.
+        Arguments of `Fablet`.
 
     Returns
     -------
     Fablet
-        Prints of it compile nothing.
+        A fablet whose prints compile nothing.
 
     Raises
     ------
     CompileError
-        Where the source is wrong.
+        If the source is wrong.
     InputError
-        Where it cannot be read.
+        If the source cannot be read.
     """
     fablet = Fablet(file, name, text=text, label=label)
     fablet.compile()
@@ -241,7 +241,7 @@ def compile(  # noqa: A001: it is what openflc calls it
 
 
 class Programs:
-    """Compiled programs that prints share; a change of a file compiles it again, a change of a uniform does not."""
+    """Compiled programs that prints share. A changed file is compiled again; a changed uniform compiles nothing."""
 
     MOST = 32
 
@@ -252,9 +252,9 @@ class Programs:
     def find(
         self, sources: Iterable[Path], enable_printf: bool = False, rule: tuple[str, str] | None = None,
     ) -> tuple[_core.Program, bool]:
-        """Returns the program of some sources, and whether it was compiled for it.
+        """Returns the program for some sources, and whether it had to be compiled.
 
-        `rule` is the dither rule of fablets without one: a file, and its function.
+        `rule` is the dither rule for fablets without their own: a file and a function in it.
         """
         files = tuple(str(source) for source in sources)
         key = (files, enable_printf, rule, _stamps((*files, rule[0]) if rule else files))
@@ -273,7 +273,7 @@ class Programs:
 
 
 def _stamps(files: tuple[str, ...]) -> tuple[Any, ...]:
-    """What tells the sources, and all that they may import, from what they were before."""
+    """Returns a key that changes if the sources, or any module that they may import, change."""
     modules = sorted({str(m) for f in files for m in [Path(f), *Path(f).parent.glob("*.fl")]})
     out = []
     for module in modules:

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Beams: nodes joined by struts, as trusses, foams and trees are."""
+"""Beams: nodes joined by struts, for trusses, foams and trees."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class Beams:
     Parameters
     ----------
     nodes : array_like of float, shape (n, 3)
-        Places in mm.
+        Positions in mm.
     struts : array_like of int, shape (m, 2)
-        The nodes that each strut joins; of one node twice it is a ball.
+        The two nodes of each strut; the same node twice makes a ball.
     radii : array_like of float, shape (), (n,) or (m, 2)
-        In mm: one, of nodes, or of the ends of struts.
+        Radii in mm: one for all, one for each node, or one for each end of a strut.
     attributes : mapping of str to array_like, shape (n,), (n, 2 to 4) or (m,), optional
-        What fablets find under these names: floats of nodes, (n,) or (n, 2 to 4), between nodes by interpolation; integers of
-        struts, (m,).
+        Attributes that fablets read under these names: floats at nodes, (n,) or (n, 2 to 4), which are interpolated;
+        integers of struts, (m,).
 
     Raises
     ------
     InputError
-        Where a shape is another, a value is not finite, a strut has a node that is not there, or has no inside.
+        If an array has the wrong shape, a value is not finite, or a strut has an unknown node or no inside.
     """
 
     def __init__(
@@ -87,17 +87,17 @@ class Beams:
 
     @property
     def nodes(self) -> NDArray[np.float64]:
-        """The places of its nodes in mm, of shape (n, 3)."""
+        """The positions of the nodes in mm, of shape (n, 3)."""
         return self._nodes
 
     @property
     def struts(self) -> NDArray[np.int32]:
-        """The nodes of its struts, of shape (m, 2)."""
+        """The nodes of the struts, of shape (m, 2)."""
         return self._struts
 
     @property
     def radii(self) -> NDArray[np.float64]:
-        """Its radii in mm, as they were given."""
+        """The radii in mm, as they were given."""
         return self._radii
 
     def __getstate__(self) -> dict[str, Any]:
@@ -126,24 +126,24 @@ def beams(
     Parameters
     ----------
     nodes : array_like of float, shape (n, 3)
-        Places in mm.
+        Positions in mm.
     struts : array_like of int, shape (m, 2)
-        The nodes that each strut joins; of one node twice it is a ball.
+        The two nodes of each strut; the same node twice makes a ball.
     radii : array_like of float, shape (), (n,) or (m, 2)
-        In mm: one, of nodes, or of the ends of struts.
+        Radii in mm: one for all, one for each node, or one for each end of a strut.
     attributes : mapping of str to array_like, shape (n,), (n, 2 to 4) or (m,), optional
-        What fablets read as `@nearest` under these names: floats of nodes, (n,) or (n, 2 to 4), between nodes by
-        interpolation; integers of struts, (m,).
+        Attributes that fablets read with `@nearest`: floats at nodes, (n,) or (n, 2 to 4), which are interpolated; integers
+        of struts, (m,).
 
     Returns
     -------
     Beams
-        It stands for a mesh.
+        Usable in place of a mesh.
 
     Raises
     ------
     InputError
-        Where a shape is another, a value is not finite, a strut has a node that is not there, or has no inside.
+        If an array has the wrong shape, a value is not finite, or a strut has an unknown node or no inside.
     """
     return Beams(nodes, struts, radii, attributes)
 

@@ -18,20 +18,20 @@ class Material:
     Attributes
     ----------
     name : str
-        What the world calls it.
+        Its name in the world.
     key : str
         Its colour in slices, `#rrggbb`.
     preview : str or None
-        Its colour in pictures, `#rrggbb` or `#rrggbbaa`; the key where it is not given.
+        Its colour in pictures, `#rrggbb` or `#rrggbbaa`. Default: the key.
     density_g_cm3 : float
-        In g/cm³, for estimates.
+        Its density in g/cm³, for estimates.
     channel : str or None
         The printer's name for it.
 
     Raises
     ------
     InputError
-        Where a colour is written otherwise, or the density is not more than 0.
+        If a colour has another form, or the density is not greater than 0.
     """
 
     name: str
@@ -62,4 +62,4 @@ class Material:
 _OPAQUE, _COLOR = "#[0-9a-fA-F]{6}", "#[0-9a-fA-F]{6}([0-9a-fA-F]{2})?"
 
 VOID = "VOID"
-"""The material of nothing, for uniforms."""
+"""The material of empty space, for uniforms."""

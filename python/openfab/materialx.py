@@ -1,10 +1,10 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Looks of MaterialX as fablets: pattern graphs become OpenFL text, base colour and opacity inks, displacement the surface.
+"""Converts MaterialX looks to fablets: pattern graphs to OpenFL, base colour and opacity to inks, displacement to a surface.
 
     python3 -m openfab.materialx looks.mtlx -o FOLDER [--mesh part.obj] [--unit 10mm] [--printer j750]
 
-`openfab import looks.mtlx` runs this. It needs the package MaterialX of PyPI, nothing else; it runs in a clone, too, as a file.
+`openfab import looks.mtlx` runs this. It needs only the package MaterialX from PyPI, and also runs as a file in a clone.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LIGHT = re.compile(r"specular|rough|metal|sheen|coat|subsurface|transmission|thi
 
 
 class Looks:
-    """A file's materials, and what becomes of them."""
+    """The textures of a file's materials, and notes on what was left out."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
@@ -68,7 +68,7 @@ class Looks:
 
 
 def shaders_of(document: Any) -> list[tuple[str, Any, Any]]:
-    """Name, surface shader and displacement of each material; of a file without any, its shaders."""
+    """Returns name, surface shader and displacement of each material; for a file without materials, its shaders."""
     found = []
     for material in document.getMaterialNodes():
         shaders = [port.getConnectedNode() if port is not None else None for port in map(material.getInput, ("surfaceshader", "displacementshader"))]
@@ -209,7 +209,7 @@ MATERIALS = {
 
 
 def package() -> Any:
-    """The package MaterialX, whose kinds nobody here knows."""
+    """Returns the package MaterialX, which has no type annotations."""
     try:
         return importlib.import_module("MaterialX")
     except ImportError:
@@ -218,7 +218,7 @@ def package() -> Any:
 
 @functools.cache
 def library() -> Any:
-    """The definitions of all nodes."""
+    """Returns the definitions of all nodes."""
     mx = package()
     made = mx.createDocument()
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), made)
@@ -247,20 +247,20 @@ def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | Non
     file : str or path
         A document of MaterialX.
     folder : str or path
-        To be made; it must not exist.
+        The folder to make; it must not exist.
     mesh : str or path, optional
-        What the looks are put on. Else a ball of 12 mm radius, or a plaque where they want texture coordinates.
+        The mesh for the looks. Default: a ball of 12 mm radius, or a plaque for looks that need texture coordinates.
     unit_mm : float
-        Millimetres of one unit of the looks' positions.
+        The length in mm of one unit of the looks' positions.
     printer : str
-        As `openfab printers` lists.
+        A name listed by `openfab printers`.
     profile : str or path, optional
-        A table of inks of `openfab color bake`; else a formula mixes them.
+        A table of inks from `openfab color bake`. Default: a formula mixes the inks.
 
     Returns
     -------
     list of str
-        What was left out, a line each.
+        Notes on what was left out, one per line.
     """
     file, folder = Path(file), Path(folder)
     if folder.exists():

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Nodes of MaterialX as expressions of OpenFL: a function for an input of a shader, a statement for each node that it reads."""
+"""Converts MaterialX nodes to OpenFL: a function for each shader input, a statement for each node that it reads."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ FORMULAS = {
 
 
 class LooksError(Exception):
-    """What is wrong with a file, for people."""
+    """An error in a file, as a message for users."""
 
 
 class Pictures(Protocol):
-    """Where nodes' pictures go, and what is left out of nodes."""
+    """Collects the pictures of nodes, and notes on what was left out."""
 
     textures: list[dict[str, Any]]
 
@@ -57,7 +57,7 @@ class Pictures(Protocol):
 
 @dataclass
 class Written:
-    """A function of a look: its statements, and what they read."""
+    """A function of a look: its statements, and the inputs that they read."""
 
     result: str = ""
     lines: list[str] = field(default_factory=list)
@@ -65,7 +65,7 @@ class Written:
 
 
 def name_of(text: str, taken: set[str]) -> str:
-    """A name for a variable: that of the node, as OpenFL wants it."""
+    """Returns a valid and unused OpenFL name for a node's variable."""
     base = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
     if base[0].isdigit():
         base = "v" + base
@@ -86,13 +86,13 @@ RESERVED = set(
 
 
 def number(value: float) -> str:
-    """The fewest digits that are the same float."""
+    """Returns the shortest text of the same float."""
     single = struct.pack("f", value)
     return next((text for digits in range(1, 10) if struct.pack("f", float(text := f"{value:.{digits}g}")) == single), repr(value))
 
 
 def literal(value: Any, kind: str) -> str:
-    """A value of MaterialX as OpenFL writes it."""
+    """Returns a MaterialX value as an OpenFL literal."""
     if kind == "bool":
         return "true" if value else "false"
     if kind in ("float", "int"):
@@ -115,7 +115,7 @@ class Writer:
         return LooksError(f"{node.getNamePath()}: {what}")
 
     def value(self, port: Any, kind: str) -> str:
-        """What an input holds: a wire, or its own value."""
+        """Returns the value of an input, from a connection or its own."""
         node = self.connected(port)
         if node is not None:
             source, output = node
@@ -175,7 +175,7 @@ class Writer:
         return f"{bracket(text)}.{'xyzw'[:SIZES[kind]]}"
 
     def node(self, node: Any, output: str = "") -> tuple[str, str]:
-        """A node's value and its type: the name of a variable, or what is short enough to stand where it is read."""
+        """Returns a node's value and its type; the value is a variable's name, or an expression short enough to be inlined."""
         key = (node.getNamePath(), output)
         if key in self.known:
             return self.known[key], self.kinds[self.known[key]]
@@ -189,7 +189,7 @@ class Writer:
         return name, kind
 
     def port(self, node: Any, name: str) -> Any:
-        """An input as it is, or as the node's definition has it."""
+        """Returns an input of the node, or else that of the node's definition."""
         found = node.getInput(name)
         if found is None:
             definition = node.getNodeDef()
@@ -333,5 +333,5 @@ class Writer:
 
 
 def bracket(text: str) -> str:
-    """In brackets where an operator beside it would take it apart."""
+    """Returns an expression in brackets if a neighbouring operator could split it."""
     return text if re.fullmatch(r"[\w.]+|\w+\([^()]*(\([^()]*\)[^()]*)*\)(\.\w+)?", text) else f"({text})"

@@ -1,9 +1,9 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Whether what is printed holds, with numpy results, by the program `openfab mechanics`.
+"""Mechanics of prints: runs `openfab mechanics` and returns its results as numpy arrays.
 
-The wheel does not carry that program: it comes with the `.deb`, or with a build. It is looked for as `openfab` on the
-PATH, or where the variable OPENFAB_PROGRAM says.
+The wheel does not include that program; it comes with the `.deb` or with a build. It is found as `openfab` on the PATH,
+or through the variable OPENFAB_PROGRAM.
 """
 
 from __future__ import annotations
@@ -39,26 +39,26 @@ __all__ = [
 
 @dataclass(frozen=True)
 class PartResult:
-    """A loaded part: numbers, and fields of elements. `part` makes it.
+    """A part under load: numbers, and fields of elements. `part` makes it.
 
     Attributes
     ----------
     numbers : dict
-        All that `-o FILE.json` has: most_moved_mm, safety, weakest, residual, ...
+        The content of `-o FILE.json`: most_moved_mm, safety, weakest, residual, ...
     displacement_mm : array of float32, shape (z, y, x, 3)
-        Mean of each element's corners, in mm.
+        The mean displacement of each element's corners, in mm.
     von_mises_MPa, tension_MPa, compression_MPa : array of float32, shape (z, y, x)
-        In MPa: the von Mises stress, and the largest and the least principal stress.
+        The von Mises stress, and the largest and the smallest principal stress, in MPa.
     safety : array of float32, shape (z, y, x)
-        The strength over the von Mises stress; 0 where it is not known, and in void.
+        The strength divided by the von Mises stress; 0 where it is unknown, and in void.
     solid : array of float32, shape (z, y, x)
         The share of material in each element.
     pitch_mm : tuple of 3 floats
-        Sides of an element, in mm.
+        The sides of an element, in mm.
     origin_mm : tuple of 3 floats
-        The lowest corner, in the build, in mm.
+        The lowest corner in build space, in mm.
     materials : list of str
-        Those of the print.
+        The materials of the print.
     """
 
     numbers: dict[str, Any]
@@ -80,9 +80,9 @@ class CellResult:
     Attributes
     ----------
     numbers : dict
-        All that `-o FILE.json` has: young_MPa, poisson_xy_yz_zx, zener, share, ...; of a sweep its `rows`.
+        The content of `-o FILE.json`: young_MPa, poisson_xy_yz_zx, zener, share, ...; for a sweep, its `rows`.
     stiffness_MPa : array of float64, shape (6, 6) or (n, 6, 6)
-        In MPa, of xx yy zz yz xz xy with engineering shears; of a sweep one for each row.
+        The stiffness in MPa, in the order xx yy zz yz xz xy with engineering shears; for a sweep, one for each row.
     """
 
     numbers: dict[str, Any]
@@ -96,11 +96,11 @@ class StandResult:
     Attributes
     ----------
     numbers : dict
-        All that `-o FILE.json` has: mass_g, thinnest, own_weight, modes, ...
+        The content of `-o FILE.json`: mass_g, thinnest, own_weight, modes, ...
     stands : bool
-        Whether its centre of mass is above what it stands on.
+        Whether its centre of mass is above its base.
     margin_deg : float
-        By how many degrees it may be tilted; below 0 it falls.
+        The angle by which it may be tilted, in degrees; if it is negative, the part falls.
     """
 
     numbers: dict[str, Any]
@@ -115,17 +115,17 @@ class ConductResult:
     Attributes
     ----------
     numbers : dict
-        All that `-o FILE.json` has: held, resistance_ohm or resistance_K_W, least, most, densest, residual, ...
+        The content of `-o FILE.json`: held, resistance_ohm or resistance_K_W, least, most, densest, residual, ...
     level : array of float32, shape (z, y, x)
-        Of each element, the mean of its corners: volts, or degrees Celsius.
+        The mean of each element's corners, in volts or degrees Celsius.
     density : array of float32, shape (z, y, x)
-        Of current in A/mm2, or of heat in W/mm2; 0 in void and in insulators.
+        The density of current in A/mm2, or of heat in W/mm2; 0 in void and in insulators.
     solid : array of float32, shape (z, y, x)
         The share of material in each element.
     pitch_mm : tuple of 3 floats
-        Sides of an element, in mm.
+        The sides of an element, in mm.
     origin_mm : tuple of 3 floats
-        The lowest corner, in the build, in mm.
+        The lowest corner in build space, in mm.
     """
 
     numbers: dict[str, Any]
@@ -138,14 +138,14 @@ class ConductResult:
 
 @dataclass(frozen=True)
 class StrengthenResult:
-    """A world whose field was grown. `strengthen` makes it.
+    """A world with a field that strengthens it. `strengthen` makes it.
 
     Attributes
     ----------
     world : Path
         The world with the field.
     field : array of float32, shape (z, y, x)
-        What the fablet reads, from 0 to the limit.
+        The values that the fablet reads, from 0 to the limit.
     """
 
     world: Path
@@ -159,18 +159,18 @@ def part(
     voxel_mm: float | None = None,
     arguments: Sequence[str] = (),
 ) -> PartResult:
-    """Solve a case of a world.
+    """Solves a load case of a world.
 
     Parameters
     ----------
     world : path
         A `.fab.json` with `cases`.
     case : str, optional
-        Its name; where the world has one only it is that.
+        Its name. Default: the only case of the world.
     voxel_mm : float, optional
-        Side of an element in mm; a 96th of the longest side where it is not given.
+        Side of an element in mm. Default: a 96th of the longest side.
     arguments : sequence of str, optional
-        More of `openfab mechanics part`, as `["--thin"]`.
+        Other options of `openfab mechanics part`, such as `["--thin"]`.
 
     Returns
     -------
@@ -180,9 +180,9 @@ def part(
     Raises
     ------
     InputError
-        Where the world, the case or the materials do not do, or the solution did not converge.
+        If the world, the case or the materials are unsuitable, or the solution did not converge.
     OutsideError
-        Where the program `openfab` is not found, or a file cannot be written.
+        If the program `openfab` is not found, or a file cannot be written.
     """
     numbers, values, beside = _solved("part", world, case, voxel_mm, arguments)
     return PartResult(
@@ -206,18 +206,18 @@ def conduct(
     voxel_mm: float | None = None,
     arguments: Sequence[str] = (),
 ) -> ConductResult:
-    """Current or heat through a part, by a case of `volt` or `celsius`.
+    """Computes current or heat through a part, for a case with `volt` or `celsius`.
 
     Parameters
     ----------
     world : path
         A `.fab.json` with `cases`.
     case : str, optional
-        Its name; where the world has one only it is that.
+        Its name. Default: the only case of the world.
     voxel_mm : float, optional
-        Side of an element in mm; a 96th of the longest side where it is not given.
+        Side of an element in mm. Default: a 96th of the longest side.
     arguments : sequence of str, optional
-        More of `openfab mechanics conduct`, as `["--codes"]`.
+        Other options of `openfab mechanics conduct`, such as `["--codes"]`.
 
     Returns
     -------
@@ -227,9 +227,9 @@ def conduct(
     Raises
     ------
     InputError
-        Where the world, the case or the materials do not do, or the solution did not converge.
+        If the world, the case or the materials are unsuitable, or the solution did not converge.
     OutsideError
-        Where the program `openfab` is not found, or a file cannot be written.
+        If the program `openfab` is not found, or a file cannot be written.
     """
     numbers, values, beside = _solved("conduct", world, case, voxel_mm, arguments)
     return ConductResult(
@@ -250,20 +250,20 @@ def cell(
     sweep: str | None = None,
     arguments: Sequence[str] = (),
 ) -> CellResult:
-    """Homogenise a cell of a fablet or a world.
+    """Homogenises a cell of a fablet or a world.
 
     Parameters
     ----------
     file : path
         A `.fl` or a `.fab.json`.
     size : str
-        Of the cell, as `"8mm"` or `"5mmx5mmx3mm"`.
+        The size of the cell, such as `"8mm"` or `"5mmx5mmx3mm"`.
     voxel_mm : float, optional
-        Side of an element in mm; a 64th of the shortest side where it is not given.
+        Side of an element in mm. Default: a 64th of the shortest side.
     sweep : str, optional
-        A uniform and its values, as `"wall=0.8:2:3"`: a cell for each.
+        A uniform and its values, such as `"wall=0.8:2:3"`, with a cell for each.
     arguments : sequence of str, optional
-        More of `openfab mechanics cell`, as `["--codes", "--dither", "blue_noise"]`.
+        Other options of `openfab mechanics cell`, such as `["--codes", "--dither", "blue_noise"]`.
 
     Returns
     -------
@@ -273,9 +273,9 @@ def cell(
     Raises
     ------
     InputError
-        Where the file, the size or the materials do not do, or the solution did not converge.
+        If the file, the size or the materials are unsuitable, or the solution did not converge.
     OutsideError
-        Where the program `openfab` is not found, or a file cannot be written.
+        If the program `openfab` is not found, or a file cannot be written.
     """
     given = [] if sweep is None else ["--sweep", sweep]
     numbers = _json("cell", file, voxel_mm, ["--cell", size, *given, *arguments])
@@ -286,16 +286,16 @@ def cell(
 def stand(
     world: str | os.PathLike[str], *, voxel_mm: float | None = None, arguments: Sequence[str] = ()
 ) -> StandResult:
-    """Look whether a world stands, and at its own weight, thinnest walls, softest modes and worst pushes.
+    """Checks a world without loads: whether it stands, its own weight, thinnest walls, softest modes and worst pushes.
 
     Parameters
     ----------
     world : path
         A `.fab.json`.
     voxel_mm : float, optional
-        Side of an element in mm; a 96th of the longest side where it is not given.
+        Side of an element in mm. Default: a 96th of the longest side.
     arguments : sequence of str, optional
-        More of `openfab mechanics stand`, as `["--while-printing", "8"]`.
+        Other options of `openfab mechanics stand`, such as `["--while-printing", "8"]`.
 
     Returns
     -------
@@ -305,9 +305,9 @@ def stand(
     Raises
     ------
     InputError
-        Where the world or the materials do not do, or a solution did not converge.
+        If the world or the materials are unsuitable, or a solution did not converge.
     OutsideError
-        Where the program `openfab` is not found, or a file cannot be written.
+        If the program `openfab` is not found, or a file cannot be written.
     """
     numbers = _json("stand", world, voxel_mm, list(arguments))
     return StandResult(numbers, numbers["stands"], numbers["margin_deg"])
@@ -323,24 +323,24 @@ def strengthen(
     voxel_mm: float | None = None,
     arguments: Sequence[str] = (),
 ) -> StrengthenResult:
-    """Grow a field that the fablet reads until the part is strong enough.
+    """Raises a field that the fablet reads until the part is strong enough.
 
     Parameters
     ----------
     world : path
         A `.fab.json` with `cases`.
     field : str
-        The texture of the world that is grown, from 0.
+        The texture of the world to raise, starting at 0.
     output : path
-        The world with the field, `NAME.fab.json`; `NAME.FIELD.npy` is written beside it.
+        The file for the new world, `NAME.fab.json`; `NAME.FIELD.npy` is written next to it.
     safety : float, optional
-        The safety factor that is wanted.
+        The safety factor to reach.
     case : str, optional
-        Its name; where the world has one only it is that.
+        Its name. Default: the only case of the world.
     voxel_mm : float, optional
-        Side of an element in mm; a 96th of the longest side where it is not given.
+        Side of an element in mm. Default: a 96th of the longest side.
     arguments : sequence of str, optional
-        More of `openfab mechanics strengthen`, as `["--limit", "2", "--reach", "4mm"]`.
+        Other options of `openfab mechanics strengthen`, such as `["--limit", "2", "--reach", "4mm"]`.
 
     Returns
     -------
@@ -350,10 +350,10 @@ def strengthen(
     Raises
     ------
     InputError
-        Where the safety factor is not reached, by the message with what is the weakest place; or where the world, the case or
-        the materials do not do.
+        If the safety factor is not reached (the message names the weakest place), or the world, the case or the
+        materials are unsuitable.
     OutsideError
-        Where the program `openfab` is not found, or a file cannot be written.
+        If the program `openfab` is not found, or a file cannot be written.
     """
     made = Path(output)
     given = [] if case is None else ["--case", case]
@@ -383,7 +383,7 @@ def _solved(
     voxel_mm: float | None,
     arguments: Sequence[str],
 ) -> tuple[dict[str, Any], NDArray[numpy.float32], dict[str, Any]]:
-    """Numbers of a case, its array of elements, and what stands beside the array."""
+    """Returns the numbers of a case, its array of elements, and the JSON file next to the array."""
     given = [] if case is None else ["--case", case]
     with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
         array, numbers = Path(folder) / "part.npy", Path(folder) / "part.json"

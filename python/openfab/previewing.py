@@ -29,36 +29,36 @@ def preview(
     Parameters
     ----------
     world : World or FileWorld
-        What is drawn, as it is at the call.
+        What to draw, in its state at the call.
     *views : str
-        As of `--preview`: `front`, `back`, `section`, `slice:N`, `model:TURN:TILT` in degrees, with `,light=transmitted` or
-        `,cut=x|y|xy` behind it. The default is `model:30:30`.
+        Views as in `--preview`: `front`, `back`, `section`, `slice:N` or `model:TURN:TILT` in degrees, optionally followed by
+        `,light=transmitted` or `,cut=x|y|xy`. Default: `model:30:30`.
     uniforms : mapping of str to Any, optional
-        Other values, as `{"ball.skin": 1.5}`.
+        Values to use instead, such as `{"ball.skin": 1.5}`.
     voxel : float, str or sequence of 3 floats, optional
-        The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
+        The size of a voxel in mm: one, or three for x, y and z. Default: that of the printer.
     draft : int, optional
-        How many times as large voxels are as the printer's.
+        How many times larger than the printer's the voxels are.
     printer : str or path, optional
-        Instead of the world's.
+        The printer to use instead of the world's.
     memory : int or str, optional
-        The budget, in bytes.
+        The memory budget, in bytes.
     threads : int, optional
-        1 at least; else as many as there are processors.
+        At least 1. Default: one per processor.
     progress : bool or callable, optional
-        True for a bar, or a function of slices done and of all.
+        True for a progress bar, or a function that takes the number of finished slices and of all slices.
 
     Returns
     -------
     list of ndarray of uint8, shape (row, column, 4)
-        RGBA in sRGB, a picture for each view.
+        One picture per view, RGBA in sRGB.
 
     Raises
     ------
     InputError
-        Where an argument, a view or the world is wrong.
+        If an argument, a view or the world is wrong.
     CompileError
-        Where a fablet does not compile.
+        If a fablet does not compile.
     """
     fields = fields_of(voxel=voxel, draft=draft, printer=printer, memory=memory, threads=threads)
     fields["previews"] = [view_of(view) for view in views or ("model:30:30",)]

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Shapes of a few numbers."""
+"""Primitive shapes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .errors import InputError
 class Primitive:
     """A shape that needs no file and stands on z = 0.
 
-    See box, sphere, cylinder, plane, cone, torus, capsule, extrusion and revolution, which check sizes.
+    Use box, sphere, cylinder, plane, cone, torus, capsule, extrusion and revolution, which check sizes.
 
     Parameters
     ----------
     kind : str
-        As a `.fab.json` calls it.
+        Its key in a `.fab.json`.
     size : Any
-        As a `.fab.json` has it, in mm.
+        Its value in a `.fab.json`, in mm.
     """
 
     def __init__(self, kind: str, size: Any) -> None:
@@ -48,17 +48,17 @@ def box(width: Real, depth: Real, height: Real) -> Primitive:
     Parameters
     ----------
     width, depth, height : float
-        Along x, y and z, in mm.
+        The sizes along x, y and z, in mm.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     return Primitive("box", _lengths(width=width, depth=depth, height=height))
 
@@ -69,80 +69,80 @@ def sphere(diameter: Real) -> Primitive:
     Parameters
     ----------
     diameter : float
-        In mm.
+        The diameter in mm.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     return Primitive("sphere", positive(diameter, "`diameter`"))
 
 
 def cylinder(diameter: Real, height: Real) -> Primitive:
-    """Makes a cylinder; `face` is 0 on its top, 1 on its bottom and 2 around it.
+    """Makes a cylinder; `face` is 0 on the top, 1 on the bottom and 2 on the side.
 
     Parameters
     ----------
     diameter, height : float
-        In mm.
+        The sizes in mm.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     return Primitive("cylinder", _lengths(diameter=diameter, height=height))
 
 
 def plane(width: Real, depth: Real) -> Primitive:
-    """Makes a sheet closed by its own back, for displacement; `face` is 0 in front, 1 on the back.
+    """Makes a sheet with a back of its own, for displacement; `face` is 0 on the front and 1 on the back.
 
     Parameters
     ----------
     width, depth : float
-        Along x and y, in mm.
+        The sizes along x and y, in mm.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     return Primitive("plane", _lengths(width=width, depth=depth))
 
 
 def cone(low_diameter: Real, high_diameter: Real, height: Real) -> Primitive:
-    """Makes a cone, cut off or, with a diameter of 0, pointed; `face` is 0 on its top, 1 on its bottom and 2 around it.
+    """Makes a truncated cone, or a pointed one with a diameter of 0; `face` is 0 on the top, 1 on the bottom, 2 on the side.
 
     Parameters
     ----------
     low_diameter, high_diameter, height : float
-        In mm; one of the diameters may be 0.
+        The sizes in mm; one of the diameters may be 0.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     low, high = positive(low_diameter, "`low_diameter`", 0), positive(high_diameter, "`high_diameter`", 0)
     if low == high == 0:
@@ -151,43 +151,43 @@ def cone(low_diameter: Real, high_diameter: Real, height: Real) -> Primitive:
 
 
 def torus(diameter: Real, section: Real) -> Primitive:
-    """Makes a ring of round section.
+    """Makes a ring with a round section.
 
     Parameters
     ----------
     diameter, section : float
-        The diameters of its middle and of its section, in mm.
+        The diameters of its centre line and of its section, in mm.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     return Primitive("torus", _lengths(diameter=diameter, section=section))
 
 
 def capsule(diameter: Real, length: Real) -> Primitive:
-    """Makes a cylinder along z with a half ball on each end.
+    """Makes a cylinder along z with a hemisphere on each end.
 
     Parameters
     ----------
     diameter, length : float
-        In mm; the length includes the ends.
+        The sizes in mm; the length includes the hemispheres.
 
     Returns
     -------
     Primitive
-        It stands on z = 0, around the z axis.
+        A shape that stands on z = 0, centred on the z axis.
 
     Raises
     ------
     InputError
-        Where a size is no number, or not more than 0.
+        If a size is not a number greater than 0.
     """
     return Primitive("capsule", _lengths(diameter=diameter, length=length))
 
@@ -197,47 +197,47 @@ def _corners(polygon: Any) -> list[list[float]]:
 
 
 def extrusion(polygons: Sequence[Any], height: Real) -> Primitive:
-    """Makes what an area sweeps from z = 0 up; `face` is 0 on the top, 1 on the bottom and 2 around.
+    """Extrudes an area up from z = 0; `face` is 0 on the top, 1 on the bottom and 2 on the sides.
 
     Parameters
     ----------
     polygons : sequence of array_like of float, shape (n, 2)
-        The corners of each polygon in mm. One that lies within another bounds a hole.
+        The corners of each polygon in mm. A polygon inside another one bounds a hole.
     height : float
-        In mm.
+        The height in mm.
 
     Returns
     -------
     Primitive
-        It stands on z = 0.
+        A shape that stands on z = 0.
 
     Raises
     ------
     InputError
-        Where a corner is no pair of numbers, or the height is not more than 0.
+        If a corner is not a pair of numbers, or the height is not greater than 0.
     """
     corners = [_corners(polygon) for polygon in polygons]
     return Primitive("extrusion", {"polygons": corners, "height": positive(height, "`height`")})
 
 
 def revolution(polygon: Any) -> Primitive:
-    """Makes what a polygon sweeps around the z axis, with 128 facets around.
+    """Revolves a polygon around the z axis, with 128 facets.
 
-    `face` is 0 where it faces straight up, 1 straight down and 2 elsewhere.
+    `face` is 0 where the surface faces straight up, 1 where it faces straight down, and 2 elsewhere.
 
     Parameters
     ----------
     polygon : array_like of float, shape (n, 2)
-        Corners as (distance from the axis, z), in mm.
+        The corners as (distance from the axis, z), in mm.
 
     Returns
     -------
     Primitive
-        It stands where the polygon says.
+        A shape at the height given by the polygon.
 
     Raises
     ------
     InputError
-        Where a corner is no pair of numbers.
+        If a corner is not a pair of numbers.
     """
     return Primitive("revolution", _corners(polygon))

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints: slices as they come, and files."""
+"""Prints, to slices or to files."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _running: weakref.WeakSet[Print] = weakref.WeakSet()
 class Print:
     """A print that runs while its slices are taken; `print_world` makes it.
 
-    Iterating over it gives slices, each as soon as it is ready; the print waits where they are not taken. Each slice is
-    given once: a print is iterated over once, or taken as one `array`. It ends by itself, or by `close`, which a `with`
-    block and a loop that is left do, too.
+    Iteration yields each slice as soon as it is ready, and the print waits until its slices are taken. Each slice is
+    yielded once: iterate over a print once, or take it as one `array`. A print ends with its last slice, or with `close`,
+    which a `with` block and leaving the loop call, too.
 
     Attributes
     ----------
     thumbnails : list of (int, ndarray of uint8, shape (y, x))
-        Some slices, made smaller: what a notebook shows.
+        Some slices at a reduced size, for notebooks.
     """
 
     def __init__(
@@ -64,12 +64,12 @@ class Print:
         self._taken = target != _core.Target.SLICES
         self._statistics: dict[str, Any] | None = None
         self.thumbnails: list[tuple[int, NDArray[np.uint8]]] = []
-        """Some slices, made smaller: what a notebook shows."""
+        """Some slices at a reduced size, for notebooks."""
         _running.add(self)
 
     @property
     def info(self) -> PrintInfo:
-        """Grid and materials; waits for the set-up."""
+        """The grid and the materials; waits for the set-up."""
         if self._info is None:
             if self._is_of_the_parent:
                 raise InputError("the print is of the process that this one was forked from; print the world again")
@@ -86,7 +86,7 @@ class Print:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """What `--stats` writes; of the slices so far where the print was closed early."""
+        """The statistics, as written by `--stats`; if the print was closed early, those of the finished slices."""
         if self._statistics is None:
             raise InputError("the print has not ended; take all of its slices, or close it")
         return self._statistics
@@ -119,14 +119,14 @@ class Print:
         Returns
         -------
         ndarray of uint8, shape (z, y, x)
-            Their codes: 0 is void, c the c-th material.
+            The codes: 0 is void, c is the c-th material.
 
         Raises
         ------
         InputError
-            Where slices were taken before, or the print was closed.
+            If slices were taken before, or the print was closed.
         Error
-            What went wrong with the print.
+            If the print failed.
         """
         slices = iter(self)
         first, end = self.info.slices
@@ -140,7 +140,7 @@ class Print:
         return out
 
     def close(self) -> None:
-        """Ends the print and its threads. What it has written is removed, unless it was complete."""
+        """Ends the print and its threads, and removes output that is not complete."""
         if self._closed:
             return
         self._closed = True
@@ -162,7 +162,7 @@ class Print:
         return f"Print({self._world!r}, {state})"
 
     def _wait(self, state: _core.State) -> None:
-        """Waits for another state; a signal's exception ends the print."""
+        """Waits for the end of a state; a signal's exception ends the print."""
         try:
             while self._core.wait_while(state, _STEP_SECONDS) == state:
                 self._tell()
@@ -182,7 +182,7 @@ class Print:
         return None
 
     def _end(self) -> None:
-        """Waits for the end and raises what went wrong."""
+        """Waits for the end and raises the error, if any."""
         for state in (_core.State.SETTING_UP, _core.State.PRINTING):
             self._wait(state)
         self._progress.show(*self._core.progress)
@@ -211,7 +211,7 @@ _lacks_threads = False
 
 
 def claim_threads() -> None:
-    """Says that this process prints; raises where it cannot."""
+    """Notes that this process prints; raises if it cannot."""
     global _has_threads
     if _lacks_threads:
         raise InputError(
@@ -222,7 +222,7 @@ def claim_threads() -> None:
 
 
 def _leave_to_the_parent() -> None:
-    """A forked child has none of the threads of prints, which it could not even wait for."""
+    """Abandons prints in a forked child, which lacks their threads and could not even wait for them."""
     global _lacks_threads
     _lacks_threads = _has_threads
     for one in list(_running):
@@ -263,78 +263,78 @@ def print_world(
     enable_printf: bool = False,
     progress: Progress = False,
 ) -> Print:
-    """Prints a world: hands out its slices, or writes them.
+    """Prints a world: yields its slices, or writes them.
 
-    Lengths are millimetres, or texts with a unit. What is not described here is as of `openfab print`.
+    Lengths are numbers in millimetres, or strings with a unit. All else works as in `openfab print`.
 
     Parameters
     ----------
     world : World or FileWorld
-        What is printed, as it is at the call.
+        What to print, in its state at the call.
     out : str or path, optional
-        A file (.ofr, .npy, .3mf, .stl), a folder or a receiver's address, which get the bytes of `openfab print`; the call
-        returns when it is complete, and a print that ends early leaves no file. `-` is the standard output. Without it the
-        slices are taken by iterating over the result.
+        A file (.ofr, .npy, .3mf, .stl), a folder or a receiver's address, with the same bytes as `openfab print`. The call
+        returns when the output is complete; a print that ends early leaves no file. `-` is the standard output. Without
+        `out`, iterate over the result to take the slices.
     printer : str or path, optional
-        Instead of the world's.
+        The printer to use instead of the world's.
     process : str or path, optional
-        A file of what the machine does to a print, whose items replace those of the printer's profile.
+        A file that describes the machine's effects on a print; its items replace those of the printer's profile.
     nozzles : str or path, optional
-        A file of dead nozzles; a change of it counts from the next slices on.
+        A file of dead nozzles; a change takes effect from the next slices on.
     bleed : {"undo", "show", "both", "off"}, optional
-        What becomes of the `bleed` of the process: it is undone unless told.
+        How to treat the `bleed` of the process. Default: undo.
     voxel : float, str or sequence of 3 floats, optional
-        The size of a voxel in mm; one, or of x, y and z. Else that of the printer.
+        The size of a voxel in mm: one, or three for x, y and z. Default: that of the printer.
     dpi : float, str or sequence of 2 floats, optional
-        The same along x and y, in dots an inch.
+        The resolution along x and y, in dots per inch.
     layer : float or str, optional
         The height of a slice in mm.
     mesh_pitch : float or str, optional
-        The size of the voxels of meshes that are written, in mm.
+        The voxel size for written meshes, in mm.
     draft : int, optional
-        How many times as large voxels are as the printer's, 1 at least.
+        How many times larger than the printer's the voxels are; at least 1.
     slices : sequence of 2 int, optional
-        The first slice that is printed, and one past the last.
+        The first slice to print, and one past the last.
     z : sequence of 2 floats or str, optional
-        The same as heights, in mm.
+        The range of slices as heights, in mm.
     uniforms : mapping of str to Any, optional
-        Other values, as `{"ball.skin": 1.5}`; nothing is compiled for them.
+        Values to use instead, such as `{"ball.skin": 1.5}`; nothing is recompiled for them.
     support : bool or str, optional
-        Whether there is support material, or which.
+        Whether to print support material, or the name of the material.
     dither : str, optional
-        How mixtures become materials.
+        The rule that turns mixtures into materials.
     seed : int, optional
-        Of the dither.
+        The seed of the dither.
     crop : {"parts", "tray"}, optional
-        What the slices show.
+        The area that slices show: the parts, or the whole tray.
     format : str, optional
-        Of the output, where its name does not tell.
+        The format of the output, if its name does not imply one.
     memory : int or str, optional
-        The budget, in bytes.
+        The memory budget, in bytes.
     threads : int, optional
-        1 at least; else as many as there are processors.
+        At least 1. Default: one per processor.
     token_file, tls_ca : str or path, optional
-        For a receiver.
+        The token and the certificate authority for a receiver.
     fractions : bool, optional
-        Whether slices have the mixtures before the dither, too: those at the voxels' centres; `sample` gives means.
+        Whether slices also have the mixtures before the dither, at the voxels' centres; `sample` computes means.
     enable_printf : bool, optional
-        Whether `printf` and `assert` of fablets do something.
+        Whether `printf` and `assert` in fablets are active.
     progress : bool or callable, optional
-        True for a bar, or a function of slices done and of all.
+        True for a progress bar, or a function that takes the number of finished slices and of all slices.
 
     Returns
     -------
     Print
-        Which gives `Slice`, codes of shape (y, x); with `out`, one that is complete.
+        A print that yields `Slice` objects with codes of shape (y, x); with `out`, a complete print.
 
     Raises
     ------
     InputError
-        Where an argument or the world is wrong; what takes a set-up to see is raised by the first slice, or by `info`.
+        If an argument or the world is wrong. Errors found during set-up are raised by the first slice or by `info`.
     CompileError
-        Where a fablet does not compile.
+        If a fablet does not compile.
     OutsideError
-        Where a disk or a network failed.
+        If a disk or a network failed.
 
     Examples
     --------

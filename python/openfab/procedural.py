@@ -1,9 +1,9 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Generators: functions that make beams, meshes and placements where a print comes near.
+"""Generators: functions that make beams, meshes and placements as a print comes near.
 
-A decorated function answers for a box: what it yields lies in there, or says in which smaller boxes there is more. It
-stands for a mesh in `World.add`, and its `serve` answers a print of a `.fab.json` that names its file as a `program`.
+A decorated function answers for a box: it yields geometry inside the box, and smaller boxes that contain more. It can be
+used as a mesh in `World.add`. Its `serve` answers a print of a `.fab.json` that names its file as a `program`.
 """
 
 from __future__ import annotations
@@ -34,25 +34,25 @@ Function = Callable[[Bound], Iterable[Lines]]
 
 
 class Generator:
-    """A function that makes geometry where it is asked to. `generator` makes one.
+    """A function that makes geometry on demand. `generator` makes one.
 
     Parameters
     ----------
     function : callable
-        It takes a Bound and yields what the functions of this module make.
+        A function that takes a Bound and yields results of this module's functions.
     attributes : mapping of str to str, optional
-        Names and types, `float` to `float4` and `int`, of what a fablet reads as `@nearest`.
+        Names and types (`float` to `float4`, `int`) of the attributes that a fablet reads with `@nearest`.
     places : sequence of str, optional
-        Names of objects of the world that it may place.
+        Names of objects in the world that it may place.
     version : str, optional
-        Another one where what the function reads has changed, so that a print is not resumed with it.
+        Any text; change it when data that the function reads have changed, so that an old print is not resumed.
     answer_s, answer_mb : float, optional
-        Limits of an answer, instead of 60 and 64.
+        Limits of an answer, in seconds and megabytes, instead of 60 and 64.
 
     Raises
     ------
     InputError
-        Where a type is none.
+        If a type is unknown.
     """
 
     def __init__(
@@ -79,32 +79,32 @@ class Generator:
         return self.function(bound)
 
     def within(self, box: ArrayLike) -> Generated:
-        """Returns a solid that stands for a mesh in `World.add`.
+        """Returns a solid that can be used as a mesh in `World.add`.
 
         Parameters
         ----------
         box : array_like of float, shape (2, 3)
-            Two corners of a box that holds all of it, in mm, the lower first.
+            Two corners of a box that contains all of it, in mm, the lower corner first.
 
         Returns
         -------
         Generated
-            What the function makes, in the box.
+            The geometry of the function in the box.
 
         Raises
         ------
         InputError
-            Where the box is none.
+            If the box is invalid.
         """
         return Generated(self, box)
 
     def serve(self, questions: TextIO | None = None, answers: TextIO | None = None) -> None:
-        """Answers a print until it has no more questions; it does not return where the function fails.
+        """Answers the questions of a print until there are no more; it does not return if the function fails.
 
         Parameters
         ----------
         questions, answers : text file, optional
-            The standard input and output. What the function prints goes to the standard error.
+            Default: the standard input and output. Output of the function's own then goes to the standard error.
         """
         questions = questions or sys.stdin
         mine = answers is None
@@ -127,7 +127,7 @@ class Generator:
             answers.flush()
 
     def answer(self, question: str) -> Iterator[str]:
-        """Returns the lines that answer a question of a print.
+        """Yields the lines that answer a question of a print.
 
         Parameters
         ----------
@@ -137,12 +137,12 @@ class Generator:
         Returns
         -------
         iterator of str
-            Lines, without the last one, `done`.
+            The lines, without the final `done`.
 
         Raises
         ------
         InputError
-            Where the function yields something else, or the question is none.
+            If the function yields something else, or the question is malformed.
         """
         words = question.split()
         if len(words) != 8 or words[0] != "grow":
@@ -182,7 +182,7 @@ class Generator:
         return "".join(form % row for row in zip(*lists)) + one.more_lines
 
     def _ends(self, name: str, kind: str, given: Any, count: int, ends: int) -> list[Any]:
-        """Returns the values of a float attribute at each end, (count, components)."""
+        """Returns the values of a float attribute at each end, of shape (count, components)."""
         size = _TYPES[kind]
         found = floats(given, f"`{name}`", np.float64)
         whole = (count, size) if size > 1 else (count,)
@@ -194,7 +194,7 @@ class Generator:
         raise InputError(f"`{name}`, a {kind} of {count}, has the shape {found.shape}; it should be {whole}{both}")
 
     def _hash(self) -> str:
-        """Of what it does, as far as can be seen."""
+        """Returns a hash of the function's code."""
         hasher = hashlib.sha256()
 
         def add(code: types.CodeType) -> None:
@@ -213,19 +213,19 @@ class Generator:
 
 
 class Generated:
-    """What a generator makes, in a box; `Generator.within` makes it.
+    """The geometry of a generator in a box; `Generator.within` makes it.
 
     Parameters
     ----------
     generator : Generator
-        Who makes it.
+        The generator.
     box : array_like of float, shape (2, 3)
-        Two corners of a box that holds all of it, in mm, the lower first.
+        Two corners of a box that contains all of it, in mm, the lower corner first.
 
     Raises
     ------
     InputError
-        Where the box is none.
+        If the box is invalid.
     """
 
     def __init__(self, generator: Generator, box: ArrayLike) -> None:
@@ -256,7 +256,7 @@ _served: weakref.WeakValueDictionary[str, Generator] = weakref.WeakValueDictiona
 
 
 def _open(token: str) -> int:
-    """Makes a line to a generator, and a thread that answers there; returns its descriptor, or -1."""
+    """Opens a connection to a generator, which a thread answers; returns its descriptor, or -1."""
     found = _served.get(token)
     if found is None:
         return -1
@@ -285,24 +285,24 @@ def generator(
 
 
 def generator(function: Function | None = None, **given: Any) -> Any:
-    """Makes a generator of a function, as a decorator.
+    """Turns a function into a generator, as a decorator.
 
     Parameters
     ----------
     function : callable
-        It takes a Bound and yields `beam`, `beams`, `mesh`, `place` and `more`. What it yields follows from the Bound alone.
+        A function that takes a Bound and yields `beam`, `beams`, `mesh`, `place` and `more`, and depends on the Bound alone.
     **given
-        As of Generator: `attributes`, `places`, `version`, `answer_s`, `answer_mb`.
+        The arguments of Generator: `attributes`, `places`, `version`, `answer_s`, `answer_mb`.
 
     Returns
     -------
     Generator
-        For `World.add`, by its `within`, and for a file that a `.fab.json` names as a `program`, by its `serve`.
+        Use its `within` for `World.add`, and its `serve` in a file that a `.fab.json` names as a `program`.
 
     Raises
     ------
     InputError
-        Where a type of an attribute is none.
+        If the type of an attribute is unknown.
 
     Examples
     --------

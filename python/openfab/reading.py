@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints that were written, read back: slices, boxes and the whole, as arrays."""
+"""Reads written prints as arrays: slices, boxes or the whole."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MEMORY = 1_500_000_000
 
 
 class _Source(Protocol):
-    """Where slices come from."""
+    """A source of slices."""
 
     info: dict[str, Any]
     whole_slices: int
@@ -51,7 +51,7 @@ class _Kept:
 
 
 class _Array:
-    """An .npy file, which is mapped."""
+    """A memory-mapped .npy file."""
 
     def __init__(self, array: NDArray[np.uint8], info: dict[str, Any], said: dict[str, Any]) -> None:
         self._array = array
@@ -66,18 +66,18 @@ class _Array:
 
 @dataclass(frozen=True)
 class VoxelBox:
-    """Voxels of a box, as `Voxels.box` reads them.
+    """The voxels of a box; `Voxels.box` reads them.
 
     Attributes
     ----------
     codes : ndarray of uint8, shape (z, y, x)
-        0 is void, c the c-th material.
+        0 is void, c is the c-th material.
     origin_mm : tuple of float
         The lowest corner of its first voxel along x, y and z, in mm, in the space of the print.
     pitch_mm : tuple of float
         The size of a voxel along x, y and z, in mm.
     materials : tuple of PrintMaterial
-        Those that codes stand for.
+        The materials of the codes.
     """
 
     codes: NDArray[np.uint8]
@@ -87,23 +87,23 @@ class VoxelBox:
 
 
 class Voxels:
-    """A print that was written, as an array [z][y][x] of codes; `read` makes it.
+    """A written print as an array [z][y][x] of codes; `read` makes it.
 
-    Indices and slices of numpy read what they name and nothing else; a slice is unpacked whole. `numpy.asarray` takes all
-    of it. Index 0 of the first axis is the first slice that the file has, `info.slices[0]`.
+    Indices and slices as in numpy read only the voxels that they select, though each slice is unpacked whole.
+    `numpy.asarray` reads everything. Index 0 of the first axis is the first slice in the file, `info.slices[0]`.
 
     Attributes
     ----------
     path : pathlib.Path
         The file or folder.
     info : PrintInfo
-        Grid, pitch and origin (mm), and materials. `memory_bytes` is 0.
+        The grid, pitch and origin (mm), and the materials. `memory_bytes` is 0.
     shape : tuple of int
-        Slices that are there, rows and columns: (z, y, x). A print that was cut short has fewer slices.
+        The numbers of slices, rows and columns: (z, y, x). A print that was cut short has fewer slices.
     dtype : numpy.dtype
-        uint8: 0 is void, c the c-th material.
+        uint8: 0 is void, c is the c-th material.
     hash : str or None
-        That of the print, as `openfab info` shows it; None where it is not complete.
+        The hash of the print, as shown by `openfab info`; None if the print is not complete.
 
     Examples
     --------
@@ -125,7 +125,7 @@ class Voxels:
 
     @property
     def is_complete(self) -> bool:
-        """Whether the print was complete, and all of its slices are there."""
+        """Whether the print is complete, with all of its slices."""
         return self.hash is not None
 
     @property
@@ -137,7 +137,7 @@ class Voxels:
         return self.shape[0]
 
     def __iter__(self) -> Iterator[Slice]:
-        """Gives its slices, as a print does, from the lowest; any number of times."""
+        """Yields the slices from the lowest up, like a print; any number of times."""
         for place in range(self.shape[0]):
             yield Slice(self.info.slices[0] + place, self[place])
 
@@ -154,7 +154,7 @@ class Voxels:
         return out[tuple(0 if isinstance(one, int) else slice(None) for one in rows)]
 
     def _places(self, key: Any) -> list[int | range]:
-        """What a key names along each axis."""
+        """Returns the selected positions along each axis."""
         keys = list(key) if isinstance(key, tuple) else [key]
         dots = [place for place, one in enumerate(keys) if one is Ellipsis]
         if len(dots) > 1 or len(keys) - len(dots) > 3:
@@ -191,18 +191,18 @@ class Voxels:
         Parameters
         ----------
         low, high : sequence of 3 floats
-            Its lowest and its highest corner along x, y and z, in mm, in the space of the print. It is rounded out to
+            The lowest and the highest corner along x, y and z, in mm, in the space of the print. The box is rounded out to
             whole voxels.
 
         Returns
         -------
         VoxelBox
-            The codes, of shape (z, y, x), and where they are.
+            The codes, of shape (z, y, x), and their position.
 
         Raises
         ------
         InputError
-            Where the box is none, or reaches beyond the voxels that the file has.
+            If the box is invalid, or reaches beyond the voxels in the file.
         """
         ends = vector(low, "`low`"), vector(high, "`high`")
         if not all(a < b for a, b in zip(*ends)):
@@ -227,7 +227,7 @@ class Voxels:
 
     @property
     def thumbnails(self) -> list[tuple[int, NDArray[np.uint8]]]:
-        """Some slices, made smaller: what a notebook shows."""
+        """Some slices at a reduced size, for notebooks."""
         step = max(1, -(-len(self) // _MOST_THUMBNAILS))
         first = self.info.slices[0]
         return [(first + place, smaller(self[place])) for place in range(0, len(self), step)]
@@ -241,12 +241,12 @@ class Voxels:
 
 
 def _span(places: range) -> tuple[int, int]:
-    """The lowest place, and one past the highest."""
+    """Returns the lowest position, and one past the highest."""
     return (min(places[0], places[-1]), max(places[0], places[-1]) + 1) if places else (0, 0)
 
 
 def _within(places: range, low: int) -> slice:
-    """Those of a range in an array that begins at its lowest."""
+    """Returns the slice that selects a range in an array that begins at the lowest of its positions."""
     if not places:
         return slice(0, 0)
     stop = places[-1] - low + (1 if places.step > 0 else -1)
@@ -254,25 +254,26 @@ def _within(places: range, low: int) -> slice:
 
 
 def read(file: str | os.PathLike[str], *, memory: Whole = _MEMORY) -> Voxels | Samples:
-    """Reads back what a print has written, lazily: nothing but its header is read before a slice is asked for.
+    """Opens a written print. Only the header is read at first; slices are read on demand.
 
     Parameters
     ----------
     file : str or path
-        An .ofr file, a folder of slices (PNG or BMP), or an .npy file with the .npy.json beside it. Of an .ofr file that is
-        cut short, or still being written, what is whole is read.
+        An .ofr file, a folder of slices (PNG or BMP), or an .npy file with its .npy.json. If an .ofr file is cut short or
+        still being written, its complete slices are read.
     memory : int, optional
-        Bytes; a file whose slices take more than a fourth of it is refused.
+        The memory budget in bytes; a file with slices larger than a quarter of it is refused.
 
     Returns
     -------
     Voxels or Samples
-        The codes of materials, [z][y][x]; of `--fractions`, the mixtures, [z][y][x][material], mapped from the file.
+        The codes of materials, [z][y][x]; for an output of `--fractions`, the mixtures, [z][y][x][material], mapped from
+        the file.
 
     Raises
     ------
     InputError
-        Where the file is none that OpenFab has written, or is damaged. A slice that is damaged raises when it is read.
+        If OpenFab has not written the file, or it is damaged. A damaged slice raises when it is read.
     """
     path = Path(os.fsdecode(file)).absolute()
     if path.suffix == ".npy" and not path.is_dir():

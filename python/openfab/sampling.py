@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Mixtures in boxes of voxels."""
+"""Mixtures in boxes."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class Samples:
     Attributes
     ----------
     fractions : ndarray of float32, shape (z, y, x, material)
-        What they lack to 1 is void.
+        The share of each material; the rest up to 1 is void.
     origin_mm : tuple of 3 floats
         The lowest corner of the box along x, y and z, in mm.
     pitch_mm : tuple of 3 floats
         The size of a voxel along x, y and z, in mm.
     materials : tuple of PrintMaterial
-        Those of the last axis.
+        The materials of the last axis.
     """
 
     fractions: NDArray[np.float32]
@@ -44,22 +44,22 @@ class Samples:
     materials: tuple[PrintMaterial, ...]
 
     def at(self, points: ArrayLike) -> NDArray[np.float32]:
-        """Looks points up.
+        """Looks up the mixtures at points.
 
         Parameters
         ----------
         points : array_like of float, shape (..., 3)
-            In mm.
+            Positions in mm.
 
         Returns
         -------
         ndarray of float32, shape (..., material)
-            The mixtures of the voxels that hold them; zeros outside of the box.
+            The mixtures of the voxels that contain the points; zeros outside the box.
 
         Raises
         ------
         InputError
-            Where the points have another shape.
+            If the points have the wrong shape.
         """
         if np.shape(points)[-1:] != (3,):
             raise InputError(f"`points` has the shape {np.shape(points)}; it should be (..., 3)")
@@ -76,19 +76,19 @@ class Samples:
         Parameters
         ----------
         values : mapping of str to float
-            That of each material, by name.
+            The value for each material, by name.
         void : float, optional
-            That of nothing.
+            The value for void.
 
         Returns
         -------
         ndarray of float64, shape (z, y, x)
-            In the unit of the values.
+            The means, in the unit of the values.
 
         Raises
         ------
         InputError
-            Where a material has no value, or a name is none.
+            If a material has no value, or a name is unknown.
         """
         names = [material.name for material in self.materials]
         unknown = set(values) - set(names)
@@ -113,31 +113,31 @@ def sample(
     threads: Whole | None = None,
     progress: Progress = False,
 ) -> Samples:
-    """Evaluates a world in a box of voxels of any size.
+    """Evaluates the mixtures of a world in a box, with voxels of any size.
 
-    Only what is in the box is evaluated: it may be a small part of a large world. Voxels that are larger than the
-    printer's get the mean mixture of the printer's voxels in them, void among them.
+    Only the box is evaluated, which may be a small part of a large world. Voxels larger than the printer's get the mean
+    mixture of the printer's voxels in them, including void.
 
     Parameters
     ----------
     world : World or FileWorld
-        What is evaluated, as it is at the call.
+        What to evaluate, in its state at the call.
     box : sequence of 2 sequences of 3 floats, optional
-        Its lowest and its highest corner, in mm; else that of all parts. It is rounded out to whole voxels, whose corners
-        are at multiples of the pitch.
+        The lowest and the highest corner, in mm. Default: the box of all parts. It is rounded out to whole voxels, whose
+        corners are at multiples of the pitch.
     voxel : float, str or sequence of 3 floats
-        The size of a voxel in mm; one, or of x, y and z.
+        The size of a voxel in mm: one, or three for x, y and z.
     sampling : {"volume", "centre"}, optional
-        Whether a voxel that is larger than the printer's gets means over its volume, which takes as long as a print, or
-        the mixture at its centre, which misses what is finer than the voxel.
+        Whether a voxel larger than the printer's gets the mean over its volume, which takes as long as a print, or the
+        mixture at its centre, which misses details smaller than the voxel.
     uniforms : mapping of str to Any, optional
-        Other values, as `{"ball.skin": 1.5}`.
+        Values to use instead, such as `{"ball.skin": 1.5}`.
     memory : int or str, optional
-        The budget, in bytes.
+        The memory budget, in bytes.
     threads : int, optional
-        1 at least; else as many as there are processors.
+        At least 1. Default: one per processor.
     progress : bool or callable, optional
-        True for a bar, or a function of slices done and of all.
+        True for a progress bar, or a function that takes the number of finished slices and of all slices.
 
     Returns
     -------
@@ -147,9 +147,9 @@ def sample(
     Raises
     ------
     InputError
-        Where an argument or the world is wrong.
+        If an argument or the world is wrong.
     CompileError
-        Where a fablet does not compile.
+        If a fablet does not compile.
     """
     fields = fields_of(voxel=voxel, memory=memory, threads=threads, support=False, sampling=sampling)
     window: tuple[float, ...] | None = None

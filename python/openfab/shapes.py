@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes, and shapes that fablets define."""
+"""Meshes, and shapes defined by fablets."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ class Mesh:
     Parameters
     ----------
     vertices : array_like of float, shape (n, 3)
-        Places in mm.
+        Positions in mm.
     faces : array_like of int, shape (m, 3)
         The vertices of each triangle, counter-clockwise seen from outside.
     normals : array_like of float, shape (n, 3), optional
-        Of vertices; their length does not matter.
+        Normals of vertices; their length does not matter.
     uv : array_like of float, shape (n, 2) or (m, 3, 2), optional
         Texture coordinates of vertices, or of each corner of each face.
     vertex_attributes : mapping of str to array_like of float, shape (n,) or (n, 1 to 4), optional
-        What fablets find under these names, between vertices by interpolation.
+        Attributes that fablets read under these names, interpolated between vertices.
     face_attributes : mapping of str to array_like of int or float, shape (m,) or (m, 1 to 4), optional
-        What fablets find under these names, the same all over a face.
+        Attributes that fablets read under these names, constant on each face.
 
     Raises
     ------
     InputError
-        Where a shape is another, a value is not finite, a face has a vertex that is not there, or a name is none.
+        If an array has the wrong shape, a value is not finite, a face has an unknown vertex, or a name is invalid.
     """
 
     def __init__(
@@ -104,12 +104,12 @@ class Mesh:
 
     @property
     def vertices(self) -> NDArray[np.float64]:
-        """The places of its vertices in mm, of shape (n, 3)."""
+        """The positions of the vertices in mm, of shape (n, 3)."""
         return self._vertices
 
     @property
     def faces(self) -> NDArray[np.int32]:
-        """The vertices of its triangles, of shape (m, 3)."""
+        """The vertices of the triangles, of shape (m, 3)."""
         return self._faces
 
     def __getstate__(self) -> dict[str, Any]:
@@ -123,13 +123,13 @@ class Mesh:
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
-        """Takes over a trimesh.Trimesh.
+        """Makes a mesh from a trimesh.Trimesh.
 
         Parameters
         ----------
         mesh : trimesh.Trimesh
-            Its `units` count, mm where it has none. Texture coordinates are `uv`; colours of vertices are what fablets
-            see as `color`, linear light.
+            Its `units` apply, or mm if it has none. Fablets see texture coordinates as `uv`, and vertex colours as `color`
+            in linear light.
 
         Returns
         -------
@@ -139,7 +139,7 @@ class Mesh:
         Raises
         ------
         InputError
-            Where its unit is not known, or its arrays are no mesh.
+            If its unit is unknown, or its arrays are not a mesh.
         """
         return cls._of(_foreign.of_trimesh(mesh))
 
@@ -160,23 +160,23 @@ class Mesh:
 
 
 class FileMesh:
-    """A mesh file, and how to read it: see `meshes` of a world.
+    """A mesh file, and how to read it, like `meshes` of a world.
 
     Parameters
     ----------
     file : str or path
-        OBJ, STL, PLY, 3MF or glTF. It is read when a print is set up.
+        An OBJ, STL, PLY, 3MF or glTF file. It is read when a print is set up.
     unit : str, optional
-        What its lengths are: mm, cm, m, um or in. Else what the file says, or mm.
+        The unit of its lengths: mm, cm, m, um or in. Default: as given in the file, or mm.
     up : str, optional
-        The axis that points up in it, `z` or `y`.
+        The axis that points up in the file, `z` or `y`.
     groups : mapping of str to int, optional
-        Numbers for the groups of an OBJ file, which fablets see as an attribute.
+        Numbers for the groups of the file, which fablets see as an attribute.
 
     Raises
     ------
     InputError
-        Where an argument is of no kind that a world takes.
+        If an argument has a type that a world does not accept.
     """
 
     def __init__(
@@ -201,16 +201,16 @@ class Shape:
     Parameters
     ----------
     fablet : Fablet
-        It has the stage.
+        The fablet with the stage.
     box : array_like of float, shape (2, 3)
-        Two corners of a box that holds all of it, in mm, the lower first.
+        Two corners of a box that contains all of it, in mm, the lower corner first.
     uniforms : mapping of str to Any, optional
-        Values for the stage where objects have another fablet; else the stage has those of the object.
+        Values for the stage if the object has another fablet; otherwise the stage uses those of the object.
 
     Raises
     ------
     InputError
-        Where the box is none, or the fablet has no such stage or uniform.
+        If the box is invalid, or the fablet has no such stage or uniform.
     """
 
     def __init__(self, fablet: Fablet, box: ArrayLike, uniforms: Mapping[str, Any] | None = None) -> None:
@@ -241,28 +241,28 @@ class Shape:
 def shape(
     source: Fablet | str | os.PathLike[str], box: ArrayLike, uniforms: Mapping[str, Any] | None = None,
 ) -> Shape:
-    """Makes a solid of a fablet's @Shape stage, or of what its @Grow stage grows, which stands where a mesh does.
+    """Makes a solid from the @Shape or @Grow stage of a fablet, which can be used as a mesh.
 
     Parameters
     ----------
     source : Fablet, str or path
-        What has the stage; a text with a line break or a brace is OpenFL itself, any other is the name of a file.
+        The fablet with the stage. A string with a line break or a brace is OpenFL source; any other is a file name.
     box : array_like of float, shape (2, 3)
-        Two corners of a box that holds all of it, in mm, the lower first.
+        Two corners of a box that contains all of it, in mm, the lower corner first.
     uniforms : mapping of str to Any, optional
-        Values for the stage where objects have another fablet; else the stage has those of the object.
+        Values for the stage if the object has another fablet; otherwise the stage uses those of the object.
 
     Returns
     -------
     Shape
-        For `World.add`; with the same fablet, or with another that gives it materials.
+        A solid for `World.add`, with the same fablet, or with another one that defines its materials.
 
     Raises
     ------
     CompileError
-        Where the source is wrong.
+        If the source is wrong.
     InputError
-        Where the box is none, the file cannot be read, or the fablet has no such stage or uniform.
+        If the box is invalid, the file cannot be read, or the fablet has no such stage or uniform.
     """
     if not isinstance(source, Fablet):
         text = isinstance(source, str) and ("\n" in source or "{" in source)
@@ -274,7 +274,7 @@ AnyMesh = Mesh | FileMesh | Primitive | Shape | Beams | Generated
 
 
 def as_mesh(value: Any) -> AnyMesh:
-    """Returns what can stand for a mesh: a mesh, a file, or one of trimesh or pyvista."""
+    """Returns a mesh for anything usable as one: a mesh, a file name, or a mesh of trimesh or pyvista."""
     if isinstance(value, (Mesh, FileMesh, Primitive, Shape, Beams, Generated)):
         return value
     if isinstance(value, Generator):
@@ -288,7 +288,7 @@ def as_mesh(value: Any) -> AnyMesh:
 
 
 def _attribute(name: str, element: str) -> str:
-    """A name that fablets may declare, and that is no other argument's."""
+    """Returns a name that is valid in a fablet and not that of another argument."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name, re.ASCII):
         raise InputError(
             f"a {element} attribute cannot be called {short(name)}; names are those of fablets: letters, digits and `_`"
@@ -306,7 +306,7 @@ def _as_they_are(values: ArrayLike, what: str) -> NDArray[Any]:
 def _columns(
     what: str, convert: Callable[[ArrayLike, str], NDArray[Any]], values: ArrayLike, count: int, components: int = 0
 ) -> NDArray[Any]:
-    """An attribute as [element][component]."""
+    """Returns an attribute as [element][component]."""
     found = convert(values, what)
     columns = found[:, None] if found.ndim == 1 and components in (0, 1) else found
     widths = (components,) if components else (1, 2, 3, 4)
@@ -317,7 +317,7 @@ def _columns(
 
 
 def _check_columns(element: str, attributes: Mapping[str, NDArray[Any]], taken: Sequence[str]) -> None:
-    """Refuses attributes that a file would have under one name."""
+    """Refuses attributes that would have the same name in a file."""
     owners: dict[str, str] = {}
     for name, values in attributes.items():
         for column, _ in _properties(name, values):
@@ -329,7 +329,7 @@ def _check_columns(element: str, attributes: Mapping[str, NDArray[Any]], taken: 
 
 
 def _properties(name: str, array: NDArray[Any]) -> list[tuple[str, NDArray[Any]]]:
-    """The columns of an attribute under the names that readers of PLY put together again."""
+    """Returns the columns of an attribute, under names that PLY readers combine again."""
     known = {"n": ("nx", "ny", "nz"), "uv": ("u", "v")}
     count = array.shape[1]
     names = known.get(name, (name,) if count == 1 else tuple(f"{name}_{i}" for i in range(count)))
@@ -350,7 +350,7 @@ def _place_among(name: str) -> int:
 
 
 def _in_order(attributes: Mapping[str, NDArray[Any]]) -> list[tuple[str, NDArray[Any]]]:
-    """Attributes in an order in which no two form a vector: scalars first, of those the later parts in front."""
+    """Returns attributes in an order in which no two form a vector: scalars first, later components before earlier ones."""
     return sorted(attributes.items(), key=lambda one: (one[1].shape[1] > 1, -_place_among(one[0])))
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What is known of slices and of the print that they are of."""
+"""Slices, and the description of their print."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class Slice(NamedTuple):
     Attributes
     ----------
     z : int
-        Its number, from 0 at the lowest of the whole print.
+        Its number; 0 is the lowest slice of the whole print.
     codes : ndarray of uint8, shape (y, x)
-        0 is void, 1 the first material; row 0 is at the lowest y. Of a print it is read-only.
+        0 is void, 1 is the first material; row 0 is at the lowest y. Codes from a print are read-only.
     fractions : ndarray of float32, shape (y, x, material), or None
-        The mixture before the dither, where it was asked for; what it lacks to 1 is void.
+        The mixture before the dither, if requested; the rest up to 1 is void.
     """
 
     z: int
@@ -30,16 +30,16 @@ class Slice(NamedTuple):
 
 @dataclass(frozen=True)
 class PrintMaterial:
-    """A material of a print; its code is one more than its place in the list.
+    """A material of a print; its code is its index in the list plus 1.
 
     Attributes
     ----------
     name : str
-        What the world calls it.
+        Its name in the world.
     key, preview : tuple of 4 int
-        Its colours in slices and in pictures, RGBA of 0 to 255.
+        Its colours in slices and in pictures, RGBA from 0 to 255.
     density_g_cm3 : float
-        In g/cm³.
+        Its density in g/cm³.
     channel : str
         The printer's name for it.
     """
@@ -53,26 +53,26 @@ class PrintMaterial:
 
 @dataclass(frozen=True)
 class PrintInfo:
-    """What is known of a print before its first slice.
+    """The description of a print, known before its first slice.
 
     Attributes
     ----------
     size : tuple of 3 int
-        Voxels of the whole grid along x, y and z.
+        The number of voxels of the whole grid along x, y and z.
     pitch_mm : tuple of 3 floats
         The size of a voxel along x, y and z, in mm.
     origin_mm : tuple of 3 floats
         The lowest corner of voxel (0, 0, 0) along x, y and z, in mm.
     slices : tuple of 2 int
-        The first slice that is printed, and one past the last.
+        The first slice to print, and one past the last.
     materials : tuple of PrintMaterial
-        Code c is the c-th.
+        The materials; code c is the c-th.
     support_code : int
-        That of support material; 0 where there is none.
+        The code of support material; 0 if there is none.
     printer, title : str
-        What they are called.
+        The names of the printer and of the print.
     memory_bytes : int
-        What the print is expected to take, in bytes.
+        The memory that the print is expected to take, in bytes.
     """
 
     size: tuple[int, int, int]
@@ -90,6 +90,6 @@ _THUMBNAIL_SIDE = 320
 
 
 def smaller(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Leaves out rows and columns of a slice, for a notebook."""
+    """Returns a slice with rows and columns left out, for a notebook."""
     step = max(1, -(-max(codes.shape) // _THUMBNAIL_SIDE))
     return np.ascontiguousarray(codes[step // 2 :: step, step // 2 :: step])

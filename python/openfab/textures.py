@@ -18,31 +18,31 @@ from .errors import InputError
 
 
 class Texture:
-    """A picture for a fablet's texture; `Texture.volume` makes one of a volume.
+    """A picture for a fablet's texture; `Texture.volume` makes a texture from a volume.
 
     Parameters
     ----------
     picture : str, path or array_like, shape (rows, columns) or (rows, columns, 1 to 4)
-        A file, or an array, which is copied, the top row first: of 8 bits, which are sRGB unless `space` says otherwise, or
-        of 16 bits or floats, which are light as they are. Of two or four integers the last is alpha.
+        A file, or an array with the top row first, which is copied. 8-bit values are sRGB unless `space` says otherwise;
+        16-bit values and floats are linear light. With two or four integers per pixel, the last is alpha.
     wrap : str or sequence of 2 str, optional
-        `clamp`, `repeat`, `mirror` or `black`; one, or one along u and one along v.
+        `clamp`, `repeat`, `mirror` or `black`: one mode, or one along u and one along v.
     filter : str, optional
         `trilinear`, `anisotropic` or `nearest`.
     space : str, optional
-        What its numbers are: `srgb`, `linear` or `data`; `auto` goes by the file.
+        The meaning of its numbers: `srgb`, `linear` or `data`; `auto` follows the file.
     channels : str, optional
         `all`, `luminance` or `opaque`.
 
     Attributes
     ----------
     file : pathlib.Path or None
-        The file; None of an array.
+        The file; None for an array.
 
     Raises
     ------
     InputError
-        Where the shape is another, a value is not finite, or a word is none of these.
+        If an array has the wrong shape, a value is not finite, or a word is none of these.
     """
 
     def __init__(
@@ -84,25 +84,25 @@ class Texture:
         spacing: Real | Sequence[Real] | None = None, field: str | None = None, unit: str | None = None,
         pitch: Real | None = None, outside: Real | None = None, wrap: str = "clamp", filter: str = "trilinear",
     ) -> Texture:
-        """Makes a texture of a volume.
+        """Makes a texture from a volume.
 
         Parameters
         ----------
         volume : str, path or array_like, shape (z, y, x) or (z, y, x, 1 to 4)
-            A file, or an array, which is copied; its first value is at the lowest corner. Integers of 8 and 16 bits without a
-            sign are parts of the largest, 0 to 1.
+            A file, or an array with its first value at the lowest corner, which is copied. Unsigned integers of 8 and 16
+            bits are scaled to 0 to 1.
         origin : sequence of 3 floats, optional
-            The lowest corner in part space, in mm; else what the file says, or 0.
+            The lowest corner in part space, in mm. Default: as given in the file, or 0.
         spacing : float or sequence of 3 floats, optional
-            The size of a texel along x, y and z, in mm; else what the file says, or 1.
+            The size of a texel along x, y and z, in mm. Default: as given in the file, or 1.
         field : str, optional
-            Of a file with several fields, the name of the one that is read.
+            The name of the field to read, if the file has several.
         unit : str, optional
-            Of a file's lengths: mm, cm, m, um or in.
+            The unit of the file's lengths: mm, cm, m, um or in.
         pitch : float, optional
-            How fine a file's cells are sampled, in mm.
+            The distance of samples in a file of cells, in mm.
         outside : float, optional
-            The value where a file has none; of an array, where it has NaN.
+            The value where a file has no data, or an array has NaN.
         wrap : str, optional
             `clamp`, `repeat`, `mirror` or `black`.
         filter : str, optional
@@ -111,12 +111,12 @@ class Texture:
         Returns
         -------
         Texture
-            For uniforms that are an `ImageTexture3D`.
+            A texture for uniforms of type `ImageTexture3D`.
 
         Raises
         ------
         InputError
-            Where the shape is another, a value is not finite and `outside` is not given, or a word is none of these.
+            If an array has the wrong shape, a value is not finite and `outside` is not given, or a word is none of these.
         """
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)
@@ -170,7 +170,7 @@ def _check_choices(keys: Mapping[str, Any]) -> None:
 
 
 def _texels(values: ArrayLike, what: str, outside: float | None = None) -> NDArray[Any]:
-    """Of 8 or 16 bits, or of finite floats; what is no number is `outside`, if that is given."""
+    """Returns texels of 8 or 16 bits, or finite floats, with NaN replaced by `outside` if that is given."""
     given = array(values, what)
     if given.dtype in (np.uint8, np.uint16):
         return given
@@ -185,7 +185,7 @@ def _texels(values: ArrayLike, what: str, outside: float | None = None) -> NDArr
 
 
 def _write_texels(path: Path, texels: NDArray[Any], keys: Mapping[str, Any]) -> None:
-    """Writes an array as a file that a world names, and what the first print would convert it to."""
+    """Writes an array as a file for a world, and the converted file that the first print would make."""
     if path.suffix == ".npy":
         np.save(path, texels)
         _core.keep_volume(path, np.ascontiguousarray(texels), keys.get("origin_mm"), keys.get("spacing_mm"))

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds: what is printed, of what, and where it stands; made in Python, or read from a `.fab.json`."""
+"""Worlds: parts, materials and placements; made in Python, or read from a `.fab.json`."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ from .shapes import Mesh, Shape, as_mesh
 from .textures import Texture
 
 class World:
-    """What is printed.
+    """A world to print.
 
     Parameters
     ----------
     printer : str or path, optional
         The name of a printer, or its file.
     title : str, optional
-        What the print is called.
+        The name of the print.
     **keys
-        Further keys of a `.fab.json`: `tray`, `support`, `arrange`, `groups`, `dither`.
+        Other keys of a `.fab.json`: `tray`, `support`, `arrange`, `groups`, `dither`.
 
     Attributes
     ----------
     title : str
-        As above.
+        The name of the print.
 
     Raises
     ------
     InputError
-        Where a key is none, or its value of no kind that a world takes.
+        If a key is unknown, or its value has a type that a world does not accept.
 
     Examples
     --------
@@ -73,35 +73,35 @@ class World:
         Parameters
         ----------
         mesh : Mesh, FileMesh, Primitive, Shape, str, path, or a mesh of trimesh or pyvista
-            Its shape; a text is the name of a file.
+            Its shape; a string is a file name.
         fablet : Fablet
-            What it is made by.
+            The fablet that defines its materials.
         uniforms : mapping of str to Any, optional
-            What the fablet takes; more can be set later.
+            Values for the fablet's uniforms; more can be set later.
         name : str, optional
-            What it is called; else as its fablet.
+            Its name. Default: that of its fablet.
         place : bool, optional
-            Whether it is placed; else `Object.place` does.
+            Whether to place it; if not, use `Object.place`.
         priority : int, optional
-            Where objects meet, the higher one is printed.
+            Where objects overlap, the one with the higher priority is printed.
         max_displacement_mm : float, optional
-            How far its surface may be displaced, in mm.
+            The largest displacement of its surface, in mm.
         support : bool, optional
-            Whether it is held by support material.
+            Whether it gets support material.
         repair : str, optional
-            `winding` closes and turns a mesh that needs it.
+            `winding` caps the holes of a mesh and orients its triangles.
         **placement
-            As of `Object.place`.
+            Arguments of `Object.place`.
 
         Returns
         -------
         Object
-            It is in the world.
+            The new object.
 
         Raises
         ------
         InputError
-            Where a value is none, or the name is taken; then nothing is in the world.
+            If a value is invalid, or the name is taken; the world is then unchanged.
         """
         keys = {
             "priority": None if priority is None else whole(priority, "`priority`"),
@@ -127,17 +127,17 @@ class World:
         return added
 
     def remove(self, name: str) -> None:
-        """Takes an object out, with its placements.
+        """Removes an object and its placements.
 
         Parameters
         ----------
         name : str
-            What it is called.
+            Its name.
 
         Raises
         ------
         InputError
-            Where the world has none of that name.
+            If the world has no object with that name.
         """
         with _files.lock:
             if name not in self._objects:
@@ -147,16 +147,16 @@ class World:
 
     @property
     def objects(self) -> Mapping[str, Object]:
-        """Its objects by name."""
+        """The objects by name."""
         return dict(self._objects)
 
     def to_json(self) -> dict[str, Any]:
-        """Returns the world as a `.fab.json` says it.
+        """Returns the world as the content of a `.fab.json`.
 
         Returns
         -------
         dict
-            Arrays are in temporary files, which live as long as their owners.
+            The world. Its arrays are in temporary files, which live as long as their owners.
         """
         with _files.lock:
             return self._describe(Names(), set(), {})[0]
@@ -164,7 +164,7 @@ class World:
     def _describe(
         self, names: Names, allow: set[Path], uniforms: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Returns what a `.fab.json` says, and other values of some uniforms, whose materials and textures it has."""
+        """Returns the content of a `.fab.json`, and values that replace those of some uniforms; their materials are in it."""
         fablets = Named[Fablet | Shape]()
         same: dict[tuple[Path, str], Fablet] = {}
 
@@ -218,7 +218,7 @@ class World:
         return world, settings
 
     def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
-        """Writes it for one print, with other values of some uniforms."""
+        """Writes the world for one print, with other values for some uniforms."""
         names, allow = Names(), set[Path]()
         with _files.lock:
             description, settings = self._describe(names, allow, uniforms or {})
@@ -255,26 +255,26 @@ class World:
 
 
 class FileWorld:
-    """A world in a `.fab.json` file, read anew by each print; `load` makes it.
+    """A world in a `.fab.json` file, which each print reads again; `load` makes it.
 
     Parameters
     ----------
     file : str or path
         The `.fab.json`.
     allow : sequence of str or path, optional
-        Folders that it may read besides its own.
+        Folders that it may read in addition to its own.
     allow_programs : bool, optional
-        Whether the programs that it names may run: never those of a stranger's world.
+        Whether the programs that it names may run; never allow this for a stranger's world.
 
     Attributes
     ----------
     file : pathlib.Path
-        As above.
+        The `.fab.json`.
 
     Raises
     ------
     InputError
-        Where the file cannot be read, or is no object of JSON.
+        If the file cannot be read, or is not a JSON object.
     """
 
     def __init__(
@@ -286,17 +286,17 @@ class FileWorld:
         self.to_json()
 
     def to_json(self) -> dict[str, Any]:
-        """Returns what the file says.
+        """Returns the content of the file.
 
         Returns
         -------
         dict
-            The world as it is in the file.
+            The world in the file.
 
         Raises
         ------
         InputError
-            Where the file cannot be read, or is no object of JSON.
+            If the file cannot be read, or is not a JSON object.
         """
         try:
             said = json.loads(self.file.read_text(encoding="utf-8"))
@@ -314,7 +314,7 @@ class FileWorld:
         return said
 
     def _snapshot(self, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
-        """Its file, which is the user's, with other values of some uniforms."""
+        """Returns a snapshot of the user's own file, with other values for some uniforms."""
         names = Names()
         settings = {target: names.encode(value, f"`{target}`") for target, value in (uniforms or {}).items()}
         if names.textures.items():
@@ -345,7 +345,7 @@ AnyWorld = World | FileWorld
 
 
 def snapshot(world: AnyWorld, uniforms: Mapping[str, Any] | None = None) -> Snapshot:
-    """Returns what a print of a world reads."""
+    """Returns the snapshot of a world that a print reads."""
     if not isinstance(world, (World, FileWorld)):
         raise InputError(f"{short(world)} is no world; pass a World, or openfab.load(FILE)")
     return world._snapshot(uniforms)
@@ -354,25 +354,25 @@ def snapshot(world: AnyWorld, uniforms: Mapping[str, Any] | None = None) -> Snap
 def load(
     file: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = (), allow_programs: bool = False,
 ) -> FileWorld:
-    """Opens the world of a `.fab.json`.
+    """Opens the world in a `.fab.json`.
 
     Parameters
     ----------
     file : str or path
         The `.fab.json`.
     allow : sequence of str or path, optional
-        Folders that it may read besides its own.
+        Folders that it may read in addition to its own.
     allow_programs : bool, optional
-        Whether the programs that it names may run: never those of a stranger's world.
+        Whether the programs that it names may run; never allow this for a stranger's world.
 
     Returns
     -------
     FileWorld
-        Each print reads it anew.
+        A world that each print reads again.
 
     Raises
     ------
     InputError
-        Where the file cannot be read, or is no object of JSON.
+        If the file cannot be read, or is not a JSON object.
     """
     return FileWorld(file, allow=allow, allow_programs=allow_programs)

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Everything public has a docstring with the sections of numpydoc: parameters, what is returned and raised, units, shapes."""
+"""Every public name has a docstring with numpydoc sections: parameters, return value, exceptions, units, shapes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from openfab import mechanics
 
 HEADING = re.compile(r"^([A-Z][A-Za-z ]+)\n-{3,}$", re.M)
 SECTIONS = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Examples", "Notes")
-# What is given in a unit, which its entry names.
+# Arguments with a unit, which their entries must name.
 UNITS = {
     r"mm": "translate|matrix|width|depth|height|diameter|low_diameter|high_diameter|section|length|vertices|points|box|low|high|"
     r"origin|spacing|pitch|layer|z|mesh_pitch|voxel|polygons?|max_displacement_mm|origin_mm|pitch_mm|voxel_mm|displacement_mm",
@@ -31,7 +31,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def entries(text: str) -> dict[str, tuple[str, str]]:
-    """The names of a section, with type and text."""
+    """Returns the names in a section, with type and text."""
     out: dict[str, tuple[str, str]] = {}
     if not text.strip():
         return out
@@ -118,8 +118,6 @@ MADE_BY_OTHERS = (
 def check_entries(name: str, said: dict[str, tuple[str, str]]) -> None:
     for entry, (kind, text) in said.items():
         whole = f"{kind} {text}"
-        if text.startswith("As of"):
-            continue
         assert text, f"{name} says nothing of `{entry}`"
         if "array" in kind:
             assert "shape" in kind, f"{name} does not tell the shape of `{entry}`"

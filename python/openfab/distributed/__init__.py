@@ -1,9 +1,9 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints over many machines, on Dask.
+"""Prints over many machines, with Dask.
 
-print_world cuts a print into shares, which the workers of a Dask cluster print, and writes them in order; the bytes
-are those of one machine.
+print_world cuts a print into shares, has the workers of a Dask cluster print them, and writes them in order. The bytes
+are the same as on one machine.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The workers of a cluster as a print sees them: how many there are, how long they live, whether they can print."""
+"""The workers of a cluster: how many there are, how long they live, and whether they can print."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ clock = time.monotonic
 
 
 class Workers:
-    """The workers of a cluster, which may come and go; those that are new are asked which version they have.
+    """The workers of a cluster, which may come and go; new ones are asked for their version.
 
-    One that lacks the package cannot read a task; Dask drops it then, so that it is found here or not at all. `where`
-    says where the print stands. Without a worker for `limit` seconds, ClusterError is raised; None: never.
+    A worker without the package cannot read a task and is dropped by Dask, so it is found here or not at all. `where`
+    describes the progress of the print. ClusterError is raised after `limit` seconds without a worker; None means never.
     """
 
     def __init__(self, client: Any, limit: float | None, where: Callable[[], str]) -> None:
@@ -53,19 +53,19 @@ class Workers:
 
     @property
     def count(self) -> int:
-        """How many take tasks; 1 where there are none, which will come."""
+        """The number of workers that take tasks; 1 while there are none yet."""
         return max(1, self._working)
 
     @property
     def life_seconds(self) -> float | None:
-        """How long a worker lives, by the last that died; None where none has died."""
+        """Returns the lifetime of a worker, from the last ones that died; None if none has died."""
         if self.deaths == 0:
             return None
         lived = (self._marks[-1] - self._marks[0]) / (len(self._marks) - 1)
         return max(lived, self._worked_seconds - self._marks[-1])
 
     def look(self) -> bool:
-        """Looks for them now and then; returns whether some are gone since."""
+        """Checks the workers from time to time; returns whether some have gone."""
         return clock() - self._seen >= LOOK_SECONDS and self._look_now()
 
     def _look_now(self) -> bool:
@@ -108,7 +108,7 @@ class Workers:
             )
 
     def _take_check(self) -> None:
-        """Takes in what new workers said."""
+        """Handles the answers of new workers."""
         if self._check is None or self._check.thread.is_alive():
             return
         said, self._check = self._check.said, None
@@ -126,7 +126,7 @@ class Workers:
 
 
 class _Check:
-    """Asks workers for their version, in a thread: one that dies meanwhile is waited for by Dask for half a minute."""
+    """Asks workers for their version, in a thread, since Dask waits half a minute for a worker that dies meanwhile."""
 
     def __init__(self, client: Any, addresses: set[str]) -> None:
         self.said: dict[str, Any] = {}

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What slabs take, learnt from those that are printed, and where a print is cut by it."""
+"""Costs of slabs, learnt from printed ones, and the cuts that follow from them."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ SAMPLES = 9
 
 @dataclass(frozen=True)
 class ShareCost:
-    """What a share took.
+    """The cost of a share.
 
     Attributes
     ----------
     first, end : int
-        Its slabs are [first, end), of 8 slices each.
+        The range of its slabs, [first, end), of 8 slices each.
     seconds, processor_seconds : float
-        By the clock, and of processors, in seconds.
+        Wall time and processor time, in seconds.
     bytes : int
-        Of its slices, as they are written.
+        The size of its slices as written.
     worker : str
-        The address of the one that printed it.
+        The address of the worker that printed it.
     """
 
     first: int
@@ -48,9 +48,9 @@ class ShareCost:
 
 
 def sample_places(first: int, end: int, workers: int) -> list[int]:
-    """Returns slabs to print before the others: the first, and some spread over the height.
+    """Returns the slabs to print before the others: the first, and some spread over the height.
 
-    They are one for each worker, which is busy with them at once, but not more than a quarter of the slabs.
+    There is one for each worker, so that all are busy at once, but at most a quarter of the slabs.
     """
     slabs = end - first
     count = min(max(SAMPLES, workers), -(-slabs // 4))
@@ -58,7 +58,7 @@ def sample_places(first: int, end: int, workers: int) -> list[int]:
 
 
 class CostModel:
-    """Seconds and bytes of each slab of [first, end), between those that are known by interpolation."""
+    """Seconds and bytes of each slab of [first, end), interpolated between known slabs."""
 
     def __init__(self, first: int, end: int) -> None:
         self._slabs = np.arange(first, end) + 0.5
@@ -67,18 +67,18 @@ class CostModel:
         self._table: NDArray[np.float64] | None = None
 
     def add(self, cost: ShareCost) -> None:
-        """Takes in what a share took."""
+        """Adds the cost of a share."""
         slabs = cost.end - cost.first
         self._known.append(((cost.first + cost.end) / 2, cost.seconds / slabs, cost.bytes / slabs))
         self._table = None
 
     @property
     def is_known(self) -> bool:
-        """Whether it knows of any slab."""
+        """Whether the cost of any slab is known."""
         return bool(self._known)
 
     def sums(self, first: int, end: int) -> NDArray[np.float64]:
-        """Returns the seconds and the bytes of slabs from the first, [2][slab], summed up."""
+        """Returns the cumulative seconds and bytes of slabs from the first, [2][slab]."""
         if self._table is None:
             middle, *values = zip(*sorted(self._known))
             self._table = np.array([np.interp(self._slabs, middle, value) for value in values])
@@ -86,7 +86,7 @@ class CostModel:
 
 
 def settled(samples: Sequence[int], unfinished: Collection[int], end: int) -> int:
-    """Returns the slab up to which costs are known: that of the last sample before one that is unfinished."""
+    """Returns the slab up to which costs are known: the last sample before an unfinished one."""
     if not unfinished:
         return end
     lowest = min(unfinished)
@@ -94,17 +94,16 @@ def settled(samples: Sequence[int], unfinished: Collection[int], end: int) -> in
 
 
 def most_seconds(life_seconds: float | None) -> float:
-    """Returns what a share may take where workers live so long; None: none has died."""
+    """Returns the limit of a share's seconds, given the lifetime of workers; None means that none has died."""
     return MOST_SECONDS if life_seconds is None else min(MOST_SECONDS, life_seconds / LIFE_PART)
 
 
 def share_end(
     model: CostModel, first: int, limit: int, known: int, end: int, workers: int, most: float | None = None
 ) -> int:
-    """Returns the end of a share that begins with slab `first` and goes to `limit` at most.
+    """Returns the end of a share that begins with slab `first` and extends to `limit` at most.
 
-    From the slab `known` on it is one slab: what is dear there may not be known yet. `most` are the seconds that it
-    may take.
+    From slab `known` on, a share is one slab, since costs there may be unknown. `most` limits its seconds.
     """
     if first >= known or not model.is_known:
         return first + 1

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a print reads, as bytes that workers without a common file system unpack."""
+"""The input files of a print as bytes, for workers without a shared file system."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _PROJECT = "openfab.project"
 
 @dataclass(frozen=True)
 class Inputs:
-    """The files of a print, by their places below the folder that a worker unpacks them into.
+    """The files of a print, by their paths below the folder in which a worker unpacks them.
 
-    The world is apart from what it names, so that another world of the same meshes sends only itself.
+    The world is separate from its files, so that another world with the same meshes sends only itself.
     """
 
     world: str
@@ -46,14 +46,14 @@ class Inputs:
 
     @property
     def bytes(self) -> int:
-        """How much is sent to each worker."""
+        """The amount of data sent to each worker."""
         return len(self.description) + sum(blob.nbytes for blob in self.files.values())
 
 
 def gather(world: Snapshot, fields: Mapping[str, Any]) -> Inputs:
-    """Reads all that a print of a world reads; raises what is wrong with it.
+    """Reads all files of a print; raises their errors.
 
-    `fields` are those of Options, which may name a printer's file.
+    `fields` are fields of Options, which may name a printer's file.
     """
     file, sources = world.path, world.sources
     options = options_of(world.fields, fields)
@@ -80,7 +80,7 @@ def gather(world: Snapshot, fields: Mapping[str, Any]) -> Inputs:
 
 
 def _imported(sources: Iterable[Path]) -> list[Path]:
-    """Fablets, dither rules and the modules that they import; those of the standard library have no files."""
+    """Returns fablets, dither rules and the modules that they import; modules of the standard library have no files."""
     found: list[Path] = []
     for source in sources:
         interface = _core.read_file_interface(source)
@@ -90,14 +90,14 @@ def _imported(sources: Iterable[Path]) -> list[Path]:
 
 
 def place(path: str | os.PathLike[str]) -> str:
-    """Where a file lies below a worker's folder: as here, but for what this process has made."""
+    """Returns the path of a file below a worker's folder: the same as here, except for temporary files of this process."""
     absolute = os.path.abspath(path)
     made = str(_files.folder())
     return "made" + absolute[len(made) :] if absolute.startswith(made + os.sep) else "files" + absolute
 
 
 def _relative(value: Any, home: str, files: set[str]) -> Any:
-    """A world with absolute names of its files made relative to it."""
+    """Returns a world with absolute file names made relative to it."""
     if isinstance(value, dict):
         return {key: _relative(one, home, files) for key, one in value.items()}
     if isinstance(value, list):
@@ -112,13 +112,13 @@ def _relative(value: Any, home: str, files: set[str]) -> Any:
 
 
 def of_workers(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of Options as a worker has them: a printer's file is named by its place."""
+    """Returns fields of Options for a worker, with a printer's file at its path there."""
     printer = fields.get("printer", "")
     return {**fields, "printer": place(printer) if printer.endswith(".json") else printer}
 
 
 def unpack(folder: Path, files: dict[str, Blob], world: str, description: bytes) -> Path:
-    """Writes the files below a folder, but for those that are there; returns the world."""
+    """Writes the files below a folder, except those that exist; returns the world."""
     if not folder.is_dir():
         begun = folder.with_suffix(".part")
         for name, blob in files.items():

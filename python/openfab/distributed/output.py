@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Where shares are written: files, folders, receivers, and what fsspec reaches."""
+"""Outputs for shares: files, folders, receivers, and remote files through fsspec."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _CHUNK_BYTES = 1 << 20
 
 
 class Output:
-    """The output of a print, by one writer; what was there before stays until the print is complete."""
+    """The output of a print, with a single writer; a previous output stays until the print is complete."""
 
     def __init__(self, out: str | os.PathLike[str], fields: Mapping[str, Any], printer: str) -> None:
         self._name = os.fsdecode(out)
@@ -44,7 +44,7 @@ class Output:
         self._transfer: _Stream | _Folder | None = None
 
     def open(self, plan: Plan, inputs: Sequence[Path]) -> None:
-        """Opens it; fails where it would overwrite an input."""
+        """Opens the output; fails if it would overwrite an input."""
         name, instead = self._name, ""
         if self._remote:
             is_file = self.format == "ofr"
@@ -66,12 +66,12 @@ class Output:
 
     @property
     def next_slice(self) -> int:
-        """The first slice that is not written yet."""
+        """The first slice that has not been written yet."""
         following: int = self._writer.next_slice
         return following
 
     def write(self, share: Shared) -> None:
-        """Writes the slices of a share, and waits while the output does."""
+        """Writes the slices of a share, and waits for the output."""
         error = self._writer.write(share.slices, share.lengths, share.totals)
         if self._transfer is not None:
             self._transfer.written(error)
@@ -79,7 +79,7 @@ class Output:
             raise_error(error, self._names)
 
     def finish(self) -> dict[str, Any]:
-        """Completes it; returns the statistics of what was written."""
+        """Completes the output; returns its statistics."""
         error = self._writer.finish()
         if self._transfer is not None:
             self._transfer.finished(error)
@@ -107,7 +107,7 @@ def _file_system(url: str) -> tuple[Any, str]:
 
 
 class _Stream:
-    """A pipe to a remote file, which is there once it is complete."""
+    """A pipe to a remote file, which appears once it is complete."""
 
     def __init__(self, url: str) -> None:
         self._url = url
@@ -168,7 +168,7 @@ class _Stream:
 
 
 class _Folder:
-    """A local folder, whose files go to a remote one as they are made."""
+    """A local folder whose files are moved to a remote one as they are made."""
 
     def __init__(self, url: str) -> None:
         self._url = url

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The client's side of a print over many machines: it cuts, submits, takes in order, and writes."""
+"""The client's side of a print over many machines: it cuts and submits shares, and writes them in order."""
 
 from __future__ import annotations
 
@@ -53,16 +53,16 @@ _AHEAD_BYTES = 64_000_000
 
 @dataclass(frozen=True)
 class DistributedPrint:
-    """A print over many machines that is complete.
+    """A complete print over many machines.
 
     Attributes
     ----------
     info : PrintInfo
-        Grid and materials.
+        The grid and the materials.
     statistics : dict
         The keys of `--stats`, summed over the workers.
     costs : tuple of ShareCost
-        What each share took.
+        The cost of each share.
     """
 
     info: PrintInfo
@@ -75,12 +75,12 @@ class DistributedPrint:
         Parameters
         ----------
         file : str or path
-            Which is written.
+            The file to write.
 
         Raises
         ------
         OSError
-            Where it cannot be.
+            If the file cannot be written.
         """
         data = {
             "title": self.info.title,
@@ -110,47 +110,47 @@ def print_world(
 ) -> DistributedPrint:
     """Prints a world on the workers of a Dask cluster; returns when the output is complete.
 
-    The bytes are those of `openfab.print_world`, and so are the arguments that are not described here. Workers that die are
-    made up for. Where there are none for 30 s, a PrintWarning says so, and where the print stands.
+    The output has the same bytes as that of `openfab.print_world`. The work of a worker that dies is repeated elsewhere.
+    After 30 s without any worker, a PrintWarning reports the progress of the print.
 
     Parameters
     ----------
     world : World or FileWorld
-        What is printed, as it is at the call.
+        What to print, in its state at the call.
     client : distributed.Client
-        That of the cluster.
+        The client of the cluster.
     out : str or path
         An .ofr file, a folder of slices, the address of a receiver, or a URL of fsspec (`memory://`, `s3://`) for a file or
         a folder elsewhere.
     printer, voxel, dpi, layer, draft, slices, z, uniforms, support, dither, seed, crop, format, token_file, tls_ca
-        As of `openfab.print_world`; lengths are in mm.
+        The same as for `openfab.print_world`; lengths are in mm.
     memory : int or str, optional
-        The budget of each worker process, in bytes; else six tenths of what Dask gives it, 1.5 GB at most.
+        The budget of each worker process, in bytes. Default: six tenths of Dask's limit, at most 1.5 GB.
     threads : int, optional
-        Of each worker process; else as many as Dask's.
+        The threads of each worker process. Default: as many as Dask's.
     in_flight : int, optional
-        Shares that are printed or wait to be written, 1 at least; else 3 for each worker and 2 more. So a slow output holds
-        the workers back.
+        The number of shares that are being printed or wait to be written, at least 1. Default: 3 for each worker, plus 2.
+        It holds workers back if the output is slow.
     workers_timeout : float, optional
-        Seconds without any worker that end the print; else it waits until there are some.
+        Seconds without any worker after which the print fails. Default: it waits until there are some.
     direct : bool, optional
-        Whether slices come from the workers without passing through the scheduler; False is for networks in which this
-        process does not reach them.
+        Whether slices come directly from the workers and not through the scheduler. Use False if this process cannot reach
+        the workers over the network.
     progress : bool or callable, optional
-        True for a bar, or a function of slices done and of all.
+        True for a progress bar, or a function that takes the number of finished slices and of all slices.
 
     Returns
     -------
     DistributedPrint
-        Statistics, and what each share took.
+        The statistics, and the cost of each share.
 
     Raises
     ------
     ClusterError
-        Where the cluster cannot print: another version, workers that die again and again, a task that fails, none for longer
-        than `workers_timeout`.
+        If the cluster cannot print: another version of the package, workers that keep dying, a task that fails, or no
+        workers for longer than `workers_timeout`.
     InputError, CompileError, OutsideError
-        As of `openfab.print_world`.
+        The same as for `openfab.print_world`.
 
     Examples
     --------
@@ -182,7 +182,7 @@ def print_world(
 
 
 def _signature() -> inspect.Signature:
-    """What help and notebooks show of print_world: the arguments that it shares among its own."""
+    """Returns the signature of print_world for help and notebooks, including shared arguments."""
     own = inspect.signature(print_world)
     shared = inspect.signature(_printing.print_world).parameters
     *mine, _ = own.parameters.values()
@@ -202,17 +202,17 @@ def _at_least_one(value: Whole | None, name: str) -> int | None:
 
 
 def release(client: distributed.Client) -> None:
-    """Drops what workers keep of the last print for the next one: its files, kernels, meshes, trees.
+    """Drops the files, kernels, meshes and trees that workers keep from the last print for the next one.
 
     Parameters
     ----------
     client : distributed.Client
-        That of the cluster.
+        The client of the cluster.
 
     Raises
     ------
     Exception
-        What Dask raises where a worker cannot be reached.
+        Dask's exception if a worker cannot be reached.
     """
     _files.pop(client, None)
     client.run(worker.forget)
@@ -223,9 +223,9 @@ _files: weakref.WeakKeyDictionary[distributed.Client, Any] = weakref.WeakKeyDict
 
 
 def _send_files(client: distributed.Client, inputs: Inputs) -> Any:
-    """Returns the files as a result of Dask's, which it moves to each worker once, and makes again where it is lost.
+    """Returns the files as a Dask result, which is moved to each worker once, and made again if it is lost.
 
-    They are a task's argument, not scattered: what is scattered is lost with the worker that has it.
+    They are the argument of a task. Scattered data would be lost with the worker that holds them.
     """
     key = f"openfab-files-{inputs.digest}"
     known = _files.get(client)
@@ -239,7 +239,7 @@ def _send_files(client: distributed.Client, inputs: Inputs) -> Any:
 
 
 class _Run:
-    """One print. What is submitted is dropped when it ends."""
+    """One print. Its submitted tasks are dropped when it ends."""
 
     def __init__(
         self, client: distributed.Client, limit: float | None, job: Job, inputs: Inputs, began: float,
@@ -280,7 +280,7 @@ class _Run:
         self._shares, self._samples = {}, {}
 
     def where(self) -> str:
-        """Says how far it is."""
+        """Returns a text about the progress."""
         if self._output is None:
             return "the print is not set up yet"
         first, end = self._plan.info["slices"]
@@ -349,7 +349,7 @@ class _Run:
         return Wanted("a sample", 0, lambda again: self._client.submit(_cost_of, printed, key=key + again, priority=2))
 
     def _fill(self) -> None:
-        """Submits shares up to the number that may be in flight."""
+        """Submits shares up to the limit of shares in flight."""
         workers = self._workers.count
         room = self._in_flight or _IN_FLIGHT * workers + 2
         ahead = sum(1 for first in self._shares if first < self._cursor)
@@ -370,7 +370,7 @@ class _Run:
         return share_end(self._model, first, limit, known, self._end, self._workers.count, most)
 
     def _cut_again(self, busy: set[str]) -> None:
-        """Cuts shares that were submitted before workers died, but for those that one is at, into shorter ones."""
+        """Cuts shares that were submitted before workers died into shorter ones, except those that a worker is printing."""
         for first, share in sorted(self._shares.items()):
             if share.is_done or any(str(future.key) in busy for future in share.futures):
                 continue
@@ -384,7 +384,7 @@ class _Run:
                 at = piece
 
     def _learn(self) -> bool:
-        """Takes in what samples took that are done; returns whether anything is known."""
+        """Adds the costs of finished samples; returns whether any cost is known."""
         for slab, sample in list(self._samples.items()):
             try:
                 has = self._has(sample)
@@ -410,7 +410,7 @@ class _Run:
             yield share
 
     def _take(self, first: int) -> Shared:
-        """Waits for a share, and meanwhile hands out others, and fetches those that are done."""
+        """Waits for a share; meanwhile submits others and fetches finished ones."""
         while True:
             if self._learn():
                 self._fill()
@@ -422,7 +422,7 @@ class _Run:
             self._wait([wanted, *self._fetch_ahead(first)])
 
     def _fetch_ahead(self, first: int) -> list[Wanted]:
-        """Fetches what is done before its turn, since the worker that has it may die; returns what is on its way."""
+        """Fetches finished shares early, since their workers may die; returns those on their way."""
         held = sum(share.got.cost.bytes for share in self._shares.values() if share.got is not None)
         for place, share in sorted(self._shares.items()):
             if place == first or share.is_fetched or not share.is_done:
@@ -436,7 +436,7 @@ class _Run:
         return []
 
     def _help(self, wanted: Wanted) -> None:
-        """Has what everything waits for made twice, if workers are idle where some have died, or if it takes very long."""
+        """Submits a share that blocks the output once more, if workers have died and others are idle, or if it takes very long."""
         if wanted.is_done or len(wanted.futures) > 1:
             return
         slow = wanted.waited() > max(_LATE_SECONDS, _LATE_TIMES * self._longest)
@@ -445,7 +445,7 @@ class _Run:
             wanted.again()
 
     def _wait(self, wanted: list[Wanted]) -> None:
-        """Waits until something has happened, a while at most, and looks after the workers."""
+        """Waits a limited time until something has happened, and checks the workers."""
         wait_for([*wanted, *self._samples.values()], LOOK_SECONDS)
         deaths = self._workers.deaths
         if not self._workers.look() or self._workers.deaths == 0:
@@ -487,5 +487,5 @@ class _Run:
 
 
 def _cost_of(share: Shared | Failure) -> ShareCost | Failure:
-    """What a sample took, without its slices; it runs where they are."""
+    """Returns the cost of a sample without its slices; runs on the worker that holds them."""
     return share if isinstance(share, Failure) else share.cost

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Results that a print waits for, from workers that may die at any time."""
+"""Results that a print is waiting for, from workers that may die at any time."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _wait: Any = distributed.wait
 
 
 class Wanted:
-    """A result: one task, or two that make the same.
+    """A result: one task, or two that compute the same.
 
-    `submit` makes a task, whose key ends in what it is given. `got` is the result once it was fetched.
+    `submit` makes a task, whose key ends in its argument. `got` is the result once it has been fetched.
     """
 
     def __init__(self, what: str, end: int, submit: Callable[[str], Any]) -> None:
@@ -41,12 +41,12 @@ class Wanted:
 
     @property
     def is_done(self) -> bool:
-        """Whether nothing has to be made for it."""
+        """Whether nothing remains to be computed."""
         return self.is_fetched or self.is_being_fetched or self.is_finished
 
     @property
     def is_fetched(self) -> bool:
-        """Whether the result is here."""
+        """Whether the result has been fetched."""
         return self.got is not None
 
     @property
@@ -56,27 +56,27 @@ class Wanted:
 
     @property
     def is_being_fetched(self) -> bool:
-        """Whether it is on its way."""
+        """Whether the result is being fetched."""
         return self._fetching is not None
 
     def waited(self) -> float:
-        """Returns the seconds since this was asked first."""
+        """Returns the seconds since the first call of this."""
         now = cluster.clock()
         self._since = now if self._since is None else self._since
         return now - self._since
 
     def again(self) -> None:
-        """Has it made twice; the first that is there counts."""
+        """Submits the task a second time; the first result counts."""
         self.futures.append(self._submit("-again"))
 
     def drop(self) -> None:
-        """Says that nobody wants it any more."""
+        """Drops the tasks; the result is no longer needed."""
         for future in self.futures:
             future.release()
         self.futures = []
 
     def attend(self, client: Any, direct: bool, names: Mapping[str, str]) -> None:
-        """Fetches it where it is done, without waiting; raises what is wrong with it. `names` are those of messages."""
+        """Fetches a finished result without waiting; raises its error. `names` are names for messages."""
         if self.got is not None:
             return
         if self._fetching is None:
@@ -103,7 +103,7 @@ class Wanted:
         self.drop()
 
     def _mend(self) -> None:
-        """Has tasks made again whose workers died; raises what else went wrong."""
+        """Resubmits tasks whose workers died; raises other errors."""
         for future in self.futures:
             if future.status == "cancelled":  # one that is lost is made again
                 raise ClusterError("the cluster was closed or restarted while it printed")
@@ -130,7 +130,7 @@ class Wanted:
 
 
 def wait_for(wanted: Iterable[Wanted], seconds: float) -> None:
-    """Waits until something has happened to some results, for so long at most."""
+    """Waits for a limited time until something has happened to some results."""
     every = list(wanted)
     fetched = [one._fetching for one in every if one._fetching is not None]
     if fetched:

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What workers do. A process keeps the set-up of the last print: kernels, meshes, trees."""
+"""The tasks of workers. A process keeps the set-up of the last print: kernels, meshes, trees."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class ClusterError(OutsideError):
 
 @dataclass(frozen=True)
 class Job:
-    """What a worker has to know of a print, besides the files."""
+    """The description of a print for a worker, without the files."""
 
     version: str
     digest: str
@@ -52,7 +52,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is known of a print once it is set up."""
+    """The description of a print that has been set up."""
 
     header: bytes
     info: dict[str, Any]
@@ -63,7 +63,7 @@ class Plan:
 
 @dataclass
 class Shared:
-    """A share that is printed. `header` tells which print it is of."""
+    """A printed share. `header` identifies its print."""
 
     header: bytes
     slices: Blob
@@ -75,7 +75,7 @@ class Shared:
 
 @dataclass(frozen=True)
 class Failure:
-    """An error that no other worker would be spared, so that Dask is not to try again."""
+    """An error that every worker would have, so that Dask must not try again."""
 
     error: Error
 
@@ -97,30 +97,30 @@ _USUAL_MEMORY = 1_500_000_000
 
 
 def version() -> str:
-    """Returns the version of the package that a worker has."""
+    """Returns the version of the package on a worker."""
     import openfab
 
     return openfab.__version__
 
 
 def hold(thing: T) -> T:
-    """Returns what it is given: a result that Dask moves between workers, and makes again if it is lost."""
+    """Returns its argument, as a result that Dask moves between workers and makes again if it is lost."""
     return thing
 
 
 def forget() -> None:
-    """Drops what is kept."""
+    """Drops the set-up of the last print."""
     global _kept
     with _lock:
         _kept = None
 
 
 class TaskError(Exception):
-    """What a task raised, as text: Dask never says that one failed whose exception or traceback cannot be sent."""
+    """The exception of a task as text; Dask never reports a failure whose exception or traceback cannot be sent."""
 
 
 def _report(task: Callable[P, T]) -> Callable[P, T | Failure]:
-    """Returns errors of the input instead of raising them; Dask tries the others again, perhaps elsewhere."""
+    """Returns input errors instead of raising them; Dask tries again after other errors, perhaps on another worker."""
 
     @functools.wraps(task)
     def reported(*args: P.args, **kwargs: P.kwargs) -> T | Failure:
@@ -139,7 +139,7 @@ def _report(task: Callable[P, T]) -> Callable[P, T | Failure]:
 
 @_report
 def set_up(job: Job, inputs: dict[str, Blob], description: bytes) -> Plan:
-    """Sets a print up; returns what is known of it then."""
+    """Sets up a print; returns its description."""
     with _lock:
         kept = _ready(job, inputs, description)
         return Plan(
@@ -174,7 +174,7 @@ WORK = (
 
 
 def difference(now: Any, before: Any) -> Any:
-    """Returns what counters have gained; a peak stays what it is."""
+    """Returns the increase of counters; a peak is kept."""
     if not isinstance(now, dict):
         return now - (before or 0)
     before = before or {}
@@ -182,7 +182,7 @@ def difference(now: Any, before: Any) -> Any:
 
 
 def total(one: Any, other: Any) -> Any:
-    """Returns the sum of two such."""
+    """Returns the sum of two sets of counters."""
     if not isinstance(one, dict):
         return one + other
     return {
@@ -209,7 +209,7 @@ def _ready(job: Job, inputs: dict[str, Blob], description: bytes) -> _Kept:
 
 
 def _folder(digest: str) -> Path:
-    """Where the files of a digest belong; those of others are removed."""
+    """Returns the folder for the files of a digest; folders of others are removed."""
     parent = Path(distributed.get_worker().local_directory) / "openfab"
     folder = parent / digest
     if parent.is_dir() and not folder.is_dir():
