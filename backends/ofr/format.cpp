@@ -124,6 +124,74 @@ Result<void> check_info(const pipeline::PrintInfo& info) {
     return {};
 }
 
+constexpr size_t kChecksumBytes = 8;
+
+/// Returns whether the last bytes are the checksum of those before.
+bool ends_with_checksum(std::span<const uint8_t> bytes) {
+    const std::span<const uint8_t> all = bytes.first(bytes.size() - kChecksumBytes);
+    uint64_t sum = 0;
+    std::memcpy(&sum, bytes.data() + all.size(), sizeof sum);
+    return sum == checksum(all);
+}
+
+Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, uint32_t version) {
+    Reader in(fields);
+    pipeline::PrintInfo info;
+    info.size = in.get_vec3i();
+    info.slice_begin = in.get<int32_t>();
+    info.slice_end = in.get<int32_t>();
+    info.bits = in.get<int32_t>();
+    info.pitch_mm = in.get_vec3d();
+    info.origin_mm = in.get_vec3d();
+    info.seed = in.get<uint64_t>();
+    info.printer = in.get_string();
+    info.title = in.get_string();
+    const auto materials = in.get<uint32_t>();
+    if (in.ok() && materials > (info.bits == 4 ? 15U : 254U)) {  // 255 marks mixtures
+        return user_error(fmt::format(messages::kBadMaterials, materials, info.bits));
+    }
+    for (uint32_t i = 0; i < materials && in.ok(); ++i) {
+        pipeline::SliceMaterial material;
+        material.name = in.get_string();
+        material.key = in.get<std::array<uint8_t, 4>>();
+        material.preview = in.get<std::array<uint8_t, 4>>();
+        material.density_g_cm3 = in.get<double>();
+        material.channel = in.get_string();
+        info.materials.push_back(std::move(material));
+    }
+    const uint32_t settings = version >= 2 ? in.get<uint32_t>() : 0;
+    for (uint32_t i = 0; i < settings && in.ok(); ++i) {
+        std::string name = in.get_string();
+        info.provenance.emplace_back(std::move(name), in.get_string());
+    }
+    if (!in.done()) return user_error(messages::kHeaderFieldsDiffer);
+    if (Result<void> checked = check_info(info); !checked) return checked.error();
+    return info;
+}
+
+Result<Index> read_index_fields(std::span<const uint8_t> fields) {
+    Reader in(fields);
+    Index index;
+    const auto slices = in.get<uint32_t>();
+    for (uint32_t i = 0; i < slices && in.ok(); ++i) {
+        IndexEntry entry;
+        entry.z = in.get<int32_t>();
+        entry.offset = in.get<uint64_t>();
+        index.slices.push_back(entry);
+    }
+    index.totals.complete = true;
+    index.totals.voxels_solid = in.get<int64_t>();
+    const auto codes = in.get<uint32_t>();
+    for (uint32_t i = 0; i < codes && in.ok(); ++i) {
+        index.totals.voxels_by_code.push_back(in.get<int64_t>());
+    }
+    index.totals.hash = in.get<uint64_t>();
+    index.totals.tight.lo = in.get_vec3i();
+    index.totals.tight.hi = in.get_vec3i();
+    if (!in.done()) return user_error(messages::kIndexFieldsDiffer);
+    return index;
+}
+
 }  // namespace
 
 uint64_t checksum(std::span<const uint8_t> bytes) {
@@ -162,55 +230,27 @@ std::vector<uint8_t> write_header(const pipeline::PrintInfo& info) {
     return std::move(out.bytes());
 }
 
-Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields, uint32_t version) {
-    Reader in(fields);
-    pipeline::PrintInfo info;
-    info.size = in.get_vec3i();
-    info.slice_begin = in.get<int32_t>();
-    info.slice_end = in.get<int32_t>();
-    info.bits = in.get<int32_t>();
-    info.pitch_mm = in.get_vec3d();
-    info.origin_mm = in.get_vec3d();
-    info.seed = in.get<uint64_t>();
-    info.printer = in.get_string();
-    info.title = in.get_string();
-    const auto materials = in.get<uint32_t>();
-    if (in.ok() && materials > (info.bits == 4 ? 15U : 254U)) {  // 255 marks mixtures
-        return user_error(fmt::format(messages::kBadMaterials, materials, info.bits));
-    }
-    for (uint32_t i = 0; i < materials && in.ok(); ++i) {
-        pipeline::SliceMaterial material;
-        material.name = in.get_string();
-        material.key = in.get<std::array<uint8_t, 4>>();
-        material.preview = in.get<std::array<uint8_t, 4>>();
-        material.density_g_cm3 = in.get<double>();
-        material.channel = in.get_string();
-        info.materials.push_back(std::move(material));
-    }
-    const uint32_t settings = version >= 2 ? in.get<uint32_t>() : 0;
-    for (uint32_t i = 0; i < settings && in.ok(); ++i) {
-        std::string name = in.get_string();
-        info.provenance.emplace_back(std::move(name), in.get_string());
-    }
-    if (!in.done()) return user_error(messages::kHeaderFieldsDiffer);
-    if (Result<void> checked = check_info(info); !checked) return checked.error();
-    return info;
+Result<size_t> header_bytes_left(std::span<const uint8_t> preamble) {
+    Reader in(preamble);
+    const auto magic = in.get<std::array<uint8_t, 8>>();
+    const auto version = in.get<uint32_t>();
+    const auto field_bytes = in.get<uint32_t>();
+    if (magic != kMagic) return user_error(messages::kNotOfr);
+    if (version < kOldestVersion || version > kVersion)
+        return user_error(fmt::format(messages::kOtherVersion, version, kOldestVersion, kVersion));
+    if (!in.done() || field_bytes > kMaxHeaderBytes) return user_error(messages::kImpossibleLength);
+    return field_bytes + kChecksumBytes;
 }
 
 Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> bytes) {
-    const Error damaged = user_error(messages::kHeaderDamaged);
-    if (bytes.size() < kPreambleBytes + 8 ||
-        !std::equal(kMagic.begin(), kMagic.end(), bytes.begin()))
-        return damaged;
-    uint32_t version = 0, field_bytes = 0;
-    uint64_t sum = 0;
-    std::memcpy(&version, bytes.data() + kMagic.size(), 4);
-    std::memcpy(&field_bytes, bytes.data() + kMagic.size() + 4, 4);
-    std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
-    if (version != kVersion || bytes.size() - kPreambleBytes - 8 != field_bytes ||
-        sum != checksum(bytes.first(bytes.size() - 8)))
-        return damaged;
-    return read_header_fields(bytes.subspan(kPreambleBytes, field_bytes));
+    if (bytes.size() < kPreambleBytes) return user_error(messages::kTooShort);
+    const Result<size_t> left = header_bytes_left(bytes.first(kPreambleBytes));
+    if (!left) return left.error();
+    if (bytes.size() != kPreambleBytes + *left) return user_error(messages::kCutShortInHeader);
+    if (!ends_with_checksum(bytes)) return user_error(messages::kHeaderChecksum);
+    uint32_t version = 0;
+    std::memcpy(&version, bytes.data() + kMagic.size(), sizeof version);
+    return read_header_fields(bytes.subspan(kPreambleBytes, *left - kChecksumBytes), version);
 }
 
 std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head) {
@@ -267,37 +307,15 @@ std::vector<uint8_t> write_index(const Index& index, uint64_t offset) {
 }
 
 Result<Index> read_index(std::span<const uint8_t> bytes) {
-    constexpr size_t kTail = 8 + kEndMagic.size();  // offset and end
-    if (bytes.size() < 8 + 8 + kTail) return user_error(messages::kIndexTooShort);
-    bytes = bytes.first(bytes.size() - kTail);
-    uint64_t sum = 0;
-    std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
-    bytes = bytes.first(bytes.size() - 8);
-    if (sum != checksum(bytes)) return user_error(messages::kIndexChecksum);
-    return read_index_fields(bytes.subspan(8));
-}
-
-Result<Index> read_index_fields(std::span<const uint8_t> fields) {
-    Reader in(fields);
-    Index index;
-    const auto slices = in.get<uint32_t>();
-    for (uint32_t i = 0; i < slices && in.ok(); ++i) {
-        IndexEntry entry;
-        entry.z = in.get<int32_t>();
-        entry.offset = in.get<uint64_t>();
-        index.slices.push_back(entry);
-    }
-    index.totals.complete = true;
-    index.totals.voxels_solid = in.get<int64_t>();
-    const auto codes = in.get<uint32_t>();
-    for (uint32_t i = 0; i < codes && in.ok(); ++i) {
-        index.totals.voxels_by_code.push_back(in.get<int64_t>());
-    }
-    index.totals.hash = in.get<uint64_t>();
-    index.totals.tight.lo = in.get_vec3i();
-    index.totals.tight.hi = in.get_vec3i();
-    if (!in.done()) return user_error(messages::kIndexFieldsDiffer);
-    return index;
+    if (bytes.size() < kIndexHeadBytes) return user_error(messages::kIndexTooShort);
+    Reader in(bytes.first(kIndexHeadBytes));
+    const auto magic = in.get<uint32_t>();
+    const auto field_bytes = in.get<uint32_t>();
+    const size_t all = kIndexHeadBytes + field_bytes + kChecksumBytes;
+    if (bytes.size() < all) return user_error(messages::kIndexTooShort);
+    if (magic != kIndexMagic || !ends_with_checksum(bytes.first(all)))
+        return user_error(messages::kIndexChecksum);
+    return read_index_fields(bytes.subspan(kIndexHeadBytes, field_bytes));
 }
 
 }  // namespace openfab::ofr

@@ -80,6 +80,8 @@ constexpr uint64_t kMaxSliceBytes =
 
 /// Size limit of an index, for as many slices and 256 codes.
 constexpr uint64_t kMaxIndexBytes = 12ULL * kMaxSide + 256 * 8 + 128;
+constexpr size_t kIndexHeadBytes = 8;      ///< magic, length
+constexpr size_t kIndexTailBytes = 8 + 8;  ///< offset of the index, end of the file
 
 uint64_t checksum(std::span<const uint8_t> bytes);
 
@@ -101,11 +103,10 @@ struct Index {
 };
 
 std::vector<uint8_t> write_header(const pipeline::PrintInfo& info);
-/// Parses the fields between preamble and checksum; errors do not name the file.
-Result<pipeline::PrintInfo> read_header_fields(std::span<const uint8_t> fields,
-                                               uint32_t version = kVersion);
-
-/// Parses what write_header made; errors do not name the print.
+/// Returns how many bytes of a header follow its preamble of kPreambleBytes, the checksum included.
+/// Errors do not name the file.
+Result<size_t> header_bytes_left(std::span<const uint8_t> preamble);
+/// Parses a whole header, from magic to checksum; errors do not name the file.
 Result<pipeline::PrintInfo> read_header(std::span<const uint8_t> bytes);
 
 std::array<uint8_t, kSliceHeadBytes> write_slice_head(const SliceHead& head);
@@ -114,9 +115,7 @@ Result<SliceHead> read_slice_head(std::span<const uint8_t> bytes);
 
 /// Serialises the index, from its magic to the end of the file; `offset` is its position there.
 std::vector<uint8_t> write_index(const Index& index, uint64_t offset);
-/// Parses what write_index made, but for the offset and the end.
+/// Parses an index from its magic to its checksum; what follows is not read.
 Result<Index> read_index(std::span<const uint8_t> bytes);
-/// Parses the fields after the length.
-Result<Index> read_index_fields(std::span<const uint8_t> fields);
 
 }  // namespace openfab::ofr

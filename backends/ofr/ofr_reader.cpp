@@ -58,28 +58,21 @@ Result<pipeline::PrintTotals> OfrReader::read_totals(const std::string& path) {
     if (!opened) return opened.error();
     std::FILE* const file = *opened;
     OfrReader reader(file, path);
-    constexpr long kTailBytes = 16;
     uint64_t offset = 0;
-    if (std::fseek(file, -kTailBytes, SEEK_END) != 0 || !reader.read_bytes(kTailBytes) ||
+    if (std::fseek(file, -static_cast<long>(kIndexTailBytes), SEEK_END) != 0 ||
+        !reader.read_bytes(kIndexTailBytes) ||
         !std::equal(kEndMagic.begin(), kEndMagic.end(), reader.buffer_.begin() + 8)) {
         return reader.error(messages::kNoIndex);
     }
-    const auto end = static_cast<uint64_t>(std::ftell(file));
+    const auto end = static_cast<uint64_t>(std::ftell(file)) - kIndexTailBytes;
     std::memcpy(&offset, reader.buffer_.data(), 8);
-    constexpr uint64_t kLeastBytes = 8 + 8 + kTailBytes;
-    if (offset > end || end - offset < kLeastBytes || end - offset > kMaxIndexBytes ||
+    if (offset > end || end - offset > kMaxIndexBytes ||
         std::fseek(file, static_cast<long>(offset), SEEK_SET) != 0 ||
-        !reader.read_bytes(end - offset - kTailBytes)) {
+        !reader.read_bytes(end - offset)) {
         return reader.error(messages::kIndexDamaged);
     }
-    const std::span<const uint8_t> bytes(reader.buffer_);
-    const std::span<const uint8_t> fields = bytes.subspan(8, bytes.size() - 16);
-    uint64_t sum = 0;
-    std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
-    Result<Index> index = read_index_fields(fields);
-    if (sum != checksum(bytes.first(bytes.size() - 8)) || !index) {
-        return reader.error(messages::kIndexDamaged);
-    }
+    const Result<Index> index = ofr::read_index(reader.buffer_);
+    if (!index) return reader.error(messages::kIndexDamaged);
     return index->totals;
 }
 
@@ -122,22 +115,11 @@ bool OfrReader::read_bytes(size_t n) {
 Result<void> OfrReader::read_header() {
     if (!read_bytes(kPreambleBytes)) return error(messages::kTooShort);
     std::vector<uint8_t> header = buffer_;
-    if (!std::equal(kMagic.begin(), kMagic.end(), header.begin())) return error(messages::kNotOfr);
-    uint32_t version = 0;
-    uint32_t field_bytes = 0;
-    std::memcpy(&version, header.data() + kMagic.size(), 4);
-    std::memcpy(&field_bytes, header.data() + kMagic.size() + 4, 4);
-    if (version < kOldestVersion || version > kVersion) {
-        return error(fmt::format(messages::kOtherVersion, version, kOldestVersion, kVersion));
-    }
-    if (field_bytes > kMaxHeaderBytes) return error(messages::kImpossibleLength);
-    if (!read_bytes(field_bytes + 8)) return error(messages::kCutShortInHeader);
-    uint64_t sum = 0;
-    std::memcpy(&sum, buffer_.data() + field_bytes, 8);
-    header.insert(header.end(), buffer_.begin(), buffer_.begin() + field_bytes);
-    if (sum != checksum(header)) return error(messages::kHeaderChecksum);
-    Result<pipeline::PrintInfo> info =
-        read_header_fields(std::span<const uint8_t>(header).subspan(kPreambleBytes), version);
+    const Result<size_t> left = header_bytes_left(header);
+    if (!left) return error(left.error().text());
+    if (!read_bytes(*left)) return error(messages::kCutShortInHeader);
+    header.insert(header.end(), buffer_.begin(), buffer_.end());
+    Result<pipeline::PrintInfo> info = ofr::read_header(header);
     if (!info) return error(info.error().text());
     info_ = std::move(*info);
     row_bytes_ = backends::packed_row_bytes(info_.size.x, info_.bits);
@@ -201,30 +183,25 @@ bool OfrReader::count_codes() {
 Result<void> OfrReader::read_index() {
     const uint64_t offset = offset_;
     const std::string all = fmt::format(messages::kAllWholeButIndex, whole_slices());
-    if (!read_bytes(8)) {
+    if (!read_bytes(kIndexHeadBytes)) {
         return error(all + (offset == offset_ ? messages::kIndexMissing : messages::kCutShort));
     }
     std::vector<uint8_t> bytes = buffer_;
-    uint32_t magic = 0;
     uint32_t field_bytes = 0;
-    std::memcpy(&magic, bytes.data(), 4);
     std::memcpy(&field_bytes, bytes.data() + 4, 4);
     // At most 256 codes, plus the fields beside the two lists.
     const size_t most = entries_.size() * 12 + 256 * 8 + 64;
-    if (magic != kIndexMagic || field_bytes > most) return error(all + messages::kDamaged);
-    if (!read_bytes(field_bytes)) return error(all + messages::kCutShortOrDamaged);
+    if (field_bytes > most) return error(all + messages::kDamaged);
+    if (!read_bytes(field_bytes + 8)) return error(all + messages::kCutShortOrDamaged);
     bytes.insert(bytes.end(), buffer_.begin(), buffer_.end());
-    if (!read_bytes(24)) return error(all + messages::kCutShort);
-    uint64_t sum = 0;
+    if (!read_bytes(kIndexTailBytes)) return error(all + messages::kCutShort);
     uint64_t stated_offset = 0;
-    std::memcpy(&sum, buffer_.data(), 8);
-    std::memcpy(&stated_offset, buffer_.data() + 8, 8);
-    if (sum != checksum(bytes) || stated_offset != offset ||
-        !std::equal(kEndMagic.begin(), kEndMagic.end(), buffer_.begin() + 16)) {
+    std::memcpy(&stated_offset, buffer_.data(), 8);
+    const Result<Index> index = ofr::read_index(bytes);
+    if (!index || stated_offset != offset ||
+        !std::equal(kEndMagic.begin(), kEndMagic.end(), buffer_.begin() + 8)) {
         return error(all + messages::kDamaged);
     }
-    Result<Index> index = read_index_fields(std::span<const uint8_t>(bytes).subspan(8));
-    if (!index) return error(all + messages::kDamaged);
     return check_index(*index);
 }
 

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <zstd.h>
 
 #include <algorithm>
 #include <array>
@@ -12,13 +11,13 @@
 #include <span>
 
 #include "backends/common/tee_sink.h"
+#include "backends/ofr/messages.h"
+#include "backends/ofr/slice_codec.h"
 #include "tools/viewer/messages.h"
 
 namespace openfab::viewer {
 
 namespace {
-
-constexpr size_t kTailBytes = 16;  ///< offset of the index and the end magic
 
 uint32_t u32_at(const uint8_t* bytes) {
     uint32_t value = 0;
@@ -59,25 +58,13 @@ Result<std::unique_ptr<PrintFile>> OfrPrint::open(const std::string& path, int64
 
 Result<void> OfrPrint::read_header() {
     std::vector<uint8_t> header(ofr::kPreambleBytes);
-    if (!read_exactly(0, header.data(), header.size()) ||
-        !std::equal(ofr::kMagic.begin(), ofr::kMagic.end(), header.begin()))
-        return error(messages::kNotAnOfrFile);
-    const uint32_t version = u32_at(header.data() + ofr::kMagic.size());
-    const uint32_t field_bytes = u32_at(header.data() + ofr::kMagic.size() + 4);
-    if (version < ofr::kOldestVersion || version > ofr::kVersion) {
-        return error(
-            fmt::format(messages::kOfrVersion, version, ofr::kOldestVersion, ofr::kVersion));
-    }
-    if (field_bytes > ofr::kMaxHeaderBytes) return error(messages::kHeaderLengthImpossible);
-    header.resize(ofr::kPreambleBytes + field_bytes + 8);
-    if (!read_exactly(0, header.data(), header.size())) return error(messages::kHeaderCutShort);
-    const std::span<const uint8_t> bytes(header);
-    if (u64_at(header.data() + header.size() - 8) !=
-        ofr::checksum(bytes.first(header.size() - 8))) {
-        return error(messages::kHeaderChecksumWrong);
-    }
-    Result<pipeline::PrintInfo> info =
-        ofr::read_header_fields(bytes.subspan(ofr::kPreambleBytes, field_bytes), version);
+    if (!read_exactly(0, header.data(), header.size())) return error(ofr::messages::kNotOfr);
+    const Result<size_t> left = ofr::header_bytes_left(header);
+    if (!left) return error(left.error().text());
+    header.resize(header.size() + *left);
+    if (!read_exactly(0, header.data(), header.size()))
+        return error(ofr::messages::kCutShortInHeader);
+    Result<pipeline::PrintInfo> info = ofr::read_header(header);
     if (!info) return error(info.error().text());
     info_ = std::move(*info);
     row_bytes_ = backends::packed_row_bytes(info_.size.x, info_.bits);
@@ -86,19 +73,15 @@ Result<void> OfrPrint::read_header() {
 }
 
 bool OfrPrint::take_index(uint64_t offset) {
-    std::array<uint8_t, 8> head{};
-    if (!read_exactly(offset, head.data(), head.size()) || u32_at(head.data()) != ofr::kIndexMagic)
-        return false;
+    std::array<uint8_t, ofr::kIndexHeadBytes> head{};
+    if (!read_exactly(offset, head.data(), head.size())) return false;
     const uint64_t field_bytes = u32_at(head.data() + 4);
-    if (field_bytes > ofr::kMaxIndexBytes ||
-        offset + field_bytes > static_cast<uint64_t>(bytes_now()))
-        return false;
+    if (field_bytes > ofr::kMaxIndexBytes) return false;
     std::vector<uint8_t> bytes(head.size() + field_bytes + 8);
-    if (!read_exactly(offset, bytes.data(), bytes.size())) return false;
-    const std::span<const uint8_t> all(bytes);
-    if (u64_at(bytes.data() + bytes.size() - 8) != ofr::checksum(all.first(bytes.size() - 8)))
+    if (offset + bytes.size() > static_cast<uint64_t>(bytes_now()) ||
+        !read_exactly(offset, bytes.data(), bytes.size()))
         return false;
-    Result<ofr::Index> index = ofr::read_index_fields(all.subspan(8, field_bytes));
+    Result<ofr::Index> index = ofr::read_index(bytes);
     const auto slices = static_cast<size_t>(info_.slice_end - info_.slice_begin);
     if (!index || index->slices.size() != slices) return false;
     std::vector<uint64_t> offsets;
@@ -117,9 +100,10 @@ bool OfrPrint::take_index(uint64_t offset) {
 
 bool OfrPrint::take_index_at_end() {
     const int64_t size = bytes_now();
-    std::array<uint8_t, kTailBytes> tail{};
-    if (size < static_cast<int64_t>(kTailBytes) ||
-        !read_exactly(static_cast<uint64_t>(size) - kTailBytes, tail.data(), tail.size()) ||
+    std::array<uint8_t, ofr::kIndexTailBytes> tail{};
+    if (size < static_cast<int64_t>(ofr::kIndexTailBytes) ||
+        !read_exactly(static_cast<uint64_t>(size) - ofr::kIndexTailBytes, tail.data(),
+                      tail.size()) ||
         !std::equal(ofr::kEndMagic.begin(), ofr::kEndMagic.end(), tail.begin() + 8))
         return false;
     return take_index(u64_at(tail.data()));
@@ -190,19 +174,14 @@ Result<void> OfrPrint::read_slice(int32_t z, SliceBuffers* buffers) const {
     const Result<ofr::SliceHead> head = ofr::read_slice_head(bytes);
     if (!head) return damaged(head.error().message.c_str());
     const auto raw = static_cast<size_t>(slice_bytes());
-    if (head->z != z || head->frame_bytes > ZSTD_compressBound(raw))
-        return damaged(messages::kSliceHeaderDamaged);
+    if (head->z != z || head->frame_bytes > ofr::most_frame_bytes(raw))
+        return damaged(ofr::messages::kSliceHeaderDamaged);
     buffers->frame.resize(head->frame_bytes);
     if (!read_exactly(offset + bytes.size(), buffers->frame.data(), buffers->frame.size()))
         return damaged(messages::kCannotBeRead);
-    if (ZSTD_getFrameContentSize(buffers->frame.data(), buffers->frame.size()) != raw)
-        return damaged(messages::kSliceDataDamaged);
     buffers->rows.resize(raw);
-    const size_t got =
-        ZSTD_decompress(buffers->rows.data(), raw, buffers->frame.data(), buffers->frame.size());
-    if (ZSTD_isError(got) != 0U || got != raw) return damaged(messages::kSliceDataDamaged);
-    if (ofr::checksum(buffers->rows) != head->rows_checksum)
-        return damaged(messages::kChecksumWrong);
+    if (Result<void> decoded = ofr::decode_frame(*head, buffers->frame, buffers->rows); !decoded)
+        return damaged(decoded.error().message.c_str());
     return {};
 }
 

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_sink.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
@@ -16,7 +17,6 @@
 #include "tests/support/says/says.h"
 #include "tests/unit/backends/sample_print.h"
 #include "tools/render/messages.h"
-#include "tools/viewer/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -170,7 +170,7 @@ TEST_F(Render, RefusesWhatItCannotRead) {
     EXPECT_EQ(outcome.exit_code, 1);
     EXPECT_THAT(outcome.err, HasSubstr("slice "));
     scratch_.write("a.ofr", "no print");
-    EXPECT_THAT(render_sample("x.png").err, testing::Says(viewer::messages::kNotAnOfrFile));
+    EXPECT_THAT(render_sample("x.png").err, testing::Says(ofr::messages::kNotOfr));
     scratch_.write("a.ofr", whole);
     scratch_.write("bad.json", "{\"openfab_optics\": 1, \"materials\": {\"white\": {}}}");
     outcome = render_sample("x.png", {"--optics", path("bad.json")});

@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "backends/ofr/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -200,7 +201,7 @@ TEST_F(ViewServer, WhatCannotBeShownIsRefusedWithAReason) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
         {{path("none.ofr")}, viewer::messages::kCannotOpen},
         {{path("none.fab.json"), "--watch"}, viewer::messages::kCannotOpen},
-        {{path("text.ofr")}, viewer::messages::kNotAnOfrFile},
+        {{path("text.ofr")}, ofr::messages::kNotOfr},
         {{scratch_.path().string()}, viewer::messages::kNoFolderOfSlices},
         {{path("odd")}, viewer::messages::kManifestOfOther},
         {{print, path("none.ofr")}, viewer::messages::kCannotOpen},
