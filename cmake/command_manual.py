@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes manual pages and completions for bash, zsh and fish of what the programs' own --help says.
+"""Makes manual pages, and completions for bash, zsh and fish, from the programs' own --help.
 
-command_manual.py --version V PROGRAMS_FOLDER SHARE_FOLDER NAME...: SHARE_FOLDER gets man/man1, bash-completion, zsh and fish
-folders as /usr/share has them. Help is printed from the option tables that also parse, so nothing here repeats them; a line of
-it that is not understood is an error.
+command_manual.py --version V PROGRAMS_FOLDER SHARE_FOLDER NAME...: SHARE_FOLDER gets the folders man/man1,
+bash-completion, zsh and fish, as in /usr/share. The programs print help from the option tables that they parse with, so nothing
+is repeated here. An unknown line of help is an error.
 """
 import argparse
 import gzip
@@ -34,7 +34,7 @@ class Entry:
 
     @property
     def value(self):
-        """The name of its value; empty for a flag."""
+        """The name of the option's value; empty for a flag."""
         value = (self.option["value"] or "").replace(" REQUIRED", "").removesuffix(" ...").strip()
         # `TEXT:{a,b}=a` and `INT:INT in [0 - 9]`; but `A:B` is a name.
         return re.sub(r"(:\{|:[A-Z]{2,}|=).*", "", value)
@@ -67,7 +67,7 @@ class Command:
 
 
 def parse(words, text):
-    """Reads the help of one command. Help of a second one within it adds its options."""
+    """Parses the help of one command; the help of a second command inside it adds its options."""
     command = Command(words)
     lines = text.splitlines()
     widths = [(at, re.match(r"  -h,--help +", line).end()) for at, line in enumerate(lines)
@@ -120,7 +120,7 @@ def roff(text):
 
 
 def manual(command, version):
-    """The page of one command, as man(7) has it."""
+    """Returns the page of one command in the format of man(7)."""
     full = " ".join(command.words)
     out = [f'.TH {command.name.upper()} 1 "" "OpenFab {version}" "OpenFab"', ".SH NAME"]
     out.append(f"{roff(command.name)} \\- {roff(command.summary.split('. ')[0].rstrip('.'))}")

@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sends an .ofr file to a receiver: streaming_client.py FILE.ofr tcp://HOST:PORT|tls://HOST:PORT|unix:PATH
 
-The protocol (streaming.md) from a sender's side, with nothing but Python's own library. A token is taken from
-OPENFAB_TOKEN, certificates that tls:// trusts from the file OPENFAB_TLS_CA, else from the system.
+A sender's side of the protocol (streaming.md), with Python's standard library alone. The token comes from OPENFAB_TOKEN;
+trusted certificates for tls:// come from the file OPENFAB_TLS_CA, or else from the system.
 """
 import os
 import secrets
@@ -36,7 +36,7 @@ def read_print(path):
 
 
 class Line:
-    """A connection that speaks in messages: four letters, a length, and that many bytes."""
+    """A connection for messages: four letters, a length, and that many bytes."""
 
     def __init__(self, address):
         if address.startswith("unix:"):
@@ -63,7 +63,7 @@ class Line:
         return data
 
     def hear(self):
-        """Returns the next message that says something."""
+        """Returns the next message that is not `ALIV`, which is answered."""
         while True:
             head = self.read(8)
             data = self.read(struct.unpack_from("<I", head, 4)[0])
@@ -76,7 +76,7 @@ class Line:
 
 
 def send_print(line, mode, sender, header, slices, index):
-    """Sends what the receiver does not have; at most a window of it waits for acknowledgements."""
+    """Sends the slices that the receiver does not have; at most a window of them waits for acknowledgement."""
     token = os.environ.get("OPENFAB_TOKEN", "").encode()
     line.send(b"OPEN", MAGIC + struct.pack("<IIQI", VERSION, mode, sender, len(token)) + token
               + struct.pack("<I", len(header)) + header)

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints worlds at drafts 1 to 8 and compares what each takes: a coarser draft is never dearer.
+"""Prints worlds at drafts 1 to 8 and compares their costs: a coarser draft must never cost more.
 
     bench/scale/drafts.py [--bin build/release/bin] [--drafts 1-8] [WORLD.fab.json ...]
 
-Without worlds, those of the gallery. Each print has one thread and its own process, of which the kernel counts processor
-seconds and peak memory. The least of `--times` runs counts. Writes a table, and lists what breaks the rule: a coarser
-draft that takes more than a tenth and 0.05 s, or a tenth and 8 MB, above the cheapest finer one.
+The default is all worlds of the gallery. Each print has one thread and its own process, for which the kernel counts
+processor seconds and peak memory. The least of `--times` runs counts. Writes a table, and lists coarser drafts that take
+more than a tenth and 0.05 s, or a tenth and 8 MB, above the cheapest finer one.
 """
 
 import argparse
@@ -21,7 +21,7 @@ TOP = pathlib.Path(__file__).resolve().parent.parent.parent
 
 
 def print_world(program: pathlib.Path, world: pathlib.Path, draft: int, out: pathlib.Path) -> tuple[float, float] | None:
-    """Returns processor seconds and peak memory in MB, or None where the print failed."""
+    """Returns processor seconds and peak memory in MB, or None if the print failed."""
     command = [str(program), "print", world.name, "-o", str(out), "--draft", str(draft), "--threads", "1"]
     child = subprocess.Popen(command, cwd=world.parent, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, usage = os.wait4(child.pid, 0)

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Replays what the shares of a print took on more workers than there are.
+"""Replays the costs of a print's shares on more workers than there are.
 
     bench/scale/simulate.py COSTS.json [--workers 10,100,1000] [--slabs N] [--times K] [--fixed N] …
 
-COSTS.json is what `DistributedPrint.save_costs` wrote. The shares are cut by the package's own code, or are all of
-`--fixed` slabs. Scheduler, link and writer are queues of one server each; a worker sets up before its first share.
+COSTS.json is written by `DistributedPrint.save_costs`. The package's own code cuts the shares, or all have `--fixed`
+slabs. Scheduler, link and writer are queues with one server each; a worker sets up before its first share.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from openfab.distributed.costs import CostModel, ShareCost, sample_places, settl
 
 @dataclass(frozen=True)
 class Place:
-    """Where a print runs."""
+    """The machines on which a print runs."""
 
     workers: int
     set_up_seconds: float = 0.0
     task_seconds: float = 0.0
-    """Of the scheduler, for each task."""
+    """The scheduler's time per task."""
     bytes_per_second: float = float("inf")
-    """Of the way from workers to the output, all together."""
+    """The total rate from all workers to the output."""
     in_flight: int = 0
     """Shares at most; 0: three for each worker, and two more."""
     fixed: int = 0
@@ -42,7 +42,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a print went. Busy is the part of the time in which a server was; efficiency that of all workers."""
+    """The result of a print. Busy is the busy share of a server's time; efficiency is that of all workers."""
 
     seconds: float
     efficiency: float
@@ -52,7 +52,7 @@ class Outcome:
     most_held_bytes: float
 
     def bound(self, slabs: int, workers: int) -> str:
-        """Names what keeps the print from being faster."""
+        """Returns the name of the bottleneck."""
         if self.output_busy > 0.9:
             return "output"
         if self.scheduler_busy > 0.9:
@@ -63,7 +63,7 @@ class Outcome:
 
 
 def simulate(seconds: NDArray[np.float64], size: NDArray[np.float64], place: Place) -> Outcome:
-    """Replays a print of slabs that take so many seconds and bytes."""
+    """Replays a print from the seconds and bytes of its slabs."""
     return _Replay(seconds, size, place).run()
 
 
@@ -160,7 +160,7 @@ class _Replay:
 
 
 def slabs_of(data: dict[str, Any], slabs: int = 0, times: float = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Returns seconds and bytes of each slab of a measured print, stretched to `slabs`, `times` as much each."""
+    """Returns seconds and bytes of each slab of a measured print, stretched to `slabs` and multiplied by `times`."""
     counted = [(one["end"] - one["first"], one) for one in data["shares"]]
     seconds, size = (
         np.concatenate([np.full(count, one[key] / count) for count, one in counted])

@@ -3,9 +3,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gathers the pages of the site: assemble.py ROOT PROGRAMS OUT makes OUT/pages and OUT/mkdocs.yml for mkdocs.
 
-The pages lie as they do in the repository, so their links hold: every Markdown file but the tests', with what it shows
-or links to. Libraries, commands and worlds have pages that are made of the sources. A new document is on the site
-without a line here; NAVIGATION says where, by its path.
+The pages have the same places as in the repository, so their links hold: every Markdown file except those of tests, with
+the files that it shows or links to. Pages of libraries, commands and worlds are made from the sources. A new document
+needs no line here; NAVIGATION places it by its path.
 """
 import json
 import pathlib
@@ -58,7 +58,7 @@ class Site:
             shutil.copyfile(self.root / name, self.pages / name)
 
     def folder_page(self, name):
-        """The page that a link to a folder leads to; None where it has none."""
+        """Returns the page for a link to a folder; None if there is none."""
         if name == "stdlib":
             return "library/index.md"
         if f"{name}/README.md" in self.documents:
@@ -85,7 +85,7 @@ class Site:
         raise SystemExit(f"{page}: `{target}` is not there")
 
     def write(self, page):
-        """Copies a document, with the empty lines that this Markdown wants before lists, tables and blocks."""
+        """Copies a document, with the empty lines that this Markdown needs before lists, tables and blocks."""
         out, code, previous = [], False, ""
         for line in (self.root / page).read_text(encoding="utf-8").splitlines():
             if line.lstrip().startswith("```"):
@@ -106,7 +106,7 @@ class Site:
         (self.pages / page).write_text("\n".join(out) + "\n", encoding="utf-8")
 
     def index_folders(self):
-        """A folder of documents that another links to, and that has no page of its own, gets a list."""
+        """Makes a list for each folder of documents that is linked to and has no page of its own."""
         for folder in ("docs/measurements", "docs/how-to"):
             inside = sorted(name for name in self.documents if name.startswith(folder + "/"))
             name = f"{folder}/index.md"

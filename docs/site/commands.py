@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Pages of the programs' commands, of what their --help says, as manual pages are (cmake/command_manual.py)."""
+"""Pages of the programs' commands, made from their --help like the manual pages (cmake/command_manual.py)."""
 import sys
 
 

@@ -28,7 +28,7 @@ class Section:
 
 
 def paragraphs(lines):
-    """Makes Markdown of a comment; what it names of the gallery becomes a link."""
+    """Converts a comment to Markdown; names of gallery objects become links."""
     text = "\n".join(lines).strip().replace("<", "&lt;")
     return re.sub(r"\bgallery/(\w+)", r"[gallery/\1](../gallery/\1/README.md)", text)
 
@@ -86,7 +86,7 @@ def read(path):
 
 
 def swatches(root, pages):
-    """Cuts the sheets of gallery/library into pictures, one a function; returns their paths by the names in its tables."""
+    """Cuts the sheets of gallery/library into one picture per function; returns their paths by the names in its tables."""
     out = {}
     text = (root / "gallery/library/README.md").read_text(encoding="utf-8")
     for sheet, table in re.findall(r"!\[(\w+)\]\(\1\.png\)\n.*?\n\n(\|.*?)\n\n", text + "\n\n", flags=re.DOTALL):
@@ -114,7 +114,7 @@ def parameters(signature):
 
 
 def swatch_of(signature, name, known):
-    """The gallery names overloads `dots (float2)` by a type, or `color_ramp (3)` by how many they blend."""
+    """Returns the swatch of an overload, which the gallery names by a type, `dots (float2)`, or a count, `color_ramp (3)`."""
     if name in known:
         return known[name]
     given = parameters(signature)
@@ -129,7 +129,7 @@ def swatch_of(signature, name, known):
 
 
 class Costs:
-    """What each function costs and how tight its interval is, by module and types, as bench/library measured it."""
+    """The cost of each function and the tightness of its interval, by module and types, as measured by bench/library."""
 
     def __init__(self, file):
         table = json.loads(file.read_text(encoding="utf-8"))
@@ -147,7 +147,7 @@ class Costs:
         return self.rows[key]
 
     def table(self, module, signatures):
-        """Returns the Markdown of a function's table, and notes of overloads that have no call."""
+        """Returns the Markdown of a function's table, and notes on overloads without a call."""
         rows = [self.row_of(module, signature) for signature in signatures]
         lines = ["| call | [ns a voxel](index.md#cost-and-bounds) | of a copy | interval | cubes decided |",
                  "| --- | --- | --- | --- | --- |"]
@@ -188,7 +188,7 @@ In a call `p` is the voxel's centre, `unit` the same as 0 ... 1, `t` and `d` the
 
 
 def write(root, pages):
-    """Writes library/*.md and returns their paths; an error names functions that have no swatch."""
+    """Writes library/*.md and returns their paths; an error names functions without a swatch."""
     known = swatches(root, pages)
     costs = Costs(root / "stdlib/costs.json")
     names, bare = [], []

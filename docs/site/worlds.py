@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The reference of worlds, of world/fab_world.schema.json."""
+"""The reference of worlds, made from world/fab_world.schema.json."""
 import json
 
 
@@ -10,7 +10,7 @@ def reference(target):
 
 
 def kind(schema):
-    """Says in words what a value may be."""
+    """Returns the type and the limits of a value in words."""
     if isinstance(schema.get("additionalProperties"), dict):
         return f"object: name to {kind(schema['additionalProperties'])}"
     if "$ref" in schema:
@@ -53,7 +53,7 @@ def table(schema):
 def write(root, pages):
     schema = json.loads((root / "world/fab_world.schema.json").read_text(encoding="utf-8"))
     page = ["# World reference", schema["description"], "[Worlds](WORLDS.md) explains how the parts go together; editors read "
-            "[the schema](fab_world.schema.json) that this page is made of.", "## World", table(schema)]
+            "[the schema](fab_world.schema.json) from which this page is made.", "## World", table(schema)]
     for name, part in schema["$defs"].items():
         page.append(f"## {name}")
         if "description" in part:

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the scan of a bone that nobody has: the upper end of a long bone in flesh, in Hounsfield units.
+"""Makes the scan of an invented bone: the upper end of a long bone in flesh, in Hounsfield units.
 
-  phantom.py phantom.nrrd     as an NRRD volume, as the world beside it reads it
-  phantom.py scan             as a folder of DICOM slices, as a scanner's
+  phantom.py phantom.nrrd     as an NRRD volume, for the world next to it
+  phantom.py scan             as a folder of DICOM slices, like a scanner's
 """
 import gzip
 import math
@@ -17,12 +17,12 @@ AIR, FLESH, MARROW, BONE = -1000, 45, -60, 1250
 
 
 def smooth(distance):
-    """The share of a voxel that lies inside, for a surface at this distance, mm."""
+    """Returns the share of a voxel that lies inside a surface at this distance in mm."""
     return min(max(0.5 - distance / PITCH_MM, 0), 1)
 
 
 def hounsfield(x, y, z):
-    """At a point, mm; the axis is x = y = 0, z goes up from the cut."""
+    """Returns the value at a point in mm; the axis is x = y = 0, and z goes up from the cut."""
     r = math.hypot(x, y)
     # A shaft that widens into a ball, and the spongy bone in it, whose plates are a third of a cell thick.
     shaft = r - (9 + 0.003 * max(z - 15, 0) ** 2)
@@ -56,7 +56,7 @@ def write_nrrd(path, slices):
 
 
 def element(group, item, kind, value):
-    """One element of a DICOM file, explicit and little-endian (PS3.5, 7.1.2)."""
+    """Returns one element of a DICOM file, explicit and little-endian (PS3.5, 7.1.2)."""
     data = value.encode() if isinstance(value, str) else value
     if len(data) % 2:
         data += b"\0" if kind in ("UI", "OB") else b" "

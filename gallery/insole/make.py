@@ -2,9 +2,9 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
 """Makes insole.obj, an outline with a thickness, and pressure.vtu, the pressure under a standing foot on a block of
-hexahedra, in metres, as a simulation gives it.
+hexahedra, in metres, like the result of a simulation.
 
-The numbers are of no person: a sum of bells under the heel, the ball and the toes.
+The numbers belong to no person: they are a sum of bell curves under the heel, the ball and the toes.
 """
 import math
 import struct
@@ -32,7 +32,7 @@ def lerp(a, b, t):
 
 
 def write_insole():
-    """To either side of a bent middle, rounded at both ends; its box's middle is x = y = 0."""
+    """Writes an outline on both sides of a bent centre line, rounded at both ends; its box is centred at x = y = 0."""
     length, height, steps = 262, 8, 48
     sides = ([], [])
     for i in range(1, steps):

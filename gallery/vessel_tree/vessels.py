@@ -17,7 +17,7 @@ def inside(p: list[float]) -> bool:
 
 
 def turned(d: list[float], angle: float, around: float) -> list[float]:
-    """A direction at an angle from another, around it."""
+    """Returns a direction at an angle to another one, turned around it."""
     side = [0.0, 0.0, 1.0] if abs(d[2]) < 0.9 else [1.0, 0.0, 0.0]
     u = [d[1] * side[2] - d[2] * side[1], d[2] * side[0] - d[0] * side[2], d[0] * side[1] - d[1] * side[0]]
     n = math.sqrt(sum(x * x for x in u))
@@ -28,7 +28,7 @@ def turned(d: list[float], angle: float, around: float) -> list[float]:
 
 
 def grow(at: int, d: list[float], radius: float, around: float) -> None:
-    """A vessel from a node: some struts that wander, then a fork."""
+    """Grows a vessel from a node: some struts that wander, then a fork."""
     x, y, z, _, depth = nodes[at]
     p = [x, y, z]
     for _ in range(4):

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Types in the editor of `openfab view WORLD --watch` in headless Chromium: help while typing, one history of both hands, two
-windows, another program, a page that is left; set up and run as view.py."""
+"""Tests the editor of `openfab view WORLD --watch` in headless Chromium: help while typing, one history for text and graph, two
+windows, edits by another program, leaving the page. Set up and run it like view.py."""
 
 import pathlib
 import shutil
@@ -14,7 +14,7 @@ from view import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E
 
 
 def caret(page, before):
-    """Puts the caret before a piece of the text."""
+    """Places the caret before a piece of the text."""
     page.focus("#source")
     page.evaluate("(at) => document.getElementById('source').setSelectionRange(at, at)", text(page).index(before))
 
@@ -148,7 +148,7 @@ def main(browser, options):
 
 
 def long_text(browser, options, folder, url):
-    """Only what is in view is drawn, at its place."""
+    """Checks that only visible lines are drawn, each at its place."""
     lines = "".join(f"        // {i}\n" for i in range(3000))
     (folder / "ball.fl").write_text(FABLET.replace("        return mc;", f"{lines}        return mc;"))
     at = Page(browser, options, allowed="422")

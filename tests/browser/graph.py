@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Looks at the graph pane of `openfab view WORLD --watch` in headless Chromium; set up and run as view.py."""
+"""Tests the graph pane of `openfab view WORLD --watch` in headless Chromium. Set up and run it like view.py."""
 
 import pathlib
 import shutil
@@ -17,7 +17,7 @@ def text(page):
 
 
 def middle(page, selector):
-    """Of the first that fits, which may just be drawn anew."""
+    """Returns the middle of the first match, which may be redrawn at any moment."""
     for _ in range(100):
         box = page.locator(selector).first.bounding_box()
         if box:
@@ -27,7 +27,7 @@ def middle(page, selector):
 
 
 def node(page, title):
-    """The middle of the head of a node."""
+    """Returns the middle of a node's head."""
     return middle(page, f"#graph_svg .node:has(.title:text-is('{title}')) .head")
 
 
@@ -113,7 +113,7 @@ def work_with(browser, options, folder, url):
 
 
 def look_at_values(at):
-    """Pictures at the nodes, and what they are in a voxel; the node `t` is chosen."""
+    """Checks pictures at nodes, and their values in a voxel; the node `t` is selected."""
     page = at.page
     start = time.monotonic()
     at.eventually("nodes show what they are over the slice", lambda: page.locator("#graph_svg .look image").count() >= 10)
@@ -137,7 +137,7 @@ def look_at_values(at):
 
 
 def choose_by_keyboard(at):
-    """Several nodes by Shift and arrows; one step takes them all away, one brings them back."""
+    """Selects several nodes with Shift and arrows; one step deletes them all, one restores them."""
     page = at.page
     page.focus("#graph_svg")
     page.keyboard.press("Escape")
@@ -162,7 +162,7 @@ def choose_by_keyboard(at):
 
 
 def group_and_insert(at):
-    """A function of some nodes, and a function that is dropped on a wire."""
+    """Makes a function from some nodes, and drops a function on a wire."""
     page = at.page
     before = text(page)
     # The page asks for its name; whoever answers dialogs here takes the one that is there.
@@ -200,7 +200,7 @@ def group_and_insert(at):
 
 
 def look(browser, options, url):
-    """Sizes and schemes."""
+    """Checks window sizes and colour schemes."""
     for name, size, scheme in (("graph_phone", (390, 844), "dark"), ("graph_dark", (1280, 800), "dark"), ("graph_wide", (1920, 1080), "light")):
         at = Page(browser, options, scheme=scheme, size=size)
         at.open(url)
@@ -215,7 +215,7 @@ def look(browser, options, url):
 
 
 def many_nodes(browser, options, folder):
-    """A chain of 300 nodes is drawn, and moved, at once."""
+    """Checks that a chain of 300 nodes is drawn and moved without delay."""
     lines = "".join(f"        float v{i} = sin(v{i - 1}) + {i};\n" for i in range(1, 150))
     (folder / "ball.fl").write_text(FABLET.replace("        mc.Set(core", f"        float v0 = t;\n{lines}        mc.Set(core", 1))
     with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
@@ -243,7 +243,7 @@ def many_nodes(browser, options, folder):
 
 
 def by_hand(browser, options, folder):
-    """A slider that is dragged moves the preview, not the text; two fingers scale the graph."""
+    """Checks that dragging a slider changes the preview and not the text, and that two fingers scale the graph."""
     (folder / "ball.fl").write_text(FABLET)
     with Viewer(options, folder / "ball.fab.json", "--watch", "--draft", "6") as url:
         at = Page(browser, options, size=(1600, 1000))
@@ -299,7 +299,7 @@ def by_hand(browser, options, folder):
 
 
 def textures(browser, options):
-    """A texture is shown at its uniform, and in the graph."""
+    """Checks that a texture is shown at its uniform and in the graph."""
     folder = options.out / "texture_world"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The way of who has never written a fablet, in headless Chromium: a new world, a mesh that is dropped, a gyroid, a colour
-by depth, a print; set up and run as view.py."""
+"""Follows the steps of a user who has never written a fablet, in headless Chromium: a new world, a dropped mesh, a gyroid, a
+colour that depends on depth, a print. Set up and run it like view.py."""
 
 import pathlib
 import re
@@ -25,7 +25,7 @@ v 0 0 -10
 
 
 class Actions:
-    """What a hand does, counted."""
+    """User actions, counted."""
 
     def __init__(self):
         self.count = 0
@@ -37,7 +37,7 @@ class Actions:
 
 
 def drop_file(page, path):
-    """As a hand does: a file over the page, let go."""
+    """Drags a file over the page and drops it."""
     page.evaluate("""([name, text]) => {
         const data = new DataTransfer();
         data.items.add(new File([text], name));
@@ -99,7 +99,7 @@ def walk(browser, options):
 
 
 def page_dot(page):
-    """The amount of the second mc.Set."""
+    """Returns the amount of the second mc.Set."""
     box = page.locator("#graph_svg .node:has(.title:text-is('mc.Set')) [data-port='2'] .in").nth(1).bounding_box()
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Makes 200 random edits in the graph pane, by mouse and keyboard, in headless Chromium; set up and run as view.py. What is
-left is a program that checks, and prints what the same text prints when it was never in a page; values are compared with the
-same edit by hand. OPENFAB_SEED=N repeats a walk."""
+"""Makes 200 random edits in the graph pane, with mouse and keyboard, in headless Chromium. Set up and run it like view.py. The
+result must be a program that checks and prints like the same text outside of a page; values are compared with the same edit
+made directly in the text. OPENFAB_SEED=N repeats a run."""
 
 import os
 import pathlib
@@ -30,7 +30,7 @@ FIND = """([selector, dice]) => {
 
 
 def squeezed(source):
-    """A text without its layout, which the formatter decides."""
+    """Returns a text without its layout, which the formatter determines."""
     return re.sub(r"\s+", "", source)
 
 
@@ -43,7 +43,7 @@ class Walk:
         return self.page.evaluate(FIND, [f"#graph_svg {selector}", self.dice.random()])
 
     def wait(self):
-        """For the answer: the pane is not busy, and what it drew is the text."""
+        """Waits for the answer: the pane is not busy, and it shows the text."""
         self.page.wait_for_function("() => !document.body.classList.contains('graph_busy')", polling=20)
 
     def click(self, selector):
@@ -53,7 +53,7 @@ class Walk:
         return place
 
     def value(self):
-        """A number in the inspector, and the same by hand."""
+        """Changes a number in the inspector, and compares with the same edit in the text."""
         if not self.click(".node:has(.port circle.free.number) .title"):
             return
         fields = self.page.evaluate("() => [...document.querySelectorAll('#inspector .port_row input.value')].map((one) => [one.dataset.control, one.value])")
@@ -100,7 +100,7 @@ class Walk:
         self.page.keyboard.press("Enter")
 
     def group(self):
-        """Two nodes into a function; the page asks for its name."""
+        """Groups two nodes into a function; the page asks for its name."""
         first, second = self.choose(".node.call .title"), self.choose(".node.call .title")
         if first and second and first != second:
             self.page.mouse.click(*first)

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Looks at `openfab view` in headless Chromium. Neither the set-up nor `scripts/test` needs what this does:
+"""Tests `openfab view` in headless Chromium. Neither the set-up nor `scripts/test` includes the steps that it needs:
 
     python3 -m venv out/browser/venv && out/browser/venv/bin/pip install playwright
     apt-get install chromium                  # or: out/browser/venv/bin/playwright install chromium
     out/browser/venv/bin/python tests/browser/view.py [--bin build/release/bin] [--out out/browser] [--page tools/viewer/page]
 
-It checks what a script can check, ends with 1 where something is wrong, and leaves screenshots in --out: look at them."""
+It checks what a script can check, exits with 1 if something is wrong, and leaves screenshots in --out for you to look at."""
 
 import argparse
 import pathlib
@@ -116,11 +116,11 @@ class Page:
         self.page.on("request", lambda r: None if r.url.startswith(("http://127.0.0.1:", "blob:")) else check(f"asks {r.url}", False))
 
     def from_folder(self, route):
-        """A file of the page as it lies in a folder, so that a change of it can be looked at without a build."""
+        """Serves a file of the page from a folder, so that changes are visible without a build."""
         route.fulfill(path=self.options.page / (route.request.url.split("#")[0].rsplit("/", 1)[1] or "index.html"))
 
     def close(self):
-        """Before the server ends, for the page asks it now and then."""
+        """Closes the page before the server ends, since the page polls it."""
         self.page.context.close()
 
     def open(self, url, ready="#materials li"):
@@ -132,7 +132,7 @@ class Page:
         self.page.wait_for_timeout(ms)
 
     def eventually(self, what, fine):
-        """Checks that something comes about, however busy the machine is."""
+        """Checks that something happens eventually, on any busy machine."""
         for _ in range(200):
             if fine():
                 return check(what, True)
@@ -146,11 +146,11 @@ class Page:
         return self.page.inner_text(selector)
 
     def pixels(self, selector):
-        """The canvas as a data URL, to tell one picture from another."""
+        """Returns the canvas as a data URL, to compare pictures."""
         return self.page.eval_on_selector(selector, "c => c.toDataURL()")
 
     def colors(self, selector):
-        """How many colours a canvas shows, of a sample."""
+        """Returns the number of colours in a sample of a canvas."""
         return self.page.eval_on_selector(selector, """c => {
             const copy = document.createElement("canvas");
             [copy.width, copy.height] = [c.width, c.height];
@@ -221,12 +221,12 @@ def look_at_a_print(browser, options, url):
 
 
 def numbers_of(text):
-    """The numbers of a text such as `1.234, 5.6 mm`."""
+    """Returns the numbers in a text such as `1.234, 5.6 mm`."""
     return [float(word) for word in re.findall(r"-?\d+\.?\d*", text)]
 
 
 def look_in_3d(browser, options, url):
-    """Standard views, picking, cuts, measuring and the picture, by mouse."""
+    """Checks standard views, picking, cuts, measuring and the picture with the mouse."""
     at = Page(browser, options)
     page = at.page
     at.open(url)
@@ -344,7 +344,7 @@ def look_at_a_server_that_ends(browser, options, print_a):
 
 
 def look_at_what_opens(browser, options):
-    """A blank sheet with a picture on top, as a postcard is."""
+    """Checks the first view of a blank sheet with a picture on top, such as a postcard."""
     folder = options.out / "sheet"
     folder.mkdir(exist_ok=True)
     (folder / "sheet.fl").write_text(SHEET)
@@ -474,7 +474,7 @@ def look_at_a_world(browser, options, world):
 
 
 def run_with_browser(about, run, volumes=True):
-    """Runs `run(browser, options)` by the command line's options; ends the program. Without `volumes` the browser draws faster."""
+    """Runs `run(browser, options)` with the command line's options and exits. Without `volumes` the browser draws faster."""
     parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bin", type=pathlib.Path, default="build/release/bin")
     parser.add_argument("--out", type=pathlib.Path, default="out/browser")

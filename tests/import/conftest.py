@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Files that the formats' own writers made, imported and printed: what is in known voxels."""
+"""Files from the formats' own writers, imported and printed, with a check of known voxels."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WHITE, GREY = (255, 255, 255), (188, 188, 188)
 
 
 def linear(srgb: float) -> float:
-    """IEC 61966-2-1, of 0 ... 255."""
+    """Converts sRGB values of 0 ... 255 to linear light (IEC 61966-2-1)."""
     x = srgb / 255
     return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4
 
@@ -34,7 +34,7 @@ def srgb(x: float) -> float:
 
 
 def box(side: float = 4, at: Sequence[float] = (0, 0, 0)) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of a cube, x fastest, and its triangles."""
+    """Returns the corners of a cube, x fastest, and its triangles."""
     corners = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], dtype=np.float64)
     quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
@@ -45,7 +45,7 @@ TOP = (2, 3)  # the triangles of a box at its highest z
 
 
 def quad_picture(texels: int = 8) -> np.ndarray:
-    """Four squares, as they are seen: RED and GREEN above BLUE and YELLOW."""
+    """Returns a picture of four squares: RED and GREEN above BLUE and YELLOW."""
     picture = np.zeros((texels, texels, 3), dtype=np.uint8)
     half = texels // 2
     picture[:half, :half], picture[:half, half:] = RED, GREEN
@@ -68,7 +68,7 @@ class Print:
         self.names = [material["name"] for material in self.about["materials"]]
 
     def counts(self) -> dict[str, int]:
-        """Voxels of each material."""
+        """Returns the number of voxels of each material."""
         return {n: int((self.codes == i + 1).sum()) for i, n in enumerate(self.names) if (self.codes == i + 1).any()}
 
     def key(self, name: str) -> tuple[int, ...]:
@@ -76,16 +76,16 @@ class Print:
         return tuple(int(text[i : i + 2], 16) for i in (1, 3, 5))
 
     def keys(self) -> dict[tuple[int, ...], int]:
-        """Voxels of each material, by its colour."""
+        """Returns the number of voxels of each material, by its colour."""
         return {self.key(name): count for name, count in self.counts().items()}
 
     def mix(self, x: float, y: float, z: float) -> dict[str, float]:
-        """The materials at a point, in mm from the lowest corner of the print."""
+        """Returns the materials at a point, in mm from the lowest corner of the print."""
         at = self.fractions[int(z / VOXEL), int(y / VOXEL), int(x / VOXEL)]
         return {name: float(f) for name, f in zip(self.names, at) if f > 0.002}
 
     def look(self, x: float, y: float, z: float) -> tuple[int, ...] | None:
-        """The colour, sRGB, that a voxel has: of inks as they filter white, or of its materials. None: nothing is there."""
+        """Returns the sRGB colour of a voxel, from inks that filter white or from its materials; None if it is empty."""
         mix = self.mix(x, y, z)
         if not mix:
             return None
@@ -102,7 +102,7 @@ def run(*arguments: object) -> str:
 
 
 def like(seen: tuple[int, ...] | None, expected: Sequence[float], within: float = 2) -> bool:
-    """Two colours of 0 ... 255 are the same but for rounding."""
+    """Returns whether two colours of 0 ... 255 are the same up to rounding."""
     return seen is not None and all(abs(a - b) <= within for a, b in zip(seen, expected, strict=True))
 
 

@@ -30,7 +30,7 @@ def child(element: ET.Element, name: str) -> list[ET.Element]:
 
 
 def per_component(function: Callable[..., Array]) -> Callable[..., Array]:
-    """Of scalars (n), vectors (n, 3) and matrices (n, 4, 4) alike."""
+    """Marks a function for scalars (n), vectors (n, 3) and matrices (n, 4, 4) alike."""
     return function
 
 
@@ -178,7 +178,7 @@ class Model:
     # --- level sets
 
     def level(self, of: ET.Element, points: Array) -> Array:
-        """What a level set's, colour's or property's function says of points of its object."""
+        """Returns the values of a level set's, colour's or property's function at points of its object."""
         matrix = numbers(of.get("transform", "1 0 0 0 1 0 0 0 1 0 0 0")).reshape(4, 3)
         moved = points @ matrix[:3] + matrix[3]
         with np.errstate(all="ignore"):
@@ -192,7 +192,7 @@ class Model:
 
 
 class Lazy(dict):
-    """Outputs of a call, each computed when it is asked for."""
+    """Outputs of a call, each computed on demand."""
 
     def __init__(self, call: Callable[[str], Any], names: list[str]):
         super().__init__({n: None for n in names})

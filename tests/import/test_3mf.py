@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""3MF as lib3mf, the consortium's own library, writes it."""
+"""3MF files written by lib3mf, the consortium's own library."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def place(model: Any, thing: Any, matrix: Any = None) -> None:
 
 
 def transform(matrix: Any) -> Any:
-    """Of 4 x 3 numbers: rows for x, y and z, then the shift."""
+    """Makes a transform from 4 x 3 numbers: rows for x, y and z, then the shift."""
     out = WRAPPER.GetIdentityTransform()
     if matrix is not None:
         for row in range(4):
@@ -92,7 +92,7 @@ def texture(model: Any, pixels: np.ndarray, tile: Any = None, kind: str = "png")
 
 
 def textured_box(model: Any, picture: Any, repeats: int = 1) -> tuple[Any, Any]:
-    """A box whose picture lies on x and y, so many times, 4 mm large."""
+    """Returns a box, 4 mm wide for each repetition of its picture along x and y."""
     mesh = add_box(model, 4 * repeats)
     group = model.AddTexture2DGroup(picture)
     ids = [group.AddTex2Coord(coordinates(x * repeats, y * repeats)) for y in (0, 1) for x in (0, 1)]

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Level sets, volumetric data, displacements and lattices of 3MF: what is printed against closed forms, and against
+"""Level sets, volumetric data, displacements and lattices of 3MF: printed voxels against closed forms, and against
 `implicit.py`, an evaluator of its own."""
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def volume(made: Print) -> float:
 
 
 def strict(file: Path) -> None:
-    """lib3mf reads it in strict mode, without a warning."""
+    """Checks that lib3mf reads the file in strict mode without a warning."""
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     reader.SetStrictModeActive(True)
@@ -197,7 +197,7 @@ def test_images_are_levels(tmp_path: Path, imported: Callable[..., Print], style
 
 
 def random_graph(rng: random.Random, size: int) -> tuple[Graph, tuple[str, str]]:
-    """Of all kinds of nodes, whose last value lies between 0 and 1."""
+    """Returns a graph of all kinds of nodes, whose last value lies between 0 and 1."""
     g = Graph()
     scalars = [g.constant(round(rng.uniform(-2, 2), 3)) for _ in range(2)]
     vectors: list[tuple[str, str]] = [POS, g.add("constvec", "vector", 'x="0.5" y="-1.25" z="2"', "vector")]
@@ -299,7 +299,7 @@ def test_random_graphs(tmp_path: Path, imported: Callable[..., Print], seed: int
 
 
 def test_displaced_faces(tmp_path: Path, imported: Callable[..., Print]) -> None:
-    """A cube whose top rises by a map: by half of 4 mm everywhere."""
+    """A cube whose top is raised by a map: half of 4 mm everywhere."""
     corners, faces = box(20)
     vertices = "".join(f'<d:vertex x="{x:g}" y="{y:g}" z="{z:g}"/>' for x, y, z in corners)
     triangles = ""
@@ -325,7 +325,7 @@ def test_displaced_faces(tmp_path: Path, imported: Callable[..., Print]) -> None
 
 
 def lattice_file(file: Path, nodes: Sequence[tuple[float, float, float]], struts: Sequence[tuple[int, int, float, float]]) -> Path:
-    """Writes struts (two nodes, two radii) with balls at their ends by lib3mf."""
+    """Writes struts (two nodes, two radii) with balls at their ends, using lib3mf."""
     wrapper = lib3mf.get_wrapper()
     model = wrapper.CreateModel()
     mesh = model.AddMeshObject()
@@ -376,13 +376,13 @@ class Written:
         self.shape.AddResourceIdNode(name, "", "").SetResource(what)
 
     def less(self, value: str, constant: float) -> None:
-        """The shape is the value less a constant."""
+        """Makes the shape a value minus a constant."""
         self.shape.AddConstantNode("less", "", "").SetConstant(constant)
         self.shape.AddSubtractionNode("out", lib3mf.ImplicitNodeConfiguration.ScalarToScalar, "", "")
         self.link(self.shape, (value, "out.A"), ("less.value", "out.B"), ("out.result", "outputs.shape"))
 
     def squares(self) -> Any:
-        """x² + y² + z² - 36, another function."""
+        """Adds the function x² + y² + z² - 36."""
         f = self.function()
         f.AddDotNode("dot", "", "")
         f.AddConstantNode("c", "", "").SetConstant(36.0)
@@ -418,7 +418,7 @@ def offset_cube(side: float, by: float) -> float:
 
 @pytest.mark.parametrize("signed", [True, False])
 def test_a_level_set_of_a_mesh(tmp_path: Path, imported: Callable[..., Print], signed: bool) -> None:
-    """What is within 3.5 mm of a cube, and of its surface alone."""
+    """The points within 3.5 mm of a cube, and of its surface alone."""
     to = Written()
     to.resource("cube", to.cube(-5, 5))
     to.shape.AddMeshNode("far", "", "")
@@ -438,7 +438,7 @@ def test_a_level_set_of_a_mesh(tmp_path: Path, imported: Callable[..., Print], s
 
 @pytest.mark.parametrize("cap", ["Butt", "HemiSphere", "Sphere"])
 def test_a_level_set_of_beams(tmp_path: Path, imported: Callable[..., Print], cap: str) -> None:
-    """What is within 2 mm of a beam of 12 mm."""
+    """The points within 2 mm of a beam of 12 mm."""
     to = Written()
     mesh = to.model.AddMeshObject()
     for x in (-6, 6):
@@ -491,7 +491,7 @@ def test_normalised_distances_and_gradients(tmp_path: Path, imported: Callable[.
 
 
 def covered_by_beams(file: Path, step: float) -> float:
-    """The volume of a lattice as lib3mf reads it: cones between circles, balls where caps are spheres."""
+    """Returns the volume of a lattice as read by lib3mf: cones between circles, and balls for spherical caps."""
     model = lib3mf.get_wrapper().CreateModel()
     model.QueryReader("3mf").ReadFromFile(str(file))
     items = model.GetMeshObjects()
@@ -524,7 +524,7 @@ def covered_by_beams(file: Path, step: float) -> float:
 
 
 def test_a_lattice_of_tapered_struts(tmp_path: Path, imported: Callable[..., Print]) -> None:
-    """Forty struts of random ends and radii, which cross, against the beams that lib3mf reads back."""
+    """Forty crossing struts with random ends and radii, against the beams that lib3mf reads back."""
     rng = random.Random(3)
     nodes = [tuple(rng.uniform(-12, 12) for _ in range(3)) for _ in range(20)]
     struts = [(a, b, rng.uniform(0.8, 2.0), rng.uniform(0.8, 2.0)) for a, b in (rng.sample(range(20), 2) for _ in range(40))]

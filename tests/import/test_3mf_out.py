@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds as functions of 3MF (`openfab export`): what lib3mf reads, and what a file prints when it is imported again."""
+"""Worlds as functions of 3MF (`openfab export`): lib3mf reads them, and they print the same when imported again."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def world(folder: Path, source: str, mesh: Any, build: list[dict[str, Any]] | No
 
 
 def strict(file: Path) -> int:
-    """How many functions lib3mf reads in strict mode, without a warning."""
+    """Returns the number of functions that lib3mf reads in strict mode without a warning."""
     model = lib3mf.get_wrapper().CreateModel()
     reader = model.QueryReader("3mf")
     reader.SetStrictModeActive(True)
@@ -115,7 +115,7 @@ def strict(file: Path) -> int:
 
 
 def again(folder: Path, file: Path) -> Print:
-    """Imports and prints, where it was: an import stands on the bed."""
+    """Imports and prints a file at its old place, since an import stands on the bed."""
     made = folder / "again"
     run("import", file, "-o", made)
     read = made / f"{file.stem}.fab.json"

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""glTF and GLB as pygltflib and trimesh write them."""
+"""glTF and GLB files written by pygltflib and trimesh."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class File:
         return len(self.gltf.bufferViews) - 1
 
     def picture(self, pixels: np.ndarray, wrap: tuple[int, int] = (REPEAT, REPEAT)) -> int:
-        """A texture, whose number is returned."""
+        """Adds a texture and returns its number."""
         stream = io.BytesIO()
         Image.fromarray(pixels).save(stream, "png")
         self.gltf.images.append(gltf.Image(bufferView=self.view(stream.getvalue()), mimeType="image/png"))
@@ -71,7 +71,7 @@ class File:
         return len(self.gltf.materials) - 1
 
     def box(self, material: int | None = None, repeats: int = 1, colors: np.ndarray | None = None) -> int:
-        """A box of 4 mm for each time that its picture lies there, on x and y as printed. Returns the mesh's number."""
+        """Adds a box, 4 mm wide for each repetition of its picture along x and y of the print; returns the mesh's number."""
         side = 4 * repeats
         corners, faces = box(side)
         # x, y, z as printed is x, -z, y of the file.
@@ -223,7 +223,7 @@ def test_alpha_modes(tmp_path, imported, mode):
 
 
 def imported_skin(color: Any) -> dict[str, float]:
-    """The inks of a skin, by Beer and Lambert; 0.8 of the grey is black."""
+    """Returns the inks of a skin after Beer and Lambert; 0.8 of the grey is black."""
     d = [-np.log10(linear(c)) / 1.2 for c in color]
     grey = 0.8 * min(d)
     return {"cyan": d[0] - grey, "magenta": d[1] - grey, "yellow": d[2] - grey, "black": grey}

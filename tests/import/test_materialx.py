@@ -1,7 +1,7 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Looks of MaterialX against its own shaders: each graph is imported and its values are printed by compiled code; the GLSL that
-MaterialX writes of the same graph is compiled as C++ and gives what they have to be at the same points."""
+"""MaterialX looks against MaterialX's own shaders: each graph is imported, and compiled code prints its values. The expected
+values at the same points come from MaterialX's GLSL for the same graph, compiled as C++."""
 
 import os
 import pathlib
@@ -34,7 +34,7 @@ P = port("position", "vector3", node="pos")
 
 
 def gray(kind, name="x"):
-    """A node that makes a colour of what `x` gives."""
+    """Adds a node that makes a colour from the value of `x`."""
     if kind == "float":
         return f'<combine3 name="last" type="color3">{port("in1", "float", node=name)}{port("in2", "float", node=name)}{port("in3", "float", node=name)}</combine3>'
     return f'<convert name="last" type="color3">{port("in", kind, node=name)}</convert>'
@@ -113,13 +113,13 @@ def document(nodes):
 
 
 def function_of(folder, name):
-    """The text of the look's colour, by another name."""
+    """Returns the source of the look's colour under another name."""
     text = (folder / "looks.fl").read_text()
     return re.search(r"    float3 base_color\(.*?\n    }\n", text, re.S).group().replace("base_color", name)
 
 
 def printed(openflc, folder, functions):
-    """Points, and what each function gives there, by compiled code."""
+    """Returns points, and the value of each function there from compiled code."""
     prints = "".join(f'            printf("{i} %.9g %.9g", p, {name}({"p" if "(float3 p" in text else ""}));\n' for i, (name, text) in enumerate(functions.items()))
     shutil.copy(pathlib.Path(looks.__file__).with_name("materialx.fl"), folder)
     (folder / "points.fl").write_text("import color;\nimport materialx;\n\nfablet Points {\n    @uniform { Material a; }\n" + "".join(functions.values()) +
@@ -139,7 +139,7 @@ def printed(openflc, folder, functions):
 
 
 def shader(file):
-    """What MaterialX writes for the colour, with the values of its uniforms."""
+    """Returns MaterialX's shader for the colour, with the values of its uniforms."""
     doc = mx.createDocument()
     mx.readFromXmlFile(doc, str(file))
     doc.importLibrary(looks.library())
@@ -207,7 +207,7 @@ static vec2 xy(vec3 a) { return vec2(a[0], a[1]); }
 
 
 def as_cpp(code, space):
-    """The shader as a namespace whose `look` gives a colour."""
+    """Returns the shader as a namespace whose `look` returns a colour."""
     code = re.sub(r"#version.*|precision .*?;|^#define (material|mx_inverse|mx_mod|EDF|mx_inversesqrt|mx_float_bits_to_int) .*$|^struct .*$|^.*mx_matrix_mul.*$|^#define DIRECTIONAL.*$", "", code, flags=re.M)
     code = re.sub(r"^in (\w+ \w+);", r"static \1;", code, flags=re.M)
     code = re.sub(r"^out (\w+ \w+);", r"static \1;", code, flags=re.M)
@@ -222,7 +222,7 @@ def as_cpp(code, space):
 
 @pytest.fixture(scope="module")
 def values(tmp_path_factory):
-    """By case: what this package gives, and what MaterialX does, at the same points."""
+    """Returns, by case, the values of this package and of MaterialX at the same points."""
     folder = tmp_path_factory.mktemp("looks")
     functions, spaces, text = {}, {}, GLSL
     for i, (name, nodes) in enumerate(CASES.items()):

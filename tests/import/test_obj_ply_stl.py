@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""OBJ and PLY as trimesh and meshio write them; what they cannot write, and the colours of STL, by hand."""
+"""OBJ and PLY files written by trimesh and meshio; handwritten files for features that they lack, and for STL colours."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def textured() -> trimesh.Trimesh:
 
 
 def save(made: dict, text, path: Path) -> Path:
-    """Writes what trimesh exports beside a mesh."""
+    """Writes the files that trimesh exports with a mesh."""
     for name, data in made.items():
         (path.parent / name).write_bytes(data)
     path.write_bytes(text.encode() if isinstance(text, str) else text)

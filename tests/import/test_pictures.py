@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""One picture in many forms, as Pillow and OpenEXR write them, gives one skin; or it is refused with a word."""
+"""One picture in many formats, written by Pillow and OpenEXR, gives the same skin, or is refused with a message."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def skin(tmp_path, imported):
 
 
 def corners(made) -> list:
-    """As they are seen, row by row."""
+    """Returns the colours as seen, row by row."""
     return [made.look(x, y, 3.75) for y in (3.25, 0.75) for x in (0.75, 3.25)]
 
 
@@ -181,7 +181,7 @@ def test_exr_chromaticities(tmp_path, skin):
 
 
 def to_srgb(chromaticities) -> np.ndarray:
-    """From linear light of these primaries and white to that of sRGB; whites are adapted by Bradford's matrix."""
+    """Converts linear light from these primaries and white to those of sRGB; Bradford's matrix adapts the white."""
 
     def to_xyz(c) -> tuple[np.ndarray, np.ndarray]:
         columns = np.array([[c[i] / c[i + 1], 1, (1 - c[i] - c[i + 1]) / c[i + 1]] for i in (0, 2, 4, 6)]).T

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What `openfab print` writes comes back: voxel for voxel, and by the readers of others."""
+"""Files written by `openfab print` are read back: voxel for voxel, and by other programs' readers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FABLET = """fablet Layers {
 
 @pytest.fixture
 def layers(tmp_path) -> Path:
-    """A box of three materials that meet at an edge."""
+    """Returns a box of three materials that meet at an edge."""
     (tmp_path / "layers.fl").write_text(FABLET)
     path = tmp_path / "layers.fab.json"
     materials = {"low": "#ff0000", "middle": "#00ff00", "high": "#0000ff"}
@@ -49,7 +49,7 @@ def layers(tmp_path) -> Path:
 
 
 def names(made: Print) -> np.ndarray:
-    """Each voxel's material by name."""
+    """Returns the name of each voxel's material."""
     return np.array(["", *made.names])[made.codes]
 
 

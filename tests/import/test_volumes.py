@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Volumes as pynrrd, nibabel, meshio and numpy write them: each voxel has the number that the writer was given."""
+"""Volumes written by pynrrd, nibabel, meshio and numpy: each voxel has the value that was passed to the writer."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def world(folder: Path, texture: dict) -> Path:
 
 
 def field() -> np.ndarray:
-    """Numbers that differ in each texel, by x, y and z."""
+    """Returns a different number for each texel, by x, y and z."""
     x, y, z = np.meshgrid(*(np.arange(n) for n in SIZE), indexing="ij")
     return ((1 + x + 4 * y + 12 * z) / 32).astype(np.float32)
 
 
 def printed(folder: Path, texture: dict) -> np.ndarray:
-    """The share of `one` in each voxel, by x, y and z."""
+    """Returns the share of `one` in each voxel, by x, y and z."""
     made = Print(folder, world(folder, texture), "")
     return made.fractions[..., made.names.index("one")].transpose(2, 1, 0)
 
@@ -120,7 +120,7 @@ def test_npy(tmp_path, kind, order):
 
 
 def hexahedra(of_points: bool = False) -> meshio.Mesh:
-    """A hexahedron for each texel, whose number is that of the cell."""
+    """Returns a hexahedron for each texel, with the texel's value."""
     nx, ny, nz = SIZE
     points = np.array(
         [(x, y, z) for z in range(nz + 1) for y in range(ny + 1) for x in range(nx + 1)], dtype=np.float64
@@ -137,7 +137,7 @@ def hexahedra(of_points: bool = False) -> meshio.Mesh:
 
 
 def linear_field(points: np.ndarray) -> np.ndarray:
-    """Which linear shape functions give back exactly."""
+    """Returns a field that linear shape functions reproduce exactly."""
     return (points @ np.array([2, 3, 4]) + 1) / 32
 
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints with the installed package where no compiler and no build is: print_wheel.py parts | postcard WORLD HASH.
+"""Prints with the installed package on a system without compiler and build: print_wheel.py parts | postcard WORLD HASH.
 
-`parts` prints a ball, whose kernels are compiled here, and one by an array, and wants a plain message for a picture with alpha
-while OpenImageIO is not installed; `postcard` wants the recorded hash of the postcard.
+`parts` prints a ball, whose kernels are compiled here, and one that reads an array, and expects a plain message for a picture
+with alpha while OpenImageIO is not installed; `postcard` expects the recorded hash of the postcard.
 """
 import shutil
 import sys
@@ -15,7 +15,7 @@ import openfab
 from openfab import mechanics
 
 def ball(uniform, depth):
-    """Prints a ball of 6 mm whose core is below `depth`, an expression of `uniform`."""
+    """Prints a ball of 6 mm with a core below `depth`, an expression of `uniform`."""
     source = f"""fablet Ball {{
         @uniform {{ Material core, shell; {uniform[0]} tone; }}
         @Volume(@varying {{ VolumeAttributes attr }})

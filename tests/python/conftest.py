@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the tests of the Python package share: the repository's worlds, and the programs as the other opinion."""
+"""Fixtures of the Python package's tests: the repository's worlds, and the programs as a reference."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""A server that speaks as much of S3 as file systems need that write to it: objects, lists, uploads in parts."""
+"""A server with the part of S3 that file systems need for writing: objects, lists, multipart uploads."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from xml.sax.saxutils import escape
 
 
 class S3Server:
-    """Buckets in memory. `objects` are by (bucket, key); `uploads`, by their number, are open."""
+    """Buckets in memory. `objects` are indexed by (bucket, key), open `uploads` by their number."""
 
     def __init__(self, *buckets: str) -> None:
         self.buckets = set(buckets)

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What calls are given: numbers and arrays of any kind, and what is none of them."""
+"""Arguments of calls: numbers and arrays of any kind, and invalid ones."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Beams of arrays against all of them compared by numpy."""
+"""Beams from arrays, against a comparison with all of them in numpy."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints over several processes: the bytes of one, whatever happens to them."""
+"""Prints over several processes have the bytes of one process, even if workers die."""
 
 from __future__ import annotations
 
@@ -216,7 +216,7 @@ def test_a_receiver_that_goes_away_is_an_error(client: Any, ball: openfab.World,
 
 
 class Mortals:
-    """Two workers without anybody who looks after them: one that is killed is replaced here."""
+    """Two workers without a nanny; a killed one is replaced here."""
 
     def __init__(self, address: str, folder: Path, seed: int) -> None:
         self._words = [
@@ -231,7 +231,7 @@ class Mortals:
         return subprocess.Popen(self._words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def kill(self) -> None:
-        """Kills one at random, at a random moment of the next half second."""
+        """Kills a random worker at a random moment of the next half second."""
         time.sleep(self._chance.uniform(0, 0.5))
         victim = self._chance.randrange(2)
         self._workers[victim].kill()

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints over workers that die, hang, fail or are not there: each ends with the bytes of one process or a clear error."""
+"""Prints over workers that die, hang, fail or are missing end with the bytes of one process or a clear error."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from openfab.distributed.inputs import Inputs  # noqa: E402
 
 
 class Clock:
-    """Time that passes when it is told to."""
+    """A clock that the test advances."""
 
     def __init__(self, step: float = 0) -> None:
         self.now = 0.0
@@ -42,7 +42,7 @@ class Clock:
 
 
 class Cluster:
-    """As much of a client as is asked for its workers."""
+    """The part of a client that is used to query its workers."""
 
     def __init__(self) -> None:
         self.workers: dict[str, dict[str, str]] = {}
@@ -131,7 +131,7 @@ def test_shares_are_short_beside_the_life_of_a_worker() -> None:
 
 @contextmanager
 def workers_that(count: int, folder: Path, code: str, **options: Any) -> Iterator[Any]:
-    """A cluster whose workers run some code first; returns its client."""
+    """Starts a cluster whose workers run some code first; returns its client."""
     # Dask runs it more than once.
     (folder / "early.py").write_text(
         f"import pathlib\nfrom openfab.distributed import worker\nflag = pathlib.Path({str(folder / 'flag')!r})\n"
@@ -148,7 +148,7 @@ def workers_that(count: int, folder: Path, code: str, **options: Any) -> Iterato
 
 
 def same_bytes(world: openfab.World, client: Any, folder: Path, **options: Any) -> bool:
-    """Whether a print over some workers has the bytes of one process."""
+    """Returns whether a print over some workers has the bytes of one process."""
     openfab.print_world(world, folder / "alone.ofr", voxel=0.1)
     over.print_world(world, client, folder / "shared.ofr", voxel=0.1, **options)
     return (folder / "shared.ofr").read_bytes() == (folder / "alone.ofr").read_bytes()
@@ -204,7 +204,7 @@ def dies_once(flag: Path) -> int:
 
 
 class Mortals:
-    """Two workers that nobody looks after, of which ten are killed at random moments, many before they have started."""
+    """Two workers without a nanny; ten are killed at random moments, many before they have started."""
 
     KILLS = 10
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""The files behind worlds of Python and behind outputs: whose they are, and who may see which."""
+"""The files behind Python worlds and outputs: their owners and their visibility."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ BY_PICTURE = """fablet ByPicture {
 
 
 def pictured(gray: int) -> openfab.World:
-    """A world of which a part of gray / 255 is white."""
+    """Returns a world with a white share of gray / 255."""
     world = openfab.World(printer="generic")
     uniforms = {"picture": np.full((2, 2), gray, np.uint8), "one": WHITE, "other": BLACK}
     world.add(openfab.box(2, 2, 2), openfab.Fablet(text=BY_PICTURE), uniforms, name="box")

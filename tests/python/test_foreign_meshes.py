@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes of trimesh and pyvista, as they are and with what they carry."""
+"""Meshes of trimesh and pyvista, with their attributes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ BY_HEAT = """fablet ByHeat {
 
 
 def volume_of(mesh: Any) -> float:
-    """Of what is printed of a mesh, in cubic millimetres."""
+    """Returns the printed volume of a mesh in cubic millimetres."""
     world = openfab.World(printer="generic")
     fablet = openfab.Fablet(text="fablet F { @uniform { Material m; } @Volume(@varying { VolumeAttributes attr }) "
                                  "{ MaterialComposition mc; mc.Set(m, 1); return mc; } }")

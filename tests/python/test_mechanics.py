@@ -71,7 +71,7 @@ LAYERS = """fablet Layers {
 
 
 def test_scikit_fem_moves_it_as_we_do(bar: Path) -> None:
-    """Two layers of hexahedra that are integrated in full, bent and twisted: the same displacements."""
+    """Two layers of fully integrated hexahedra, bent and twisted, have the same displacements."""
     fem = pytest.importorskip("skfem")
     helpers = pytest.importorskip("skfem.helpers")
     materials = {"stiff": (2000.0, 0.35), "soft": (50.0, 0.45)}

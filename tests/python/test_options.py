@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""What prints are asked for: fields of program::Options, their checks, and what messages call them."""
+"""Options of prints: the fields of program::Options, their checks, and their names in messages."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Functions that make geometry where a print comes near, against the same geometry as arrays."""
+"""Functions that make geometry as a print comes near, against the same geometry from arrays."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ UNIFORMS = {"core": RED, "shell": WHITE}
 
 
 def arrays() -> tuple[np.ndarray, ...]:
-    """Random struts, as floats of 32 bits have them."""
+    """Returns random struts in 32-bit floats."""
     random = np.random.default_rng(4)
     count = 300
     a = random.uniform(-6, 6, (count, 3)).astype(np.float32)
@@ -54,7 +54,7 @@ def arrays() -> tuple[np.ndarray, ...]:
 
 
 def in_boxes(split: bool) -> openfab.procedural.Generator:
-    """All struts at once, or in eight boxes by where they are."""
+    """Returns a generator of all struts at once, or in eight boxes by their places."""
     a, b, radii, heat, kind = arrays()
     octant = ((a + b > 0) * (1, 2, 4)).sum(axis=1)
 
@@ -77,7 +77,7 @@ def printed(solid: object, fablet: str = SKIN, **options: object) -> np.ndarray:
 
 
 def of_box(codes: np.ndarray) -> np.ndarray:
-    """Without what is empty around it."""
+    """Returns the array without empty margins."""
     found = np.argwhere(codes)
     low, high = found.min(axis=0), found.max(axis=0) + 1
     return codes[tuple(slice(*ends) for ends in zip(low, high))]

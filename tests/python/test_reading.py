@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Prints that are read back from files, as arrays."""
+"""Prints read back from files as arrays."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays of pictures and volumes: what the process keeps of them has the bytes of the converter's."""
+"""Arrays of pictures and volumes: the files that the process caches have the bytes of the converter's."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ KINDS = {
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache, and a process that cannot start the converter."""
+    """Sets up an empty cache, and a process that cannot start the converter."""
     folder = tmp_path / "cache"
     monkeypatch.setenv("OPENFAB_CACHE", str(folder))
     return folder
 
 
 def written(texture: openfab.Texture, cache: Path) -> tuple[Path, bytes]:
-    """The file of a texture, and the pyramid that was kept with it."""
+    """Returns the file of a texture and its cached pyramid."""
     assert texture._file is not None
     path = texture._file.path()
     (kept,) = cache.glob("*.oftx")
@@ -84,7 +84,7 @@ def test_small_arrays_start_no_program(cache: Path) -> None:
 
 
 def printed(values: Any, **keys: Any) -> openfab.Samples:
-    """The mixtures of a box that a volume fills, voxel by voxel."""
+    """Returns the mixtures of a box filled by a volume, voxel by voxel."""
     world = openfab.World(printer="generic")
     one, other = openfab.Material("one", "#ffffff"), openfab.Material("other", "#000000")
     volume = openfab.Texture.volume(values, origin=(-2, -2, 0), spacing=1, **keys)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # Copyright 2026 The OpenFab Authors
 # SPDX-License-Identifier: Apache-2.0
-"""A client of `openflc lsp`, with nothing but Python: a whole session over pipes, in the protocol's own terms.
+"""A client of `openflc lsp` in plain Python: a whole session over pipes, in the protocol's own terms.
 
     client_test.py OPENFLC [--print-times]
 """
@@ -43,7 +43,7 @@ fablet Ball {
 
 
 class Client:
-    """Speaks JSON-RPC with a server and keeps what it publishes."""
+    """A JSON-RPC client that keeps the notifications of its server."""
 
     def __init__(self, openflc):
         self.process = subprocess.Popen([openflc, "lsp", "--stdio"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
