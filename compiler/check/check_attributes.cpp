@@ -90,7 +90,8 @@ std::string ExpressionChecker::help_for_name(std::string_view name) const {
                 return "declare it: `@Shape(@varying { ShapeAttributes attr })`";
             case StageContext::kGrow:
                 return "declare it: `@Grow(@varying { GrowAttributes attr, Node parent })`";
-            default:
+            case StageContext::kGlobal:
+            case StageContext::kFunction:
                 break;
         }
     }

@@ -13,25 +13,22 @@ std::optional<uint32_t> known_choice(const Expr& expr) {
     return known_bits(*expr.args[*test != 0 ? 1 : 2]);
 }
 
+std::optional<uint32_t> own_bits(const Expr& expr) {
+    if (expr.kind == ExprKind::kConstant) return expr.bits;
+    return expr.kind == ExprKind::kVariable ? expr.symbol->known : known_choice(expr);
+}
+
 }  // namespace
 
 std::optional<uint32_t> known_bits(const Expr& expr) {
     if (!expr.type.is_scalar()) return std::nullopt;
-    switch (expr.kind) {
-        case ExprKind::kConstant:
-            return expr.bits;
-        case ExprKind::kVariable:
-            return expr.symbol->known;
-        case ExprKind::kConditional:
-            return known_choice(expr);
-        case ExprKind::kConvert:
-        case ExprKind::kUnary:
-        case ExprKind::kBinary:
-        case ExprKind::kAndThen:
-        case ExprKind::kOrElse:
-            break;
-        default:
+    switch (traits(expr.kind).folding) {
+        case Folding::kNever:
             return std::nullopt;
+        case Folding::kOwn:
+            return own_bits(expr);
+        case Folding::kOperands:
+            break;
     }
     const std::optional<uint32_t> a = known_bits(*expr.args[0]);
     if (!a) return std::nullopt;

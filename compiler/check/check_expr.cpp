@@ -33,6 +33,15 @@ std::string both(const Type& a, const Type& b) {
     return fmt::format("`{}` and `{}`", type_name(a), type_name(b));
 }
 
+/// Returns whether a swizzle names a component twice.
+bool names_twice(const Expr& swizzle) {
+    const auto end = swizzle.lanes.begin() + swizzle.type.size;
+    for (auto lane = swizzle.lanes.begin(); lane != end; ++lane) {
+        if (std::find(swizzle.lanes.begin(), lane, *lane) != lane) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 ExprPtr ExpressionChecker::make(ExprKind kind, const Type& type, const source::Span& span) const {
@@ -270,48 +279,47 @@ ExprPtr ExpressionChecker::composition_binary(const ast::Expr& expr, ExprPtr lef
     return out;
 }
 
+/// Says that nothing can be assigned to an expression, and what to write instead.
+void ExpressionChecker::refuse_target(const Expr& target) {
+    if (target.kind == ExprKind::kGet) {
+        sink_->report(target.span, diag::kNotAssignable, "the result of `Get`")
+            .help("write `mc.Set(m, amount)`");
+        return;
+    }
+    if (target.kind != ExprKind::kAttribute) {
+        sink_->report(target.span, diag::kNotAssignable, "this expression");
+        return;
+    }
+    const bool surface = context_ == StageContext::kSurface;
+    const bool dither = context_ == StageContext::kDither;
+    sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
+        .help(context_ == StageContext::kGrow
+                  ? "attributes are read-only; work on a copy: `uint path = attr.path;`"
+              : context_ == StageContext::kShape
+                  ? "attributes are read-only; work on a copy: `float3 p = attr.p;`"
+              : surface ? "attributes are read-only; the displacement that the stage "
+                          "returns moves the surface"
+              : dither  ? "attributes are read-only; work on a copy: `int3 at = attr.voxel;`"
+                        : "attributes are read-only; work on a copy: `float3 p = "
+                          "attr.voxelCenter;`");
+}
+
 bool ExpressionChecker::assignable(const Expr& target) {
-    switch (target.kind) {
-        case ExprKind::kError:
+    switch (traits(target.kind).target) {
+        case Target::kError:
             return false;
-        case ExprKind::kSwizzle: {
-            for (int i = 0; i < target.type.size; ++i) {
-                for (int j = 0; j < i; ++j) {
-                    if (target.lanes[i] != target.lanes[j]) continue;
-                    sink_->report(target.span, diag::kNotAssignable,
-                                  "a swizzle that names a component twice");
-                    return false;
-                }
+        case Target::kNone:
+            refuse_target(target);
+            return false;
+        case Target::kPart:
+            if (target.kind == ExprKind::kSwizzle && names_twice(target)) {
+                sink_->report(target.span, diag::kNotAssignable,
+                              "a swizzle that names a component twice");
+                return false;
             }
             return assignable(*target.args[0]);
-        }
-        case ExprKind::kIndex:
-        case ExprKind::kMember:
-            return assignable(*target.args[0]);
-        case ExprKind::kVariable:
+        case Target::kSymbol:
             break;
-        case ExprKind::kAttribute: {
-            const bool surface = context_ == StageContext::kSurface;
-            const bool dither = context_ == StageContext::kDither;
-            sink_->report(target.span, diag::kNotAssignable, "a stage attribute")
-                .help(context_ == StageContext::kGrow
-                          ? "attributes are read-only; work on a copy: `uint path = attr.path;`"
-                      : context_ == StageContext::kShape
-                          ? "attributes are read-only; work on a copy: `float3 p = attr.p;`"
-                      : surface ? "attributes are read-only; the displacement that the stage "
-                                  "returns moves the surface"
-                      : dither ? "attributes are read-only; work on a copy: `int3 at = attr.voxel;`"
-                               : "attributes are read-only; work on a copy: `float3 p = "
-                                 "attr.voxelCenter;`");
-            return false;
-        }
-        case ExprKind::kGet:
-            sink_->report(target.span, diag::kNotAssignable, "the result of `Get`")
-                .help("write `mc.Set(m, amount)`");
-            return false;
-        default:
-            sink_->report(target.span, diag::kNotAssignable, "this expression");
-            return false;
     }
     const Symbol& symbol = *target.symbol;
     const char* what = nullptr;

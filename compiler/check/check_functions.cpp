@@ -158,6 +158,13 @@ int common_size(const OwnFunction& f, const std::vector<ExprPtr>& args) {
 
 }  // namespace
 
+bool writes_an_argument(Intrinsic id) {
+    return std::any_of(
+        std::begin(kOwnFunctions), std::end(kOwnFunctions), [&](const OwnFunction& f) {
+            return f.id == id && std::string_view(f.parameters).find('o') != std::string_view::npos;
+        });
+}
+
 ExprPtr ExpressionChecker::own_function_call(const ast::Expr& expr, const IntrinsicInfo& info,
                                              std::vector<ExprPtr> args) {
     const OwnFunction& f = own_function(info.id);
@@ -246,7 +253,7 @@ ExprPtr ExpressionChecker::convert_own_arguments(const ast::Expr& expr, const In
             case 'o':
                 if (!assignable(*arg)) return poison(expr.span);
                 break;
-            default:
+            default:  // 'x': any numbers, as they are
                 break;
         }
         if (arg->type.is_error()) return poison(expr.span);

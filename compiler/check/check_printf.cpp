@@ -66,6 +66,12 @@ std::string layout(const Type& type, std::string_view conversion) {
     return out + "}";
 }
 
+bool writes_an_argument(const Expr& call) {
+    if (call.kind == ExprKind::kIntrinsic) return writes_an_argument(call.intrinsic);
+    return std::any_of(call.function->parameters.begin(), call.function->parameters.end(),
+                       [](const auto& parameter) { return parameter->is_out; });
+}
+
 char escaped(char c) {
     if (c == 'n') return '\n';
     return c == 't' ? '\t' : c;
@@ -74,26 +80,13 @@ char escaped(char c) {
 }  // namespace
 
 const Expr* side_effect(const Expr& expr) {
-    switch (expr.kind) {
-        case ExprKind::kAssign:
-        case ExprKind::kIncrement:
-        case ExprKind::kSet:
-        case ExprKind::kAdd:
-        case ExprKind::kClear:
-        case ExprKind::kPrintf:
+    switch (traits(expr.kind).effect) {
+        case Effect::kOwn:
             return &expr;
-        case ExprKind::kIntrinsic:
-            if (expr.intrinsic == Intrinsic::kSincos || expr.intrinsic == Intrinsic::kModf ||
-                expr.intrinsic == Intrinsic::kFrexp) {
-                return &expr;
-            }
+        case Effect::kCallee:
+            if (writes_an_argument(expr)) return &expr;
             break;
-        case ExprKind::kCall:
-            for (const auto& p : expr.function->parameters) {
-                if (p->is_out) return &expr;
-            }
-            break;
-        default:
+        case Effect::kNone:
             break;
     }
     for (const ExprPtr& arg : expr.args) {

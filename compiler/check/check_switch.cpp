@@ -55,9 +55,17 @@ bool leaves(const ast::Stmt& stmt, bool breaks_leave) {
                    leaves(*stmt.body[1], breaks_leave);
         case ast::StmtKind::kSwitch:
             return switch_leaves(stmt);
-        default:
+        case ast::StmtKind::kBad:
+        case ast::StmtKind::kEmpty:
+        case ast::StmtKind::kDeclaration:
+        case ast::StmtKind::kExpression:
+        case ast::StmtKind::kFor:
+        case ast::StmtKind::kWhile:
+        case ast::StmtKind::kDo:
+        case ast::StmtKind::kCase:
             return false;
     }
+    return false;
 }
 
 }  // namespace

@@ -28,6 +28,8 @@ std::optional<uint32_t> known_bits(const Expr& expr);
 
 /// Returns `(float2, int)`, for messages.
 std::string type_list(const std::vector<ExprPtr>& args);
+/// Returns whether a built-in function has an `out` parameter.
+bool writes_an_argument(Intrinsic id);
 /// Returns the first part of an expression that has a side effect, or null.
 const Expr* side_effect(const Expr& expr);
 /// True if an error was reported for one of them.
@@ -75,6 +77,7 @@ class ExpressionChecker {
     bool is_type_name(std::string_view name) const;
     ExprPtr bad_operand(const ast::Expr& expr, const std::string& types);
     bool assignable(const Expr& target);
+    void refuse_target(const Expr& target);
     /// Returns the common type of an operator's operands; the shorter vector wins, with a warning.
     Type common_type(const Type& a, const Type& b) const;
 

@@ -67,9 +67,47 @@ struct Symbol {
 };
 
 enum class ExprKind : uint8_t {
-#define OPENFAB_TREE_EXPR(name) k##name,
+#define OPENFAB_TREE_EXPR(name, ...) k##name,
 #include "compiler/check/nodes.def"
 };
+
+/// Whether a value can be assigned to an expression.
+enum class Target : uint8_t {
+    kNone,
+    kSymbol,  ///< yes, if its symbol is no constant
+    kPart,    ///< if one can to the first argument
+    kError,   ///< no, and this was reported before
+};
+
+/// What evaluating an expression changes, arguments apart.
+enum class Effect : uint8_t {
+    kNone,
+    kOwn,
+    kCallee,  ///< those arguments that the function writes
+};
+
+/// From what the bits of a scalar are known before anything runs.
+enum class Folding : uint8_t {
+    kNever,
+    kOwn,       ///< from what the node holds, each in its own way
+    kOperands,  ///< from those of its operands
+};
+
+struct ExprTraits {
+    Target target;
+    Effect effect;
+    Folding folding;
+};
+
+constexpr ExprTraits traits(ExprKind kind) {
+    switch (kind) {
+#define OPENFAB_TREE_EXPR(name, target, effect, folding) \
+    case ExprKind::k##name:                              \
+        return {Target::target, Effect::effect, Folding::folding};
+#include "compiler/check/nodes.def"
+    }
+    return {};
+}
 
 /// Members of SurfaceAttributes, VolumeAttributes, DitherAttributes, ShapeAttributes and GrowAttributes.
 enum class Attribute : uint8_t {

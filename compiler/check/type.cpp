@@ -99,9 +99,24 @@ ir::Type component_type(const Type& type) {
         case Base::kColorRamp:
         case Base::kComposition:
             return ir::Type::kFloat;
-        default:
-            return ir::Type::kInt;  // a Material, texture or object is its index
+        case Base::kInt:
+        case Base::kMaterial:
+        case Base::kTexture2D:
+        case Base::kTexture3D:
+        case Base::kObject:
+            return ir::Type::kInt;  // of what the world has, the index
+        case Base::kError:
+        case Base::kVoid:
+        case Base::kSurfaceAttributes:
+        case Base::kVolumeAttributes:
+        case Base::kDitherAttributes:
+        case Base::kShapeAttributes:
+        case Base::kGrowAttributes:
+        case Base::kSurfacePoint:
+        case Base::kStruct:
+            return ir::Type::kInt;  // they have no components of one type
     }
+    return ir::Type::kInt;
 }
 
 bool contains(const Type& type, Base base) {

@@ -185,7 +185,11 @@ Source TabBuilder::name_value(const ast::Expr& name) {
         case check::SymbolKind::kVoid:
         case check::SymbolKind::kType:
             break;
-        default:
+        case check::SymbolKind::kSurfaceInput:
+        case check::SymbolKind::kSurfaceOutput:
+        case check::SymbolKind::kShapeOutput:
+        case check::SymbolKind::kGrowParent:
+        case check::SymbolKind::kNearest:
             role = "varying";
     }
     const std::string help =
@@ -236,9 +240,23 @@ Source TabBuilder::node_of(const ast::Expr& expr) {
         case ExprKind::kUnary:
             add_port(made, "x", "", *expr.args[0]);
             break;
-        default:
+        case ExprKind::kPrefix:
+        case ExprKind::kPostfix:
+        case ExprKind::kBinary:
+        case ExprKind::kAssign:
+        case ExprKind::kComma:
+        case ExprKind::kMember:
             for (size_t i = 0; i < expr.args.size(); ++i)
                 add_port(made, i == 0 ? "a" : "b", "", *expr.args[i]);
+            break;
+        case ExprKind::kBad:
+        case ExprKind::kName:
+        case ExprKind::kBoolLiteral:
+        case ExprKind::kIntLiteral:
+        case ExprKind::kUintLiteral:
+        case ExprKind::kFloatLiteral:
+        case ExprKind::kStringLiteral:
+            break;
     }
     return {made, 0};
 }

@@ -28,16 +28,17 @@ struct Printed {
 Printed printed(const std::string& name) {
     const check::Type type = check::find_type(name);
     if (!type.is_numeric()) return {};
-    switch (type.base) {
-        case check::Base::kFloat:
+    switch (check::component_type(type)) {
+        case ir::Type::kFloat:
             return {type.size, "%.9g"};
-        case check::Base::kInt:
+        case ir::Type::kInt:
             return {type.size, "%d"};
-        case check::Base::kUint:
+        case ir::Type::kUint:
             return {type.size, "%u"};
-        default:
+        case ir::Type::kBool:
             return type.is_scalar() ? Printed{1, "%d"} : Printed{};
     }
+    return {};
 }
 
 class Looker {

@@ -85,9 +85,19 @@ bool TabBuilder::is_drawn(const ast::Stmt& stmt) const {
                 return variable_of(*expr.args[0]).has_value() && pure(*expr.args[0]);
             return expr.kind == ExprKind::kCall && pure_parts(expr);
         }
-        default:
+        case StmtKind::kBad:
+        case StmtKind::kBlock:
+        case StmtKind::kIf:
+        case StmtKind::kFor:
+        case StmtKind::kWhile:
+        case StmtKind::kDo:
+        case StmtKind::kBreak:
+        case StmtKind::kContinue:
+        case StmtKind::kSwitch:
+        case StmtKind::kCase:
             return false;
     }
+    return false;
 }
 
 void TabBuilder::declaration(const ast::Stmt& stmt) {

@@ -243,7 +243,9 @@ ast::ExprPtr Parser::parse_primary() {
             return literal(ast::ExprKind::kStringLiteral);
         case TokenKind::kIdentifier:
             return node(ast::ExprKind::kName, take());
-        default:
+        case TokenKind::kKeyword:
+        case TokenKind::kPunct:
+        case TokenKind::kEnd:
             break;
     }
     if (at("true") || at("false")) {

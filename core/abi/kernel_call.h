@@ -35,9 +35,11 @@ inline halide_type_t halide_type(openfab_scalar_type type) {
             return {halide_type_float, 32, 1};
         case OPENFAB_UINT:
             return {halide_type_uint, 32, 1};
-        default:
-            return {halide_type_int, 32, 1};
+        case OPENFAB_INT:
+        case OPENFAB_BOOL:
+            break;
     }
+    return {halide_type_int, 32, 1};
 }
 
 /// Returns the type of an argument's elements.

@@ -47,16 +47,11 @@ std::optional<int64_t> fixed_extent(const internal::Function& function,
 
 /// Returns what the kernel itself has made of a loop.
 Loop::Kind kind_of(const internal::Dim& dim) {
-    switch (dim.for_type) {
-        case internal::ForType::Unrolled:
-            return Loop::Kind::kUnrolled;
-        case internal::ForType::Vectorized:
-            return Loop::Kind::kVector;
-        case internal::ForType::Parallel:
-            return Loop::Kind::kParallel;
-        default:
-            return Loop::Kind::kSerial;
-    }
+    // No switch: which values the enumeration has differs between versions of Halide.
+    using internal::ForType;
+    if (dim.for_type == ForType::Unrolled) return Loop::Kind::kUnrolled;
+    if (dim.for_type == ForType::Vectorized) return Loop::Kind::kVector;
+    return dim.for_type == ForType::Parallel ? Loop::Kind::kParallel : Loop::Kind::kSerial;
 }
 
 LoopNest initial_nest(const internal::Function& function, const Halide::Stage& stage) {
