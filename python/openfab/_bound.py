@@ -13,7 +13,7 @@ from .fablet import Uniform
 
 _INTEGERS = {"int": (-(2**31), 2**31 - 1), "uint": (0, 2**32 - 1)}
 _LARGEST_FLOAT = 3.4028234663852886e38
-# The print compares with the limits of the kernel, which may be rounded.
+# The print compares with the kernel's limits, which may be rounded.
 _SLACK = 1e-6
 _MOST_KEYS = 16
 

@@ -26,7 +26,7 @@ WORLD = ".fab.json"
 
 _folder: Path | None = None
 _counts: dict[str, int] = {}
-# Held while files are made, and while a world is changed or read; reentrant, since one does the other.
+# Held while files are made, and while a world is changed or read; reentrant, since reading a world makes files.
 lock = threading.RLock()
 
 
@@ -37,7 +37,7 @@ def folder() -> Path:
         if _folder is None:
             with outside_errors("a temporary folder cannot be made"):
                 _folder = Path(tempfile.mkdtemp(prefix="openfab-"))
-            # At the end of this process alone, and of one of multiprocessing, too, which atexit does not see.
+            # Runs at the end of this process only, including processes of multiprocessing, which atexit does not see.
             Finalize(None, shutil.rmtree, (_folder, True), exitpriority=0)
         return _folder
 
@@ -67,7 +67,7 @@ def file_name(text: str) -> str:
     return safe[:_LONGEST_NAME].decode("utf-8", "ignore") if safe not in (b"", b".", b"..") else "unnamed"
 
 
-# Of the 255 bytes of a file system; suffixes and counts follow.
+# A file system allows 255 bytes; suffixes and counts follow.
 _LONGEST_NAME = 180
 
 

@@ -222,7 +222,7 @@ class Names:
         self.meshes = Named[AnyMesh]()
 
     def encode_all(self, uniforms: Mapping[str, Any]) -> dict[str, Any]:
-        # Of a copy: other threads may set some.
+        # A copy, since other threads may set uniforms.
         return {name: self.encode(value, f"`{name}`") for name, value in dict(uniforms).items()}
 
     def encode(self, value: Any, what: str) -> Any:

@@ -19,7 +19,7 @@ from .reading import Voxels
 from .slices import PrintInfo
 from .world import AnyWorld, FileWorld, World
 
-# Voxels of the print that a picture is made of.
+# The number of voxels in the print for a picture.
 _PICTURE_VOXELS = 1.5e6
 
 

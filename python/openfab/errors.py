@@ -221,7 +221,7 @@ def raise_error(error: _core.Error, names: Mapping[str, str] | None = None) -> N
     raise renamed(said, names or {})
 
 
-# Arguments that are called otherwise than the options of `openfab print`, and those that are called the same.
+# Arguments whose names differ from the options of `openfab print`, and those with the same names.
 _ARGUMENTS = {
     "-o": "out", "--set": "uniforms",
     **{

@@ -148,8 +148,8 @@ class Fablet:
         if self.file is not None:
             return self.file
         assert self.text is not None
-        # Equal texts of one label share a file, so that their kernels are found again. The label names the file, since
-        # messages show it, but not its place.
+        # Equal texts with one label share a file, so that their kernels are found again. The label is the file's name, since
+        # messages show it, but not its folder.
         digest = hashlib.sha256(f"{self.label}\0{self.text}".encode()).hexdigest()[:16]
         path = _files.folder() / f"text-{digest}" / _files.file_name(self.label.rsplit("/", 1)[-1])
         with _files.lock, _files.outside_errors(f"`{path}` cannot be written"):

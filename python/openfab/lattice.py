@@ -178,7 +178,7 @@ def _values(name: str, values: ArrayLike, count: int, joined: int) -> NDArray[An
 
 
 def _write(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
-    # As numpy.savez, which knows no array of the name `file`.
+    # Like numpy.savez, which cannot take an array with the name `file`.
     with zipfile.ZipFile(path, "w") as archive:
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as file:

@@ -24,7 +24,7 @@ if __package__:
 else:
     from materialx_nodes import FORMULAS, RESERVED, TYPES, LooksError, Writer, Written, bracket, name_of, number  # type: ignore[import-not-found, no-redef]
 
-# Shading models: their colour, its weight, how opaque it is.
+# Shading models: the inputs for colour, its weight and opacity.
 MODELS = {
     "standard_surface": ("base_color", "base", "opacity"),
     "open_pbr_surface": ("base_color", "base_weight", "geometry_opacity"),
@@ -266,7 +266,7 @@ def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | Non
     if folder.exists():
         raise LooksError(f"`{folder}` exists already; choose another name")
     document = read(file)
-    # What MaterialX itself defines by graphs becomes these.
+    # Nodes that MaterialX defines as graphs are replaced by these graphs.
     for graph in [*document.getNodeGraphs(), document]:
         if not graph.hasSourceUri():
             graph.flattenSubgraphs("genglsl", lambda node: node.getCategory() not in FORMULAS and not hasattr(Writer, "of_" + node.getCategory()) and node.getCategory() not in MODELS and node.getType() not in ("material", "displacementshader"))

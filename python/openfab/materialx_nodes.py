@@ -15,7 +15,7 @@ TYPES = {
 }
 SIZES = {"float": 1, "int": 1, "bool": 1, "float2": 2, "float3": 3, "float4": 4}
 
-# Nodes by their formula; {} are inputs. What MaterialX defines by graphs of these is taken apart first.
+# Nodes and their formulas; {} are inputs. Nodes that MaterialX defines as graphs of these are flattened first.
 FORMULAS = {
     "add": "{in1} + {in2}", "subtract": "{in1} - {in2}", "multiply": "{in1} * {in2}", "divide": "{in1} / {in2}",
     "modulo": "mx_modulo({in1}, {in2})", "absval": "abs({in})", "floor": "floor({in})", "ceil": "ceil({in})",
@@ -76,7 +76,7 @@ def name_of(text: str, taken: set[str]) -> str:
     return name
 
 
-# Names that OpenFL has, or that the functions here use.
+# Names that OpenFL or the functions here use.
 RESERVED = set(
     """p uv n attr float float2 float3 float4 int bool uint if else for while return true false lerp clamp saturate noise mix
     min max abs floor ceil round trunc frac fmod sqrt sin cos tan asin acos atan atan2 exp log pow step smoothstep dot cross

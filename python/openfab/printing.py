@@ -25,7 +25,7 @@ from .errors import InputError, PrintWarning, raise_error, replaced, worded
 from .slices import PrintInfo, PrintMaterial, Slice, smaller
 from .world import AnyWorld, snapshot
 
-# How long a wait may hold up Ctrl-C, which is acted on between two of them.
+# How long a wait may delay Ctrl-C, which is handled between two waits.
 _STEP_SECONDS = 0.05
 _MOST_THUMBNAILS = 48
 
@@ -347,7 +347,7 @@ def print_world(
         memory=memory, threads=threads, token_file=token_file, tls_ca=tls_ca, support=support,
     )
     if out is None:
-        # A slice's codes are made of the mixtures at centres, so that these belong to them.
+        # A slice's codes come from the mixtures at centres, so these are the matching ones.
         fields["sample_centres"] = fractions
         return Print(
             world, fields, _core.Target.SLICES, fractions=fractions, uniforms=uniforms, enable_printf=enable_printf,

@@ -211,7 +211,7 @@ class Voxels:
         has = ((0, self.shape[2]), (0, self.shape[1]), (first, first + self.shape[0]))
         begin, end = [], []
         for axis, origin, pitch, (least, most), a, b in zip("xyz", self.info.origin_mm, self.info.pitch_mm, has, *ends):
-            # A corner that is given to a millionth of a voxel is meant to be on the grid.
+            # A corner within a millionth of a voxel is meant to be on the grid.
             i, j = int(np.floor((a - origin) / pitch + 1e-6)), int(np.ceil((b - origin) / pitch - 1e-6))
             if i < least or j > most:
                 edges = origin + least * pitch, origin + most * pitch

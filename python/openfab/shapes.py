@@ -231,7 +231,7 @@ class Shape:
         self.uniforms = dict(uniforms or {})
 
     def _spec(self, allow: set[Path]) -> dict[str, Any]:
-        # The name of its fablet is the world's to give.
+        # The world gives its fablet a name.
         return {"box_mm": self.box.tolist()}
 
     def __repr__(self) -> str:
@@ -336,7 +336,7 @@ def _properties(name: str, array: NDArray[Any]) -> list[tuple[str, NDArray[Any]]
     return [(column, array[:, i]) for i, column in enumerate(names)]
 
 
-# Names that readers of PLY take for the components of one vector, where they follow each other.
+# Names that PLY readers take for components of one vector if they follow each other.
 _COMPONENTS = ("u v", "s t", "texture_s texture_t", "nx ny nz", "r g b", "red green blue", "diffuse_red diffuse_green")
 _SUFFIXES = ("xyzw", "0123", "rgba", "uv")
 

@@ -193,6 +193,6 @@ def _write_texels(path: Path, texels: NDArray[Any], keys: Mapping[str, Any]) -> 
     linear = texels.dtype.itemsize == 2
     data = _files.tiff(texels) if path.suffix == ".tif" else _files.png(texels, level=1, linear=linear)
     path.write_bytes(data)
-    # One with alpha takes the converter.
+    # One with alpha needs the converter.
     if texels.shape[2] in (1, 3) and keys["channels"] != "opaque":
         _core.keep_picture(path, np.ascontiguousarray(texels), keys["space"], keys["channels"] == "luminance")

@@ -57,7 +57,7 @@ class World:
         self._keys = {key: plain(value, f"`{key}` of a world") for key, value in keys.items() if value is not None}
         self._objects: dict[str, Object] = {}
         self._placements: list[Placement] = []
-        # Of the last print, whose errors name its file.
+        # The snapshot of the last print, whose errors name its file.
         self._last: Snapshot | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -121,7 +121,7 @@ class World:
             added = Object(self, name, as_mesh(mesh), fablet, given)
             added.update(uniforms or {})
             placed = [added._placement(**placement)] if place else []
-            # Of what is wrong, nothing is in the world.
+            # Only here, so that an error above leaves the world unchanged.
             self._objects[name] = added
             self._placements += placed
         return added
@@ -169,7 +169,7 @@ class World:
         same: dict[tuple[Path, str], Fablet] = {}
 
         def first(fablet: Fablet) -> Fablet:
-            # A text that is given twice is one fablet: a shape has the uniforms of objects with it.
+            # The same text given twice is one fablet: a shape has the uniforms of objects with it.
             return same.setdefault((fablet.source(), fablet.name), fablet)
 
         objects = {}
@@ -188,7 +188,7 @@ class World:
         meshes = {name: mesh._spec(allow) for name, mesh in names.meshes.items()}
         for name, mesh in names.meshes.items():
             if isinstance(mesh, Shape):
-                # With values of its own the stage is another than that of objects with the same fablet.
+                # With values of its own, the stage differs from that of objects with the same fablet.
                 stage: Fablet | Shape = mesh if mesh.uniforms else first(mesh.fablet)
                 key = "grow" if mesh.fablet.has_grow else "shape"
                 meshes[name] = {key: fablets.name(stage, mesh.fablet.name), **meshes[name]}
