@@ -8,6 +8,7 @@
 #include <array>
 #include <utility>
 
+#include "base/messages.h"
 #include "base/near_miss.h"
 
 namespace openfab::schedule {
@@ -83,7 +84,7 @@ std::string why_refused(std::string_view name) {
 std::string near_or_all(std::string_view word, std::span<const std::string> names,
                         const char* all) {
     const std::string near = near_miss(word, names);
-    if (!near.empty()) return fmt::format("did you mean `{}`?", near);
+    if (!near.empty()) return fmt::format(openfab::messages::kDidYouMean, near);
     return names.empty() ? std::string() : fmt::format("{} {}", all, fmt::join(names, ", "));
 }
 

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What begins with a marker: `@uniform { … }`, and the stages with their varyings.
+#include <fmt/format.h>
+
 #include <string>
 
+#include "base/messages.h"
 #include "base/near_miss.h"
 #include "compiler/syntax/parser_state.h"
 
@@ -42,7 +45,7 @@ std::string_view Parser::marker_word(std::initializer_list<const char*> known) {
             d.help("the markers here are " + all);
             return "?";
         }
-        d.help("did you mean `@" + near + "`?").replace(word.span, near);
+        d.help(fmt::format(openfab::messages::kDidYouMean, "@" + near)).replace(word.span, near);
         for (const char* candidate : known) {
             if (near == candidate) return candidate;  // continue as if it were correct
         }

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/messages.h"
 #include "base/near_miss.h"
 #include "base/say.h"
 
@@ -23,13 +25,16 @@ std::vector<std::string> option_names(const CLI::App& app) {
     return names;
 }
 
-Error unknown(const char* what, const std::string& name, const std::vector<std::string>& known,
-              const std::string& program) {
+Error wrong_usage(std::string what, std::string help) {
+    return {ErrorCode::kUsage, std::move(what), std::move(help), {}};
+}
+
+Error unknown(const std::string& what, const std::string& name,
+              const std::vector<std::string>& known, const std::string& program) {
     const std::string near = near_miss(name, known);
-    return usage_error(
-        near.empty()
-            ? fmt::format("there is no {0} `{1}`; `{2} --help` lists the {0}s", what, name, program)
-            : fmt::format("there is no {} `{}`; did you mean `{}`?", what, name, near));
+    return wrong_usage(fmt::format(messages::kNoSuchArgument, what, name),
+                       near.empty() ? fmt::format(messages::kHelpLists, program, what + "s")
+                                    : fmt::format(messages::kDidYouMean, near));
 }
 
 }  // namespace
@@ -59,12 +64,11 @@ Error command_line_error(const CLI::App& app, const CLI::ParseError& error,
     const size_t colon = what.find(": ");
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) &&
         colon != std::string::npos) {
-        return usage_error(
-            fmt::format("`{}` is one argument too many; `{} --help` lists what goes "
-                        "with it",
-                        what.substr(colon + 2), full));
+        return wrong_usage(fmt::format(messages::kTooManyArguments, what.substr(colon + 2)),
+                           fmt::format(messages::kHelpLists, full, "arguments"));
     }
-    return usage_error(fmt::format("{}; `{} --help` lists the {}", what, full,
+    return wrong_usage(what,
+                       fmt::format(messages::kHelpLists, full,
                                    chosen.empty() && !commands.empty() ? "commands" : "options"));
 }
 

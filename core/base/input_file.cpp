@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/check.h"
+#include "base/messages.h"
 #include "base/system_reason.h"
 #include "base/units.h"
 
@@ -28,10 +29,10 @@ Error reason_of(int code) {
 }
 
 const char* kind_of(mode_t mode) {
-    if (S_ISDIR(mode)) return "a folder";
-    if (S_ISFIFO(mode)) return "a pipe";
-    if (S_ISSOCK(mode)) return "a socket";
-    return "a device";
+    if (S_ISDIR(mode)) return messages::kKindFolder;
+    if (S_ISFIFO(mode)) return messages::kKindPipe;
+    if (S_ISSOCK(mode)) return messages::kKindSocket;
+    return messages::kKindDevice;
 }
 
 }  // namespace
@@ -66,24 +67,23 @@ Result<InputFile> InputFile::open(const fs::path& file, const std::vector<fs::pa
     const int descriptor = ::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (descriptor < 0) {
         // A socket, or a device without a driver.
-        if (errno == ENXIO) return user_error("it is not a file");
+        if (errno == ENXIO) return user_error(messages::kNotAFile);
         return reason_of(errno);
     }
     InputFile opened(descriptor, 0);
     struct stat status {};
     if (::fstat(descriptor, &status) != 0) return reason_of(errno);
     if (!S_ISREG(status.st_mode))
-        return user_error(fmt::format("it is {}, not a file", kind_of(status.st_mode)));
+        return user_error(fmt::format(messages::kKindNotAFile, kind_of(status.st_mode)));
     opened.bytes_ = status.st_size;
     if (roots.empty()) return opened;
     std::error_code unknown;
     const fs::path resolved = fs::read_symlink(opened.name(), unknown);
-    if (unknown) return outside_error("the system does not say where it is: " + unknown.message());
+    if (unknown) return outside_error(fmt::format(messages::kPlaceUnknown, unknown.message()));
     for (const fs::path& root : roots) {
         if (is_below(resolved, root)) return opened;
     }
-    return user_error(fmt::format("it is `{}`, which is not below `{}`", resolved.string(),
-                                  roots.front().string()));
+    return user_error(fmt::format(messages::kNotBelow, resolved.string(), roots.front().string()));
 }
 
 InputFile::~InputFile() {
@@ -119,7 +119,7 @@ Result<size_t> InputFile::read(int64_t at, void* to, size_t bytes) const {
 
 Result<std::string> InputFile::read_all(int64_t most) const {
     const auto too_large = [&] {
-        return user_error(fmt::format("it is larger than {}", format_bytes(most)));
+        return user_error(fmt::format(messages::kLargerThan, format_bytes(most)));
     };
     if (bytes_ > most) return too_large();
     // Some file systems do not know sizes, and files grow: the end is where reading ends.

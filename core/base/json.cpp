@@ -14,6 +14,7 @@
 
 #include "base/check.h"
 #include "base/input_file.h"
+#include "base/messages.h"
 #include "base/plain_text.h"
 #include "base/scan_number.h"
 
@@ -112,8 +113,9 @@ class TreeBuilder {
         member.key = std::move(text);
         token(&member.line, &member.column);
         if (const JsonMember* first = same_key(member.key)) {
-            return fail(member.line, member.column, fmt::format("duplicate key `{}`", member.key),
-                        fmt::format("it is first given at line {}", first->line));
+            return fail(member.line, member.column,
+                        fmt::format(messages::kDuplicateKey, member.key),
+                        fmt::format(messages::kDuplicateKeyHelp, first->line));
         }
         memory_left_ -= static_cast<int64_t>(member.key.size());
         open_.back()->members.push_back(std::move(member));
@@ -165,16 +167,14 @@ class TreeBuilder {
             last_end_ = end;
         }
         if (++values_ > kMostValues) {
-            fail(fresh.line, fresh.column, fmt::format("more than {} values", kMostValues));
+            fail(fresh.line, fresh.column, fmt::format(messages::kTooManyValues, kMostValues));
             return nullptr;
         }
         // Vectors double their capacity, and old and new coexist while they grow.
         memory_left_ -= static_cast<int64_t>(text_bytes + 3 * sizeof(JsonMember));
         if (memory_left_ < 0) {
-            fail(
-                fresh.line, fresh.column,
-                fmt::format("more than {} values, which take more memory than is allowed", values_),
-                "allow more with `--memory`");
+            fail(fresh.line, fresh.column, fmt::format(messages::kValuesTakeTooMuch, values_),
+                 messages::kAllowMoreMemory);
             return nullptr;
         }
         if (open_.empty()) {
@@ -196,25 +196,23 @@ class TreeBuilder {
         if (v == nullptr) return false;
         const std::string_view digits = read.substr(read.starts_with('-') ? 1 : 0);
         if (digits.size() > 1 && digits[0] == '0' && digits[1] >= '0' && digits[1] <= '9')
-            return fail(v->line, v->column, "not valid JSON", "a number with a leading zero");
+            return fail(v->line, v->column, messages::kNotJson, messages::kLeadingZero);
         const Decimal kind = read_decimal(read, &v->number);
         if (kind == Decimal::kFine) return true;
         if (kind == Decimal::kTooLarge)
-            return fail(v->line, v->column, too_large(read), kLargestNumber);
-        return fail(v->line, v->column, "not valid JSON",
-                    fmt::format("`{}` is not a number", read.substr(0, 40)));
+            return fail(v->line, v->column, too_large(read), messages::kLargestNumber);
+        return fail(v->line, v->column, messages::kNotJson,
+                    fmt::format(messages::kNotANumber, read.substr(0, 40)));
     }
-    static constexpr const char* kLargestNumber = "at most 1.8e308 is possible";
     static std::string too_large(std::string_view read) {
-        return fmt::format("the number `{}{}` is too large", read.substr(0, 40),
+        return fmt::format(messages::kNumberTooLarge, read.substr(0, 40),
                            read.size() > 40 ? "…" : "");
     }
     bool start(Kind kind) {
         JsonValue* v = add(kind);
         if (v == nullptr) return false;
         if (open_.size() >= kDeepest) {
-            return fail(v->line, v->column,
-                        fmt::format("nested more than {} levels deep", kDeepest));
+            return fail(v->line, v->column, fmt::format(messages::kNestedTooDeep, kDeepest));
         }
         // Stays valid: a container's parent grows again only after the container is closed.
         open_.push_back(v);
@@ -263,17 +261,17 @@ class TreeBuilder {
 /// Returns what the parser expected where it stopped, from its own message.
 std::string expected(std::string_view why) {
     static constexpr std::pair<std::string_view, std::string_view> kWords[] = {
-        {"expected string literal", "a key in double quotes"},
+        {"expected string literal", messages::kExpectedKey},
         {"expected ':'", "`:`"},
-        {"expected '}'", "`,` or `}`"},
-        {"expected ']'", "`,` or `]`"},
-        {"expected '[', '{', or a literal", "a value"},
-        {"expected end of input", "the end of the file"},
-        {"expected value", "a value"}};
+        {"expected '}'", messages::kExpectedMemberEnd},
+        {"expected ']'", messages::kExpectedItemEnd},
+        {"expected '[', '{', or a literal", messages::kExpectedValue},
+        {"expected end of input", messages::kExpectedFileEnd},
+        {"expected value", messages::kExpectedValue}};
     for (const auto& [known, ours] : kWords) {
         if (why.ends_with(known)) return std::string(ours);
     }
-    return "a value";
+    return messages::kExpectedValue;
 }
 
 bool TreeBuilder::parse_error(size_t read, const std::string&,
@@ -290,32 +288,29 @@ bool TreeBuilder::parse_error(size_t read, const std::string&,
     const std::string_view rest = text_.substr(start);
     const size_t word = std::min(rest.find_first_of(" \t\r\n,:[]{}\""), rest.size());
     const std::string_view shown = rest.substr(0, std::clamp<size_t>(word, 1, 40));
-    if (why.id == kTooLarge) return fail_at(start, too_large(rest.substr(0, word)), kLargestNumber);
+    if (why.id == kTooLarge)
+        return fail_at(start, too_large(rest.substr(0, word)), messages::kLargestNumber);
     if (const size_t reason = what.find(kInString); reason != std::string_view::npos) {
         if (what.find("missing closing quote") != std::string_view::npos)
-            return fail_at(start, "not valid JSON", "the string has no closing quote");
+            return fail_at(start, messages::kNotJson, messages::kNoClosingQuote);
         const size_t from = reason + kInString.size();
         return fail_at(
-            read - 1, "not valid JSON",
-            fmt::format("in a string: {}", what.substr(from, what.find("; last read") - from)));
+            read - 1, messages::kNotJson,
+            fmt::format(messages::kInString, what.substr(from, what.find("; last read") - from)));
     }
     const size_t before = text_.substr(0, start).find_last_not_of(kBlanks);
     if ((rest.starts_with('}') || rest.starts_with(']')) && before != std::string_view::npos &&
         text_[before] == ',') {
-        return fail_at(
-            before, "not valid JSON",
-            fmt::format("a comma before `{}`, which must not follow the last element; delete it",
-                        rest[0]));
+        return fail_at(before, messages::kNotJson, fmt::format(messages::kCommaAtEnd, rest[0]));
     }
     if (rest.starts_with("//") || rest.starts_with("/*") || rest.starts_with('#'))
-        return fail_at(start, "not valid JSON, which has no comments", "delete this one");
-    if (rest.starts_with('\''))
-        return fail_at(start, "not valid JSON", "strings are written in double quotes");
+        return fail_at(start, messages::kNotJsonComments, messages::kNotJsonCommentsHelp);
+    if (rest.starts_with('\'')) return fail_at(start, messages::kNotJson, messages::kDoubleQuotes);
     if (rest.empty())
-        return fail_at(start, "not valid JSON",
-                       fmt::format("the file ends where {} should be", expected(what)));
-    return fail_at(start, "not valid JSON",
-                   fmt::format("`{}` where {} should be", shown, expected(what)));
+        return fail_at(start, messages::kNotJson,
+                       fmt::format(messages::kFileEndsBefore, expected(what)));
+    return fail_at(start, messages::kNotJson,
+                   fmt::format(messages::kOtherExpected, shown, expected(what)));
 }
 
 }  // namespace
@@ -325,15 +320,15 @@ const char* JsonValue::kind_name() const {
         case Kind::kNull:
             return "null";
         case Kind::kBool:
-            return "a boolean";
+            return messages::kKindBoolean;
         case Kind::kNumber:
-            return "a number";
+            return messages::kKindNumber;
         case Kind::kString:
-            return "a string";
+            return messages::kKindString;
         case Kind::kArray:
-            return "an array";
+            return messages::kKindArray;
         case Kind::kObject:
-            return "an object";
+            return messages::kKindObject;
     }
     return "nothing";
 }
@@ -376,7 +371,7 @@ Result<JsonValue> parse_json(std::string_view text, const std::string& name, int
         int32_t line = 0;
         int32_t column = 0;
         Positions(text).find(nul, &line, &column);
-        return error_at({name, line, column}, "a zero byte", "the file is not text");
+        return error_at({name, line, column}, messages::kZeroByte, messages::kZeroByteHelp);
     }
     const char* furthest = text.data();
     TreeBuilder builder(text, &furthest, name, memory_bytes);
@@ -394,7 +389,7 @@ Result<std::string> read_text_file(const std::filesystem::path& file, size_t lim
     Result<std::string> text =
         opened ? opened->read_all(static_cast<int64_t>(limit)) : opened.error();
     if (!text) {
-        return with_context(text.error(), fmt::format("cannot read {}: ", file.string()));
+        return with_context(text.error(), fmt::format(messages::kCannotRead, file.string()));
     }
     return text;
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/messages.h"
 #include "base/text.h"
 
 namespace openfab {
@@ -61,16 +62,17 @@ std::string near_miss(std::string_view name, std::span<const std::string> candid
 }
 
 std::string suggest(std::string_view name, std::span<const std::string> candidates) {
-    if (candidates.empty()) return "there are none";
+    if (candidates.empty()) return messages::kThereAreNone;
     const std::string near = near_miss(name, candidates);
-    if (!near.empty()) return fmt::format("did you mean `{}`?", near);
+    if (!near.empty()) return fmt::format(messages::kDidYouMean, near);
     constexpr size_t kShown = 12;
-    std::string text = "known: ";
+    std::string names;
     for (size_t i = 0; i < std::min(kShown, candidates.size()); ++i) {
-        text += fmt::format("{}`{}`", i == 0 ? "" : ", ", candidates[i]);
+        names += fmt::format("{}`{}`", i == 0 ? "" : ", ", candidates[i]);
     }
-    if (candidates.size() > kShown) text += fmt::format(" and {} more", candidates.size() - kShown);
-    return text;
+    if (candidates.size() > kShown)
+        names += fmt::format(messages::kAndMore, candidates.size() - kShown);
+    return fmt::format(messages::kKnownNames, names);
 }
 
 }  // namespace openfab

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/messages.h"
 #include "base/system_reason.h"
 
 namespace openfab {
@@ -34,7 +35,7 @@ Result<void> make(const fs::path& folder) {
     for (auto at = missing.rbegin(); at != missing.rend(); ++at) {
         // Another process may create it concurrently.
         if (::mkdir(at->c_str(), 0700) != 0 && errno != EEXIST)
-            return outside_error("it cannot be made: " + system_reason(errno));
+            return outside_error(fmt::format(messages::kCannotBeMade, system_reason(errno)));
     }
     return {};
 }
@@ -43,14 +44,14 @@ Result<void> make(const fs::path& folder) {
 Result<void> check(const fs::path& folder, bool last) {
     struct stat status {};
     if (::lstat(folder.c_str(), &status) != 0) return outside_error(system_reason(errno));
-    const std::string name = last ? "it" : fmt::format("`{}` above it", folder.string());
-    if (!S_ISDIR(status.st_mode)) return user_error(name + " is not a folder");
+    const std::string name =
+        last ? messages::kItself : fmt::format(messages::kFolderAbove, folder.string());
+    if (!S_ISDIR(status.st_mode)) return user_error(fmt::format(messages::kNotAFolder, name));
     if (status.st_uid != ::geteuid() && (last || status.st_uid != 0))
-        return user_error(fmt::format("{} belongs to another user ({})", name, status.st_uid));
+        return user_error(fmt::format(messages::kOthersFolder, name, status.st_uid));
     const bool sticky = !last && (status.st_mode & S_ISVTX) != 0;
     if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0 && !sticky) {
-        return user_error(fmt::format("others can write to {} (mode {:o}); run `chmod go-w` on it",
-                                      last ? "it" : name, status.st_mode & 07777));
+        return user_error(fmt::format(messages::kOthersCanWrite, name, status.st_mode & 07777));
     }
     return {};
 }
@@ -139,15 +140,14 @@ Result<fs::path> own_folder(const fs::path& folder) {
 
 Result<void> check_writable(const fs::path& folder) {
     if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
-    return outside_error("it cannot be written to: " + system_reason(errno));
+    return outside_error(fmt::format(messages::kCannotBeWrittenTo, system_reason(errno)));
 }
 
 Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path& base_folder) {
     std::error_code status;
     const fs::path parent = base_folder.empty() ? fs::temp_directory_path(status) : base_folder;
     if (status) {
-        return outside_error("there is no folder for temporary files: " + status.message() +
-                             "; TMPDIR names one");
+        return outside_error(fmt::format(messages::kNoTemporaryFolder, status.message()));
     }
     const fs::path plain = fs::canonical(parent, status);
     if (!status && is_apart(plain)) clear(plain, is_temporary_folder, true);
@@ -161,8 +161,8 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
             return trouble == 0 ? fs::path(name) : fs::path();
         });
         if (trouble != 0) {
-            return outside_error(fmt::format("cannot make a folder in `{}`: {}", parent.string(),
-                                             system_reason(trouble)));
+            return outside_error(
+                fmt::format(messages::kCannotMakeFolder, parent.string(), system_reason(trouble)));
         }
         folder->path_ = name;
         folder->lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -171,8 +171,8 @@ Result<std::unique_ptr<TemporaryFolder>> TemporaryFolder::create(const fs::path&
         // Another process has cleared it away before it was locked: the next one, then. Whatever else
         // it is would be so the next time, too.
         if (folder->lock_ < 0 && trouble != ENOENT) {
-            return outside_error(fmt::format("cannot open a folder in `{}`: {}", parent.string(),
-                                             system_reason(trouble)));
+            return outside_error(
+                fmt::format(messages::kCannotOpenFolder, parent.string(), system_reason(trouble)));
         }
         if (folder->lock_ >= 0) ::close(folder->lock_);
         folder->lock_ = -1;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "base/messages.h"
+
 namespace openfab {
 namespace {
 
@@ -43,7 +45,7 @@ std::string_view wide_encoding(std::string_view bytes) {
 Complaint not_utf8(std::string_view bytes) {
     const std::string_view encoding = wide_encoding(bytes);
     if (encoding.empty()) return {};
-    return {fmt::format("the file is text in {}", encoding), "save it as UTF-8"};
+    return {fmt::format(messages::kWideText, encoding), messages::kWideTextHelp};
 }
 
 PlainText::PlainText(std::string_view bytes) : bytes_(bytes) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/messages.h"
+
 namespace openfab {
 namespace {
 
@@ -49,15 +51,13 @@ Matrix inverse_transposed(const Matrix& m) {
 Result<PolarFactors> polar_factors(const Matrix& m) {
     double largest = 0;
     for (double value : m) {
-        if (!std::isfinite(value))
-            return user_error("the transform holds a value that is not finite");
+        if (!std::isfinite(value)) return user_error(messages::kTransformNotFinite);
         largest = std::max(largest, std::fabs(value));
     }
     const double det = determinant(m);
     if (std::fabs(det) < 1e-12 || std::fabs(det) < 1e-9 * largest * largest * largest) {
-        return user_error(
-            fmt::format("the transform flattens the object: its determinant is {:.3g}", det),
-            "no scale may be 0 or nearly so");
+        return user_error(fmt::format(messages::kTransformFlattens, det),
+                          messages::kTransformFlattensHelp);
     }
     // Newton's iteration for the orthogonal polar factor (Higham 1986): quadratic once near,
     // halving before, so the number of steps is bounded by the logarithm of the scale.

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 
+#include "base/messages.h"
 #include "base/own_folder.h"
 #include "base/system_reason.h"
 
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 Result<void> replace_file(const fs::path& file, const std::string& text) {
     const auto trouble = [&](int error) {
         return outside_error(
-            fmt::format("cannot write `{}`: {}", file.string(), system_reason(error)));
+            fmt::format(messages::kCannotWrite, file.string(), system_reason(error)));
     };
     // A link stays one: what it leads to is replaced.
     std::error_code status;
@@ -47,10 +48,10 @@ Result<void> replace_file(const fs::path& file, const std::string& text) {
 Result<void> check_replaceable(const fs::path& file) {
     struct stat there {};
     if (::stat(file.c_str(), &there) != 0 || S_ISREG(there.st_mode)) return {};
-    const char* what = S_ISDIR(there.st_mode)    ? "folder"
-                       : S_ISFIFO(there.st_mode) ? "pipe"
-                                                 : "device";
-    return user_error(fmt::format("`{}` is a {}; the output is a file", file.string(), what));
+    const char* what = S_ISDIR(there.st_mode)    ? messages::kKindFolder
+                       : S_ISFIFO(there.st_mode) ? messages::kKindPipe
+                                                 : messages::kKindDevice;
+    return user_error(fmt::format(messages::kOutputIsNoFile, file.string(), what));
 }
 
 }  // namespace openfab

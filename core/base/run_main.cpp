@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/run_main.h"
 
+#include <fmt/format.h>
+
 #include <cstdio>
 #include <exception>
 #include <new>
 #include <system_error>
 
+#include "base/messages.h"
 #include "base/result.h"
 #include "base/system_reason.h"
 
@@ -17,12 +20,12 @@ int run_main(int (*program)(int argc, char** argv), int argc, char** argv) noexc
         return program(argc, argv);
     } catch (const std::bad_alloc&) {
         // Without memory for a message that is put together.
-        (void)std::fputs("error: memory ran out\n", stderr);
+        (void)std::fprintf(stderr, "error: %s\n", messages::kMemoryRanOut);
         return exit_code(ErrorCode::kOutside);
     } catch (const std::system_error& error) {
         // As of a thread that the system does not start.
-        (void)std::fprintf(stderr, "error: the system refuses what is needed: %s\n",
-                           system_reason(error.code().value()).c_str());
+        fmt::print(stderr, "error: {}\n",
+                   fmt::format(messages::kSystemRefuses, system_reason(error.code().value())));
         return exit_code(ErrorCode::kOutside);
     } catch (const std::exception& exception) {
         (void)std::fprintf(stderr, "error: internal error: %s\n", exception.what());

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "base/caret.h"
+#include "base/messages.h"
 #include "base/text.h"
 
 namespace openfab {
@@ -62,9 +63,9 @@ Result<void> written_out() {
     errno = 0;
     const bool flushed = std::fflush(stdout) == 0;
     if (flushed && std::ferror(stdout) == 0) return {};
-    return outside_error(flushed || errno == 0 ? std::string("cannot write to standard output")
-                                               : fmt::format("cannot write to standard output: {}",
-                                                             std::strerror(errno)));
+    return outside_error(flushed || errno == 0
+                             ? std::string(messages::kCannotWriteOut)
+                             : fmt::format(messages::kCannotWriteOutBecause, std::strerror(errno)));
 }
 
 }  // namespace openfab

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/messages.h"
+
 namespace openfab {
 namespace {
 
@@ -51,10 +53,9 @@ std::string scan_number(std::string_view token, double* out) {
     std::string_view digits = token;
     if (digits.starts_with('+')) digits.remove_prefix(1);
     const Decimal read = read_decimal(digits, out);
-    if (read == Decimal::kNoNumber) return fmt::format("`{}` is not a number", token.substr(0, 40));
+    if (read == Decimal::kNoNumber) return fmt::format(messages::kNotANumber, token.substr(0, 40));
     if (read == Decimal::kTooLarge) *out = HUGE_VAL;
-    if (!fits_float(*out))
-        return fmt::format("`{}` is not finite or too large", token.substr(0, 40));
+    if (!fits_float(*out)) return fmt::format(messages::kNotFinite, token.substr(0, 40));
     return {};
 }
 
@@ -62,8 +63,7 @@ std::string scan_integer(std::string_view token, int64_t least, int64_t most, in
     const char* last = token.data() + token.size();
     const auto [end, code] = std::from_chars(token.data(), last, *out);
     if (code == std::errc() && end == last && *out >= least && *out <= most) return {};
-    return fmt::format("`{}` is not a whole number from {} to {}", token.substr(0, 40), least,
-                       most);
+    return fmt::format(messages::kNotWholeNumber, token.substr(0, 40), least, most);
 }
 
 std::string_view take_word(std::string_view* text) {

@@ -5,14 +5,16 @@
 #include <cerrno>
 #include <system_error>
 
+#include "base/messages.h"
+
 namespace openfab {
 
 std::string system_reason(int code) {
     std::string words = std::generic_category().message(code);
-    if (code == EMFILE) words += "; allow more (`ulimit -n`)";
-    if (code == EFBIG) words += "; perhaps `ulimit -f` limits it";
-    if (code == ENOMEM) words += "; allow more (`ulimit -v`), or free some";
-    if (code == EAGAIN) words += "; allow more processes and threads (`ulimit -u`)";
+    if (code == EMFILE) words += messages::kAllowMoreFiles;
+    if (code == EFBIG) words += messages::kFileSizeLimited;
+    if (code == ENOMEM) words += messages::kAllowMoreAddresses;
+    if (code == EAGAIN) words += messages::kAllowMoreProcesses;
     return words;
 }
 

@@ -16,6 +16,7 @@
 #include <csignal>
 #include <cstring>
 
+#include "base/messages.h"
 #include "base/text.h"
 
 extern char** environ;
@@ -59,7 +60,7 @@ TalkingProgram::TalkingProgram(std::vector<std::string> command, std::filesystem
     name_ = command_[0];
     // `python3 trees.py` is called by both words, as people do.
     if (command_.size() > 1 && !command_[1].starts_with("-")) name_ += " " + command_[1];
-    if (command_[0] == kThisProcess) name_ = "the generator";
+    if (command_[0] == kThisProcess) name_ = messages::kTheGenerator;
     name_ = printable(name_);
 }
 
@@ -90,13 +91,12 @@ Result<void> TalkingProgram::start() {
     if (command_[0] == kThisProcess) {
         if (line_opener() != nullptr && command_.size() > 1) line_ = line_opener()(command_[1]);
         if (line_ >= 0) return {};
-        return user_error("the world names a generator of another process",
-                          "a world with functions of Python prints in the process that made it");
+        return user_error(messages::kOtherProcess, messages::kOtherProcessHelp);
     }
     // A socket, since what is sent to a closed one raises no signal.
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-        return outside_error(fmt::format("cannot make a line to `{}`: {}", name_, strerror(errno)));
+        return outside_error(fmt::format(messages::kNoLine, name_, strerror(errno)));
     std::vector<std::string> words = command_;
     std::vector<char*> argv;
     for (std::string& word : words)
@@ -121,9 +121,8 @@ Result<void> TalkingProgram::start() {
     if (failed != 0) {
         process_ = 0;
         end();
-        return user_error(fmt::format("`{}` does not start: {}", name_, strerror(failed)),
-                          "the first word is a program of the PATH, or a path from the world's "
-                          "folder that begins with `./`");
+        return user_error(fmt::format(messages::kDoesNotStart, name_, strerror(failed)),
+                          messages::kDoesNotStartHelp);
     }
     return {};
 }
@@ -131,7 +130,7 @@ Result<void> TalkingProgram::start() {
 Error TalkingProgram::ended(const std::string& asked) {
     if (line_ >= 0) ::close(line_);
     line_ = -1;
-    std::string how = "has ended";
+    std::string how = messages::kHasEnded;
     if (process_ > 0) {
         // One that closes its output and goes on is not waited for.
         int status = 0;
@@ -142,22 +141,21 @@ Error TalkingProgram::ended(const std::string& asked) {
         }
         if (gone == process_) {
             if (WIFSIGNALED(status))
-                how = fmt::format("was ended by signal {} ({})", WTERMSIG(status),
+                how = fmt::format(messages::kEndedBySignal, WTERMSIG(status),
                                   strsignal(WTERMSIG(status)));
-            if (WIFEXITED(status))
-                how = fmt::format("has ended with exit code {}", WEXITSTATUS(status));
+            if (WIFEXITED(status)) how = fmt::format(messages::kEndedWithCode, WEXITSTATUS(status));
             process_ = 0;
         } else {
-            how = "has closed its output";
+            how = messages::kClosedOutput;
         }
     }
     end();
-    return user_error(fmt::format("`{}` {} before it answered `{}`", name_, how, asked),
-                      "it answers lines until its input ends");
+    return user_error(fmt::format(messages::kEndedBeforeAnswer, name_, how, asked),
+                      messages::kEndedBeforeAnswerHelp);
 }
 
 Result<std::string> TalkingProgram::ask(const std::string& line, const std::atomic<bool>* stop) {
-    if (failed_) return user_error(fmt::format("`{}` has failed before", name_));
+    if (failed_) return user_error(fmt::format(messages::kFailedBefore, name_));
     failed_ = true;
     if (line_ < 0) {
         if (Result<void> started = start(); !started) return started.error();
@@ -168,10 +166,9 @@ Result<std::string> TalkingProgram::ask(const std::string& line, const std::atom
         const ssize_t n = ::recv(line_, text, sizeof text, MSG_DONTWAIT);
         if (n > 0) {
             end();
-            return user_error(
-                fmt::format("`{}` writes `{}` before it is asked `{}`", name_,
-                            printable({text, static_cast<size_t>(n)}), line),
-                "it writes to its standard output only to answer, with one line `done` at the end");
+            return user_error(fmt::format(messages::kWroteUnasked, name_,
+                                          printable({text, static_cast<size_t>(n)}), line),
+                              messages::kWroteUnaskedHelp);
         }
     }
     if (Result<void> sent = send(line); !sent) return sent.error();
@@ -202,16 +199,15 @@ Result<std::string> TalkingProgram::receive(const std::string& asked,
     while (true) {
         if (stop != nullptr && stop->load(std::memory_order_relaxed)) {
             end();
-            return Error{ErrorCode::kInterrupted, "interrupted", {}, {}};
+            return Error{ErrorCode::kInterrupted, messages::kInterrupted, {}, {}};
         }
         const int64_t left =
             std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now()).count();
         if (left <= 0) {
             end();
-            return user_error(fmt::format("`{}` has not answered `{}` within {:g} s", name_, asked,
-                                          limits_.answer_ms / 1000.0),
-                              "let it write less at a time and flush its output after the line "
-                              "`done`, or give it more `answer_s`");
+            return user_error(
+                fmt::format(messages::kNoAnswerInTime, name_, asked, limits_.answer_ms / 1000.0),
+                messages::kNoAnswerInTimeHelp);
         }
         pollfd line{line_, POLLIN, 0};
         if (::poll(&line, 1, static_cast<int>(std::min(left, kLookMs))) <= 0) continue;
@@ -222,9 +218,8 @@ Result<std::string> TalkingProgram::receive(const std::string& asked,
         if (const size_t done = find_done(received_, begun); done != std::string::npos) {
             if (received_.find('\n', done) + 1 != received_.size()) {
                 end();
-                return user_error(
-                    fmt::format("`{}` writes more after the `done` of `{}`", name_, asked),
-                    "it answers one line at a time, with one `done` each");
+                return user_error(fmt::format(messages::kWroteAfterDone, name_, asked),
+                                  messages::kWroteAfterDoneHelp);
             }
             received_.resize(done);
             return std::move(received_);
@@ -233,10 +228,9 @@ Result<std::string> TalkingProgram::receive(const std::string& asked,
         begun = last == std::string::npos ? 0 : last + 1;
         if (received_.size() > limits_.most_bytes) {
             end();
-            return user_error(fmt::format("`{}` writes more than {} MB to answer `{}`", name_,
-                                          limits_.most_bytes >> 20, asked),
-                              "let it hand on parts of it by lines `more`, or give it more "
-                              "`answer_mb`");
+            return user_error(
+                fmt::format(messages::kAnswerTooLong, name_, limits_.most_bytes >> 20, asked),
+                messages::kAnswerTooLongHelp);
         }
     }
 }

@@ -9,6 +9,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/messages.h"
+
 namespace openfab {
 
 namespace {
@@ -23,7 +25,7 @@ Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& 
     const char* end = begin + text.size();
     auto [rest, status] = std::from_chars(begin, end, number);
     if (status != std::errc() || !std::isfinite(number)) {
-        return usage_error(fmt::format("`{}` is not {}; write it as `{}`", text, what, example));
+        return usage_error(fmt::format(messages::kNotAQuantity, text, what, example));
     }
     std::string_view unit(rest, static_cast<size_t>(end - rest));
     while (!unit.empty() && unit.front() == ' ')
@@ -31,10 +33,8 @@ Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& 
     for (const Unit& candidate : units) {
         if (candidate.first == unit) return number * candidate.second;
     }
-    if (unit.empty())
-        return usage_error(fmt::format("`{}` has no unit; write it as `{}`", text, example));
-    return usage_error(
-        fmt::format("`{}` has the unknown unit `{}`; write it as `{}`", text, unit, example));
+    if (unit.empty()) return usage_error(fmt::format(messages::kNoUnit, text, example));
+    return usage_error(fmt::format(messages::kWrongUnit, text, unit, example));
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ Result<double> parse_quantity(std::string_view text, const std::array<Unit, N>& 
 Result<double> parse_length_mm(std::string_view text) {
     static constexpr std::array<Unit, 5> kUnits{
         {{"mm", 1.0}, {"um", 1e-3}, {"cm", 10.0}, {"m", 1000.0}, {"in", 25.4}}};
-    return parse_quantity(text, kUnits, "a length", "0.1mm");
+    return parse_quantity(text, kUnits, messages::kALength, "0.1mm");
 }
 
 Result<int64_t> parse_bytes(std::string_view text) {
@@ -53,17 +53,17 @@ Result<int64_t> parse_bytes(std::string_view text) {
                                                  {"KiB", 1024.0},
                                                  {"MiB", 1048576.0},
                                                  {"GiB", 1073741824.0}}};
-    Result<double> bytes = parse_quantity(text, kUnits, "a size", "1.5GB");
+    Result<double> bytes = parse_quantity(text, kUnits, messages::kASize, "1.5GB");
     if (!bytes) return bytes.error();
     if (*bytes < 0 || *bytes > 1e15)
-        return usage_error(fmt::format("`{}` is not a usable memory size", text));
+        return usage_error(fmt::format(messages::kNotAMemorySize, text));
     return static_cast<int64_t>(std::llround(*bytes));
 }
 
 Result<double> parse_duration(std::string_view text) {
     static constexpr std::array<Unit, 5> kUnits{
         {{"s", 1.0}, {"ms", 1e-3}, {"min", 60.0}, {"m", 60.0}, {"h", 3600.0}}};
-    return parse_quantity(text, kUnits, "a time", "10s");
+    return parse_quantity(text, kUnits, messages::kATime, "10s");
 }
 
 std::string format_bytes(int64_t bytes) {
@@ -84,7 +84,7 @@ std::string format_seconds(double seconds) {
 Result<int64_t> parse_memory_option(const std::string& text) {
     if (text.empty()) return kDefaultMemoryBytes;
     Result<int64_t> bytes = parse_bytes(text);
-    if (!bytes) return usage_error("`--memory`: " + bytes.error().text());
+    if (!bytes) return usage_error(fmt::format(messages::kMemoryOption, bytes.error().text()));
     return bytes;
 }
 

@@ -9,6 +9,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/messages.h"
+
 namespace openfab {
 namespace {
 
@@ -63,7 +65,7 @@ void ask_for_text(Parse* parse) {
 void on_start(void* data, const char* name, const char** attributes) {
     auto* parse = static_cast<Parse*>(data);
     if (!parse->wrong.empty()) return;
-    if (++parse->depth > kMaxDepth) return parse->stop("elements are nested too deep");
+    if (++parse->depth > kMaxDepth) return parse->stop(messages::kNestedElements);
     Complaint wrong = parse->handler->start(without_prefix(name), XmlAttributes(attributes));
     if (!wrong.empty()) return parse->stop(std::move(wrong));
     ask_for_text(parse);
@@ -83,20 +85,20 @@ void on_text(void* data, const char* text, int bytes) {
 }
 
 void on_document_type(void* data, const char*, const char*, const char*, int) {
-    static_cast<Parse*>(data)->stop("a document type declaration, which is not allowed");
+    static_cast<Parse*>(data)->stop(messages::kDocumentType);
 }
 
 void on_entity(void* data, const char*, int, const char*, int, const char*, const char*,
                const char*, const char*) {
-    static_cast<Parse*>(data)->stop("a declaration of an entity, which is not allowed");
+    static_cast<Parse*>(data)->stop(messages::kEntityDeclaration);
 }
 
 void on_attributes(void* data, const char*, const char*, const char*, const char*, int) {
-    static_cast<Parse*>(data)->stop("a declaration of attributes, which is not allowed");
+    static_cast<Parse*>(data)->stop(messages::kAttributeDeclaration);
 }
 
 void on_unknown_entity(void* data, const char* name, int) {
-    static_cast<Parse*>(data)->stop(fmt::format("an entity `{}`, which is not known", name));
+    static_cast<Parse*>(data)->stop(fmt::format(messages::kUnknownEntity, name));
 }
 
 }  // namespace
@@ -118,7 +120,7 @@ const char* XmlAttributes::find_exact(std::string_view name) const {
 Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandler* handler) {
     const std::unique_ptr<std::remove_pointer_t<XML_Parser>, decltype(&XML_ParserFree)> parser(
         XML_ParserCreate(nullptr), &XML_ParserFree);
-    if (parser == nullptr) return outside_error("out of memory");
+    if (parser == nullptr) return outside_error(messages::kOutOfMemory);
     Parse parse{parser.get(), handler, 0, false, {file, 0, 0}, {}};
     XML_SetUserData(parser.get(), &parse);
     XML_SetElementHandler(parser.get(), on_start, on_end);
@@ -143,8 +145,7 @@ Result<void> parse_xml(std::string_view text, const std::string& file, XmlHandle
         if (last) return Ok{};
         const int64_t token = OPENFAB_EXPAT(XML_GetCurrentByteIndex)(parser.get());
         if (token >= 0 && static_cast<int64_t>(at + piece.size()) - token > kLongestToken) {
-            parse.keep(
-                fmt::format("a tag or comment of more than {} MB", kLongestToken / 1'000'000));
+            parse.keep(fmt::format(messages::kLongToken, kLongestToken / 1'000'000));
             return parse.wrong.at(parse.location);
         }
     }

@@ -23,6 +23,7 @@
 #include "base/clean_exit.h"
 #include "base/hash.h"
 #include "base/input_file.h"
+#include "base/messages.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/system_reason.h"
@@ -195,7 +196,7 @@ Result<void> make_with_helper(const fs::path& image, const ImageOptions& options
         return helper_error(WEXITSTATUS(result->status), messages);
     }
     const int signal = WIFSIGNALED(result->status) ? WTERMSIG(result->status) : 0;
-    if (signal == SIGINT) return Error{ErrorCode::kInterrupted, "interrupted"};
+    if (signal == SIGINT) return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted};
     return outside_error(fmt::format(
         messages::kCannotConvert, image.string(), helper,
         signal != 0 ? fmt::format(messages::kEndedBySignal, signal)

@@ -15,6 +15,7 @@
 #include "abi/curve_table.h"
 #include "abi/kernel_call.h"
 #include "base/check.h"
+#include "base/messages.h"
 #include "base/near_miss.h"
 #include "runtime/part/bind_shape.h"
 #include "runtime/part/curve.h"
@@ -248,7 +249,7 @@ class Binder {
                                 fmt::format("`{}` of fablet `{}` is given the string `{}`",
                                             declaration(u), fablet_.name, names[i]),
                                 near.empty() ? fmt::format("it takes {}", what_is_needed(u))
-                                             : fmt::format("did you mean `{}`?", near));
+                                             : fmt::format(openfab::messages::kDidYouMean, near));
             }
             out_.values[static_cast<size_t>(u.first_index) + i] = found->bits;
         }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/clock.h"
+#include "base/messages.h"
 #include "runtime/pipeline/gather_statistics.h"
 #include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/print_setup.h"
@@ -89,7 +90,7 @@ Result<TimeSample> PrintJobImpl::sample_time(double seconds, SliceSink* sink,
         const Result<void> ended = sink->finish(PrintTotals());
         (void)ended;
     }
-    if (interrupt.load()) return Error{ErrorCode::kInterrupted, "interrupted"};
+    if (interrupt.load()) return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted};
     if (sample) {
         sample->seconds += began;
         sample->processor_seconds += began_processor;
@@ -186,7 +187,7 @@ Result<SlabsRun> PrintJobImpl::run_slabs(std::span<const int32_t> slabs, SliceSi
     totals.complete = complete;
     const Result<void> finished = sink.finish(totals);
     if (committer.failed()) return committer.error();
-    if (!complete) return Error{ErrorCode::kInterrupted, "interrupted"};
+    if (!complete) return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted};
     if (!finished) return finished.error();
     if (statistics != nullptr) {
         gather_statistics(*setup_, loop_, committer, 0, statistics);

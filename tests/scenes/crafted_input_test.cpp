@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "base/messages.h"
 #include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -100,7 +101,11 @@ const std::vector<Crafted>& crafted_inputs() {
          "openfab",
          {"import", "components.3mf", "-o", "out"},
          ""},
-        {"Laughs", "packages", "openfab", {"import", "laughs.3mf", "-o", "out"}, "a document type"},
+        {"Laughs",
+         "packages",
+         "openfab",
+         {"import", "laughs.3mf", "-o", "out"},
+         messages::kDocumentType},
         {"DoublesBeyondFloats", "packages", "openfab", {"info", "huge_doubles.ply"}, ""},
         {"MaterialsByIndex",
          "compile_bombs",

@@ -4,10 +4,12 @@
 // Geometry that a program of the user's makes: the same as if it were data, however it is printed; and what a program
 // may not do.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <filesystem>
 
+#include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/programs/print/process_fixture.h"
@@ -236,14 +238,14 @@ TEST_F(Generator, SaysWhatAProgramDoesWrong) {
     EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1")),
                 testing::Says(solid::messages::kEndsInMesh));
     EXPECT_THAT(refusal(answer("error no such forest")), HasSubstr("no such forest"));
-    EXPECT_THAT(refusal(answer("done")), HasSubstr("more after the `done`"));
+    EXPECT_THAT(refusal(answer("done")), testing::Says(messages::kWroteAfterDone));
     EXPECT_THAT(refusal("echo welcome\n" + answer("# nothing")), HasSubstr("welcome"));
-    EXPECT_THAT(refusal("read line; exit 7"), HasSubstr("exit code 7"));
+    EXPECT_THAT(refusal("read line; exit 7"), testing::Says(messages::kEndedWithCode, "7"));
     EXPECT_THAT(refusal("read line; kill -9 $$"), HasSubstr("signal 9"));
     EXPECT_THAT(refusal("read line; sleep 30", R"(, "answer_s": 0.3)"),
-                HasSubstr("has not answered `grow root -6 -6 0 6 6 12` within 0.3 s"));
+                testing::Says(messages::kNoAnswerInTime, "*", "grow root -6 -6 0 6 6 12", "0.3"));
     EXPECT_THAT(refusal("read line; yes '# more'", R"(, "answer_mb": 1)"),
-                HasSubstr("writes more than 1 MB"));
+                testing::Says(messages::kAnswerTooLong, "*", "1"));
     EXPECT_THAT(refusal("n=0\nwhile read word key box; do n=$((n + 1))\n"
                         "if [ $key = root ]; then echo more a " +
                         box + "; echo more a " + box +
@@ -251,7 +253,7 @@ TEST_F(Generator, SaysWhatAProgramDoesWrong) {
                 testing::Says(solid::messages::kAnswersOtherwise));
     world(R"({"program": ["./no_such_program"], "box_mm": [[0, 0, 0], [1, 1, 1]]})");
     EXPECT_THAT(print({"--allow-programs", "-o", path("bad.ofr")}, "g.fab.json").err,
-                HasSubstr("does not start"));
+                testing::Says(messages::kDoesNotStart));
 }
 
 TEST_F(Generator, SaysWhatTheWorldSaysWrong) {

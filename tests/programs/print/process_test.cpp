@@ -11,6 +11,7 @@
 #include <fstream>
 #include <thread>
 
+#include "base/messages.h"
 #include "program/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
@@ -195,7 +196,7 @@ TEST_F(ProcessOption, TroubleIsTold) {
         EXPECT_NE(outcome.exit_code, 0) << text;
         return outcome.err;
     };
-    EXPECT_THAT(error_of(R"({"ded": []})"), HasSubstr("did you mean `dead`?"));
+    EXPECT_THAT(error_of(R"({"ded": []})"), testing::Says(messages::kDidYouMean, "dead"));
     EXPECT_THAT(
         error_of(R"({"dead": [{"material": "white", "substitute": "red", "nozzles": [1]}]})"),
         Says(program::messages::kSubstituteIs, "*", "red", program::messages::kNoMaterialOfPrint));

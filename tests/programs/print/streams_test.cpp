@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "backends/common/messages.h"
+#include "base/messages.h"
 #include "tests/programs/print/simple_world.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -94,7 +95,7 @@ TEST_F(Streams, AResultThatCannotBeWrittenIsAFailureOfTheOutside) {
             EXPECT_EQ(outcome.exit_code, 3) << command << " " << where << ": " << outcome.err;
             EXPECT_THAT(outcome.err,
                         ::testing::AnyOf(testing::Says(backends::messages::kStandardOutput),
-                                         HasSubstr("standard output")))
+                                         testing::Says(messages::kCannotWriteOut)))
                 << command;
         }
         EXPECT_EQ(shell(command + " > /dev/null").exit_code, 0) << command;
@@ -234,12 +235,14 @@ TEST_F(Streams, DescribeListsTheNamesOfValues) {
 TEST_F(Streams, MisspeltCommandsAndOptionsAreNamed) {
     const std::pair<std::string, std::string> cases[] = {
         {"{openfab} prnt {dir}/world.fab.json -o a",
-         "there is no command `prnt`; did you mean `print`?"},
-        {"{openfab} inof {dir}/a.ofr", "did you mean `info`?"},
+         fmt::format(messages::kNoSuchArgument, "command", "prnt") + "; " +
+             fmt::format(messages::kDidYouMean, "print")},
+        {"{openfab} inof {dir}/a.ofr", fmt::format(messages::kDidYouMean, "info")},
         {"{openfab} frobnicate", "there is no command `frobnicate`"},
-        {"{openfab} print {dir}/world.fab.json --prevew a.png", "did you mean `--preview`?"},
-        {"{openfab} export {dir}/a.ofr --ouput a", "did you mean `--output`?"},
-        {"{openflc} descirbe {dir}/f.fl", "did you mean `describe`?"},
+        {"{openfab} print {dir}/world.fab.json --prevew a.png",
+         fmt::format(messages::kDidYouMean, "--preview")},
+        {"{openfab} export {dir}/a.ofr --ouput a", fmt::format(messages::kDidYouMean, "--output")},
+        {"{openflc} descirbe {dir}/f.fl", fmt::format(messages::kDidYouMean, "describe")},
         {"{print} {dir}/world.fab.json more", "`more`"}};
     for (const auto& [command, says] : cases) {
         const Outcome outcome = shell(command);

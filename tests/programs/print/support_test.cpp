@@ -12,11 +12,13 @@
 
 #include "backends/boundary/mesh_sink.h"
 #include "backends/ofr/ofr_reader.h"
+#include "base/messages.h"
 #include "mesh/read/stl.h"
 #include "tests/support/boundary/mesh_files.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/reference/column_scan.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -156,7 +158,7 @@ TEST_F(SupportOption, IsOfAMaterialOfTheWorldWhereOneIsNamed) {
     expect_supports(white, without, 1);
     const Outcome outcome = print("plain.fab.json", "no.ofr", {"--support", "blak"});
     EXPECT_EQ(outcome.exit_code, 1);
-    EXPECT_THAT(outcome.err, HasSubstr("did you mean `black`?"));
+    EXPECT_THAT(outcome.err, testing::Says(messages::kDidYouMean, "black"));
     EXPECT_FALSE(fs::exists(path("no.ofr")));
 }
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <string>
 
+#include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "mesh/read/messages.h"
 #include "program/messages.h"
@@ -435,7 +436,7 @@ TEST_F(OpenfabImport, KeepsToItsMemory) {
         arguments.insert(arguments.end(), {"--memory", "40MB"});
         const Outcome refused = openfab(arguments);
         EXPECT_EQ(refused.exit_code, 1) << refused.err;
-        EXPECT_THAT(refused.err, HasSubstr("allow more with `--memory`"));
+        EXPECT_THAT(refused.err, testing::Says(messages::kAllowMoreMemory));
 #ifndef OPENFAB_SANITIZED
         EXPECT_LT(refused.peak_rss_bytes, 80 << 20);
 #endif

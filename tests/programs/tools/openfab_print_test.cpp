@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -421,7 +422,7 @@ TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
     const auto notes =
         AllOf(::testing::HasSubstr("note: " + fmt::format(tools::messages::kProgramNotCached, "")),
               HasSubstr("note: filtered textures are not cached: "),
-              HasSubstr("it cannot be written to: Permission denied"));
+              testing::Says(messages::kCannotBeWrittenTo, "Permission denied"));
     const Outcome unwritten = print_with(0555, "a.ofr");
     EXPECT_EQ(unwritten.exit_code, 0) << unwritten.err;
     EXPECT_THAT(unwritten.err, notes);
@@ -569,7 +570,7 @@ TEST_F(OpenfabPrint, NeighboursOfAFabletNeitherHoldUpNorLeadAway) {
     const Outcome refused = print({path("w/world.fab.json"), "-o", path("a.ofr")});
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.err, HasSubstr("`far` cannot be read"));
-    EXPECT_THAT(refused.err, HasSubstr("which is not below"));
+    EXPECT_THAT(refused.err, testing::Says(messages::kNotBelow));
     // A project may use all of its folders.
     scratch_.write("openfab.project", "");
     EXPECT_EQ(print({path("w/world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);

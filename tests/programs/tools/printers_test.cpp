@@ -8,6 +8,7 @@
 
 #include <filesystem>
 
+#include "base/messages.h"
 #include "program/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -73,7 +74,7 @@ TEST_F(Printers, AreListedWithWhatIsKnown) {
     EXPECT_THAT(openfab({"printers", "--json"}).out, HasSubstr("\"name\": \"j850\""));
     const Outcome wrong = openfab({"printers", "j8500"});
     EXPECT_EQ(wrong.exit_code, 1);
-    EXPECT_THAT(wrong.err, HasSubstr("did you mean `j850`?"));
+    EXPECT_THAT(wrong.err, testing::Says(messages::kDidYouMean, "j850"));
 }
 
 TEST_F(Printers, PrintInEachFormatOfTheirFrontEnds) {

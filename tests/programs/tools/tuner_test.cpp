@@ -11,6 +11,7 @@
 #include <set>
 
 #include "base/json.h"
+#include "base/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -246,7 +247,7 @@ TEST_F(TunerTest, SaysThatNoKernelIsKept) {
         openfab({"profile", path("w.fab.json"), "--json", path("layers.fl")}, options);
     EXPECT_THAT(outcome.err,
                 ::testing::HasSubstr("note: " + fmt::format(tuner::messages::kKernelNotKept, "")));
-    EXPECT_THAT(outcome.err, HasSubstr("it cannot be written to: Permission denied"));
+    EXPECT_THAT(outcome.err, testing::Says(messages::kCannotBeWrittenTo, "Permission denied"));
 }
 
 TEST_F(TunerTest, HelpNamesThePrintsOptions) {

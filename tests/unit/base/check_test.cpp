@@ -51,8 +51,8 @@ TEST(Error, TellsAllOfItInOneLine) {
     EXPECT_EQ(user_error("what", "help").text(), "what; help");
     EXPECT_EQ(error_at({"a:b", 3, 4}, "what", "help").text(), "a:b:3:4: what; help");
     EXPECT_EQ(error_at({"file", 0, 0}, "what").text(), "file: what");
-    const Error outer = with_context(error_at({"f", 1, 2}, "what", "help"), "cannot read x: ");
-    EXPECT_EQ(outer.message, "cannot read x: f:1:2: what");
+    const Error outer = with_context(error_at({"f", 1, 2}, "what", "help"), "before: ");
+    EXPECT_EQ(outer.message, "before: f:1:2: what");
     EXPECT_EQ(outer.help, "help");
     EXPECT_EQ(outer.code, ErrorCode::kUserInput);
     EXPECT_TRUE(outer.location.file.empty());

@@ -8,8 +8,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/messages.h"
 #include "base/own_folder.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 
 namespace openfab {
 namespace {
@@ -43,15 +45,17 @@ TEST_F(InputFileTest, ALimitOfTheUsersIsNamed) {
     ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
     ASSERT_FALSE(opened);
     EXPECT_EQ(opened.error().code, ErrorCode::kOutside);
-    EXPECT_THAT(opened.error().text(), HasSubstr("allow more (`ulimit -n`)"));
+    EXPECT_THAT(opened.error().text(), testing::Says(messages::kAllowMoreFiles));
 }
 
 TEST_F(InputFileTest, OpensRegularFilesAlone) {
     EXPECT_EQ(error_of(root_ / "own.txt"), "no error");
-    EXPECT_THAT(error_of(root_), HasSubstr("it is a folder, not a file"));
+    EXPECT_THAT(error_of(root_), testing::Says(messages::kKindNotAFile, messages::kKindFolder));
     ASSERT_EQ(::mkfifo((root_ / "pipe").c_str(), 0600), 0);
-    EXPECT_THAT(error_of(root_ / "pipe"), HasSubstr("it is a pipe, not a file"));
-    EXPECT_THAT(error_of("/dev/zero", true), HasSubstr("it is a device, not a file"));
+    EXPECT_THAT(error_of(root_ / "pipe"),
+                testing::Says(messages::kKindNotAFile, messages::kKindPipe));
+    EXPECT_THAT(error_of("/dev/zero", true),
+                testing::Says(messages::kKindNotAFile, messages::kKindDevice));
     const Result<InputFile> none = InputFile::open(root_ / "none.txt");
     ASSERT_FALSE(none);
     EXPECT_EQ(none.error().code, ErrorCode::kUserInput);
@@ -64,14 +68,14 @@ TEST_F(InputFileTest, StaysBelowItsRootsWhateverTheName) {
     fs::create_symlink("own.txt", root_ / "alias.txt");
     for (const fs::path& file : {root_ / "../secret.txt", root_ / "link.txt",
                                  root_ / "up" / "secret.txt", folder_.path() / "secret.txt"}) {
-        EXPECT_THAT(error_of(file), HasSubstr("which is not below `" + root_.string() + "`"));
+        EXPECT_THAT(error_of(file), testing::Says(messages::kNotBelow, "*", root_.string()));
         EXPECT_EQ(error_of(file, true), "no error") << "a user's own choice";
     }
     EXPECT_EQ(error_of(root_ / "up/world/own.txt"), "no error");
     EXPECT_EQ(error_of(root_ / "alias.txt"), "no error");
     fs::create_directory(fs::path(root_.string() + "s"));
     folder_.write("worlds/near.txt", "near");
-    EXPECT_THAT(error_of(root_.string() + "s/near.txt"), HasSubstr("not below"));
+    EXPECT_THAT(error_of(root_.string() + "s/near.txt"), testing::Says(messages::kNotBelow));
 }
 
 TEST_F(InputFileTest, ReadsNoMoreThanItMay) {
@@ -79,7 +83,7 @@ TEST_F(InputFileTest, ReadsNoMoreThanItMay) {
     ASSERT_TRUE(file);
     EXPECT_EQ(file->bytes(), 3);
     EXPECT_EQ(*file->read_all(3), "own");
-    EXPECT_THAT(file->read_all(2).error().text(), HasSubstr("it is larger than 2 B"));
+    EXPECT_THAT(file->read_all(2).error().text(), testing::Says(messages::kLargerThan, "2 B"));
     // The system reports no size for these.
     const Result<InputFile> endless = InputFile::open("/proc/self/maps");
     ASSERT_TRUE(endless);
@@ -126,11 +130,14 @@ TEST(OwnFolder, IsMadeForOneselfAndClearedOfWhatDied) {
     EXPECT_EQ(std::distance(fs::directory_iterator(own_path), {}), 1)
         << "another kind of name stays";
     fs::permissions(folder.path() / "a", fs::perms(0770));
-    EXPECT_THAT(own_folder(own_path).error().text(), HasSubstr("above it (mode 770)"));
+    EXPECT_THAT(own_folder(own_path).error().text(),
+                testing::Says(messages::kOthersCanWrite,
+                              testing::pattern_of(messages::kFolderAbove, {}), "770"));
     if (::geteuid() == 0) {
         fs::permissions(folder.path() / "a", fs::perms(0700));
         ASSERT_EQ(::chown(own_path.c_str(), 12345, 12345), 0);
-        EXPECT_THAT(own_folder(own_path).error().text(), HasSubstr("belongs to another user"));
+        EXPECT_THAT(own_folder(own_path).error().text(),
+                    testing::Says(messages::kOthersFolder, messages::kItself));
     }
 }
 

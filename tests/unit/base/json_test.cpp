@@ -3,6 +3,7 @@
 #include "base/json.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,7 +14,9 @@
 #include <random>
 
 #include "base/caret.h"
+#include "base/messages.h"
 #include "tests/support/meshes/temp_folder.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -47,52 +50,64 @@ TEST(Json, KnowsWhereEveryTokenStands) {
     EXPECT_EQ(root->members[2].value.column, 21);
 }
 
+/// The error at a place of f.json, with what is wrong there.
+std::string not_json(std::string_view at, std::string_view why) {
+    return fmt::format("f.json:{}: {}; {}", at, messages::kNotJson, why);
+}
+
+std::string other_expected(std::string_view found, std::string_view expected) {
+    return fmt::format(messages::kOtherExpected, found, expected);
+}
+
 TEST(Json, RefusesWhatIsNotStrict) {
     EXPECT_EQ(error_of("{\"a\": 1,\n \"b\": 2,\n \"a\": 3}"),
-              "f.json:3:2: duplicate key `a`; it is first given at line 1");
+              "f.json:3:2: " + fmt::format(messages::kDuplicateKey, "a") + "; " +
+                  fmt::format(messages::kDuplicateKeyHelp, 1));
     EXPECT_EQ(error_of("{\"a\": 1} x"),
-              "f.json:1:10: not valid JSON; `x` where the end of the file should be");
-    EXPECT_EQ(error_of("[NaN]"), "f.json:1:2: not valid JSON; `NaN` where a value should be");
-    EXPECT_EQ(error_of("[+1]"), "f.json:1:2: not valid JSON; `+1` where a value should be");
-    EXPECT_EQ(error_of("[-01]"), "f.json:1:2: not valid JSON; a number with a leading zero");
-    EXPECT_EQ(error_of("[1-2]"), "f.json:1:2: not valid JSON; `1-2` is not a number");
-    EXPECT_EQ(error_of("[1.]"), "f.json:1:2: not valid JSON; `1.` where a value should be");
+              not_json("1:10", other_expected("x", messages::kExpectedFileEnd)));
+    EXPECT_EQ(error_of("[NaN]"), not_json("1:2", other_expected("NaN", messages::kExpectedValue)));
+    EXPECT_EQ(error_of("[+1]"), not_json("1:2", other_expected("+1", messages::kExpectedValue)));
+    EXPECT_EQ(error_of("[-01]"), not_json("1:2", messages::kLeadingZero));
+    EXPECT_EQ(error_of("[1-2]"), not_json("1:2", fmt::format(messages::kNotANumber, "1-2")));
+    EXPECT_EQ(error_of("[1.]"), not_json("1:2", other_expected("1.", messages::kExpectedValue)));
     EXPECT_EQ(error_of("\"\xFF\""),
-              "f.json:1:2: not valid JSON; in a string: ill-formed UTF-8 byte");
-    EXPECT_EQ(error_of("[1, \"ab"), "f.json:1:5: not valid JSON; the string has no closing quote");
+              not_json("1:2", fmt::format(messages::kInString, "ill-formed UTF-8 byte")));
+    EXPECT_EQ(error_of("[1, \"ab"), not_json("1:5", messages::kNoClosingQuote));
     EXPECT_EQ(error_of(std::string_view("{\n\0}", 4)),
-              "f.json:2:1: a zero byte; the file is not text");
+              fmt::format("f.json:2:1: {}; {}", messages::kZeroByte, messages::kZeroByteHelp));
     EXPECT_EQ(error_of(std::string_view("\xFF\xFE{\0}\0", 6)),
-              "f.json:1:1: the file is text in UTF-16; save it as UTF-8");
-    EXPECT_EQ(error_of(""), "f.json:1:1: not valid JSON; the file ends where a value should be");
+              "f.json:1:1: " + fmt::format(messages::kWideText, "UTF-16") + "; " +
+                  messages::kWideTextHelp);
+    EXPECT_EQ(error_of(""),
+              not_json("1:1", fmt::format(messages::kFileEndsBefore, messages::kExpectedValue)));
 }
 
 TEST(Json, SaysWhatPeopleWriteThatItHasNot) {
-    const std::string comma = "which must not follow the last element; delete it";
-    EXPECT_EQ(error_of("{\"a\": 1,\n}"),
-              "f.json:1:8: not valid JSON; a comma before `}`, " + comma);
+    EXPECT_EQ(error_of("{\"a\": 1,\n}"), not_json("1:8", fmt::format(messages::kCommaAtEnd, '}')));
     EXPECT_EQ(error_of("{\"a\": [1, [2] ,] }"),
-              "f.json:1:15: not valid JSON; a comma before `]`, " + comma);
-    const std::string comment = "not valid JSON, which has no comments; delete this one";
+              not_json("1:15", fmt::format(messages::kCommaAtEnd, ']')));
+    const std::string comment =
+        fmt::format("{}; {}", messages::kNotJsonComments, messages::kNotJsonCommentsHelp);
     EXPECT_EQ(error_of("{\"a\": 1, // no\n}"), "f.json:1:10: " + comment);
     EXPECT_EQ(error_of("/* no */ {}"), "f.json:1:1: " + comment);
     EXPECT_EQ(error_of("{\"a\": 1 # no\n}"), "f.json:1:9: " + comment);
-    EXPECT_EQ(error_of("{'a': 1}"),
-              "f.json:1:2: not valid JSON; strings are written in double quotes");
-    EXPECT_EQ(error_of("{a: 1}"),
-              "f.json:1:2: not valid JSON; `a` where a key in double quotes should be");
+    EXPECT_EQ(error_of("{'a': 1}"), not_json("1:2", messages::kDoubleQuotes));
+    EXPECT_EQ(error_of("{a: 1}"), not_json("1:2", other_expected("a", messages::kExpectedKey)));
     EXPECT_EQ(error_of("{\"a\": 1 \"b\": 2}"),
-              "f.json:1:9: not valid JSON; `\"` where `,` or `}` should be");
-    EXPECT_EQ(error_of("{\"a\" 1}"), "f.json:1:6: not valid JSON; `1` where `:` should be");
+              not_json("1:9", other_expected("\"", messages::kExpectedMemberEnd)));
+    EXPECT_EQ(error_of("{\"a\" 1}"), not_json("1:6", other_expected("1", "`:`")));
     EXPECT_EQ(error_of("[[1], [2] [3]]"),
-              "f.json:1:11: not valid JSON; `[` where `,` or `]` should be");
+              not_json("1:11", other_expected("[", messages::kExpectedItemEnd)));
 }
 
 TEST(Json, SaysWhatNumberIsTooLarge) {
-    const std::string most = " is too large; at most 1.8e308 is possible";
-    EXPECT_EQ(error_of("[1, -1e999]"), "f.json:1:5: the number `-1e999`" + most);
+    const auto too_large = [](const std::string& number, const char* cut) {
+        return fmt::format(messages::kNumberTooLarge, number, cut) + "; " +
+               messages::kLargestNumber;
+    };
+    EXPECT_EQ(error_of("[1, -1e999]"), "f.json:1:5: " + too_large("-1e999", ""));
     EXPECT_EQ(error_of("[1" + std::string(400, '0') + "]"),
-              "f.json:1:2: the number `1" + std::string(39, '0') + "…`" + most);
+              "f.json:1:2: " + too_large("1" + std::string(39, '0'), "…"));
 }
 
 uint64_t bits_of(double value) {
@@ -178,7 +193,8 @@ TEST(Json, FindsTwoEqualKeysAmongMany) {
         text += fmt::format(",\n\"k{}\": 0", i);
     EXPECT_EQ(error_of(text + "}"), "no error");  // pairwise comparison would take a minute
     EXPECT_EQ(error_of(text + ",\"k77\":1}"),
-              "f.json:200001:14: duplicate key `k77`; it is first given at line 79");
+              "f.json:200001:14: " + fmt::format(messages::kDuplicateKey, "k77") + "; " +
+                  fmt::format(messages::kDuplicateKeyHelp, 79));
 }
 
 TEST(Json, KeepsToItsMemory) {
@@ -189,16 +205,15 @@ TEST(Json, KeepsToItsMemory) {
     EXPECT_TRUE(parse_json(text, "f", 100'000'000));
     const Result<JsonValue> refused = parse_json(text, "f", 10'000'000);
     ASSERT_FALSE(refused);
-    EXPECT_NE(refused.error().text().find("values, which take more memory than is allowed"),
-              std::string::npos);
+    EXPECT_THAT(refused.error().text(), testing::Says(messages::kValuesTakeTooMuch));
 }
 
 TEST(Json, LimitsDepth) {
     EXPECT_EQ(error_of(std::string(32, '[') + std::string(32, ']')), "no error");
     EXPECT_EQ(error_of(std::string(33, '[') + std::string(33, ']')),
-              "f.json:1:33: nested more than 32 levels deep");
+              "f.json:1:33: " + fmt::format(messages::kNestedTooDeep, 32));
     EXPECT_EQ(error_of(std::string(10'000'000, '[')),
-              "f.json:1:33: nested more than 32 levels deep");
+              "f.json:1:33: " + fmt::format(messages::kNestedTooDeep, 32));
 }
 
 TEST(Json, SurvivesEveryTruncation) {

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/near_miss.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <string>
 #include <vector>
+
+#include "base/messages.h"
 
 namespace openfab {
 namespace {
@@ -39,9 +42,10 @@ TEST(NearMiss, SwapsAreOneEditAndShortNamesMayHaveOne) {
 
 TEST(Suggest, NamesTheNearOneOrAll) {
     EXPECT_EQ(suggest("scael", std::vector<std::string>{"scale", "matrix"}),
-              "did you mean `scale`?");
-    EXPECT_EQ(suggest("zzz", std::vector<std::string>{"a", "b"}), "known: `a`, `b`");
-    EXPECT_EQ(suggest("zzz", {}), "there are none");
+              fmt::format(messages::kDidYouMean, "scale"));
+    EXPECT_EQ(suggest("zzz", std::vector<std::string>{"a", "b"}),
+              fmt::format(messages::kKnownNames, "`a`, `b`"));
+    EXPECT_EQ(suggest("zzz", {}), messages::kThereAreNone);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/run_main.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cerrno>
@@ -9,13 +10,16 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "base/messages.h"
+#include "tests/support/says/says.h"
+
 namespace openfab {
 namespace {
 
 int outcome_of(int (*program)(int, char**), std::string* message) {
-    testing::internal::CaptureStderr();
+    ::testing::internal::CaptureStderr();
     const int code = run_main(program, 0, nullptr);
-    *message = testing::internal::GetCapturedStderr();
+    *message = ::testing::internal::GetCapturedStderr();
     return code;
 }
 
@@ -24,13 +28,14 @@ TEST(RunMain, ExceptionsOfLibrariesBecomeMessages) {
     EXPECT_EQ(outcome_of([](int, char**) { return 7; }, &message), 7);
     EXPECT_EQ(message, "");
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::bad_alloc(); }, &message), 3);
-    EXPECT_EQ(message, "error: memory ran out\n");
+    EXPECT_EQ(message, fmt::format("error: {}\n", messages::kMemoryRanOut));
     EXPECT_EQ(
         outcome_of(
             [](int, char**) -> int { throw std::system_error(EAGAIN, std::generic_category()); },
             &message),
         3);
-    EXPECT_THAT(message, testing::HasSubstr("(`ulimit -u`)"));
+    EXPECT_THAT(message, testing::Says(messages::kSystemRefuses));
+    EXPECT_THAT(message, testing::Says(messages::kAllowMoreProcesses));
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::logic_error("why"); }, &message), 4);
     EXPECT_EQ(message, "error: internal error: why\n");
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw 1; }, &message), 4);

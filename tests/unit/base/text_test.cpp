@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/text.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <set>
 
 #include "base/caret.h"
+#include "base/messages.h"
 #include "base/plain_text.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -53,7 +55,7 @@ TEST(PlainText, NamesWideEncodings) {
     EXPECT_EQ(not_utf8("\xFF\xFE"
                        "a\0"sv)
                   .what,
-              "the file is text in UTF-16");
+              fmt::format(messages::kWideText, "UTF-16"));
 }
 
 TEST(Text, TakesOtherBytesAsLatin1) {

@@ -2,14 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/frontend/modules.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
 
+#include "base/messages.h"
 #include "compiler/diag/render.h"
 #include "compiler/frontend/frontend.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::testing {
 namespace {
@@ -88,9 +91,9 @@ TEST_F(ModuleFiles, WhatIsNoFileIsSaidToBeNone) {
         return text;
     };
     ASSERT_EQ(mkfifo((folder_ / "odd.fl").c_str(), 0600), 0);
-    EXPECT_NE(fault().find("it is a pipe, not a file"), std::string::npos);
+    EXPECT_THAT(fault(), testing::Says(messages::kKindNotAFile, messages::kKindPipe));
     fs::create_directory(folder_ / "odd.fl");
-    EXPECT_NE(fault().find("it is a folder, not a file"), std::string::npos);
+    EXPECT_THAT(fault(), testing::Says(messages::kKindNotAFile, messages::kKindFolder));
     fs::create_symlink("nowhere.fl", folder_ / "odd.fl");
     EXPECT_NE(fault().find("No such file"), std::string::npos);
 }

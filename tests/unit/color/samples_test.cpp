@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "base/messages.h"
 #include "tests/support/says/says.h"
 #include "tools/color/chart.h"
 #include "tools/color/messages.h"
@@ -45,7 +46,8 @@ TEST(Samples, ReadsTextOfAnyProgram) {
                                              6))
                   .error()
                   .text(),
-              "the file is text in UTF-16; save it as UTF-8");
+              fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                  openfab::messages::kWideTextHelp);
 }
 
 TEST(Samples, ReadsCsvAndCameras) {

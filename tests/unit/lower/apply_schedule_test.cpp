@@ -10,6 +10,7 @@
 
 #include <map>
 
+#include "base/messages.h"
 #include "compiler/lower/schedule/kernel_memory.h"
 #include "compiler/lower/schedule/print_loops.h"
 #include "tests/unit/lower/hand_kernel.h"
@@ -91,7 +92,8 @@ TEST(ApplySchedule, AcceptsEveryDirective) {
 TEST(ApplySchedule, MarksWhatADirectiveMayNotDo) {
     const std::map<std::string, std::string> cases = {
         // Names.
-        {"ouut.vectorize(x)", "1:1 |ouut| this kernel has no func `ouut`; did you mean `out`?"},
+        {"ouut.vectorize(x)", "1:1 |ouut| this kernel has no func `ouut`; " +
+                                  fmt::format(openfab::messages::kDidYouMean, "out")},
         {"out.vectorize(q)", "1:15 |q| `out` has no var `q`; it has x, n"},
         {"out.split(n, x, ni, 2)", "1:14 |x| `out` has, or had, a var `x` already"},
         {"out.split(n, no, no, 2)", "1:18 |no| `out` has, or had, a var `no` already"},

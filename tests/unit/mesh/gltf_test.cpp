@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "mesh/read/messages.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -174,13 +175,15 @@ TEST(Gltf, ReadsTextWithBuffersBesideItOrInIt) {
     testing::TempFolder elsewhere;
     std::filesystem::create_symlink(elsewhere.write("b.bin", b.bytes), folder.path() / "link.bin");
     ASSERT_EQ(::mkfifo((folder.path() / "pipe.bin").c_str(), 0600), 0);
-    for (const auto& [uri, why] : {std::pair{"link.bin", "which is not below"},
-                                   std::pair{"pipe.bin", "it is a pipe, not a file"}}) {
+    for (const auto& [uri, why] :
+         {std::pair{"link.bin", std::string(openfab::messages::kNotBelow)},
+          std::pair{"pipe.bin",
+                    fmt::format(openfab::messages::kKindNotAFile, openfab::messages::kKindPipe)}}) {
         const std::string buffer =
             fmt::format(R"({{"uri": "{}", "byteLength": {}}})", uri, b.bytes.size());
         const auto led = load_mesh(folder.write("b.gltf", gltf_json(b, buffer)), {});
         ASSERT_FALSE(led);
-        EXPECT_NE(led.error().text().find(why), std::string::npos) << led.error().text();
+        EXPECT_THAT(led.error().text(), testing::Says(why));
     }
     // A triangle as base64: three positions of 12 bytes.
     const std::string flat = R"({"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],

@@ -9,6 +9,7 @@
 #include "mesh/read/messages.h"
 #include "mesh/read/obj.h"
 
+#include "base/messages.h"
 #include "tests/support/says/says.h"
 #include "tests/unit/mesh/features.h"
 
@@ -431,12 +432,14 @@ TEST(ObjFeatures, RefuseWhatIsNotText) {
         return read ? "no error" : read.error().text();
     };
     EXPECT_EQ(error(std::string("\xFF\xFEv\0 \0", 6)),
-              "m.obj:1:1: the file is text in UTF-16; save it as UTF-8");
+              "m.obj:1:1: " + fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                  openfab::messages::kWideTextHelp);
     EXPECT_EQ(error(std::string("v\0 \0"
                                 "1\0 \0"
                                 "2\0",
                                 10)),
-              "m.obj:1:1: the file is text in UTF-16; save it as UTF-8");
+              "m.obj:1:1: " + fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                  openfab::messages::kWideTextHelp);
     EXPECT_EQ(
         error(kPoints + "surf 0 1 0 1 1 2 3 4\n"),
         std::string("m.obj:5:1: ") + messages::kOnlyFreeForm + "; " + messages::kOnlyFreeFormHelp);
@@ -471,7 +474,7 @@ TEST(ObjFeatures, PicturesStandInTheMeshsFolder) {
                                   [&](size_t, Result<std::string> bytes) {
                                       got.push_back(bytes ? *bytes : bytes.error().text());
                                   }));
-    EXPECT_THAT(got[0], ::testing::HasSubstr("larger than"));
+    EXPECT_THAT(got[0], testing::Says(openfab::messages::kLargerThan));
 }
 
 }  // namespace

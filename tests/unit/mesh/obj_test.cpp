@@ -6,10 +6,12 @@
 #include "mesh/read/messages.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
+#include "base/messages.h"
 #include "mesh/check/mesh_check.h"
 #include "mesh/read/obj_lines.h"
 #include "tests/support/meshes/meshes.h"
@@ -95,11 +97,12 @@ TEST(Obj, ReadsPositionsAttributesAndGroups) {
 }
 
 TEST(Obj, NamesTheLineOfWhatIsWrong) {
-    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 x 0")), "m.obj:3:6: `x` is not a number");
+    EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 x 0")),
+              "m.obj:3:6: " + fmt::format(openfab::messages::kNotANumber, "x"));
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 nan 0")),
-              "m.obj:3:6: `nan` is not finite or too large");
+              "m.obj:3:6: " + fmt::format(openfab::messages::kNotFinite, "nan"));
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 1e400 0 0")),
-              "m.obj:3:3: `1e400` is not finite or too large");
+              "m.obj:3:3: " + fmt::format(openfab::messages::kNotFinite, "1e400"));
     EXPECT_EQ(error_of(replaced(kCube, "v 10 0 0", "v 10 0")),
               "m.obj:3:1: " + fmt::format(messages::kStatementNumbers, "v", 2) + "; " +
                   fmt::format(messages::kStatementNumbersHelp, "3 to 7"));

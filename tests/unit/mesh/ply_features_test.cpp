@@ -6,6 +6,7 @@
 #include "mesh/read/messages.h"
 #include "mesh/read/ply.h"
 
+#include "base/messages.h"
 #include "tests/unit/mesh/features.h"
 
 namespace openfab::mesh {
@@ -214,7 +215,9 @@ TEST(PlyFeatures, AreCarriedOverOrTold) {
 TEST(PlyFeatures, RefuseUtf16) {
     const Result<MeshSource> read = parse_ply(std::string("\xFE\xFF\0p\0l\0y", 8), "m.ply");
     ASSERT_FALSE(read);
-    EXPECT_EQ(read.error().text(), "m.ply:1:1: the file is text in UTF-16; save it as UTF-8");
+    EXPECT_EQ(read.error().text(),
+              "m.ply:1:1: " + fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                  openfab::messages::kWideTextHelp);
 }
 
 }  // namespace

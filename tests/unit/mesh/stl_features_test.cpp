@@ -8,6 +8,7 @@
 
 #include <cstring>
 
+#include "base/messages.h"
 #include "tests/unit/mesh/features.h"
 
 namespace openfab::mesh {
@@ -149,7 +150,9 @@ TEST(StlFeatures, AreCarriedOverOrTold) {
 TEST(StlFeatures, RefuseUtf16) {
     const Result<MeshSource> read = parse_stl(std::string("\xFF\xFEs\0o\0l\0i\0d\0", 12), "m.stl");
     ASSERT_FALSE(read);
-    EXPECT_EQ(read.error().text(), "m.stl:1:1: the file is text in UTF-16; save it as UTF-8");
+    EXPECT_EQ(read.error().text(),
+              "m.stl:1:1: " + fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                  openfab::messages::kWideTextHelp);
 }
 
 }  // namespace

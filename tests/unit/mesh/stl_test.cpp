@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "mesh/read/messages.h"
 #include "tests/support/says/says.h"
@@ -80,7 +81,7 @@ TEST(Stl, NamesWhatIsWrong) {
     const std::string text = ascii_stl(testing::cube(10), "c");
     std::string bad = text;
     bad.replace(bad.find("vertex 10"), 9, "vertex 1O");
-    EXPECT_TRUE(parse_error(bad, "a.stl").ends_with("`1O` is not a number"));
+    EXPECT_THAT(parse_error(bad, "a.stl"), testing::Says(openfab::messages::kNotANumber, "1O"));
     EXPECT_TRUE(parse_error(bad, "a.stl").starts_with("a.stl:"));
     EXPECT_EQ(parse_error(text.substr(0, text.find("endloop")), "a.stl"),
               "a.stl:7:5: " + fmt::format(messages::kEndsBeforeWord, "endloop") + "; " +

@@ -7,6 +7,7 @@
 
 #include <cmath>
 
+#include "base/messages.h"
 #include "mesh/read/messages.h"
 #include "tests/support/says/says.h"
 #include "tests/unit/mesh/threemf_package.h"
@@ -326,7 +327,8 @@ TEST(ThreemfProject, RefusesDamagedProjects) {
     };
     const std::string begin = "a.3mf: Metadata/Slic3r_PE_model.config:1:";
     EXPECT_EQ(error(R"(<config><object id="9"><volume firstid="x" lastid="1"/></object></config>)"),
-              begin + "24: `firstid`: `x` is not a whole number from 0 to 2147483647");
+              begin + "24: `firstid`: " +
+                  fmt::format(openfab::messages::kNotWholeNumber, "x", 0, 2147483647));
     EXPECT_EQ(error("<config><object"), begin + "9: unclosed token");
     std::string many = R"(<config><object id="9">)";
     for (int i = 0; i < 5000; ++i)

@@ -5,10 +5,12 @@
 // is read or refused.
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "tests/support/memory/meter.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -69,7 +71,7 @@ TEST(WorldMemory, CountsWhatAWorldHolds) {
         values += "0,";
     EXPECT_SAYS(
         world_refusal(world_of(box, object, R"({"object": "o", "matrix": [)" + values + "0]}")),
-        "values, which take more memory than is allowed");
+        openfab::messages::kValuesTakeTooMuch);
     // Files, each of which fits.
     std::string files;
     for (int i = 0; i < 8; ++i)

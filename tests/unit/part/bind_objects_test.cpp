@@ -3,8 +3,10 @@
 //
 // `Object` uniforms: bound by the name of an object that is placed somewhere.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "base/messages.h"
 #include "runtime/part/bind.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -79,12 +81,12 @@ TEST_F(BindObjectsTest, NamesWhatWouldBeRight) {
     struct Case {
         const char* from;
         const char* to;
-        const char* message;
+        std::string message;
     };
     const Case cases[] = {
         {"\"core\": \"rod\"", "\"core\": \"rodd\"",
-         "8:28: no object is called `rodd`, for `Object core` of fablet `Near`; did you mean "
-         "`rod`?"},
+         "8:28: no object is called `rodd`, for `Object core` of fablet `Near`; " +
+             fmt::format(openfab::messages::kDidYouMean, "rod")},
         {"\"core\": \"rod\"", "\"core\": \"white\"",
          "8:28: `white` is a material, but `Object core` of fablet `Near` takes the name of an "
          "object"},

@@ -10,6 +10,7 @@
 #include <bit>
 #include <set>
 
+#include "base/messages.h"
 #include "mesh/model/messages.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -168,10 +169,11 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
     };
     EXPECT_EQ(error_of("gain=8"), "--set gain=8: not of the form OBJECT.UNIFORM=VALUE");
     EXPECT_EQ(error_of("thing.gain="), "--set thing.gain=: not of the form OBJECT.UNIFORM=VALUE");
-    EXPECT_EQ(error_of("thin.gain=8"),
-              "--set thin.gain=8: no object is called `thin`; did you mean `thing`?");
+    EXPECT_EQ(error_of("thin.gain=8"), "--set thin.gain=8: no object is called `thin`; " +
+                                           fmt::format(openfab::messages::kDidYouMean, "thing"));
     EXPECT_EQ(error_of("thing.gian=8"),
-              "--set thing.gian=8: fablet `Coat` has no uniform `gian`; did you mean `gain`?");
+              "--set thing.gian=8: fablet `Coat` has no uniform `gian`; " +
+                  fmt::format(openfab::messages::kDidYouMean, "gain"));
     EXPECT_EQ(error_of("thing.gain=[1"),
               "--set thing.gain=[1: the value is neither JSON nor a name");
     EXPECT_EQ(error_of("thing.gain=lots"),
@@ -216,9 +218,9 @@ TEST_F(BindTest, TakesTheNamesOfValues) {
         const std::string all = parts ? "no error" : parts.error().text();
         return all.substr(std::min(all.find('`'), all.size()));
     };
-    EXPECT_EQ(
-        error_of(world(R"("DOTTS")", "[0, 0]", "true")),
-        "`Pattern pattern` of fablet `Coat` is given the string `DOTTS`; did you mean `DOTS`?");
+    EXPECT_EQ(error_of(world(R"("DOTTS")", "[0, 0]", "true")),
+              "`Pattern pattern` of fablet `Coat` is given the string `DOTTS`; " +
+                  fmt::format(openfab::messages::kDidYouMean, "DOTS"));
     EXPECT_EQ(error_of(world(R"("checks")", "[0, 0]", "true")),
               "`Pattern pattern` of fablet `Coat` is given the string `checks`; it takes "
               "`Stripes`, `polka dots` or "
@@ -239,7 +241,7 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
     const struct {
         const char* from;
         const char* to;
-        const char* message;
+        std::string message;
     } cases[] = {
         {"\"steps\": -7, ", "",
          "8:40: object `thing` does not bind `int steps` of fablet `Coat`; give it a whole number "
@@ -249,7 +251,8 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
          "8:40: object `thing` does not bind `ImageTexture2D photo` of fablet `Coat`; give it the "
          "name of a texture"},
         {"\"border\"", "\"boarder\"",
-         "9:31: fablet `Coat` has no uniform `boarder`; did you mean `border`?"},
+         "9:31: fablet `Coat` has no uniform `boarder`; " +
+             fmt::format(openfab::messages::kDidYouMean, "border")},
         {"[0.25, 2]", "0.25",
          "9:30: `float2 border` of fablet `Coat` is given the number 0.25; it takes an array of 2 "
          "numbers"},
@@ -273,8 +276,8 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
          "10:44: `red` is a material, but `ImageTexture2D photo` of fablet `Coat` takes the name "
          "of a texture"},
         {"\"skin\": \"blue\"", "\"skin\": \"bleu\"",
-         "10:61: no material is called `bleu`, for `Material skin` of fablet `Coat`; did you mean "
-         "`blue`?"},
+         "10:61: no material is called `bleu`, for `Material skin` of fablet `Coat`; " +
+             fmt::format(openfab::messages::kDidYouMean, "blue")},
         {"\"skin\": \"blue\"", "\"skin\": 3",
          "10:61: `Material skin` of fablet `Coat` is given the number 3; it takes the name of a "
          "material"},
@@ -282,7 +285,8 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
          "10:80: `Material palette[2]` of fablet `Coat` is given the string `red`; it takes the "
          "names of 2 materials"},
         {"\"fablet\": \"Coat\"", "\"fablet\": \"Coad\"",
-         "3:55: fablet `Coad` of `coat.fl` is not in this print; did you mean `Coat`?"},
+         "3:55: fablet `Coad` of `coat.fl` is not in this print; " +
+             fmt::format(openfab::messages::kDidYouMean, "Coat")},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;

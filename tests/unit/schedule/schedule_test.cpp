@@ -6,9 +6,12 @@
 
 #include "compiler/schedule/schedule.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
+
+#include "base/messages.h"
 
 namespace openfab::schedule {
 
@@ -86,7 +89,8 @@ TEST(Schedule, ParametersDecideNumbersAndBranches) {
 TEST(Schedule, MarksMistakesOfForm) {
     const std::map<std::string, std::string> cases = {
         {"weights.vectorize(z)\nweights.vektorize(x)\n",
-         "2:9 |vektorize| no directive is called `vektorize`; did you mean `vectorize`?"},
+         "2:9 |vektorize| no directive is called `vektorize`; " +
+             fmt::format(openfab::messages::kDidYouMean, "vectorize")},
         {"weights.split(z, zo, zi)",
          "1:9 |split| `split` with 3 arguments; its form is `split(var, outer, inner, factor)`"},
         {"weights.parallel(z, 2)",
@@ -111,8 +115,8 @@ TEST(Schedule, MarksMistakesOfForm) {
          "1:24 |batch| `batch` is not a number, nor a parameter from a line before; there are "
          "vector_lanes"},
         {"param batch = 4 in [1, 8]\nweights.split(z, a, b, bacth)",
-         "2:24 |bacth| `bacth` is not a number, nor a parameter from a line before; did you mean "
-         "`batch`?"},
+         "2:24 |bacth| `bacth` is not a number, nor a parameter from a line before; " +
+             fmt::format(openfab::messages::kDidYouMean, "batch")},
         {"weights.split(z, a, b, 70000)", "1:24 |70000| expected a whole number up to 65536"},
         {"param batch = 3 in [4, 64]", "1:15 |3| 3 is not in [4, 64]"},
         {"param batch = 4 in [8, 4]", "1:20 |[| a range is `[least, most]`"},
@@ -125,7 +129,8 @@ TEST(Schedule, MarksMistakesOfForm) {
         {"param b = 4 in [1, 8]\nparam b = 4 in [1, 8]",
          "2:7 |b| there is a parameter `b` already, of line 1"},
         // Branches.
-        {"when avx { a.parallel(n) }", "1:6 |avx| no target is called `avx`; did you mean `avx2`?"},
+        {"when avx { a.parallel(n) }", "1:6 |avx| no target is called `avx`; " +
+                                           fmt::format(openfab::messages::kDidYouMean, "avx2")},
         {"when avx2 a.parallel(n)", "1:11 |a| expected `{` before the lines that depend on it"},
         {"when avx2 { a.parallel(n)", "1:26 || expected `}` after the lines that depend on `when`"},
         {"}", "1:1 |}| no `{` belongs to this `}`"},

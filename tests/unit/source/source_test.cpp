@@ -1,10 +1,12 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 
+#include "base/messages.h"
 #include "compiler/source/source_manager.h"
 
 namespace openfab::source {
@@ -68,7 +70,8 @@ TEST(SourceManager, LoadSaysWhyItFailed) {
     EXPECT_EQ(s.text(s.load(path, &fault).value_or(0)), "// one\nfablet A\r");
     std::ofstream(path, std::ios::binary) << std::string_view("\xFF\xFE/\0/\0", 6);
     EXPECT_FALSE(s.load(path, &fault).has_value());
-    EXPECT_EQ(fault, path.string() + ": the file is text in UTF-16; save it as UTF-8");
+    EXPECT_EQ(fault, path.string() + ": " + fmt::format(openfab::messages::kWideText, "UTF-16") +
+                         "; " + openfab::messages::kWideTextHelp);
     std::filesystem::resize_file(path, SourceManager::kMaxFileBytes + 1);
     EXPECT_FALSE(s.load(path, &fault).has_value());
     std::filesystem::remove(path);

@@ -6,6 +6,7 @@
 
 #include <OpenImageIO/imageio.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <libdeflate.h>
 #include <spawn.h>
@@ -19,6 +20,7 @@
 #include <cstring>
 
 #include "base/input_file.h"
+#include "base/messages.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -130,8 +132,10 @@ TEST_F(StrangersFiles, FormatsAreToldByContentAndOnlyThoseOfPictures) {
 TEST_F(StrangersFiles, WhatIsNoFileIsNotOpened) {
     const fs::path pipe = folder_.path() / "pipe.png";
     ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-    EXPECT_THAT(error_of(pipe), HasSubstr("it is a pipe, not a file"));
-    EXPECT_THAT(error_of("/dev/zero"), HasSubstr("it is a device, not a file"));
+    EXPECT_THAT(error_of(pipe),
+                testing::Says(openfab::messages::kKindNotAFile, openfab::messages::kKindPipe));
+    EXPECT_THAT(error_of("/dev/zero"),
+                testing::Says(openfab::messages::kKindNotAFile, openfab::messages::kKindDevice));
     const Result<uint64_t> key = texture::content_key(pipe, {});
     ASSERT_FALSE(key);
     EXPECT_THAT(key.error().text(), HasSubstr("it is a pipe"));
@@ -198,14 +202,15 @@ TEST_F(StrangersFiles, DataFilesLieBelowTheFolderOfTheirHeader) {
     ASSERT_EQ(::mkfifo((folder_.path() / "world/pipe").c_str(), 0600), 0);
     const std::string raw = "encoding: raw\ndata file: ";
     const std::vector<std::pair<std::string, std::string>> refused = {
-        {"../secret.raw", "which is not below"},
-        {(folder_.path() / "secret.raw").string(), "which is not below"},
-        {"link.raw", "which is not below"},
-        {"/dev/zero", "it is a device, not a file"},
-        {"pipe", "it is a pipe, not a file"}};
+        {"../secret.raw", openfab::messages::kNotBelow},
+        {(folder_.path() / "secret.raw").string(), openfab::messages::kNotBelow},
+        {"link.raw", openfab::messages::kNotBelow},
+        {"/dev/zero",
+         fmt::format(openfab::messages::kKindNotAFile, openfab::messages::kKindDevice)},
+        {"pipe", fmt::format(openfab::messages::kKindNotAFile, openfab::messages::kKindPipe)}};
     for (const auto& [data, why] : refused) {
         const fs::path file = header("h.nhdr", raw + data);
-        EXPECT_THAT(error_of_volume("h.nhdr"), HasSubstr(why)) << data;
+        EXPECT_THAT(error_of_volume("h.nhdr"), testing::Says(why)) << data;
         const auto volume = texture::get_volume(file, {}, 0, 0);
         ASSERT_FALSE(volume);
         EXPECT_EQ(volume.error().code, ErrorCode::kUserInput);
@@ -295,7 +300,8 @@ TEST_F(StrangersFiles, ACacheThatOthersCanWriteIsNotUsed) {
     ASSERT_FALSE(folder);
     EXPECT_THAT(folder.error().text(),
                 HasSubstr(fmt::format(texture::messages::kFolderNotUsed, cache.string()) +
-                          "others can write to it (mode 777)"));
+                          fmt::format(openfab::messages::kOthersCanWrite,
+                                      openfab::messages::kItself, 0777)));
     const auto before = fs::last_write_time(cache);
     const auto made = texture::get_pyramid(file, {"data", false}, 0, 0);
     ASSERT_TRUE(made) << made.error().text();

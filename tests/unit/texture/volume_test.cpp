@@ -18,6 +18,7 @@
 #include <functional>
 
 #include "base/color.h"
+#include "base/messages.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
 #include "texture/reading_progress.h"
@@ -285,7 +286,8 @@ TEST_F(VolumeTest, CubeTables) {
     std::replace(old.begin(), old.end(), '\n', '\r');
     EXPECT_EQ(level0(*converted(folder_.write("old.cube", old))), values);
     EXPECT_EQ(trouble(folder_.write("wide.cube", std::string_view("\xFF\xFEL\0U\0T\0", 8))),
-              "the file is text in UTF-16; save it as UTF-8");
+              fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                  openfab::messages::kWideTextHelp);
     EXPECT_EQ(trouble(folder_.write("short.cube", "LUT_3D_SIZE 2\n0 0 0\n")),
               fmt::format(messages::kLutRows, 1, 2, 8));
     EXPECT_EQ(trouble(folder_.write("one.cube", "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n")),

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/messages.h"
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
 #include "texture/messages.h"
@@ -581,13 +582,12 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_EQ(message("<VTKFile/>"),
               fmt::format(texture::messages::kAtLine, 1, texture::messages::kNotXdmf));
     EXPECT_EQ(message("<!DOCTYPE Xdmf [<!ENTITY a \"aaaa\">]><Xdmf>&a;</Xdmf>"),
-              fmt::format(texture::messages::kAtLine, 1,
-                          "a declaration of an entity, which is not allowed"));
+              fmt::format(texture::messages::kAtLine, 1, openfab::messages::kEntityDeclaration));
     EXPECT_EQ(message("<!DOCTYPE Xdmf [<!ATTLIST Grid Name CDATA \"a\">]><Xdmf/>"),
-              fmt::format(texture::messages::kAtLine, 1,
-                          "a declaration of attributes, which is not allowed"));
+              fmt::format(texture::messages::kAtLine, 1, openfab::messages::kAttributeDeclaration));
     EXPECT_EQ(message("<!DOCTYPE Xdmf SYSTEM \"/etc/passwd\">\n<Xdmf>&a;</Xdmf>"),
-              fmt::format(texture::messages::kAtLine, 2, "an entity `a`, which is not known"));
+              fmt::format(texture::messages::kAtLine, 2,
+                          fmt::format(openfab::messages::kUnknownEntity, "a")));
     EXPECT_THAT(
         trouble(folder_.write("m.xdmf", file(grid(points + cells + field))), {}, {4000, {}}),
         testing::Says(texture::messages::kXmlTooLarge, "*", "4 kB"));

@@ -14,6 +14,7 @@
 #include <set>
 #include <sstream>
 
+#include "base/messages.h"
 #include "base/polar.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
@@ -239,9 +240,10 @@ TEST_F(BuildTest, AFileOfTransformsIsTextOfAnyProgram) {
                                                "1\0 \0"
                                                "2\0",
                                                8));
-    EXPECT_NE(
-        error_of("", build).find("pins.txt:1:1: the file is text in UTF-16; save it as UTF-8"),
-        std::string::npos)
+    EXPECT_THAT(error_of("", build),
+                ::testing::HasSubstr(
+                    "pins.txt:1:1: " + fmt::format(openfab::messages::kWideText, "UTF-16") + "; " +
+                    openfab::messages::kWideTextHelp))
         << error_of("", build);
 }
 
@@ -276,13 +278,15 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
         {"", R"([{"group": "g"}])",
          "4:21: " + fmt::format(messages::kNoSuchGroup, "g") + "; " + messages::kNoGroups},
         {R"({"gear": [{"object": "box"}]})", R"([{"group": "gera"}])",
-         "5:21: " + fmt::format(messages::kNoSuchGroup, "gera") + "; did you mean `gear`?"},
+         "5:21: " + fmt::format(messages::kNoSuchGroup, "gera") + "; " +
+             fmt::format(openfab::messages::kDidYouMean, "gear")},
         {R"({"a": [{"group": "b"}], "b": [{"group": "a"}]})", R"([{"object": "box"}])",
          "4:51: " + fmt::format(messages::kGroupHoldsItself, "a")},
         {R"({"a": []})", R"([{"object": "box"}])",
          std::string("4:17: `groups.a` is empty; ") + messages::kMustBePlacements},
         {R"({"a": [{"object": "bax"}]})", R"([{"object": "box"}])",
-         "4:29: " + fmt::format(messages::kNoSuchObject, "bax") + "; did you mean `box`?"},
+         "4:29: " + fmt::format(messages::kNoSuchObject, "bax") + "; " +
+             fmt::format(openfab::messages::kDidYouMean, "box")},
         {R"({"g": [{"object": "box"}]})", R"([{"group": "g", "uniforms": {"n": 1}}])",
          "5:44: " + fmt::format(messages::kUniformOfNoObject, "n", "build[0]") + "; " +
              messages::kUniformOfNoObjectHelp + "known: `box`"},
@@ -309,8 +313,8 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
          here + "/bad.txt:2:1: " + fmt::format(messages::kTransformNumbers, 2) + "; " +
              messages::kTransformNumbersHelp},
         {"", R"([{"object": "box", "transforms": "flat.txt"}])",
-         here + "/flat.txt:1:1: the transform flattens the object: its determinant is 0; no scale "
-                "may be 0 or nearly so"},
+         here + "/flat.txt:1:1: " + fmt::format(openfab::messages::kTransformFlattens, 0.0) + "; " +
+             openfab::messages::kTransformFlattensHelp},
         {"", R"([{"object": "box", "transforms": "none.txt"}])",
          here + fmt::format(messages::kNoTransform, "/none.txt")},
     };

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "base/json.h"
+#include "base/messages.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/places/places.h"
 #include "world/messages.h"
@@ -35,7 +36,7 @@ TEST(Printer, HasTheProfilesOfTheDesign) {
     }
     EXPECT_EQ(load_printer("mimaki_55").error().text(),
               fmt::format(messages::kNoSuchPrinter, "mimaki_55", ".printer.json",
-                          "did you mean `mimaki_553`?"));
+                          fmt::format(openfab::messages::kDidYouMean, "mimaki_553")));
 }
 
 TEST(Printer, IsReadFromAFile) {
@@ -126,10 +127,11 @@ TEST_F(PrinterFile, RefusesWhatContradictsItself) {
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": {"dpi": "a"}})"),
         std::string("1:1: ") + messages::kPitchNotClear + "; " + messages::kPitchNotClearHelp);
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "unknown": ["dpi"]})"),
-              "1:49: " + fmt::format(messages::kUnknownNoObject, "an array") + "; " +
-                  messages::kUnknownNoObjectHelp);
-    EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": {}})"),
-              "1:46: " + fmt::format(messages::kNotAnArray, "inks", "an object"));
+              "1:49: " + fmt::format(messages::kUnknownNoObject, openfab::messages::kKindArray) +
+                  "; " + messages::kUnknownNoObjectHelp);
+    EXPECT_EQ(
+        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": {}})"),
+        "1:46: " + fmt::format(messages::kNotAnArray, "inks", openfab::messages::kKindObject));
     EXPECT_THAT(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "inks": [{"density_g_cm3": 1}]})"),
                 HasSubstr(fmt::format(messages::kKeyMissing, "an ink of `inks`", "name")));
     EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], )"

@@ -4,11 +4,13 @@
 #include "mesh/model/messages.h"
 
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "base/input_file.h"
+#include "base/messages.h"
 #include "mesh/load/load_mesh.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
@@ -186,10 +188,10 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "1:1: " + fmt::format(messages::kKeyMissing, "the world", "openfab") + "; " +
              messages::kIsRequired},
         {"\"printer\": \"j750\"", "\"printre\": \"j750\"",
-         "3:3: " + fmt::format(messages::kUnknownKey, "printre", "the world") +
-             "; did you mean `printer`?"},
+         "3:3: " + fmt::format(messages::kUnknownKey, "printre", "the world") + "; " +
+             fmt::format(openfab::messages::kDidYouMean, "printer")},
         {"\"printer\": \"j750\"", "\"tray\": \"centre\"",
-         "3:11: `tray` is `centre`; did you mean `center`?"},
+         "3:11: `tray` is `centre`; " + fmt::format(openfab::messages::kDidYouMean, "center")},
         {"\"printer\": \"j750\"", "\"printer\": 7",
          std::string("3:14: `printer` is a number; ") + messages::kMustString},
         {"\"key\": \"#000000\"", "\"key\": \"#FFFFFF\"",
@@ -208,9 +210,11 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "9:34: the file of texture `photo` `" + folder + std::string("/foto.png` ") +
              messages::kDoesNotExist + "; " + messages::kPathsCountFromWorld},
         {"\"clamp\"", "\"clmap\"",
-         "9:55: `wrap` of texture `photo` is `clmap`; did you mean `clamp`?"},
+         "9:55: `wrap` of texture `photo` is `clmap`; " +
+             fmt::format(openfab::messages::kDidYouMean, "clamp")},
         {"\"clamp\"", "[\"clamp\", \"repaet\"]",
-         "9:65: `wrap` of texture `photo` is `repaet`; did you mean `repeat`?"},
+         "9:65: `wrap` of texture `photo` is `repaet`; " +
+             fmt::format(openfab::messages::kDidYouMean, "repeat")},
         {"\"clamp\"", "[\"clamp\"]",
          std::string("9:55: `wrap` of texture `photo`") + messages::kOneMode + "; " +
              messages::kWrongModesHelp},
@@ -260,7 +264,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "12:22: " + fmt::format(messages::kNoMeshExtension, "mesh `ball`", "photo.png") +
              "; supported: " + mesh::mesh_formats()},
         {"\"mesh\": \"ball\"", "\"mesh\": \"bal\"",
-         "19:19: " + fmt::format(messages::kNoneOfName, "mesh", "bal") + "; did you mean `ball`?"},
+         "19:19: " + fmt::format(messages::kNoneOfName, "mesh", "bal") + "; " +
+             fmt::format(openfab::messages::kDidYouMean, "ball")},
         {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
          "17:36: " + fmt::format(messages::kNoneOfName, "fablet", "ggg") + "; known: `f`"},
         {"\"priority\": -3", "\"priority\": 1.5",
@@ -285,7 +290,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "18:73: " + fmt::format(messages::kInterpolationNone, "uniform `v` of object `b`") + "; " +
              messages::kInterpolationNoneHelp},
         {"[1, 2.5]", "{\"keys\": [[0, 1]], \"interpolate\": 1}",
-         "18:71: uniform `v` of object `b` has no `interpolate`; did you mean `interpolation`?"},
+         "18:71: uniform `v` of object `b` has no `interpolate`; " +
+             fmt::format(openfab::messages::kDidYouMean, "interpolation")},
         {"[1, 2.5]", "{\"interpolation\": \"step\"}",
          "18:37: uniform `v` of object `b` is an object without `keys`; a curve is given as "
          "`{\"keys\": [[0, 1], [5, 2]]}`"},
@@ -295,11 +301,11 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"{\"object\": \"a\"", "{\"object\": \"c\"",
          "22:16: " + fmt::format(messages::kNoSuchObject, "c") + "; known: `b`, `a`"},
         {"\"scale\": 2", "\"scael\": 2",
-         "22:21: " + fmt::format(messages::kUnknownKey, "scael", "build[0]") +
-             "; did you mean `scale`?"},
+         "22:21: " + fmt::format(messages::kUnknownKey, "scael", "build[0]") + "; " +
+             fmt::format(openfab::messages::kDidYouMean, "scale")},
         {"\"scale\": 2", "\"scale\": 0",
-         "22:30: the transform flattens the object: its determinant is 0; no scale may be 0 or "
-         "nearly so"},
+         "22:30: " + fmt::format(openfab::messages::kTransformFlattens, 0.0) + "; " +
+             openfab::messages::kTransformFlattensHelp},
         {"\"scale\": 2", "\"matrix\": [1]",
          "22:36: " + fmt::format(messages::kMatrixAndOther, "build[0]", "rotate_deg") + "; " +
              messages::kOneOrTheOther},
