@@ -10,7 +10,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import node, text  # noqa: E402
-from view import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
 
 
 def caret(page, before):

@@ -9,7 +9,7 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-from view import FABLET, WORLD, Page, Viewer, check, failures, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
 
 
 def text(page):

@@ -13,7 +13,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import dot, drag, text  # noqa: E402
-from view import Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import Page, Viewer, check, run_with_browser  # noqa: E402
 
 OCTAHEDRON = """v 10 0 0
 v -10 0 0

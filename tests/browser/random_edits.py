@@ -16,7 +16,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from graph import drag, text  # noqa: E402
-from view import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
+from harness import FABLET, WORLD, Page, Viewer, check, run_with_browser  # noqa: E402
 
 kEdits = 200
 

@@ -1,91 +1,26 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab print`: compiles what changed, once, and passes the compiler's errors on.
+// `openfab print`: what a world and its fablets ask for, and what is refused.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "base/messages.h"
-#include "tests/support/places/places.h"
-#include "tests/support/process/process.h"
+#include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
 
-using ::testing::AllOf;
-using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
-
-constexpr const char* kFablet = R"(fablet Plain {
-    @uniform { Material body; }
-    @Volume(@varying { VolumeAttributes attr }) {
-        MaterialComposition mc;
-        mc.Set(body, 1);
-        return mc;
-    }
-}
-)";
-
-constexpr const char* kWorld = R"({
-  "openfab": 1,
-  "printer": "generic",
-  "fablets": {"plain": {"source": "plain.fl", "fablet": "Plain"}},
-  "materials": {"resin": {"key": "#ffffff", "preview": "#f0f0f0ff", "density_g_cm3": 1.18}},
-  "meshes": {"block": {"box": [4, 3, 2]}},
-  "objects": {"thing": {"mesh": "block", "fablet": "plain", "uniforms": {"body": "resin"}}},
-  "build": [{"object": "thing"}]
-}
-)";
-
-class OpenfabPrint : public ::testing::Test {
-  protected:
-    OpenfabPrint() {
-        scratch_.write("plain.fl", kFablet);
-        scratch_.write("world.fab.json", kWorld);
-        scratch_.write("block.obj",
-                       "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 2\nv 4 0 2\nv 4 3 2\nv 0 3 2\n"
-                       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
-    }
-    std::string path(const std::string& name) const { return (scratch_ / name).string(); }
-    Outcome print(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), {program("openfab"), "print"});
-        return run(arguments, {{{"OPENFAB_CACHE", path("cache")}}, {}, {}});
-    }
-
-    ScratchFolder scratch_;
-};
-
-TEST_F(OpenfabPrint, CompilesOnceAndAgainWhenTheSourceChanged) {
-    const Outcome first = print({path("world.fab.json"), "-o", path("a.ofr")});
-    ASSERT_EQ(first.exit_code, 0) << first.err;
-    EXPECT_THAT(first.err, testing::Says(tools::messages::kCompiling, "plain.fl"));
-    const Outcome second = print({path("world.fab.json"), "-o", path("b.ofr")});
-    ASSERT_EQ(second.exit_code, 0) << second.err;
-    EXPECT_THAT(second.err, Not(HasSubstr("compiling")));
-    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
-    // The mesh alone, by the same fablet: the cache has the binary.
-    const Outcome quick =
-        print({path("block.obj"), "--fablet", path("plain.fl"), "-o", path("c.ofr")});
-    EXPECT_EQ(quick.exit_code, 0) << quick.err;
-    EXPECT_THAT(quick.err, Not(HasSubstr("compiling")));
-
-    scratch_.write("plain.fl", std::string(kFablet) + "// changed\n");
-    const Outcome changed = print({path("world.fab.json"), "-o", path("b.ofr")});
-    ASSERT_EQ(changed.exit_code, 0) << changed.err;
-    EXPECT_THAT(changed.err, testing::Says(tools::messages::kCompiling, "plain.fl"));
-    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
-}
 
 TEST_F(OpenfabPrint, SchedulesAreCompiledInAndAreInputsOfTheCache) {
     scratch_.write("tuned.sched", "pipeline slab\ninclude \"base.sched\"\n");
@@ -208,22 +143,6 @@ TEST(Programs, ListTheirCommandsWithoutAWord) {
         EXPECT_EQ(out.exit_code, 0) << name;
         EXPECT_THAT(out.out, HasSubstr("Subcommands:")) << name;
         EXPECT_EQ(out.err, "") << name;
-    }
-}
-
-TEST_F(OpenfabPrint, LeavesNoFolderBehindWhenItIsEndedWhileItCompiles) {
-    const fs::path temporary = path("temporary");
-    fs::create_directory(temporary);
-    for (const int signal : {SIGINT, SIGTERM}) {
-        RunOptions options;
-        options.environment = {{"OPENFAB_CACHE", path("cache")}, {"TMPDIR", temporary.string()}};
-        options.signal = signal;
-        options.interrupt_when = [&](int, const Outcome&) { return !fs::is_empty(temporary); };
-        const Outcome out = run(
-            {program("openfab"), "print", path("world.fab.json"), "-o", path("a.ofr")}, options);
-        EXPECT_EQ(out.exit_code, 128 + signal) << out.err;
-        EXPECT_TRUE(fs::is_empty(path("cache") + "/prints"));
-        EXPECT_TRUE(fs::is_empty(temporary)) << "the compiler was told, too";
     }
 }
 
@@ -383,62 +302,6 @@ TEST_F(OpenfabPrint, ACompilerThatIsNotLoadedIsNoBug) {
 }
 #endif
 
-TEST_F(OpenfabPrint, ACacheThatCannotBeWrittenToIsReadAndKeepsNothing) {
-    scratch_.write("pictured.fl", R"(fablet Pictured {
-    @uniform { Material body, ink; ImageTexture2D map; }
-    @Volume(@varying { VolumeAttributes attr }) {
-        MaterialComposition mc;
-        float share = map.Sample1(attr.voxelCenter.x / 4, attr.voxelCenter.y / 3, 0);
-        mc.Set(body, share);
-        mc.Set(ink, 1 - share);
-        return mc;
-    }
-}
-)");
-    scratch_.write("world.fab.json", R"({
-  "openfab": 1,
-  "printer": "generic",
-  "fablets": {"pictured": {"source": "pictured.fl", "fablet": "Pictured"}},
-  "materials": {"resin": {"key": "#ffffff"}, "black": {"key": "#000000"}},
-  "textures": {"map": {"file": "map.pgm"}},
-  "meshes": {"block": {"box": [4, 3, 2]}},
-  "objects": {"thing": {"mesh": "block", "fablet": "pictured",
-                        "uniforms": {"body": "resin", "ink": "black", "map": "map"}}},
-  "build": [{"object": "thing"}]
-}
-)");
-    scratch_.write("map.pgm", "P2 2 2 255 10 200 90 30\n");
-    fs::create_directories(path("cache/prints"));
-    RunOptions options;
-    options.environment = {{"OPENFAB_CACHE", path("cache")}};
-    options.obeys_permissions = true;
-    const auto print_with = [&](int mode, const std::string& output) {
-        for (const std::string folder : {"cache/prints", "cache"})
-            fs::permissions(path(folder), fs::perms(mode));
-        return run({program("openfab"), "print", path("world.fab.json"), "--voxel", "0.2mm", "-o",
-                    path(output)},
-                   options);
-    };
-    const auto notes =
-        AllOf(::testing::HasSubstr("note: " + fmt::format(tools::messages::kProgramNotCached, "")),
-              HasSubstr("note: filtered textures are not cached: "),
-              testing::Says(messages::kCannotBeWrittenTo, "Permission denied"));
-    const Outcome unwritten = print_with(0555, "a.ofr");
-    EXPECT_EQ(unwritten.exit_code, 0) << unwritten.err;
-    EXPECT_THAT(unwritten.err, notes);
-    EXPECT_TRUE(fs::is_empty(path("cache/prints")));
-    EXPECT_EQ(std::distance(fs::directory_iterator(path("cache")), {}), 1);
-    const Outcome written = print_with(0700, "b.ofr");
-    EXPECT_EQ(written.exit_code, 0) << written.err;
-    EXPECT_THAT(written.err, Not(HasSubstr("cached")));
-    const Outcome read = print_with(0555, "c.ofr");
-    EXPECT_EQ(read.exit_code, 0) << read.err;
-    EXPECT_THAT(read.err, Not(AnyOf(HasSubstr("compiling"), HasSubstr("cached"))));
-    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("b.ofr")));
-    EXPECT_TRUE(read_file(path("a.ofr")) == read_file(path("c.ofr")));
-    print_with(0700, "c.ofr");
-}
-
 TEST_F(OpenfabPrint, MistakesAreFoundBeforeAnythingIsCompiled) {
     EXPECT_EQ(print({}).exit_code, 2);
     EXPECT_EQ(print({path("world.fab.json"), "-o", path("a.ofr"), "--nonsense"}).exit_code, 2);
@@ -488,72 +351,6 @@ TEST_F(OpenfabPrint, NamesOfAWorldAreNoOptions) {
     const Outcome outcome = run({program("openfab"), "print", "world.fab.json", "-o", "a.ofr"},
                                 {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-}
-
-TEST_F(OpenfabPrint, AModuleBesideAWorldWithoutAFolderCounts) {
-    std::string fablet = kFablet;
-    fablet.replace(fablet.find("mc.Set(body, 1)"), 15, "mc.Set(body, share())");
-    scratch_.write("plain.fl", "import mine;\n" + fablet);
-    const auto printed = [&](const std::string& share) {
-        scratch_.write("mine.fl", "float share() { return " + share + "; }\n");
-        const Outcome outcome = run({program("openfab"), "print", "world.fab.json", "-o", "a.ofr"},
-                                    {{{"OPENFAB_CACHE", path("cache")}}, scratch_.path(), {}});
-        EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-        return read_file(path("a.ofr"));
-    };
-    EXPECT_FALSE(printed("1") == printed("0")) << "the program of the old module was run";
-}
-
-TEST_F(OpenfabPrint, ADamagedProgramIsMadeAgain) {
-    const auto print_it = [&] { return print({path("world.fab.json"), "-o", path("a.ofr")}); };
-    ASSERT_EQ(print_it().exit_code, 0);
-    ASSERT_EQ(std::distance(fs::directory_iterator(path("cache/prints")), {}), 1);
-    const fs::path program = fs::directory_iterator(path("cache/prints"))->path();
-    const std::string whole = read_file(program);
-    std::string flipped = whole;
-    flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 1);
-    for (const std::string& damaged : {flipped, whole.substr(0, whole.size() / 3), std::string()}) {
-        std::ofstream(program, std::ios::binary) << damaged;
-        const Outcome again = print_it();
-        EXPECT_EQ(again.exit_code, 0) << again.err;
-        EXPECT_THAT(again.err, HasSubstr("compiling"));
-        EXPECT_EQ(read_file(program).size(), whole.size());
-    }
-    EXPECT_THAT(print_it().err, Not(HasSubstr("compiling")));
-}
-
-TEST_F(OpenfabPrint, NothingCommonIsTrustedWithoutAHome) {
-    // A file that another user could have created.
-    ASSERT_EQ(print({path("world.fab.json"), "-o", path("a.ofr")}).exit_code, 0);
-    const std::string name =
-        fs::directory_iterator(path("cache/prints"))->path().filename().string();
-    const fs::path common = scratch_ / ("openfab-" + std::to_string(::getuid()));
-    for (const fs::path& planted : {common / "prints" / name, scratch_ / "shared/prints" / name}) {
-        fs::create_directories(planted.parent_path());
-        std::ofstream(planted) << "#!/bin/sh\ntouch " + path("was-here") + "\n";
-        fs::permissions(planted, fs::perms(0755));
-    }
-    fs::permissions(scratch_ / "shared", fs::perms(0777));
-    using Environment = std::vector<std::pair<std::string, std::string>>;
-    const std::string temporary = scratch_.path().string();
-    for (const Environment& environment :
-         {Environment{
-              {"OPENFAB_CACHE", ""}, {"XDG_CACHE_HOME", ""}, {"HOME", ""}, {"TMPDIR", temporary}},
-          Environment{{"OPENFAB_CACHE", path("shared")}, {"TMPDIR", temporary}}}) {
-        for (const char* input : {"world.fab.json", "block.obj"}) {
-            std::vector<std::string> words = {program("openfab"), "print", path(input), "-o",
-                                              path("b.ofr")};
-            if (std::string(input) == "block.obj") words.insert(words.end(), {"--fablet", "solid"});
-            const Outcome outcome = run(words, {environment, {}, {}});
-            EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-            EXPECT_THAT(outcome.err,
-                        ::testing::HasSubstr("note: " +
-                                             fmt::format(tools::messages::kProgramNotCached, "")));
-        }
-    }
-    EXPECT_FALSE(fs::exists(path("was-here")));
-    for (const auto& entry : fs::directory_iterator(scratch_.path()))
-        EXPECT_EQ(entry.path().string().find(".tmp-"), std::string::npos) << entry.path();
 }
 
 TEST_F(OpenfabPrint, NeighboursOfAFabletNeitherHoldUpNorLeadAway) {

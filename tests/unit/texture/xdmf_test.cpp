@@ -8,122 +8,22 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 
 #include "base/messages.h"
 #include "tests/support/says/says.h"
-#include "tests/unit/texture/field_test.h"
+#include "tests/unit/texture/xdmf_files.h"
 #include "texture/messages.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
 namespace {
 
-enum class Form { kText, kLittle, kBig };
-constexpr std::array kForms{Form::kText, Form::kLittle, Form::kBig};
-
-/// Writes items, and their data files into a folder.
-class Writer {
-  public:
-    Writer(Form form, const testing::TempFolder& folder) : form_(form), folder_(folder) {}
-
-    /// `type` are attributes such as `NumberType="Float" Precision="8"`.
-    template <typename T>
-    std::string item(const std::string& type, const std::string& sizes,
-                     const std::vector<T>& values) {
-        std::string tag = "<DataItem Dimensions=\"" + sizes + "\" " + type + " Format=\"";
-        if (form_ == Form::kText)
-            return tag + fmt::format("XML\">\n {}\n</DataItem>", fmt::join(values, " "));
-        std::string bytes = "before";
-        for (const T value : values) {
-            std::array<char, sizeof(T)> at{};
-            std::memcpy(at.data(), &value, sizeof value);
-            if (form_ == Form::kBig) std::reverse(at.begin(), at.end());
-            bytes.append(at.data(), at.size());
-        }
-        const std::string name = fmt::format("data{}.bin", files_++);
-        folder_.write(name, bytes);
-        return tag + "Binary\" Seek=\"6\" Endian=\"" + (form_ == Form::kBig ? "Big" : "Little") +
-               "\">\n  " + name + "\n</DataItem>";
-    }
-
-  private:
-    Form form_;
-    const testing::TempFolder& folder_;
-    int files_ = 0;
-};
-
-constexpr const char* kFloat64 = R"(NumberType="Float" Precision="8")";
-constexpr const char* kFloat32 = R"(DataType="Float")";
-constexpr const char* kInt64 = R"(NumberType="Int" Precision="8")";
-
-std::string grid(const std::string& content, const std::string& attributes = "") {
-    return "<Grid " + attributes + ">" + content + "</Grid>\n";
-}
-std::string file(const std::string& content) {
-    return "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\"><Domain>\n" + content +
-           "</Domain></Xdmf>\n";
-}
-std::string attribute(const std::string& name, const std::string& center, const std::string& item) {
-    return "<Attribute Name=\"" + name + "\" Center=\"" + center + "\">" + item + "</Attribute>\n";
-}
-
-std::string points_of(const BlockMesh& mesh, Writer* writer) {
-    return "<Geometry GeometryType=\"XYZ\">" +
-           writer->item(kFloat64, std::to_string(mesh.point_count()) + " 3", mesh.points) +
-           "</Geometry>\n";
-}
-std::string topology(const std::string& type, size_t cells, const std::string& item) {
-    return fmt::format("<Topology TopologyType=\"{}\" NumberOfElements=\"{}\">{}</Topology>\n",
-                       type, cells, item);
-}
-/// Of one type of cells.
-std::string cells_of(const BlockMesh& mesh, Writer* writer) {
-    const size_t count = mesh.types.size();
-    const std::string sizes = fmt::format("{} {}", count, mesh.corners.size() / count);
-    const char* type = mesh.types[0] == 10   ? "Tetrahedron"
-                       : mesh.types[0] == 12 ? "Hexahedron"
-                                             : "Wedge";
-    return topology(type, count, writer->item(kInt64, sizes, mesh.corners));
-}
-std::vector<double> field_of(const BlockMesh& mesh) {
-    std::vector<double> values;
-    for (size_t i = 0; i < mesh.point_count(); ++i)
-        values.push_back(linear(mesh.point(i)));
-    return values;
-}
-
-class XdmfTest : public FieldTest {
-  protected:
-    /// Checks that the file holds the linear field over the block.
-    void expect_linear(const std::string& text) {
-        VolumeOptions options;
-        options.pitch_mm = 0.21;
-        options.field = "E";
-        const auto p = converted(folder_.write("m.xdmf", text), options);
-        ASSERT_NE(p, nullptr);
-        EXPECT_EQ(size(*p), (Vec3i{15, 15, 15}));
-        EXPECT_EQ(origin(*p), (Vec3d{-1, 0, 2}));
-        int inside = 0;
-        each(*p, [&](const Vec3d& at, const float* value) {
-            if (at.x > 2 || at.y > 3 || at.z > 5) return;
-            ++inside;
-            EXPECT_NEAR(*value, linear(at), 2e-6);
-        });
-        EXPECT_EQ(inside, 14 * 14 * 14);
-    }
-    std::string message(const std::string& text, const VolumeOptions& options = {}) {
-        return trouble(folder_.write("m.xdmf", text), options);
-    }
-};
-
 TEST_F(XdmfTest, LinearFieldsOnCellsComeBackInEveryForm) {
     for (const int type : {10, 12, 13}) {
         for (const Form form : kForms) {
             SCOPED_TRACE(fmt::format("{} {}", type, static_cast<int>(form)));
             const BlockMesh mesh = block(type);
-            Writer writer(form, folder_);
+            XdmfWriter writer(form, folder_);
             expect_linear(file(grid(
                 points_of(mesh, &writer) + cells_of(mesh, &writer) +
                 attribute("other", "Node", writer.item(kFloat32, "64", std::vector<float>(64, 7))) +
@@ -134,7 +34,7 @@ TEST_F(XdmfTest, LinearFieldsOnCellsComeBackInEveryForm) {
 
 TEST_F(XdmfTest, NamesItsDocumentTypeAsVersionTwoDoes) {
     const BlockMesh mesh = block(12);
-    Writer writer(Form::kText, folder_);
+    XdmfWriter writer(Form::kText, folder_);
     std::string text =
         file(grid(points_of(mesh, &writer) + cells_of(mesh, &writer) +
                   attribute("E", "Node", writer.item(kFloat64, "64", field_of(mesh)))));
@@ -145,7 +45,7 @@ TEST_F(XdmfTest, NamesItsDocumentTypeAsVersionTwoDoes) {
 TEST_F(XdmfTest, MixedCellsAndPointsInThreeArrays) {
     const BlockMesh mesh = block(12);
     for (const Form form : kForms) {
-        Writer writer(form, folder_);
+        XdmfWriter writer(form, folder_);
         // A point, a line and a face beside the cells; points counted from 1.
         std::vector<int32_t> numbers{1, 1, 1, 2, 2, 1, 2, 4, 1, 2, 3};
         for (size_t cell = 0; cell < mesh.types.size(); ++cell) {
@@ -186,7 +86,7 @@ TEST_F(XdmfTest, MixedCellsAndPointsInThreeArrays) {
 
 TEST_F(XdmfTest, RegularGridsAreInPlace) {
     for (const Form form : kForms) {
-        Writer writer(form, folder_);
+        XdmfWriter writer(form, folder_);
         const std::string frame =
             "<Topology TopologyType=\"3DCoRectMesh\" Dimensions=\"2 3 4\"/>"
             "<Geometry GeometryType=\"ORIGIN_DXDYDZ\">" +
@@ -227,131 +127,6 @@ TEST_F(XdmfTest, RegularGridsAreInPlace) {
     }
 }
 
-TEST_F(XdmfTest, TheFirstStepIsReadAndOneGridAlone) {
-    const BlockMesh mesh = block(12);
-    Writer writer(Form::kText, folder_);
-    const std::string shape = points_of(mesh, &writer) + cells_of(mesh, &writer);
-    const auto with = [&](const std::string& name, const std::string& values) {
-        return grid(shape + attribute(name, "Node", values));
-    };
-    const std::string first = with("E", writer.item(kFloat64, "64", field_of(mesh)));
-    const std::string later = with("E", writer.item(kFloat64, "64", std::vector<double>(64, 9)));
-    const std::string steps = R"(GridType="Collection" CollectionType="Temporal")";
-    const std::string parts = R"(GridType="Collection" CollectionType="Spatial")";
-    expect_linear(file(grid("<Time Value=\"0\"/>" + first + later + later, steps)));
-    expect_linear(file(grid(first, parts)));
-    expect_linear(file(grid(grid(first, parts) + grid(later + later, parts), steps)));
-    const std::string several =
-        std::string(texture::messages::kSeveralGrids) + "; " + texture::messages::kSeveralGridsHelp;
-    EXPECT_THAT(message(file(grid(first + later, parts))), ::testing::HasSubstr(several));
-    EXPECT_THAT(message(file(grid(grid(first + later, parts), steps))),
-                ::testing::HasSubstr(several));
-    EXPECT_THAT(message(file(first + later)), ::testing::HasSubstr(several));
-    EXPECT_EQ(message(file("")), texture::messages::kNoGrid);
-    // As solvers write them: the mesh, and steps that include it.
-    const auto include = [](const std::string& what, const std::string& more = "") {
-        return "<xi:include " + more + " xpointer=\"xpointer(/Xdmf/Domain/Grid[1]/*[" + what +
-               "])\"/>";
-    };
-    const std::string both = include("self::Topology or self::Geometry");
-    const std::string values = attribute("E", "Node", writer.item(kFloat64, "64", field_of(mesh)));
-    const std::string mesh_grid = grid(shape, R"(GridType="Uniform")");
-    expect_linear(file(mesh_grid + grid(grid(both + values) + grid(both + values), steps)));
-    expect_linear(file(grid(grid(both + values) + grid(both + values), steps) + mesh_grid));
-    EXPECT_THAT(message(file(grid(both + values))),
-                testing::Says(texture::messages::kIncludeElsewhere));
-    EXPECT_THAT(message(file(grid(both + values) + grid(shape + values))),
-                ::testing::HasSubstr(several));
-    EXPECT_THAT(message(file(mesh_grid + grid(values))), ::testing::HasSubstr(several));
-    EXPECT_THAT(message(file(mesh_grid + grid(shape + values))), ::testing::HasSubstr(several));
-    EXPECT_THAT(message(file(mesh_grid + grid(both + values) + grid(both + values))),
-                ::testing::HasSubstr(several));
-    for (const std::string& other :
-         {include("self::Topology"), include("self::Topology or self::Geometry", "href=\"a\"")}) {
-        EXPECT_THAT(message(file(mesh_grid + grid(other + values))),
-                    testing::Says(texture::messages::kIncludeElsewhere));
-    }
-}
-
-TEST_F(XdmfTest, TheStepOfATimeIsRead) {
-    const BlockMesh mesh = block(12);
-    Writer writer(Form::kText, folder_);
-    const std::string shape = points_of(mesh, &writer) + cells_of(mesh, &writer);
-    const std::string steps = R"(GridType="Collection" CollectionType="Temporal")";
-    // Step i has the value i throughout.
-    const auto values = [&](double value) {
-        return attribute("E", "Node", writer.item(kFloat64, "64", std::vector<double>(64, value)));
-    };
-    const auto value_at = [&](const std::string& text, double time) -> float {
-        VolumeOptions options;
-        options.time = time;
-        const auto p = converted(folder_.write("m.xdmf", text), options);
-        return p == nullptr ? -1 : p->texels()[0];
-    };
-    const auto at = [](const std::string& time) { return "<Time Value=\"" + time + "\"/>"; };
-    const std::string own =
-        file(grid(grid(at("0") + shape + values(0)) + grid(shape + values(1) + at("0.1")) +
-                      grid(shape + values(2) + at(".30000000000000004")),
-                  steps));
-    EXPECT_EQ(value_at(own, 0), 0);
-    EXPECT_EQ(value_at(own, 0.1), 1);
-    EXPECT_EQ(value_at(own, 0.3), 2);
-    // Cells and points of the first step, or of a mesh beside the series.
-    const std::string both =
-        "<xi:include xpointer=\"xpointer(//Grid[1]/*[self::Topology or self::Geometry])\"/>";
-    const auto series = [&](const std::string& first, const std::string& times = "") {
-        return grid(times + first + grid(both + values(1)) + grid(both + values(2)), steps);
-    };
-    EXPECT_EQ(value_at(file(series(grid(shape + values(0)))), 2), 2);
-    EXPECT_EQ(value_at(file(series(grid(shape + values(0)))), 0), 0);
-    EXPECT_EQ(value_at(file(grid(shape) + series(grid(both + values(0)))), 1), 1);
-    EXPECT_EQ(value_at(file(series(grid(both + values(0))) + grid(shape)), 2), 2);
-    const std::string parts = R"(GridType="Collection" CollectionType="Spatial")";
-    EXPECT_EQ(value_at(file(series(grid(grid(shape + values(0)), parts))), 1), 1);
-    // Times that the collection lists.
-    const auto list = [](const std::string& type, const std::string& numbers) {
-        return "<Time TimeType=\"" + type + "\"><DataItem Format=\"XML\" Dimensions=\"3\">" +
-               numbers + "</DataItem></Time>";
-    };
-    EXPECT_EQ(value_at(file(series(grid(shape + values(0)), list("List", "5 7 11"))), 11), 2);
-    EXPECT_EQ(value_at(file(series(grid(shape + values(0)), list("HyperSlab", "5 2 3"))), 7), 1);
-    // What belongs to the world are the data of that step.
-    Writer binary(Form::kLittle, folder_);
-    std::string two;
-    for (const double value : {3.0, 4.0})
-        two += grid(
-            points_of(mesh, &binary) + cells_of(mesh, &binary) +
-            attribute("E", "Node", binary.item(kFloat64, "64", std::vector<double>(64, value))));
-    const auto path = folder_.write("m.xdmf", file(grid(two, steps)));
-    const auto names = [&](std::optional<double> time) {
-        std::vector<std::string> out;
-        for (const auto& data : texture::detached_data(path, time))
-            out.push_back(data.filename().string());
-        return out;
-    };
-    EXPECT_THAT(names({}), ::testing::UnorderedElementsAre("data0.bin", "data1.bin", "data2.bin"));
-    EXPECT_THAT(names(1), ::testing::UnorderedElementsAre("data3.bin", "data4.bin", "data5.bin"));
-
-    VolumeOptions options;
-    options.time = 0.2;
-    EXPECT_EQ(message(own, options),
-              fmt::format(texture::messages::kNoStepAtTime, 3, 0.2, "0, 0.1, 0.3"));
-    EXPECT_EQ(message(file(grid(shape + values(0))), options),
-              std::string(texture::messages::kNoSteps) + "; " + texture::messages::kNoStepsHelp);
-    EXPECT_THAT(message(file(series(grid(shape + values(0))) + series("")), options),
-                testing::Says(texture::messages::kSeveralSeries));
-    EXPECT_THAT(message(file(grid(grid(at("late") + shape + values(0)), steps)), options),
-                testing::Says(texture::messages::kTimeNotNumber, "late"));
-    options.time = 2;
-    EXPECT_THAT(message(file(series(grid(grid(shape) + grid(shape), parts))), options),
-                testing::Says(texture::messages::kIncludeElsewhere));
-    EXPECT_THAT(message(file(grid(shape) + series(grid(shape + values(0)))), options),
-                testing::Says(texture::messages::kIncludeElsewhere))
-        << "of which of the two is not known";
-    EXPECT_EQ(trouble(folder_.write("a.nrrd", "NRRD0004\n"), options),
-              std::string(messages::kNoStepsOfTime) + "; " + messages::kNoStepsOfTimeHelp);
-}
-
 TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
     // Places from the lowest, but those along y, which fall.
     const std::array<std::vector<double>, 3> axes{
@@ -365,7 +140,7 @@ TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
     }
     for (const Form form : kForms) {
         SCOPED_TRACE(static_cast<int>(form));
-        Writer writer(form, folder_);
+        XdmfWriter writer(form, folder_);
         std::string crossed =
             "<Topology TopologyType=\"3DRectMesh\" Dimensions=\"5 3 4\"/>"
             "<Geometry GeometryType=\"VXVYVZ\">";
@@ -395,7 +170,7 @@ TEST_F(XdmfTest, RectilinearAndCurvilinearGridsAreSampled) {
             EXPECT_EQ(*value, static_cast<float>((z * 2 + y) * 3 + x));
         });
     }
-    Writer w(Form::kText, folder_);
+    XdmfWriter w(Form::kText, folder_);
     const std::string field = attribute("E", "Node", w.item(kFloat64, "60", field_of(mesh)));
     const auto shaped = [&](const std::string& type, const std::string& sizes) {
         return message(file(grid("<Topology TopologyType=\"" + type + "\" Dimensions=\"" + sizes +
@@ -420,7 +195,7 @@ TEST_F(XdmfTest, PartsOfArraysAreTaken) {
     const BlockMesh mesh = block(12);
     for (const Form form : kForms) {
         SCOPED_TRACE(static_cast<int>(form));
-        Writer writer(form, folder_);
+        XdmfWriter writer(form, folder_);
         // The field is every second number of the second of three rows; the points are the last three
         // columns of five.
         std::vector<double> rows(3 * 130, -7), columns;
@@ -466,7 +241,7 @@ TEST_F(XdmfTest, PartsOfArraysAreTaken) {
 
 TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
     const BlockMesh mesh = block(10);
-    Writer text(Form::kText, folder_);
+    XdmfWriter text(Form::kText, folder_);
     const auto with = [&](const std::string& name) {
         return file(grid(points_of(mesh, &text) + cells_of(mesh, &text) +
                          attribute("E", "Node",
@@ -505,7 +280,7 @@ TEST_F(XdmfTest, ReadsNoDataFileFromElsewhere) {
 
 TEST_F(XdmfTest, SaysWhatIsWrong) {
     const BlockMesh mesh = block(12);
-    Writer w(Form::kText, folder_);
+    XdmfWriter w(Form::kText, folder_);
     const std::string points = points_of(mesh, &w), cells = cells_of(mesh, &w);
     const std::vector<float> values(64, 1);
     const std::string field = attribute("a", "Node", w.item(kFloat32, "64", values));
