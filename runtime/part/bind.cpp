@@ -17,6 +17,7 @@
 #include "runtime/part/bind_piece.h"
 #include "runtime/part/bind_shape.h"
 #include "runtime/part/bind_textures.h"
+#include "runtime/part/messages.h"
 #include "runtime/part/part_mesh.h"
 #include "runtime/part/uniforms.h"
 #include "world/uniform_values.h"
@@ -67,7 +68,7 @@ Result<SetValue> parse_set(const std::string& text) {
     const size_t equals = text.find('=');
     const size_t dot = equals == std::string::npos ? equals : text.rfind('.', equals);
     if (dot == std::string::npos || dot == 0 || dot + 1 == equals || equals + 1 == text.size()) {
-        return malformed_set(text, "not of the form OBJECT.UNIFORM=VALUE");
+        return malformed_set(text, messages::kSetForm);
     }
     SetValue out;
     out.object = text.substr(0, dot);
@@ -80,19 +81,18 @@ Result<SetValue> parse_set(const std::string& text) {
     } else {
         // A bare word is a name; anything that starts like other JSON is an error.
         if (std::string_view("[{\"-+.0123456789").find(value[0]) != std::string_view::npos) {
-            return malformed_set(text, "the value is neither JSON nor a name");
+            return malformed_set(text, messages::kSetNeitherJsonNorName);
         }
         json.kind = JsonValue::Kind::kString;
         json.text = value;
     }
     const SourceLocation location = place_of_set(text);
     Result<world::UniformBinding> binding =
-        world::uniform_binding(json, location, fmt::format("uniform `{}`", out.uniform));
+        world::uniform_binding(json, location, fmt::format(messages::kUniform, out.uniform));
     if (!binding && json.is(JsonValue::Kind::kObject)) {
         return malformed_set(text, binding.error().message, binding.error().help);
     }
-    if (!binding)
-        return malformed_set(text, "the value is not a number, a name or an array of these");
+    if (!binding) return malformed_set(text, messages::kSetNotAValue);
     out.binding = std::move(*binding);
     out.binding.location = location;
     return out;
@@ -127,13 +127,10 @@ class WorldBinder {
             Result<Part> part = bind_placement(world_.build[i], static_cast<int32_t>(i));
             if (!part) return part.error();
             if (memory_left_ < 0) {
-                return error_at(
-                    world_.build[i].location,
-                    fmt::format("the parts up to this one, `{}`, take more memory than the {} MB "
-                                "that are allowed",
-                                part->name, options.memory_bytes / 1'000'000),
-                    "allow more with `--memory`, or give placements the same scale and fewer "
-                    "uniforms of their own");
+                return error_at(world_.build[i].location,
+                                fmt::format(messages::kPartsTakeMemory, part->name,
+                                            options.memory_bytes / 1'000'000),
+                                messages::kPartsTakeMemoryHelp);
             }
             parts.push_back(std::move(*part));
         }
@@ -150,7 +147,7 @@ class WorldBinder {
             if (!set) return set.error();
             if (std::find(objects.begin(), objects.end(), set->object) == objects.end()) {
                 return error_at(place_of_set(text),
-                                fmt::format("no object is called `{}`", set->object),
+                                fmt::format(messages::kNoSuchObject, set->object),
                                 suggest(set->object, objects));
             }
             sets_[set->object].insert_or_assign(set->uniform, std::move(set->binding));
@@ -163,23 +160,19 @@ class WorldBinder {
         const openfab_fablet* fablet = find_fablet(fablets_, ref.fablet, ref.source.filename());
         if (fablet == nullptr) {
             return error_at(ref.location,
-                            fmt::format("fablet `{}` of `{}` is not in this print", ref.fablet,
+                            fmt::format(messages::kFabletNotInPrint, ref.fablet,
                                         ref.source.filename().string()),
                             suggest(ref.fablet, fablet_names(fablets_)));
         }
         if (fablet->abi_version != OPENFAB_ABI_VERSION) {
-            return user_error(fmt::format(
-                "fablet `{}` was compiled for version {} of the runtime, this is {}; build it "
-                "again",
-                ref.fablet, fablet->abi_version, OPENFAB_ABI_VERSION));
+            return user_error(fmt::format(messages::kOtherRuntime, ref.fablet, fablet->abi_version,
+                                          OPENFAB_ABI_VERSION));
         }
         if (world_.dither && fablet->has_dither == 0) {
             return error_at(
                 world_.dither->location,
-                fmt::format("fablet `{}` was compiled without the world's dither rule `{}`",
-                            ref.fablet, world_.dither->rule),
-                "`openfab print` compiles it in, and so does `openflc build --dither-rule "
-                "FILE.fl:NAME`");
+                fmt::format(messages::kWithoutDitherRule, ref.fablet, world_.dither->rule),
+                messages::kWithoutDitherRuleHelp);
         }
         return fablet;
     }
@@ -350,7 +343,7 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
                                            [&](const world::Texture& t) { return t.name == name; });
             std::error_code ignored;
             if (!known && !std::filesystem::exists(name, ignored)) {
-                return error_at(place_of_set(text), fmt::format("there is no file `{}`", name));
+                return error_at(place_of_set(text), fmt::format(messages::kNoSuchFile, name));
             }
             if (known) continue;
             world::Texture added;
@@ -385,10 +378,8 @@ Result<world::World> make_quick_world(const std::filesystem::path& mesh,
     if (found == nullptr) {
         const std::vector<std::string> names = fablet_names(fablets);
         return user_error(
-            fablet.empty()
-                ? fmt::format("this print has {} fablets and a mesh names none; write a world",
-                              fablets.count)
-                : fmt::format("no fablet is called `{}`; {}", fablet, suggest(fablet, names)));
+            fablet.empty() ? fmt::format(messages::kMeshNamesNoFablet, fablets.count)
+                           : fmt::format(messages::kNoSuchFablet, fablet, suggest(fablet, names)));
     }
     world::World world;
     world.file = mesh;
@@ -408,9 +399,8 @@ Result<world::World> make_quick_world(const std::filesystem::path& mesh,
     for (const Vec3d& p : loaded->mesh.positions)
         box.add(p);
     const Vec3d size = box.size();
-    world.notes.push_back(fmt::format(
-        "`{}` is {:.4g} x {:.4g} x {:.4g} mm; its unit is {:.4g} mm, {}", mesh.filename().string(),
-        size.x, size.y, size.z, loaded->unit_mm, loaded->unit_note));
+    world.notes.push_back(fmt::format(messages::kMeshSize, mesh.filename().string(), size.x, size.y,
+                                      size.z, loaded->unit_mm, loaded->unit_note));
     world.meshes.push_back(std::move(loaded->mesh));
 
     const SourceLocation location{mesh.string(), 0, 0};

@@ -3,19 +3,16 @@
 #include "runtime/part/bind_beams.h"
 
 #include "pieces/region.h"
+#include "runtime/part/messages.h"
 
 namespace openfab::part {
 
 Result<void> check_beams(const openfab_fablet& fablet, const std::array<double, 9>& stretch) {
     if (fablet.has_surface != 0) {
-        return user_error(
-            "the fablet has a @Surface stage, and these are beams, which have no surface "
-            "to displace",
-            "give the nodes other radii");
+        return user_error(messages::kBeamsNotDisplaced, messages::kBeamsNotDisplacedHelp);
     }
     if (pieces::uniform_scale(stretch) == 0) {
-        return user_error("a placement scales beams, which are round, not alike in all directions",
-                          "scale the nodes instead");
+        return user_error(messages::kBeamsUnevenScale, messages::kBeamsUnevenScaleHelp);
     }
     return Ok{};
 }

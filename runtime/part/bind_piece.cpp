@@ -8,6 +8,7 @@
 
 #include "pieces/collide.h"
 #include "pieces/extent.h"
+#include "runtime/part/messages.h"
 
 namespace openfab::part {
 
@@ -19,10 +20,8 @@ Result<std::shared_ptr<const Piece>> bind_piece(const world::World& world,
     const bool shapes = !region.added.empty() || !region.removed.empty();
     if (shapes && pieces::uniform_scale(polar.s) == 0) {
         return error_at(placement.location,
-                        fmt::format("piece `{}` of `{}` has connectors or a number, and the "
-                                    "placement has not the same scale in all directions",
-                                    region.name, object.name),
-                        "scale it alike, or take them out of its `pieces`");
+                        fmt::format(messages::kPieceUnevenScale, region.name, object.name),
+                        messages::kPieceUnevenScaleHelp);
     }
     const Vec3d center = part.mesh != nullptr ? part.mesh->center_part_mm : Vec3d{};
     auto piece = std::make_shared<Piece>();
@@ -45,8 +44,8 @@ Result<std::shared_ptr<const Piece>> bind_piece(const world::World& world,
         misfit = pieces::collision(piece->region, &at);
     }
     if (misfit.empty()) return {std::move(piece)};
-    return error_at(at, fmt::format("object `{}`: {}", object.name, misfit),
-                    "move the connector, make it smaller, or ask for less `skin_mm`");
+    return error_at(at, fmt::format(messages::kObjectBefore, object.name, misfit),
+                    messages::kMisfitHelp);
 }
 
 }  // namespace openfab::part

@@ -11,6 +11,7 @@
 #include "abi/shape_distance.h"
 #include "base/near_miss.h"
 #include "base/talking_program.h"
+#include "runtime/part/messages.h"
 #include "runtime/part/node_member.h"
 
 namespace openfab::part {
@@ -69,12 +70,10 @@ std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch) {
 Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch) {
     if (stretch == kUnmoved) return Ok{};
     if (stage != nullptr && stage->shape != nullptr && openfab_grows(stage->shape)) {
-        return user_error("it is grown by a rule or made by a program, and a placement scales it",
-                          "give it a uniform, or an argument, for its size");
+        return user_error(messages::kGrownScaled, messages::kGrownScaledHelp);
     }
     if (scales_along_axes(stretch)[0] == 0) {
-        return user_error("it is a shape, and a placement scales it along other axes than its own",
-                          "scale it before it is turned, or give it a uniform for its size");
+        return user_error(messages::kShapeScaled, messages::kShapeScaledHelp);
     }
     return Ok{};
 }
@@ -144,10 +143,8 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
         objects = std::move(bound->objects);
     }
     if (stage->fablet->shape == nullptr) {
-        return error_at(
-            ref.location,
-            fmt::format("fablet `{}` has no @Shape or @Grow stage", stage->fablet->name),
-            "name one that has, or give the mesh a `file`");
+        return error_at(ref.location, fmt::format(messages::kNoShapeStage, stage->fablet->name),
+                        messages::kNoShapeStageHelp);
     }
     if (Result<void> done = bind_bodies(objects, stage.get()); !done) return done;
     part->shape = same_stage(std::move(stage));
@@ -166,11 +163,8 @@ Result<void> ShapeBinder::bind_program(const world::Object& object, const world:
     if (!world_.programs_allowed) {
         return error_at(
             ref.location,
-            fmt::format("`{}` is made by a program, `{}`, and programs of a world do not run by "
-                        "themselves",
-                        object.name, fmt::join(program.command, " ")),
-            fmt::format("if you know what it does, add `{}`; never for a stranger's world",
-                        kProgramsWord));
+            fmt::format(messages::kProgramNotAllowed, object.name, fmt::join(program.command, " ")),
+            fmt::format(messages::kProgramNotAllowedHelp, kProgramsWord));
     }
     auto stage = std::make_shared<ProgramStage>();
     stage->name = object.name;
@@ -185,7 +179,7 @@ Result<void> ShapeBinder::bind_program(const world::Object& object, const world:
             std::vector<std::string> names;
             for (const world::Object& other : world_.objects)
                 names.push_back(other.name);
-            return error_at(program.places_location, fmt::format("no object is called `{}`", name),
+            return error_at(program.places_location, fmt::format(messages::kNoSuchObject, name),
                             suggest(name, names));
         }
         Result<std::shared_ptr<const Part>> body =
@@ -215,25 +209,14 @@ Result<std::shared_ptr<const Part>> ShapeBinder::body_of(int32_t object,
     if (const auto known = bodies_.find(object); known != bodies_.end()) return known->second;
     const world::Object& of = world_.objects[static_cast<size_t>(object)];
     if (std::ranges::find(asking_, object) != asking_.end()) {
-        return error_at(asked,
-                        fmt::format("the shape of `{}` asks for the distance to itself, or places "
-                                    "itself",
-                                    of.name),
-                        "name another object");
+        return error_at(asked, fmt::format(messages::kAsksForItself, of.name),
+                        messages::kAsksForItselfHelp);
     }
     const Result<const openfab_fablet*> fablet = sources_.fablet_of(of);
     if (!fablet) return fablet.error();
     if ((*fablet)->has_surface != 0 && of.max_displacement_mm != 0) {
-        return error_at(
-            asked,
-            fmt::format(
-                "a shape asks for the distance to `{}`, or places it, and its @Surface stage "
-                "displaces it",
-                of.name),
-            "shapes see meshes as their files have them: say `\"max_displacement_mm\": 0` of the "
-            "object if it stays as it is, or give the shape an object of the same mesh with a "
-            "fablet "
-            "that does not displace it; `build` need not place it");
+        return error_at(asked, fmt::format(messages::kAskedIsDisplaced, of.name),
+                        messages::kAskedIsDisplacedHelp);
     }
     asking_.push_back(object);
     auto body = std::make_shared<Part>();

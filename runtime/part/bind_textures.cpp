@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "base/units.h"
+#include "runtime/part/messages.h"
 #include "texture/cache.h"
 #include "texture/volume.h"
 
@@ -37,9 +38,8 @@ Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t 
     const texture::WrapModes wrap(static_cast<int32_t>(texture.wrap),
                                   static_cast<int32_t>(texture.wrap_v));
     if (volume && wrap.u != wrap.v) {
-        Error error = user_error(
-            fmt::format("texture `{}` is a volume, and its `wrap` has two modes", texture.name),
-            "a volume has one for all directions");
+        Error error =
+            user_error(fmt::format(messages::kVolumeWrap, texture.name), messages::kVolumeWrapHelp);
         error.location = texture.location;
         return error;
     }
@@ -53,7 +53,8 @@ Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t 
                                   wrap, filter, limits)
             : texture::get_pyramid(texture.file, options, wrap, filter, limits);
     if (!pyramid) {
-        Error error = with_context(pyramid.error(), fmt::format("texture `{}`: ", texture.name));
+        Error error =
+            with_context(pyramid.error(), fmt::format(messages::kTextureBefore, texture.name));
         error.location = texture.location;
         return error;
     }
@@ -69,13 +70,11 @@ Result<void> TextureBinder::take(const world::Texture& texture, int64_t bytes) {
         largest_bytes_ = bytes;
     }
     if (bytes_ <= memory_bytes_) return Ok{};
-    return error_at(
-        texture.location,
-        fmt::format("the textures up to this one, `{}`, take {} of memory together, more than "
-                    "the {} of `--memory`",
-                    texture.name, format_bytes(bytes_), format_bytes(memory_bytes_)),
-        fmt::format("the largest is `{}` with {}: scale it down, or allow more", largest_->name,
-                    format_bytes(largest_bytes_)));
+    return error_at(texture.location,
+                    fmt::format(messages::kTexturesTakeMemory, texture.name, format_bytes(bytes_),
+                                format_bytes(memory_bytes_)),
+                    fmt::format(messages::kTexturesTakeMemoryHelp, largest_->name,
+                                format_bytes(largest_bytes_)));
 }
 
 }  // namespace openfab::part

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "abi/curve_table.h"
+#include "runtime/part/messages.h"
 
 namespace openfab::part {
 
@@ -61,25 +62,21 @@ struct Channel {
 std::string curve_fault(const world::Curve& curve, int32_t channels) {
     const size_t numbers = 1 + static_cast<size_t>(channels);
     if (curve.keys.empty() || curve.keys.size() > size_t{abi::kCurveKeys})
-        return fmt::format("has {} keys, not 1 to {}", curve.keys.size(), abi::kCurveKeys);
+        return fmt::format(messages::kCurveKeys, curve.keys.size(), abi::kCurveKeys);
     for (size_t k = 0; k < curve.keys.size(); ++k) {
         const std::vector<double>& key = curve.keys[k];
         if (key.size() != numbers) {
-            return fmt::format(
-                "has {} numbers in key {}, not {}: {}", key.size(), k, numbers,
-                channels == 1 ? "a place and a value" : "a place and three of a colour");
+            return fmt::format(messages::kCurveNumbers, key.size(), k, numbers,
+                               channels == 1 ? messages::kCurveKeyValue : messages::kCurveKeyColor);
         }
         for (const double number : key) {
             // Their differences and the cubics' coefficients are floats, too.
-            if (!(std::abs(number) <= 1e9))
-                return fmt::format("has {:.9g} in key {}, beyond a billion", number, k);
+            if (!(std::abs(number) <= 1e9)) return fmt::format(messages::kCurveBeyond, number, k);
         }
         const bool rises =
             k == 0 || static_cast<float>(key[0]) > static_cast<float>(curve.keys[k - 1][0]);
         if (!rises) {
-            return fmt::format(
-                "has key {} at {:.9g}, which is not beyond the one before, at {:.9g}", k, key[0],
-                curve.keys[k - 1][0]);
+            return fmt::format(messages::kCurveOrder, k, key[0], curve.keys[k - 1][0]);
         }
     }
     return "";

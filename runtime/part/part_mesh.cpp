@@ -10,6 +10,8 @@
 #include <bit>
 #include <cmath>
 
+#include "runtime/part/messages.h"
+
 namespace openfab::part {
 namespace {
 
@@ -63,8 +65,8 @@ std::string type_of(const mesh::MeshAttribute& attribute) {
 }
 
 std::string list_of_attributes(const mesh::Mesh& mesh) {
-    if (mesh.attributes.empty()) return "it has none";
-    std::string text = "it has ";
+    if (mesh.attributes.empty()) return messages::kNoAttributes;
+    std::string text = messages::kAttributes;
     for (size_t i = 0; i < mesh.attributes.size(); ++i) {
         text += fmt::format("{}`{}` ({})", i == 0 ? "" : ", ", mesh.attributes[i].name,
                             type_of(mesh.attributes[i]));
@@ -116,18 +118,16 @@ Result<PartAttribute> resolve(const mesh::Mesh& mesh, const openfab_fablet& fabl
             fill_default(varying, mesh.triangles.size(), &out);
             return out;
         }
-        return user_error(
-            fmt::format("mesh `{}` has no attribute `{}`, which fablet `{}` reads as `{} {}`",
-                        mesh.name, varying.name, fablet.name, varying.type_name, varying.name),
-            list_of_attributes(mesh));
+        return user_error(fmt::format(messages::kNoSuchAttribute, mesh.name, varying.name,
+                                      fablet.name, varying.type_name, varying.name),
+                          list_of_attributes(mesh));
     }
     if (attribute->is_int != (varying.scalar != OPENFAB_FLOAT) ||
         attribute->components != varying.components) {
         return user_error(
-            fmt::format("attribute `{}` of mesh `{}` is {}, but fablet `{}` reads `{} {}`",
-                        varying.name, mesh.name, type_of(*attribute), fablet.name,
-                        varying.type_name, varying.name),
-            "give both the same type");
+            fmt::format(messages::kAttributeType, varying.name, mesh.name, type_of(*attribute),
+                        fablet.name, varying.type_name, varying.name),
+            messages::kAttributeTypeHelp);
     }
     copy_attribute(*attribute, &out);
     return out;

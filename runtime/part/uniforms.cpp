@@ -15,10 +15,10 @@
 #include "abi/curve_table.h"
 #include "abi/kernel_call.h"
 #include "base/check.h"
-#include "base/messages.h"
 #include "base/near_miss.h"
 #include "runtime/part/bind_shape.h"
 #include "runtime/part/curve.h"
+#include "runtime/part/messages.h"
 
 namespace openfab::part {
 namespace {
@@ -30,15 +30,15 @@ size_t value_count(const openfab_uniform& u) {
 const char* what_fits(openfab_scalar_type scalar) {
     switch (scalar) {
         case OPENFAB_BOOL:
-            return "true or false";
+            return messages::kTrueOrFalse;
         case OPENFAB_INT:
-            return "a whole number from -2147483648 to 2147483647";
+            return messages::kAnInt;
         case OPENFAB_UINT:
-            return "a whole number from 0 to 4294967295";
+            return messages::kAUint;
         case OPENFAB_FLOAT:
-            return "a number";
+            return messages::kANumber;
     }
-    return "a number";
+    return messages::kANumber;
 }
 
 /// Returns the 32-bit pattern of a number, if the type can hold it.
@@ -126,7 +126,7 @@ class Binder {
         for (const auto& [name, binding] : bindings_) {
             if (std::find(known.begin(), known.end(), name) != known.end()) continue;
             return error_at(binding.location,
-                            fmt::format("fablet `{}` has no uniform `{}`", fablet_.name, name),
+                            fmt::format(messages::kNoSuchUniform, fablet_.name, name),
                             suggest(name, known));
         }
         return Ok{};
@@ -135,9 +135,8 @@ class Binder {
     Result<void> take_default(const openfab_uniform& u) {
         if (u.kind != OPENFAB_UNIFORM_VALUE || u.default_bits == nullptr) {
             return error_at(object_location_,
-                            fmt::format("object `{}` does not bind `{}` of fablet `{}`", object_,
-                                        declaration(u), fablet_.name),
-                            fmt::format("give it {}", what_is_needed(u)));
+                            fmt::format(messages::kNotBound, object_, declaration(u), fablet_.name),
+                            fmt::format(messages::kGiveIt, what_is_needed(u)));
         }
         std::copy_n(u.default_bits, value_count(u), out_.values.begin() + u.first_index);
         return Ok{};
@@ -145,14 +144,18 @@ class Binder {
 
     static bool is_ramp(const openfab_uniform& u) { return abi::curve_channels(u.components) > 1; }
 
+    static std::string numbers_text(size_t n, bool boolean) {
+        return boolean ? fmt::format(messages::kBooleans, n) : fmt::format(messages::kNumbers, n);
+    }
+
     static std::string what_is_needed(const openfab_uniform& u) {
         const size_t n = value_count(u);
         if (u.kind == OPENFAB_UNIFORM_OBJECT)
-            return n == 1 ? "the name of an object" : fmt::format("the names of {} objects", n);
+            return n == 1 ? messages::kNameOfObject : fmt::format(messages::kNamesOfObjects, n);
         if (u.kind == OPENFAB_UNIFORM_TEXTURE2D || u.kind == OPENFAB_UNIFORM_TEXTURE3D)
-            return n == 1 ? "the name of a texture" : fmt::format("the names of {} textures", n);
+            return n == 1 ? messages::kNameOfTexture : fmt::format(messages::kNamesOfTextures, n);
         if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
-            return n == 1 ? "the name of a material" : fmt::format("the names of {} materials", n);
+            return n == 1 ? messages::kNameOfMaterial : fmt::format(messages::kNamesOfMaterials, n);
         }
         if (const std::vector<Choice> choices = choices_of(u); !choices.empty()) {
             std::string names;
@@ -162,43 +165,38 @@ class Binder {
                                      : i + 1 == choices.size() ? " or "
                                                                : ", ",
                                      choices[i].label);
-            return n == 1 ? names : fmt::format("an array of {}, each {}", n, names);
+            return n == 1 ? names : fmt::format(messages::kAnArrayEach, n, names);
         }
         if (u.kind == OPENFAB_UNIFORM_CURVE) {
-            return is_ramp(u) ? "a curve of colours, as `{\"keys\": [[0, 1, 0, 0], [1, 0, 0, 1]]}`"
-                              : "a curve, as `{\"keys\": [[0, 1], [5, 2]]}`";
+            return is_ramp(u) ? messages::kACurveOfColors : messages::kACurveAs;
         }
         return n == 1 ? what_fits(u.scalar)
-                      : fmt::format("an array of {} {}", n,
-                                    u.scalar == OPENFAB_BOOL ? "booleans" : "numbers");
+                      : fmt::format(messages::kAnArray, numbers_text(n, u.scalar == OPENFAB_BOOL));
     }
 
     std::string found(const world::UniformBinding& b) const {
         if (const auto* names = std::get_if<std::vector<std::string>>(&b.value)) {
-            return names->size() == 1 ? fmt::format("the string `{}`", (*names)[0])
-                                      : fmt::format("{} strings", names->size());
+            return names->size() == 1 ? fmt::format(messages::kTheString, (*names)[0])
+                                      : fmt::format(messages::kStrings, names->size());
         }
-        if (std::holds_alternative<world::Curve>(b.value)) return "a curve";
+        if (std::holds_alternative<world::Curve>(b.value)) return messages::kACurve;
         const auto& numbers = std::get<std::vector<double>>(b.value);
-        if (numbers.size() != 1)
-            return fmt::format("{} {}", numbers.size(), b.boolean ? "booleans" : "numbers");
+        if (numbers.size() != 1) return numbers_text(numbers.size(), b.boolean);
         return b.boolean ? (numbers[0] != 0 ? "true" : "false")
-                         : fmt::format("the number {:.9g}", numbers[0]);
+                         : fmt::format(messages::kTheNumber, numbers[0]);
     }
 
     Error mismatch(const openfab_uniform& u, const world::UniformBinding& b) const {
-        return error_at(
-            b.location,
-            fmt::format("`{}` of fablet `{}` is given {}", declaration(u), fablet_.name, found(b)),
-            fmt::format("it takes {}", what_is_needed(u)));
+        return error_at(b.location,
+                        fmt::format(messages::kIsGiven, declaration(u), fablet_.name, found(b)),
+                        fmt::format(messages::kItTakes, what_is_needed(u)));
     }
 
     Error beyond(const openfab_uniform& u, const world::UniformBinding& b, double value) const {
         const bool low = value < u.limits[0];
-        return error_at(
-            b.location,
-            fmt::format("`{}` of fablet `{}` is given {:.9g}", declaration(u), fablet_.name, value),
-            fmt::format("its `{}` is {:.9g}", low ? "min" : "max", u.limits[low ? 0 : 1]));
+        return error_at(b.location,
+                        fmt::format(messages::kIsGivenNumber, declaration(u), fablet_.name, value),
+                        fmt::format(messages::kLimit, low ? "min" : "max", u.limits[low ? 0 : 1]));
     }
 
     Result<void> bind_one(const openfab_uniform& u, const world::UniformBinding& b) {
@@ -215,9 +213,9 @@ class Binder {
                 if (numbers->size() == 1 || b.boolean != (u.scalar == OPENFAB_BOOL))
                     return mismatch(u, b);
                 return error_at(b.location,
-                                fmt::format("`{}` of fablet `{}` is given {:.9g} as value {}",
-                                            declaration(u), fablet_.name, (*numbers)[i], i),
-                                fmt::format("each must be {}", what_fits(u.scalar)));
+                                fmt::format(messages::kIsGivenAsValue, declaration(u), fablet_.name,
+                                            (*numbers)[i], i),
+                                fmt::format(messages::kEachMustBe, what_fits(u.scalar)));
             }
             if (u.limits != nullptr &&
                 !((*numbers)[i] >= u.limits[0] && (*numbers)[i] <= u.limits[1])) {
@@ -244,12 +242,12 @@ class Binder {
                 std::vector<std::string> known;
                 for (const Choice& one : choices)
                     known.insert(known.end(), {one.label, one.name});
-                const std::string near = near_miss(names[i], known);
                 return error_at(b.location,
-                                fmt::format("`{}` of fablet `{}` is given the string `{}`",
-                                            declaration(u), fablet_.name, names[i]),
-                                near.empty() ? fmt::format("it takes {}", what_is_needed(u))
-                                             : fmt::format(openfab::messages::kDidYouMean, near));
+                                fmt::format(messages::kIsGiven, declaration(u), fablet_.name,
+                                            fmt::format(messages::kTheString, names[i])),
+                                near_miss(names[i], known).empty()
+                                    ? fmt::format(messages::kItTakes, what_is_needed(u))
+                                    : suggest(names[i], known));
             }
             out_.values[static_cast<size_t>(u.first_index) + i] = found->bits;
         }
@@ -263,8 +261,8 @@ class Binder {
         if (const std::string fault = curve_fault(*curve, channels); !fault.empty()) {
             return error_at(
                 b.location,
-                fmt::format("`{}` of fablet `{}` {}", declaration(u), fablet_.name, fault),
-                fmt::format("it takes {}", what_is_needed(u)));
+                fmt::format(messages::kUniformBefore, declaration(u), fablet_.name, fault),
+                fmt::format(messages::kItTakes, what_is_needed(u)));
         }
         for (const std::vector<double>& key : curve->keys) {
             for (size_t k = 1; u.limits != nullptr && k < key.size(); ++k) {
@@ -289,33 +287,27 @@ class Binder {
         return Ok{};
     }
 
-    /// Returns the kind of object that has this name in the world: "texture", "material", "object",
-    /// or null.
+    /// Returns the kind of thing that has this name in the world, or null.
     const char* kind_of(const std::string& name) const {
-        if (find(world_.textures, name) >= 0) return "texture";
-        if (find(world_.materials, name) >= 0) return "material";
-        return find(world_.objects, name) >= 0 ? "object" : nullptr;
+        if (find(world_.textures, name) >= 0) return messages::kATexture;
+        if (find(world_.materials, name) >= 0) return messages::kAMaterial;
+        return find(world_.objects, name) >= 0 ? messages::kAnObject : nullptr;
     }
 
-    static std::string with_article(const std::string& kind) {
-        return (kind == "object" ? "an " : "a ") + kind;
-    }
-
+    /// Makes the error of a name that none of `things` has, as `finding` says.
     template <typename Thing>
     Error unknown(const openfab_uniform& u, const world::UniformBinding& b, const std::string& name,
-                  const char* kind, const std::vector<Thing>& things) const {
+                  const std::string& finding, const std::vector<Thing>& things) const {
         if (const char* other = kind_of(name); other != nullptr) {
-            return error_at(
-                b.location,
-                fmt::format("`{}` is {}, but `{}` of fablet `{}` takes the name of {}", name,
-                            with_article(other), declaration(u), fablet_.name, with_article(kind)));
+            return error_at(b.location,
+                            fmt::format(messages::kOtherKind, name, other, declaration(u),
+                                        fablet_.name, what_is_needed(u)));
         }
         std::vector<std::string> known;
         for (const Thing& thing : things)
             known.push_back(thing.name);
         return error_at(b.location,
-                        fmt::format("no {} is called `{}`, for `{}` of fablet `{}`", kind, name,
-                                    declaration(u), fablet_.name),
+                        fmt::format(messages::kForUniform, finding, declaration(u), fablet_.name),
                         suggest(name, known));
     }
 
@@ -332,11 +324,14 @@ class Binder {
         if (u.kind == OPENFAB_UNIFORM_MATERIAL) {
             const int32_t found = find(world_.materials, name);
             if (found < 0 && name != kVoidName)
-                return unknown(u, b, name, "material", world_.materials);
+                return unknown(u, b, name, fmt::format(messages::kNoSuchMaterial, name),
+                               world_.materials);
             out_.slot_material[index] = static_cast<uint8_t>(found + 1);
         } else if (u.kind == OPENFAB_UNIFORM_OBJECT) {
             const int32_t found = find(world_.objects, name);
-            if (found < 0) return unknown(u, b, name, "object", world_.objects);
+            if (found < 0)
+                return unknown(u, b, name, fmt::format(messages::kNoSuchObject, name),
+                               world_.objects);
             const bool placed =
                 std::any_of(world_.build.begin(), world_.build.end(),
                             [&](const world::Placement& p) { return p.object == found; });
@@ -345,14 +340,15 @@ class Binder {
             if (!placed && !in_its_place) {
                 return error_at(
                     b.location,
-                    fmt::format("object `{}` is given to `{}` of fablet `{}`, but is not placed",
-                                name, declaration(u), fablet_.name),
-                    "add it to `build`");
+                    fmt::format(messages::kNotPlaced, name, declaration(u), fablet_.name),
+                    messages::kNotPlacedHelp);
             }
             out_.objects[index] = found;
         } else {
             const int32_t found = find(world_.textures, name);
-            if (found < 0) return unknown(u, b, name, "texture", world_.textures);
+            if (found < 0)
+                return unknown(u, b, name, fmt::format(messages::kNoSuchTexture, name),
+                               world_.textures);
             out_.textures[index] = found;
             out_.texture_is_volume[index] = u.kind == OPENFAB_UNIFORM_TEXTURE3D;
         }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "runtime/part/messages.h"
 #include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -224,8 +225,8 @@ fablet Many {
     const Outcome refused = print("150MB");
     EXPECT_EQ(refused.exit_code, 1);
     EXPECT_THAT(refused.err,
-                AllOf(HasSubstr("of memory together, more than the 150 MB of `--memory`"),
-                      HasSubstr("help: the largest is `large` with 34 MB")));
+                AllOf(Says(part::messages::kTexturesTakeMemory, "*", "*", "150 MB"),
+                      Says(part::messages::kTexturesTakeMemoryHelp, "large", "34 MB")));
     // Later ones were not converted: a small world does not fill the disk either.
     int64_t kept = 0;
     for (const auto& entry : std::filesystem::directory_iterator(scratch / "cache"))
@@ -311,7 +312,7 @@ TEST_F(FineBall, IsRefusedBeforeItsTreesTakeMoreThanIsAllowed) {
 #endif
     const Outcome outcome = print(std::to_string(kMemoryMb) + "MB");
     EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-    EXPECT_THAT(outcome.err, testing::Says(pipeline::messages::kSurfacesTake));
+    EXPECT_THAT(outcome.err, Says(pipeline::messages::kSurfacesTake));
     EXPECT_LE(outcome.peak_rss_bytes, (kMemoryMb + kSlackMb) << 20);
 }
 
@@ -377,10 +378,10 @@ TEST(CrowdedSurface, IsWarnedOf) {
     EXPECT_EQ(crowded.exit_code, 0) << crowded.err;
     EXPECT_THAT(crowded.err, AllOf(HasSubstr("warning: `o` (number 0 of the build) may print many "
                                              "times as slowly"),
-                                   testing::Says(pipeline::messages::kLowerDisplacement, "1")));
+                                   Says(pipeline::messages::kLowerDisplacement, "1")));
     const Outcome other = print("long_box", "longbox.fab.json");
     EXPECT_EQ(other.exit_code, 0) << other.err;
-    EXPECT_THAT(other.err, ::testing::Not(testing::Says(pipeline::messages::kPrintsSlowly)));
+    EXPECT_THAT(other.err, ::testing::Not(Says(pipeline::messages::kPrintsSlowly)));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, SlowPrint,

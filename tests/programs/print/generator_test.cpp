@@ -11,6 +11,7 @@
 
 #include "base/messages.h"
 #include "mesh/model/messages.h"
+#include "runtime/part/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
@@ -269,7 +270,7 @@ TEST_F(Generator, SaysWhatTheWorldSaysWrong) {
     EXPECT_THAT(error(R"({"box": [1, 1, 1], "places": []})"),
                 Says(world::messages::kGoesWithProgram));
     EXPECT_THAT(error(R"({"program": ["sh"], "box_mm": [[0, 0, 0], [1, 1, 1]], "places": ["b"]})"),
-                Says(world::messages::kNoneOfName, "object", "b"));
+                Says(part::messages::kNoSuchObject, "b"));
     EXPECT_THAT(error(R"({"program": ["sh"], "box_mm": [[0, 0, 0], [1, 1, 1]], "places": ["a"]})"),
                 HasSubstr("places"));
     EXPECT_THAT(error(R"({"program": ["sh"], "box_mm": [[0, 0, 0], [1, 1, 1]],

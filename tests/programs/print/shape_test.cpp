@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "runtime/part/messages.h"
 #include "runtime/solid/messages.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
@@ -243,7 +244,7 @@ TEST_F(Shape, AsksForWhatItsSurfaceStageLeavesWhereItIs) {
     with("");
     const Outcome refused = attempt();
     EXPECT_EQ(refused.exit_code, 1);
-    EXPECT_THAT(refused.err, HasSubstr(R"(say `"max_displacement_mm": 0` of the object)"));
+    EXPECT_THAT(refused.err, Says(part::messages::kAskedIsDisplacedHelp));
     with(R"("max_displacement_mm": 0,)");
     // A cube of 6 and what is within 1 mm of it.
     const double cube = 216 + 216 + 3 * M_PI * 6 + 4.0 / 3 * M_PI;

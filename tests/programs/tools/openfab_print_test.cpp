@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "base/messages.h"
+#include "runtime/part/messages.h"
 #include "tests/programs/tools/openfab_print.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
@@ -133,8 +134,7 @@ TEST_F(OpenfabPrint, AWorldChoosesADitherRule) {
     ASSERT_EQ(built.exit_code, 0) << built.err;
     const Outcome without = run({path("without"), path("world.fab.json"), "-o", path("x.npy")});
     EXPECT_EQ(without.exit_code, 1);
-    EXPECT_THAT(without.err,
-                HasSubstr("`Mix` was compiled without the world's dither rule `stripes`"));
+    EXPECT_THAT(without.err, testing::Says(part::messages::kWithoutDitherRule, "Mix", "stripes"));
 }
 
 TEST(Programs, ListTheirCommandsWithoutAWord) {
@@ -206,11 +206,13 @@ TEST_F(OpenfabPrint, LimitsOfAUniformHold) {
     const Outcome low = with("thing.part=0.2");
     EXPECT_EQ(low.exit_code, 1);
     EXPECT_THAT(low.err,
-                HasSubstr("`float part` of fablet `Plain` is given 0.2; its `min` is 0.25"));
+                HasSubstr(fmt::format(part::messages::kIsGivenNumber, "float part", "Plain", 0.2) +
+                          "; " + fmt::format(part::messages::kLimit, "min", 0.25)));
     const Outcome high = with("thing.part=1.5");
     EXPECT_EQ(high.exit_code, 1);
-    EXPECT_THAT(high.err, HasSubstr("its `max` is 1"));
-    EXPECT_THAT(with("thing.pair=[0, -2]").err, HasSubstr("is given -2; its `min` is -1"));
+    EXPECT_THAT(high.err, testing::Says(part::messages::kLimit, "max", 1));
+    EXPECT_THAT(with("thing.pair=[0, -2]").err,
+                testing::Says(part::messages::kIsGivenNumber, "int2 pair", "Plain", -2));
     // The world's own values are checked against them, too, with their locations.
     std::string world = kWorld;
     world.insert(world.find("\"body\": \"resin\""), "\"part\": -3, ");
@@ -218,7 +220,7 @@ TEST_F(OpenfabPrint, LimitsOfAUniformHold) {
     const Outcome of_world = print({path("world.fab.json"), "-o", path("a.ofr")});
     EXPECT_EQ(of_world.exit_code, 1);
     EXPECT_THAT(of_world.err, HasSubstr("world.fab.json:7:"));
-    EXPECT_THAT(of_world.err, HasSubstr("its `min` is 0.25"));
+    EXPECT_THAT(of_world.err, testing::Says(part::messages::kLimit, "min", 0.25));
 }
 
 TEST_F(OpenfabPrint, SourcesAndTheirModulesAreSpared) {

@@ -15,6 +15,7 @@
 #include <future>
 #include <thread>
 
+#include "runtime/part/messages.h"
 #include "tests/programs/viewer/view_fixtures.h"
 #include "tests/support/places/places.h"
 #include "tests/support/says/says.h"
@@ -25,7 +26,6 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::StartsWith;
 
 constexpr const char* kFablet = R"(fablet Halves {
     @uniform {
@@ -174,7 +174,7 @@ TEST_F(ViewWorld, OfAPrintTheWorldTellsPartsAndWhatTheDitherWasGiven) {
     const Viewer other({file, "--world", world()}, cache());
     const HttpAnswer refused = other.get("/api/amounts" + voxel);
     EXPECT_EQ(refused.status, 422);
-    EXPECT_THAT(refused.body, testing::Says(viewer::messages::kWorldChanged, "uniforms"));
+    EXPECT_THAT(refused.body, Says(viewer::messages::kWorldChanged, "uniforms"));
     const Viewer alone({file});
     EXPECT_EQ(alone.get("/api/amounts" + voxel).status, 404);
 }
@@ -199,7 +199,7 @@ TEST_F(ViewWorld, OfAMeshThatWasPrintedAloneItsFabletTellsWhatTheDitherWasGiven)
     EXPECT_NEAR(member(amounts, "fractions").items.at(1).number, 0.875, 1e-5);
     const HttpAnswer refused = view("corner.share=0.25");
     EXPECT_EQ(refused.status, 422);
-    EXPECT_THAT(refused.body, testing::Says(viewer::messages::kWorldChanged, "uniforms"));
+    EXPECT_THAT(refused.body, Says(viewer::messages::kWorldChanged, "uniforms"));
 }
 
 TEST_F(ViewWorld, AMeshIsShownAsTheWorldThatAnImportMakesOfIt) {
@@ -374,7 +374,7 @@ TEST_F(ViewWorld, WhatIsWrongIsRefusedAndChangesNothing) {
     // It is told at the uniform, once.
     const JsonValue details = viewer.get("/api/live").json();
     EXPECT_THAT(member(uniform_of(details, "share"), "trouble").text,
-                StartsWith("`float share` of fablet `Halves` is given 2"));
+                Says(part::messages::kIsGivenNumber, "float share", "Halves", 2));
     EXPECT_EQ(uniform_of(details, "a").find("trouble"), nullptr);
     EXPECT_EQ(member(details, "message").text, "");
     // What the print refused is not written: the world would not print any more.

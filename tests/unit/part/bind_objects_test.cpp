@@ -8,6 +8,7 @@
 
 #include "base/messages.h"
 #include "runtime/part/bind.h"
+#include "runtime/part/messages.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 
@@ -85,23 +86,27 @@ TEST_F(BindObjectsTest, NamesWhatWouldBeRight) {
     };
     const Case cases[] = {
         {"\"core\": \"rod\"", "\"core\": \"rodd\"",
-         "8:28: no object is called `rodd`, for `Object core` of fablet `Near`; " +
-             fmt::format(openfab::messages::kDidYouMean, "rod")},
+         "8:28: " +
+             fmt::format(messages::kForUniform, fmt::format(messages::kNoSuchObject, "rodd"),
+                         "Object core", "Near") +
+             "; " + fmt::format(openfab::messages::kDidYouMean, "rod")},
         {"\"core\": \"rod\"", "\"core\": \"white\"",
-         "8:28: `white` is a material, but `Object core` of fablet `Near` takes the name of an "
-         "object"},
+         "8:28: " + fmt::format(messages::kOtherKind, "white", messages::kAMaterial, "Object core",
+                                "Near", messages::kNameOfObject)},
         {"\"white\": \"white\"", "\"white\": \"rod\"",
-         "8:69: `rod` is an object, but `Material white` of fablet `Near` takes the name of a "
-         "material"},
+         "8:69: " + fmt::format(messages::kOtherKind, "rod", messages::kAnObject, "Material white",
+                                "Near", messages::kNameOfMaterial)},
         {"\"core\": \"rod\"", "\"core\": \"idle\"",
-         "8:28: object `idle` is given to `Object core` of fablet `Near`, but is not placed; add "
-         "it to `build`"},
+         "8:28: " + fmt::format(messages::kNotPlaced, "idle", "Object core", "Near") + "; " +
+             messages::kNotPlacedHelp},
         {"\"core\": \"rod\", ", "",
-         "7:39: object `body` does not bind `Object core` of fablet `Near`; give it the name of an "
-         "object"},
+         "7:39: " + fmt::format(messages::kNotBound, "body", "Object core", "Near") + "; " +
+             fmt::format(messages::kGiveIt, messages::kNameOfObject)},
         {"[\"rod\", \"body\"]", "\"rod\"",
-         "8:43: `Object ribs[2]` of fablet `Near` is given the string `rod`; it takes the names of "
-         "2 objects"},
+         "8:43: " +
+             fmt::format(messages::kIsGiven, "Object ribs[2]", "Near",
+                         fmt::format(messages::kTheString, "rod")) +
+             "; " + fmt::format(messages::kItTakes, fmt::format(messages::kNamesOfObjects, 2))},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;

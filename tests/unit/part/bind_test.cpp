@@ -12,6 +12,7 @@
 
 #include "base/messages.h"
 #include "mesh/model/messages.h"
+#include "runtime/part/messages.h"
 #include "tests/support/meshes/meshes.h"
 #include "tests/support/meshes/temp_folder.h"
 #include "tests/support/says/says.h"
@@ -150,6 +151,12 @@ TEST_F(BindTest, LaysEverythingOut) {
     EXPECT_EQ((*parts)[2].textures[0], part.textures[0]);
 }
 
+/// What is said of a value that does not fit.
+std::string given(const char* declaration, const std::string& value, const std::string& needed) {
+    return fmt::format(messages::kIsGiven, declaration, "Coat", value) + "; " +
+           fmt::format(messages::kItTakes, needed);
+}
+
 TEST_F(BindTest, SetsWinOverTheWorld) {
     const BindOptions options{{"thing.gain=8", "thing.border=[3, 4]", "thing.inverted=false",
                                "thing.skin=red", "thing.palette=[\"red\", \"blue\"]"}};
@@ -167,18 +174,22 @@ TEST_F(BindTest, SetsWinOverTheWorld) {
         EXPECT_EQ(setting_of(failed.error()), set);
         return failed.error().text();
     };
-    EXPECT_EQ(error_of("gain=8"), "--set gain=8: not of the form OBJECT.UNIFORM=VALUE");
-    EXPECT_EQ(error_of("thing.gain="), "--set thing.gain=: not of the form OBJECT.UNIFORM=VALUE");
-    EXPECT_EQ(error_of("thin.gain=8"), "--set thin.gain=8: no object is called `thin`; " +
-                                           fmt::format(openfab::messages::kDidYouMean, "thing"));
+    EXPECT_EQ(error_of("gain=8"), std::string("--set gain=8: ") + messages::kSetForm);
+    EXPECT_EQ(error_of("thing.gain="), std::string("--set thing.gain=: ") + messages::kSetForm);
+    EXPECT_EQ(error_of("thin.gain=8"),
+              "--set thin.gain=8: " + fmt::format(messages::kNoSuchObject, "thin") + "; " +
+                  fmt::format(openfab::messages::kDidYouMean, "thing"));
     EXPECT_EQ(error_of("thing.gian=8"),
-              "--set thing.gian=8: fablet `Coat` has no uniform `gian`; " +
-                  fmt::format(openfab::messages::kDidYouMean, "gain"));
+              "--set thing.gian=8: " + fmt::format(messages::kNoSuchUniform, "Coat", "gian") +
+                  "; " + fmt::format(openfab::messages::kDidYouMean, "gain"));
     EXPECT_EQ(error_of("thing.gain=[1"),
-              "--set thing.gain=[1: the value is neither JSON nor a name");
-    EXPECT_EQ(error_of("thing.gain=lots"),
-              "--set thing.gain=lots: `float gain` of fablet `Coat` is given the string `lots`; it "
-              "takes a number");
+              std::string("--set thing.gain=[1: ") + messages::kSetNeitherJsonNorName);
+    EXPECT_EQ(error_of("thing.gain=[null]"),
+              std::string("--set thing.gain=[null]: ") + messages::kSetNotAValue);
+    EXPECT_EQ(
+        error_of("thing.gain=lots"),
+        "--set thing.gain=lots: " +
+            given("float gain", fmt::format(messages::kTheString, "lots"), messages::kANumber));
     EXPECT_EQ(setting_of(error_at({"thing.fab.json", 0, 0}, "no --set thing.gain=8: ")), "");
 }
 
@@ -218,74 +229,71 @@ TEST_F(BindTest, TakesTheNamesOfValues) {
         const std::string all = parts ? "no error" : parts.error().text();
         return all.substr(std::min(all.find('`'), all.size()));
     };
+    const auto string = [](const char* value) { return fmt::format(messages::kTheString, value); };
     EXPECT_EQ(error_of(world(R"("DOTTS")", "[0, 0]", "true")),
-              "`Pattern pattern` of fablet `Coat` is given the string `DOTTS`; " +
+              fmt::format(messages::kIsGiven, "Pattern pattern", "Coat", string("DOTTS")) + "; " +
                   fmt::format(openfab::messages::kDidYouMean, "DOTS"));
+    const std::string patterns = "`Stripes`, `polka dots` or `NONE`";
     EXPECT_EQ(error_of(world(R"("checks")", "[0, 0]", "true")),
-              "`Pattern pattern` of fablet `Coat` is given the string `checks`; it takes "
-              "`Stripes`, `polka dots` or "
-              "`NONE`");
+              given("Pattern pattern", string("checks"), patterns));
     EXPECT_EQ(error_of(world("3", "[0, 0]", "true")),
-              "`Pattern pattern` of fablet `Coat` is given the number 3; it takes `Stripes`, "
-              "`polka dots` or `NONE`");
-    EXPECT_EQ(error_of(world("0", R"("DOTS")", "true")),
-              "`Pattern pair[2]` of fablet `Coat` is given the string `DOTS`; it takes an array of "
-              "2, each `Stripes`, "
-              "`polka dots` or `NONE`");
+              given("Pattern pattern", fmt::format(messages::kTheNumber, 3.0), patterns));
     EXPECT_EQ(
-        error_of(world("0", "[0, 0]", R"("open")")),
-        "`bool hollow` of fablet `Coat` is given the string `open`; it takes `solid` or `hollow`");
+        error_of(world("0", R"("DOTS")", "true")),
+        given("Pattern pair[2]", string("DOTS"), fmt::format(messages::kAnArrayEach, 2, patterns)));
+    EXPECT_EQ(error_of(world("0", "[0, 0]", R"("open")")),
+              given("bool hollow", string("open"), "`solid` or `hollow`"));
 }
 
 TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
+    const auto number = [](double value) { return fmt::format(messages::kTheNumber, value); };
+    const std::string two = fmt::format(messages::kAnArray, fmt::format(messages::kNumbers, 2));
     const struct {
         const char* from;
         const char* to;
         std::string message;
     } cases[] = {
         {"\"steps\": -7, ", "",
-         "8:40: object `thing` does not bind `int steps` of fablet `Coat`; give it a whole number "
-         "from -2147483648 to "
-         "2147483647"},
+         "8:40: " + fmt::format(messages::kNotBound, "thing", "int steps", "Coat") + "; " +
+             fmt::format(messages::kGiveIt, messages::kAnInt)},
         {"\"photo\": \"photo\"", "\"gain\": 1",
-         "8:40: object `thing` does not bind `ImageTexture2D photo` of fablet `Coat`; give it the "
-         "name of a texture"},
+         "8:40: " + fmt::format(messages::kNotBound, "thing", "ImageTexture2D photo", "Coat") +
+             "; " + fmt::format(messages::kGiveIt, messages::kNameOfTexture)},
         {"\"border\"", "\"boarder\"",
-         "9:31: fablet `Coat` has no uniform `boarder`; " +
+         "9:31: " + fmt::format(messages::kNoSuchUniform, "Coat", "boarder") + "; " +
              fmt::format(openfab::messages::kDidYouMean, "border")},
-        {"[0.25, 2]", "0.25",
-         "9:30: `float2 border` of fablet `Coat` is given the number 0.25; it takes an array of 2 "
-         "numbers"},
+        {"[0.25, 2]", "0.25", "9:30: " + given("float2 border", number(0.25), two)},
+        {"[0.25, 2]", "[true, false]",
+         "9:30: " + given("float2 border", fmt::format(messages::kBooleans, 2), two)},
         {"[0.25, 2]", "[0.25, 1e39]",
-         "9:30: `float2 border` of fablet `Coat` is given 1e+39 as value 1; each must be a number"},
-        {"-7", "1.5",
-         "9:50: `int steps` of fablet `Coat` is given the number 1.5; it takes a whole number from "
-         "-2147483648 to "
-         "2147483647"},
-        {"-7", "true",
-         "9:50: `int steps` of fablet `Coat` is given true; it takes a whole number from "
-         "-2147483648 to 2147483647"},
-        {"4294967295", "-1",
-         "9:62: `uint seed` of fablet `Coat` is given the number -1; it takes a whole number from "
-         "0 to 4294967295"},
-        {"true", "1",
-         "9:86: `bool inverted` of fablet `Coat` is given the number 1; it takes true or false"},
+         "9:30: " + fmt::format(messages::kIsGivenAsValue, "float2 border", "Coat", 1e39, 1) +
+             "; " + fmt::format(messages::kEachMustBe, messages::kANumber)},
+        {"-7", "1.5", "9:50: " + given("int steps", number(1.5), messages::kAnInt)},
+        {"-7", "true", "9:50: " + given("int steps", "true", messages::kAnInt)},
+        {"4294967295", "-1", "9:62: " + given("uint seed", number(-1), messages::kAUint)},
+        {"true", "1", "9:86: " + given("bool inverted", number(1), messages::kTrueOrFalse)},
         {"[0.25, 2]", "{\"keys\": [[0, 1]]}",
-         "9:30: `float2 border` of fablet `Coat` is given a curve; it takes an array of 2 numbers"},
+         "9:30: " + given("float2 border", messages::kACurve, two)},
         {"\"photo\": \"photo\"", "\"photo\": \"red\"",
-         "10:44: `red` is a material, but `ImageTexture2D photo` of fablet `Coat` takes the name "
-         "of a texture"},
+         "10:44: " + fmt::format(messages::kOtherKind, "red", messages::kAMaterial,
+                                 "ImageTexture2D photo", "Coat", messages::kNameOfTexture)},
+        {"\"photo\": \"photo\"", "\"photo\": \"photos\"",
+         "10:44: " +
+             fmt::format(messages::kForUniform, fmt::format(messages::kNoSuchTexture, "photos"),
+                         "ImageTexture2D photo", "Coat") +
+             "; " + fmt::format(openfab::messages::kDidYouMean, "photo")},
         {"\"skin\": \"blue\"", "\"skin\": \"bleu\"",
-         "10:61: no material is called `bleu`, for `Material skin` of fablet `Coat`; " +
-             fmt::format(openfab::messages::kDidYouMean, "blue")},
+         "10:61: " +
+             fmt::format(messages::kForUniform, fmt::format(messages::kNoSuchMaterial, "bleu"),
+                         "Material skin", "Coat") +
+             "; " + fmt::format(openfab::messages::kDidYouMean, "blue")},
         {"\"skin\": \"blue\"", "\"skin\": 3",
-         "10:61: `Material skin` of fablet `Coat` is given the number 3; it takes the name of a "
-         "material"},
+         "10:61: " + given("Material skin", number(3), messages::kNameOfMaterial)},
         {"[\"VOID\", \"red\"]", "\"red\"",
-         "10:80: `Material palette[2]` of fablet `Coat` is given the string `red`; it takes the "
-         "names of 2 materials"},
+         "10:80: " + given("Material palette[2]", fmt::format(messages::kTheString, "red"),
+                           fmt::format(messages::kNamesOfMaterials, 2))},
         {"\"fablet\": \"Coat\"", "\"fablet\": \"Coad\"",
-         "3:55: fablet `Coad` of `coat.fl` is not in this print; " +
+         "3:55: " + fmt::format(messages::kFabletNotInPrint, "Coad", "coat.fl") + "; " +
              fmt::format(openfab::messages::kDidYouMean, "Coat")},
     };
     for (const auto& c : cases)
@@ -295,9 +303,10 @@ TEST_F(BindTest, NamesTheDeclarationAndThePlace) {
 TEST_F(BindTest, NamesTheMeshThatLacksAnAttribute) {
     folder_.write("tetra.obj",
                   "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
-    EXPECT_EQ(error_with("{\"box\": [10, 20, 30]}", "{\"file\": \"tetra.obj\"}"),
-              "8:23: mesh `box` has no attribute `face`, which fablet `Coat` reads as `int face`; "
-              "it has none");
+    EXPECT_EQ(
+        error_with("{\"box\": [10, 20, 30]}", "{\"file\": \"tetra.obj\"}"),
+        "8:23: " + fmt::format(messages::kNoSuchAttribute, "box", "face", "Coat", "int", "face") +
+            "; " + messages::kNoAttributes);
 }
 
 TEST_F(BindTest, SaysWhenTheHelperIsMissing) {
@@ -305,7 +314,7 @@ TEST_F(BindTest, SaysWhenTheHelperIsMissing) {
     ::unsetenv("OPENFAB_HELPER");
     folder_.write("other.png", "another picture");
     EXPECT_THAT(error_with("photo.png", "other.png"),
-                ::testing::HasSubstr("5:34: texture `photo`: " +
+                ::testing::HasSubstr("5:34: " + fmt::format(messages::kTextureBefore, "photo") +
                                      fmt::format(texture::messages::kNoConverter,
                                                  (folder_.path() / "other.png").string())));
 }
@@ -321,8 +330,9 @@ TEST_F(BindTest, MakesAQuickWorldOfAMesh) {
     const Result<world::World> world = make_quick_world(file, list_);
     ASSERT_TRUE(world) << world.error().text();
     EXPECT_EQ(world->printer, "generic");
-    EXPECT_EQ(world->notes, (std::vector<std::string>{"`tetra.obj` is 9 x 9 x 9 mm; its unit is 1 "
-                                                      "mm, assumed, as the file gives none"}));
+    EXPECT_EQ(world->notes,
+              std::vector<std::string>{fmt::format(messages::kMeshSize, "tetra.obj", 9.0, 9.0, 9.0,
+                                                   1.0, mesh::messages::kUnitAssumed)});
     ASSERT_EQ(world->materials.size(), 3u);
     EXPECT_EQ(world->materials[0].name, "skin");
     EXPECT_EQ(world->materials[2].name, "palette[1]");

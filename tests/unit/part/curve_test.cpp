@@ -4,6 +4,7 @@
 // Curves: what their tables hold, and what a fablet's lookup finds in them.
 #include "runtime/part/curve.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,6 +20,7 @@
 #include "compiler/diag/render.h"
 #include "compiler/frontend/frontend.h"
 #include "compiler/interp/evaluate.h"
+#include "runtime/part/messages.h"
 
 namespace openfab::part {
 namespace {
@@ -152,14 +154,17 @@ TEST(Curves, HaveDerivatives) {
 TEST(Curves, FaultsAreNamed) {
     EXPECT_EQ(curve_fault(kBumps, 1), "");
     EXPECT_EQ(curve_fault(kBumps, 3),
-              "has 2 numbers in key 0, not 4: a place and three of a colour");
-    EXPECT_EQ(curve_fault({{}, {}}, 1), "has 0 keys, not 1 to 16");
+              fmt::format(messages::kCurveNumbers, 2, 0, 4, messages::kCurveKeyColor));
+    EXPECT_EQ(curve_fault({{{0}}, {}}, 1),
+              fmt::format(messages::kCurveNumbers, 1, 0, 2, messages::kCurveKeyValue));
+    EXPECT_EQ(curve_fault({{}, {}}, 1), fmt::format(messages::kCurveKeys, 0, 16));
     EXPECT_EQ(curve_fault({std::vector<std::vector<double>>(17, {0, 0}), {}}, 1),
-              "has 17 keys, not 1 to 16");
+              fmt::format(messages::kCurveKeys, 17, 16));
     EXPECT_EQ(curve_fault({{{0, 1}, {2, 1}, {2, 3}}, {}}, 1),
-              "has key 2 at 2, which is not beyond the one before, at 2");
-    EXPECT_EQ(curve_fault({{{0, 1e10}}, {}}, 1), "has 1e+10 in key 0, beyond a billion");
-    EXPECT_EQ(curve_fault({{{0, std::nan("")}}, {}}, 1), "has nan in key 0, beyond a billion");
+              fmt::format(messages::kCurveOrder, 2, 2.0, 2.0));
+    for (const double outside : {1e10, std::nan("")})
+        EXPECT_EQ(curve_fault({{{0, outside}}, {}}, 1),
+                  fmt::format(messages::kCurveBeyond, outside, 0));
 }
 
 }  // namespace
