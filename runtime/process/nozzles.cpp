@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "abi/fablet_table.h"
+#include "runtime/process/messages.h"
 
 namespace openfab::process {
 
@@ -105,10 +106,8 @@ Result<void> Nozzles::check(const Vec3i& size, const std::vector<std::string>& n
             const int64_t row = rows_.row(y), layer = rows_.layer(z);
             for (const DeadRows& dead : dead_) {
                 if (found[dead.material] != dead.material || !dead.holds(row, layer)) continue;
-                return user_error(fmt::format(
-                    "dead nozzles: in row {} neither `{}` nor any of its substitutes can be "
-                    "printed, since they stand in for each other; name another substitute",
-                    row, names[dead.material]));
+                return user_error(
+                    fmt::format(messages::kSubstitutesInCircle, row, names[dead.material]));
             }
         }
     }

@@ -10,6 +10,7 @@
 
 #include "base/check.h"
 #include "base/units.h"
+#include "runtime/support_material/messages.h"
 
 namespace openfab::support_material {
 
@@ -79,11 +80,9 @@ Result<DepthMap> DepthMap::create(const std::vector<SupportedPart>& parts, const
     if (bytes > max_bytes) {
         // The final size is unknown; two bytes per column mostly suffice.
         const int64_t columns = int64_t{grid.size.x} * grid.size.y;
-        return user_error(fmt::format(
-            "support does not fit the memory budget: its depth map takes more than {}, up "
-            "to {}; raise `--memory`, or print with `--support off`",
-            format_bytes(std::max<int64_t>(max_bytes, 0)),
-            format_bytes(columns * (grid.size.z < 1 << 16 ? 2 : 4))));
+        return user_error(fmt::format(messages::kSupportTakesMemory,
+                                      format_bytes(std::max<int64_t>(max_bytes, 0)),
+                                      format_bytes(columns * (grid.size.z < 1 << 16 ? 2 : 4))));
     }
     return map;
 }

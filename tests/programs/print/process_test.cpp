@@ -13,6 +13,7 @@
 
 #include "base/messages.h"
 #include "program/messages.h"
+#include "runtime/process/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 #include "world/messages.h"
@@ -205,7 +206,7 @@ TEST_F(ProcessOption, TroubleIsTold) {
     EXPECT_THAT(error_of(R"({"dead": [
         {"material": "white", "substitute": "black", "nozzles": [[0, 3]], "head": 4},
         {"material": "black", "substitute": "white", "nozzles": [2], "head": 4}]})"),
-                HasSubstr("stand in for each other"));
+                Says(process::messages::kSubstitutesInCircle));
     EXPECT_THAT(error_of(R"({"dead": [{"material": "K", "substitute": "grey", "nozzles": [9],
                              "head": 8}]})"),
                 Says(world::messages::kNoSuchNozzle, 9, 8));

@@ -5,6 +5,7 @@
 
 #include "runtime/support_material/depth_map.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -12,6 +13,8 @@
 #include <random>
 
 #include "runtime/solid/mesh/mesh_solid.h"
+#include "runtime/support_material/messages.h"
+#include "tests/support/says/says.h"
 #include "tests/support/surface/grid_over.h"
 #include "tests/support/surface/worlds.h"
 
@@ -251,7 +254,8 @@ TEST(DepthMap, RefusesWhatDoesNotFit) {
     const Result<DepthMap> refused = map_of({&part}, grid, bytes / 2);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kUserInput);
-    EXPECT_NE(refused.error().text().find("--support off"), std::string::npos);
+    EXPECT_THAT(refused.error().text(),
+                testing::Says(support_material::messages::kSupportTakesMemory));
 }
 
 TEST(DepthMap, IsTheSameForAnyNumberOfThreads) {
