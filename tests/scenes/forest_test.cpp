@@ -7,7 +7,11 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include "runtime/part/messages.h"
+#include "runtime/solid/messages.h"
 #include "tests/scenes/scene_fixture.h"
+#include "tests/support/says/says.h"
+#include "tools/openfab/messages.h"
 
 namespace openfab::testing {
 namespace {
@@ -132,12 +136,13 @@ TEST_F(Forest, OfAProgramIsDescribedAndExported) {
         "export", path("made.fab.json"), "-o", path("made.3mf"), "--voxel", "0.5mm"};
     const Outcome refused = openfab(to_3mf);
     EXPECT_EQ(refused.exit_code, 1);
-    EXPECT_THAT(refused.err, HasSubstr("if you know what it does, add `--allow-programs`"));
+    EXPECT_THAT(refused.err, Says(part::messages::kProgramNotAllowedHelp, "--allow-programs"));
     std::vector<std::string> allowed = to_3mf;
     allowed.emplace_back("--allow-programs");
     const Outcome written = openfab(allowed);
     EXPECT_EQ(written.exit_code, 0) << written.err;
-    EXPECT_THAT(written.err, HasSubstr("object `post`: a program makes it"));
+    EXPECT_THAT(written.err,
+                HasSubstr(std::string("object `post`: ") + tools::messages::kMadeByProgram));
     EXPECT_GT(std::filesystem::file_size(path("made.3mf")), 1000u);
 }
 
@@ -164,14 +169,14 @@ TEST_F(Forest, SaysWhatIsWrongWithinMemory) {
     struct Mistake {
         const char *what, *by, *message, *help;
     };
+    using namespace solid::messages;
     const Mistake mistakes[] = {
         // The second reaches its last level, the third is lost in what numbers are rounded by.
-        {"attr.level < levels ? 3 : 0", "1", "levels deep", "let `children` become 0"},
-        {"attr.level < levels ? 3 : 0", "2", "levels deep", "let `children` become 0"},
-        {"attr.level < levels ? 3 : 0", "60000", "nodes have bounds that reach the same few voxels",
-         "a tighter `reach`"},
-        {"0.7 / 0.3 * t.size", "0.2 * t.size", "outside of", "make it larger"},
-        {"t.along = float3(0, 0, 1)", "t.along = float3(0, 0, 40)", "outside of", "larger"},
+        {"attr.level < levels ? 3 : 0", "1", kChildrenTooDeep, kLetChildrenEnd},
+        {"attr.level < levels ? 3 : 0", "2", kChildrenTooDeep, kLetChildrenEnd},
+        {"attr.level < levels ? 3 : 0", "60000", kTooManyNodesAtOnce, kTooManyNodesAtOnceHelp},
+        {"0.7 / 0.3 * t.size", "0.2 * t.size", kBeamOutside, kEnlargeNodeBox},
+        {"t.along = float3(0, 0, 1)", "t.along = float3(0, 0, 40)", kBeamOutside, kEnlargeNodeBox},
     };
     for (const Mistake& mistake : mistakes) {
         write("wrong", replaced(rule_, mistake.what, mistake.by), "[[-12, -12, -1], [12, 12, 9]]");
@@ -179,8 +184,8 @@ TEST_F(Forest, SaysWhatIsWrongWithinMemory) {
             "wrong", {"--voxel", "0.2mm", "--set", "forest.trees=1", "-o", path("wrong.ofr")});
         EXPECT_EQ(printed.exit_code, 1) << printed.err;
         EXPECT_THAT(printed.err, HasSubstr("wrong.fab.json"));
-        EXPECT_THAT(printed.err, HasSubstr(mistake.message)) << mistake.by;
-        EXPECT_THAT(printed.err, HasSubstr(mistake.help)) << mistake.by;
+        EXPECT_THAT(printed.err, Says(mistake.message)) << mistake.by;
+        EXPECT_THAT(printed.err, Says(mistake.help)) << mistake.by;
         EXPECT_LT(printed.peak_rss_bytes, kMost);
     }
 }
