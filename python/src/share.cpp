@@ -182,8 +182,8 @@ Result<std::string> output_format(const program::Options& options, const std::st
 }
 
 Result<std::vector<std::filesystem::path>> world_files(const program::Options& options) {
-    Result<world::World> world = world::load_world(
-        options.input, {{options.allow.begin(), options.allow.end()}, options.memory_bytes});
+    Result<world::World> world =
+        world::load_world(options.input, world::rules_of(options.allow, options.memory_bytes));
     if (!world) return world.error();
     std::vector<std::filesystem::path> files = std::move(world->files);
     if (options.printer.ends_with(".json")) files.emplace_back(options.printer);

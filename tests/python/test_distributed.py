@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import re
@@ -98,6 +99,34 @@ def test_a_dither_rule_reaches_workers(client: Any, tmp_path: Path) -> None:
     alone = openfab.print_world(world, tmp_path / "alone.ofr", voxel=0.2)
     done = over.print_world(world, client, tmp_path / "shared.ofr", voxel=0.2)
     assert done.statistics["hash"] == alone.statistics["hash"]
+
+
+def test_programs_run_on_workers_where_they_may(client: Any, tmp_path: Path) -> None:
+    (tmp_path / "made.py").write_text(
+        "from openfab.procedural import beam, generator\n"
+        "@generator(attributes={'kind': 'int'})\n"
+        "def made(bound):\n"
+        "    yield beam((0, 0, 0), (0, 0, 5), (1, 0.5), kind=1)\n"
+        "if __name__ == '__main__':\n"
+        "    made.serve()\n"
+    )
+    (tmp_path / "ball.fl").write_text(BALL)
+    (tmp_path / "w.fab.json").write_text(json.dumps({
+        "openfab": 1, "printer": "generic",
+        "fablets": {"ball": {"source": "ball.fl", "fablet": "Ball"}},
+        "materials": {"white": {"key": "#ffffff"}, "red": {"key": "#ff0000"}},
+        "meshes": {"made": {
+            "program": [sys.executable, "made.py"], "box_mm": [[-2, -2, -2], [2, 2, 7]], "attributes": {"kind": "int"},
+        }},
+        "objects": {"a": {"mesh": "made", "fablet": "ball", "uniforms": {"core": "red", "shell": "white"}}},
+        "build": [{"object": "a"}],
+    }))
+    with pytest.raises(openfab.InputError, match="`allow_programs`"):
+        over.print_world(openfab.load(tmp_path / "w.fab.json"), client, tmp_path / "shared.ofr", voxel=0.2)
+    world = openfab.load(tmp_path / "w.fab.json", allow_programs=True)
+    openfab.print_world(world, tmp_path / "alone.ofr", voxel=0.2)
+    over.print_world(world, client, tmp_path / "shared.ofr", voxel=0.2)
+    assert (tmp_path / "shared.ofr").read_bytes() == (tmp_path / "alone.ofr").read_bytes()
 
 
 def test_objects_of_python_reach_workers(client: Any, ball: openfab.World, tmp_path: Path) -> None:

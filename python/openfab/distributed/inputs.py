@@ -111,10 +111,13 @@ def _relative(value: Any, home: str, files: set[str]) -> Any:
     return value
 
 
-def of_workers(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns fields of Options for a worker, with a printer's file at its path there."""
+def of_workers(world: Snapshot, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns fields of Options for a worker, with a printer's file at its path there, and programs if they may run."""
     printer = fields.get("printer", "")
-    return {**fields, "printer": place(printer) if printer.endswith(".json") else printer}
+    return {
+        **fields, "printer": place(printer) if printer.endswith(".json") else printer,
+        "allow": [word for word in world.allowed if word == _core.PROGRAMS_WORD],
+    }
 
 
 def unpack(folder: Path, files: dict[str, Blob], world: str, description: bytes) -> Path:

@@ -175,7 +175,7 @@ def print_world(
         inputs = gather(read, fields)
         job = Job(
             version=worker.version(), digest=inputs.digest, world=inputs.world, sources=inputs.sources,
-            fields=of_workers(fields), format=output.format, threads=threads, made=str(own_files.folder()),
+            fields=of_workers(read, fields), format=output.format, threads=threads, made=str(own_files.folder()),
         )
         with _Run(client, limit, job, inputs, began, in_flight, direct, progress) as run:
             return run.print(output)

@@ -220,7 +220,7 @@ def _folder(digest: str) -> Path:
 def _set_up(job: Job, key: tuple[Any, ...], root: Path, inputs: dict[str, Blob], description: bytes) -> _Kept:
     claim_threads()
     world = unpack(root, inputs, job.world, description)
-    named = {"input": str(world), "allow": [str(root)]}
+    named = {"input": str(world), "allow": [str(root), *job.fields["allow"]]}
     rule = dither_rule(options_of(named))
     program, _ = programs.find([root / source for source in job.sources], rule=rule)
     worker = distributed.get_worker()
