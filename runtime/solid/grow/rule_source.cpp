@@ -286,10 +286,9 @@ class RuleSource final : public BodySource {
                 return error(where, fmt::format(messages::kNodeRadius, beam.radius[e]),
                              messages::kNodeRadiusHelp);
         }
-        const bool is_beam = beam.radius[0] > 0 || beam.radius[1] > 0;
-        if (is_beam) {
+        if (is_visible(beam)) {
             if (const Box3f box = box_of(beam); !holds(within, box)) {
-                if (is_lost(box, beam.level))
+                if (is_lost(beam))
                     return error(
                         where,
                         fmt::format(messages::kLongAndOutside, box.longest_side(), beam.level),
@@ -310,7 +309,10 @@ class RuleSource final : public BodySource {
         }
         const auto children =
             static_cast<int32_t>(level->columns.column(static_cast<size_t>(roles_.children))[node]);
-        if (children <= 0) return {};
+        if (children < 0)
+            return error(where, fmt::format(messages::kTooFewChildren, children),
+                         messages::kTooFewChildrenHelp);
+        if (children == 0) return {};
         if (children > kMostChildren)
             return error(where, fmt::format(messages::kTooManyChildren, children, kMostChildren),
                          messages::kTooManyChildrenHelp);
@@ -389,25 +391,32 @@ class RuleSource final : public BodySource {
             box.lo[a] = std::max(box.lo[a], within.lo[a]);
             box.hi[a] = std::min(box.hi[a], within.hi[a]);
         }
-        if (box.empty() && is_lost(box_of(where.beam), where.beam.level))
+        if (box.empty() && is_lost(where.beam))
             return error(where, fmt::format(messages::kChildrenOutside, where.beam.level),
                          messages::kLetChildrenEnd);
         if (box.empty())
-            return error(where,
-                         fmt::format(messages::kGrowsOutside, text(within.lo), text(within.hi)),
-                         messages::kEnlargeNodeBox);
+            return error(
+                where, fmt::format(messages::kGrowsOutside, text(within.lo), text(within.hi)),
+                is_visible(where.beam) ? messages::kEnlargeNodeBox : messages::kEndOrEnlarge);
         level->bounds[node] = box;
         return {};
     }
 
-    /// Returns whether a box is so small, many levels deep, that its rule rather never ends than lies about its
-    /// bounds, which turns that are rounded leave at last.
-    static bool is_lost(const Box3f& box, int32_t level) {
+    /// Returns whether there is anything of a node itself.
+    static bool is_visible(const GrownBeam& beam) {
+        return beam.radius[0] > 0 || beam.radius[1] > 0;
+    }
+
+    /// Returns whether a node is so small, many levels deep, that its rule rather never ends than lies about its
+    /// bounds, which turns that are rounded leave at last. Of one without a beam the depth alone tells.
+    static bool is_lost(const GrownBeam& beam) {
         constexpr int32_t kDeep = 20;
+        if (beam.level < kDeep || !is_visible(beam)) return beam.level >= kDeep;
+        const Box3f box = box_of(beam);
         float largest = 0;
         for (int a = 0; a < 3; ++a)
             largest = std::max({largest, std::fabs(box.lo[a]), std::fabs(box.hi[a])});
-        return level >= kDeep && box.longest_side() <= largest * 0x1p-10f;
+        return box.longest_side() <= largest * 0x1p-10f;
     }
 
     Error error(const Where& where, const std::string& what, const std::string& help) const {

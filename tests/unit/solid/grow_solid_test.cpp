@@ -149,6 +149,21 @@ Node crowd(const Node& parent, int32_t child, int32_t level, uint32_t path) {
     n.children = level == 2 ? 1 << 20 : n.children;
     return n;
 }
+Node negative(const Node& parent, int32_t child, int32_t level, uint32_t path) {
+    Node n = bush(parent, child, level, path);
+    n.children = level == 2 ? -3 : n.children;
+    return n;
+}
+/// Nodes without beams, each kStep tenths of a mm long and at the end of its parent, without an end.
+template <int kStep>
+Node drifting(const Node& parent, int32_t /*child*/, int32_t level, uint32_t /*path*/) {
+    Node n;
+    n.end[0] = level == 0 ? 0 : parent.end[3];
+    n.end[3] = n.end[0] + 0.1f * kStep;
+    n.children = 1;
+    n.reach = 6;
+    return n;
+}
 
 /// A dense rule: all its nodes lie in one voxel, of which there are 4^20.
 Node dust(const Node& /*parent*/, int32_t /*child*/, int32_t level, uint32_t path) {
@@ -163,21 +178,25 @@ Node dust(const Node& /*parent*/, int32_t /*child*/, int32_t level, uint32_t pat
     return n;
 }
 
+/// Grows all of a rule.
+Result<void> outcome_of(openfab_kernel_fn fn) {
+    const Made made(nullptr, fn, 8 << 20, nullptr);
+    if (made.placed == nullptr) return made.status;
+    made.covered();
+    return made.solid->status();
+}
+
 TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
     const std::pair<openfab_kernel_fn, ::testing::Matcher<std::string>> kWrong[] = {
         {kernel<endless>, testing::Says(messages::kChildrenTooDeep, 1000)},
         {kernel<leaves>, testing::Says(messages::kBeamOutside)},
         {kernel<lost>, testing::Says(messages::kNotFinite)},
+        {kernel<negative>, testing::Says(messages::kTooFewChildren, -3)},
         {kernel<crowd>, testing::Says(messages::kTooManyChildren, 1048576, 65536)},
         {kernel<dust>, testing::Says(messages::kTooManyBeamsAtOnce, 524288)},
     };
     for (const auto& [fn, what] : kWrong) {
-        const Made made(nullptr, fn, 8 << 20, nullptr);
-        Result<void> status = made.status;
-        if (made.placed != nullptr) {
-            made.covered();
-            status = made.solid->status();
-        }
+        const Result<void> status = outcome_of(fn);
         ASSERT_FALSE(status);
         EXPECT_THAT(status.error().message, what);
         EXPECT_EQ(exit_code(status.error().code), 1) << status.error().text();
@@ -186,6 +205,18 @@ TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
     ASSERT_FALSE(small.status);
     EXPECT_EQ(small.status.error().location.line, 7);
     EXPECT_NE(small.status.error().help.find("box_mm"), std::string::npos);
+}
+
+/// A larger box is no remedy for a rule without an end, of which nothing is seen outside.
+TEST(GrowSolid, ARuleOfNodesWithoutBeamsIsToldToEnd) {
+    const Result<void> soon = outcome_of(kernel<drifting<20>>);
+    ASSERT_FALSE(soon);
+    EXPECT_THAT(soon.error().message, testing::Says(messages::kGrowsOutside));
+    EXPECT_EQ(soon.error().help, messages::kEndOrEnlarge);
+    const Result<void> late = outcome_of(kernel<drifting<4>>);
+    ASSERT_FALSE(late);
+    EXPECT_THAT(late.error().message, testing::Says(messages::kChildrenOutside));
+    EXPECT_EQ(late.error().help, messages::kLetChildrenEnd);
 }
 
 }  // namespace
