@@ -219,6 +219,21 @@ TEST(BoxPrint, OneOutputOfEveryDither) {
     }
 }
 
+// A pipeline of five stages, where rows wait for those around them, and for other slabs.
+TEST(BoxPrint, OneOutputWithBleed) {
+    const process::Bleed shown({{1, 2, {0.9, 1.1, 0.6}}, {0, 2, {0.5, 0.5, 0.5}}}, 0, true);
+    const process::Bleed undone({{1, 2, {0.9, 1.1, 0.6}}}, 2, false);
+    const Printed none = testing::print_boxes(assembly());
+    for (const process::Bleed* bleed : {&shown, &undone}) {
+        pipeline::PrintOptions options;
+        options.bleed = bleed;
+        const Printed printed = testing::print_boxes(assembly(), options);
+        ASSERT_TRUE(printed.ok) << printed.error.text();
+        EXPECT_NE(printed.statistics.hash, none.statistics.hash);
+        expect_one_output(options, 2);
+    }
+}
+
 TEST(BoxPrint, OneOutputWhateverTheSettings) {
     pipeline::PrintOptions plain;
     plain.threads = 1;

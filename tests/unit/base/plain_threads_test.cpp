@@ -91,6 +91,65 @@ TEST(PlainThreads, APipelineEndsInOrderWithAtMostItsTokensOnTheirWay) {
     EXPECT_LE(most, kTokens);
 }
 
+TEST(PlainThreads, EachStageInOrderSeesAllItemsInTurn) {
+    constexpr int kItems = 300;
+    int next = 0;
+    std::vector<int> gathered, ended;
+    const auto source = [&](tbb::flow_control& control) {
+        if (next == kItems) control.stop();
+        return next++;
+    };
+    const auto halve = [](int i) { return 0.5 * i; };
+    const auto gather = [&](double half) {
+        gathered.push_back(static_cast<int>(2 * half));
+        return std::make_unique<int>(gathered.back());
+    };
+    const auto add = [](const std::unique_ptr<int>& i) { return *i + 1; };
+    using tbb::filter_mode;
+    tbb::parallel_pipeline(
+        4,
+        tbb::make_filter<void, int>(filter_mode::serial_in_order, source) &
+            tbb::make_filter<int, double>(filter_mode::parallel, halve) &
+            tbb::make_filter<double, std::unique_ptr<int>>(filter_mode::serial_in_order, gather) &
+            tbb::make_filter<std::unique_ptr<int>, int>(filter_mode::parallel, add) &
+            tbb::make_filter<int, void>(filter_mode::serial_in_order,
+                                        [&](int i) { ended.push_back(i); }));
+    std::vector<int> expected(kItems);
+    std::iota(expected.begin(), expected.end(), 0);
+    EXPECT_EQ(gathered, expected);
+    std::iota(expected.begin(), expected.end(), 1);
+    EXPECT_EQ(ended, expected);
+}
+
+// While the first item is at the end, others are made ready, as many as there are tokens.
+TEST(PlainThreads, ItemsThatWaitForTheirTurnKeepNoThread) {
+    constexpr int kItems = 20, kTokens = 6;
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 2);
+    int next = 0, ended = 0;
+    std::atomic<int> made{0};
+    const auto source = [&](tbb::flow_control& control) {
+        if (next == kItems) control.stop();
+        return next++;
+    };
+    const auto make = [&](int i) {
+        ++made;
+        made.notify_all();
+        return i;
+    };
+    const auto end = [&](int i) {
+        for (int now; i == 0 && (now = made) < kTokens;)
+            made.wait(now);
+        EXPECT_EQ(i, ended++);
+        EXPECT_LE(made, i + kTokens);
+    };
+    using tbb::filter_mode;
+    tbb::parallel_pipeline(kTokens,
+                           tbb::make_filter<void, int>(filter_mode::serial_in_order, source) &
+                               tbb::make_filter<int, int>(filter_mode::parallel, make) &
+                               tbb::make_filter<int, void>(filter_mode::serial_in_order, end));
+    EXPECT_EQ(ended, kItems);
+}
+
 TEST(PlainThreads, OneThreadWhereOneIsAllowed) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
     const std::thread::id self = std::this_thread::get_id();
