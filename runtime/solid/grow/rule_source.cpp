@@ -309,10 +309,7 @@ class RuleSource final : public BodySource {
         }
         const auto children =
             static_cast<int32_t>(level->columns.column(static_cast<size_t>(roles_.children))[node]);
-        if (children < 0)
-            return error(where, fmt::format(messages::kTooFewChildren, children),
-                         messages::kTooFewChildrenHelp);
-        if (children == 0) return {};
+        if (children <= 0) return {};
         if (children > kMostChildren)
             return error(where, fmt::format(messages::kTooManyChildren, children, kMostChildren),
                          messages::kTooManyChildrenHelp);

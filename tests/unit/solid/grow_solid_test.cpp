@@ -149,11 +149,6 @@ Node crowd(const Node& parent, int32_t child, int32_t level, uint32_t path) {
     n.children = level == 2 ? 1 << 20 : n.children;
     return n;
 }
-Node negative(const Node& parent, int32_t child, int32_t level, uint32_t path) {
-    Node n = bush(parent, child, level, path);
-    n.children = level == 2 ? -3 : n.children;
-    return n;
-}
 /// Nodes without beams, each kStep tenths of a mm long and at the end of its parent, without an end.
 template <int kStep>
 Node drifting(const Node& parent, int32_t /*child*/, int32_t level, uint32_t /*path*/) {
@@ -191,7 +186,6 @@ TEST(GrowSolid, SaysWhatIsWrongAndWhere) {
         {kernel<endless>, testing::Says(messages::kChildrenTooDeep, 1000)},
         {kernel<leaves>, testing::Says(messages::kBeamOutside)},
         {kernel<lost>, testing::Says(messages::kNotFinite)},
-        {kernel<negative>, testing::Says(messages::kTooFewChildren, -3)},
         {kernel<crowd>, testing::Says(messages::kTooManyChildren, 1048576, 65536)},
         {kernel<dust>, testing::Says(messages::kTooManyBeamsAtOnce, 524288)},
     };
