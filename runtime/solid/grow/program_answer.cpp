@@ -139,9 +139,9 @@ class Reader {
     std::string values_text(int32_t ends) const {
         std::string text;
         if (layout_.floats > 0)
-            text +=
-                fmt::format(messages::kFloatAttributes, ends == 2 ? "twice " : "", layout_.floats,
-                            layout_.floats == 1 ? "" : "s", ends == 2 ? messages::kOfEachEnd : "");
+            text += fmt::format(messages::kFloatAttributes, ends == 2 ? messages::kTwice : "",
+                                layout_.floats, layout_.floats == 1 ? "" : "s",
+                                ends == 2 ? messages::kOfEachEnd : "");
         if (layout_.ints > 0) text += fmt::format(messages::kIntAttributes, layout_.ints);
         return text;
     }
@@ -201,13 +201,14 @@ class Reader {
         mesh::Mesh& mesh = out_.meshes.emplace_back();
         for (int32_t i = 0; i < vertices; ++i) {
             Vec3f p;
-            if (Result<void> fine = numbers_of_mesh("vertex", i, &p.x, &p.y, &p.z); !fine)
+            if (Result<void> fine = numbers_of_mesh(messages::kVertex, i, &p.x, &p.y, &p.z); !fine)
                 return fine;
             mesh.positions.push_back(vec_cast<double>(p));
         }
         for (int32_t i = 0; i < triangles; ++i) {
             std::array<int32_t, 3> t{};
-            if (Result<void> fine = numbers_of_mesh("triangle", i, &t[0], &t[1], &t[2]); !fine)
+            if (Result<void> fine = numbers_of_mesh(messages::kTriangle, i, &t[0], &t[1], &t[2]);
+                !fine)
                 return fine;
             for (const int32_t v : t) {
                 if (v < 0 || v >= vertices)

@@ -237,7 +237,7 @@ TEST_F(Generator, SaysWhatAProgramDoesWrong) {
     EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1\n0 1 1\n0 0 2\n0 2 1\n0 1 3\n0 3 2\n0 1 2")),
                 Says(mesh::messages::kNotClosed));
     EXPECT_THAT(refusal(answer("mesh 4 4\n0 0 1\n1 0 1")),
-                testing::Says(solid::messages::kEndsInMesh));
+                testing::Says(solid::messages::kEndsInMesh, solid::messages::kVertex, "2"));
     EXPECT_THAT(refusal(answer("error no such forest")), HasSubstr("no such forest"));
     EXPECT_THAT(refusal(answer("done")), testing::Says(messages::kWroteAfterDone));
     EXPECT_THAT(refusal("echo welcome\n" + answer("# nothing")), HasSubstr("welcome"));
