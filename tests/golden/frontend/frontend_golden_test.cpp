@@ -4,6 +4,8 @@
 // The postcard of the paper after each step of the front end, as openflc dumps it.
 // OPENFAB_UPDATE=1 in the environment rewrites the files; review what changed.
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -13,6 +15,7 @@
 #include <iterator>
 #include <string>
 
+#include "base/messages.h"
 #include "tests/support/places/places.h"
 
 namespace {
@@ -89,7 +92,9 @@ TEST(Openflc, DataGoesToStdoutAndDiagnosticsToStderr) {
     EXPECT_EQ(run("check " + file + " 2>/dev/null").text, "");
     const std::string json = run("--diagnostics=json check " + file + " 2>&1 >/dev/null").text;
     EXPECT_NE(json.find(R"("id":"unknown-name","severity":"error")"), std::string::npos) << json;
-    EXPECT_NE(json.find(R"("help":["did you mean `thickness`?"])"), std::string::npos) << json;
+    EXPECT_THAT(json,
+                ::testing::HasSubstr(fmt::format(
+                    R"("help":["{}"])", fmt::format(openfab::messages::kDidYouMean, "thickness"))));
 }
 
 TEST(Openflc, AScheduleThatIsWrongIsADiagnosticOnItsLine) {

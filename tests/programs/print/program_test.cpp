@@ -13,7 +13,6 @@
 #include "backends/gcvf/messages.h"
 #include "backends/ofr/messages.h"
 #include "backends/ofr/ofr_reader.h"
-#include "base/messages.h"
 #include "program/messages.h"
 #include "runtime/pipeline/messages.h"
 #include "tests/support/places/places.h"
@@ -370,7 +369,7 @@ TEST_F(PrintProgram, InterruptedKeepsWholeSlices) {
         {"-o", path("a.ofr"), "--voxel", "0.05mm", "--threads", "1", "--stats", path("s.json")},
         options, "large.fab.json");
     EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
-    EXPECT_THAT(outcome.err, testing::Says(openfab::messages::kInterrupted));
+    EXPECT_THAT(outcome.err, testing::Says(pipeline::messages::kInterruptedAfter));
     EXPECT_EQ(openfab({"verify", path("a.ofr")}).exit_code, 1);
     EXPECT_THAT(read_file(path("s.json")), HasSubstr("\"complete\": false"));
 }

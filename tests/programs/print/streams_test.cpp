@@ -238,7 +238,7 @@ TEST_F(Streams, MisspeltCommandsAndOptionsAreNamed) {
          fmt::format(messages::kNoSuchArgument, "command", "prnt") + "; " +
              fmt::format(messages::kDidYouMean, "print")},
         {"{openfab} inof {dir}/a.ofr", fmt::format(messages::kDidYouMean, "info")},
-        {"{openfab} frobnicate", "there is no command `frobnicate`"},
+        {"{openfab} frobnicate", fmt::format(messages::kNoSuchArgument, "command", "frobnicate")},
         {"{openfab} print {dir}/world.fab.json --prevew a.png",
          fmt::format(messages::kDidYouMean, "--preview")},
         {"{openfab} export {dir}/a.ofr --ouput a", fmt::format(messages::kDidYouMean, "--output")},

@@ -8,6 +8,7 @@
 
 #include <cstring>
 
+#include "base/messages.h"
 #include "mesh/read/gltf.h"
 #include "mesh/read/messages.h"
 #include "tests/support/meshes/temp_folder.h"
@@ -100,21 +101,25 @@ TEST(Gltf, PropertiesOfWrongTypesAreRefused) {
         const auto source = parse_gltf(file.glb(), "a.glb");
         return source ? "no error" : source.error().text();
     };
-    EXPECT_THAT(
-        error_of(with_material(R"("pbrMetallicRoughness": ["none"])")),
-        testing::Says(messages::kWrongType, "pbrMetallicRoughness", "an array", "an object*"));
-    EXPECT_THAT(
-        error_of(with_picture(R"(, "extensions": {"KHR_texture_transform": "none"})")),
-        testing::Says(messages::kWrongType, "KHR_texture_transform", "a string", "an object*"));
+    EXPECT_THAT(error_of(with_material(R"("pbrMetallicRoughness": ["none"])")),
+                testing::Says(messages::kWrongType, "pbrMetallicRoughness",
+                              openfab::messages::kKindArray, openfab::messages::kKindObject));
+    EXPECT_THAT(error_of(with_picture(R"(, "extensions": {"KHR_texture_transform": "none"})")),
+                testing::Says(messages::kWrongType, "KHR_texture_transform",
+                              openfab::messages::kKindString, openfab::messages::kKindObject));
     EXPECT_THAT(error_of(with_material(R"("extensions": {"KHR_materials_pbrSpecularGlossiness":
                            {"diffuseTexture": 0}})")),
-                testing::Says(messages::kWrongType, "diffuseTexture", "a number", "an object*"));
+                testing::Says(messages::kWrongType, "diffuseTexture",
+                              openfab::messages::kKindNumber, openfab::messages::kKindObject));
     EXPECT_THAT(error_of(with_material(R"("alphaMode": 1)")),
-                testing::Says(messages::kWrongType, "alphaMode", "a number", "a string*"));
+                testing::Says(messages::kWrongType, "alphaMode", openfab::messages::kKindNumber,
+                              openfab::messages::kKindString));
     EXPECT_THAT(error_of(with(&File::materials, R"("none")")),
-                testing::Says(messages::kWrongType, "materials", "a string", "an object*"));
+                testing::Says(messages::kWrongType, "materials", openfab::messages::kKindString,
+                              openfab::messages::kKindObject));
     EXPECT_THAT(error_of(with(&File::more, R"(, "skins": {"joints": []})")),
-                testing::Says(messages::kWrongType, "skins", "an object", "an array*"));
+                testing::Says(messages::kWrongType, "skins", openfab::messages::kKindObject,
+                              openfab::messages::kKindArray));
     // These names mean something else there.
     EXPECT_EQ(error_of(with(&File::more,
                             R"(, "extras": {"nodes": 1}, "extensions": {"ACME": {"name": 1}})")),

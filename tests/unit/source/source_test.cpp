@@ -1,6 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -8,6 +9,7 @@
 
 #include "base/messages.h"
 #include "compiler/source/source_manager.h"
+#include "tests/support/says/says.h"
 
 namespace openfab::source {
 namespace {
@@ -57,7 +59,8 @@ TEST(SourceManager, LoadSaysWhyItFailed) {
     EXPECT_FALSE(s.load("no/such/file.fl", &fault).has_value());
     EXPECT_EQ(fault, "no/such/file.fl: cannot be opened: No such file or directory");
     EXPECT_FALSE(s.load(std::filesystem::temp_directory_path(), &fault).has_value());
-    EXPECT_NE(fault.find("is a folder"), std::string::npos);
+    EXPECT_THAT(fault,
+                testing::Says(openfab::messages::kKindNotAFile, openfab::messages::kKindFolder));
     const std::filesystem::path path =
         std::filesystem::path(::testing::TempDir()) / "openfab_source_test.fl";
     std::ofstream(path, std::ios::binary) << "fablet A\n";

@@ -289,7 +289,8 @@ TEST_F(BuildTest, NamesThePlaceOfWhatIsWrong) {
              fmt::format(openfab::messages::kDidYouMean, "box")},
         {R"({"g": [{"object": "box"}]})", R"([{"group": "g", "uniforms": {"n": 1}}])",
          "5:44: " + fmt::format(messages::kUniformOfNoObject, "n", "build[0]") + "; " +
-             messages::kUniformOfNoObjectHelp + "known: `box`"},
+             messages::kUniformOfNoObjectHelp +
+             fmt::format(openfab::messages::kKnownNames, "`box`")},
         {"", R"([{"object": "box", "translate_mm": [1, 2, 3], "on_bed": true}])",
          "4:66: " + fmt::format(messages::kHeightAndOnBed, "build[0]") + "; " +
              messages::kHeightAndOnBedHelp},

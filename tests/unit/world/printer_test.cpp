@@ -59,11 +59,14 @@ TEST(Printer, IsReadFromAFile) {
                                                 messages::kPitchNotClearHelp);
     EXPECT_EQ(error_of(R"({"name": "x", "dpi": [600, 0], "layer_um": 27})"),
               std::string("1:22: ") + messages::kPitchOutside);
-    EXPECT_EQ(error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
-              "1:38: " + fmt::format(messages::kUnknownKey, "colour", "the printer") +
-                  "; known: `name`, `maker`, `model`, `dpi`, `layer_um`, `layers_um`, `pitch_mm`, "
-                  "`build_volume_mm`, `max_materials`, `native_format`, `formats`, `makes_support` "
-                  "and 7 more");
+    EXPECT_EQ(
+        error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "colour": 1})"),
+        "1:38: " + fmt::format(messages::kUnknownKey, "colour", "the printer") + "; " +
+            fmt::format(
+                openfab::messages::kKnownNames,
+                "`name`, `maker`, `model`, `dpi`, `layer_um`, `layers_um`, `pitch_mm`, "
+                "`build_volume_mm`, `max_materials`, `native_format`, `formats`, `makes_support`" +
+                    fmt::format(openfab::messages::kAndMore, 7)));
     EXPECT_EQ(
         error_of(R"({"name": "x", "pitch_mm": [1, 1, 1], "support_material": {"key": "red"}})"),
         "1:66: `key` of the support material is `red`; " +

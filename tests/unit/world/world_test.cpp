@@ -193,7 +193,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
         {"\"printer\": \"j750\"", "\"tray\": \"centre\"",
          "3:11: `tray` is `centre`; " + fmt::format(openfab::messages::kDidYouMean, "center")},
         {"\"printer\": \"j750\"", "\"printer\": 7",
-         std::string("3:14: `printer` is a number; ") + messages::kMustString},
+         fmt::format("3:14: `printer` is {}; {}", openfab::messages::kKindNumber,
+                     messages::kMustString)},
         {"\"key\": \"#000000\"", "\"key\": \"#FFFFFF\"",
          "7:22: " + fmt::format(messages::kSameKeyColour, "material `black`", "white") + "; " +
              messages::kSameKeyColourHelp},
@@ -267,17 +268,21 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "19:19: " + fmt::format(messages::kNoneOfName, "mesh", "bal") + "; " +
              fmt::format(openfab::messages::kDidYouMean, "ball")},
         {"\"fablet\": \"f\", \"priority\"", "\"fablet\": \"ggg\", \"priority\"",
-         "17:36: " + fmt::format(messages::kNoneOfName, "fablet", "ggg") + "; known: `f`"},
+         "17:36: " + fmt::format(messages::kNoneOfName, "fablet", "ggg") + "; " +
+             fmt::format(openfab::messages::kKnownNames, "`f`")},
         {"\"priority\": -3", "\"priority\": 1.5",
          std::string("17:53: `priority` of object `b` is 1.5; ") + messages::kMustWholeNumber},
         {"\"support\": false", "\"support\": 1",
-         std::string("19:53: `support` of object `a` is a number; ") + messages::kMustTrueFalse},
+         fmt::format("19:53: `support` of object `a` is {}; {}", openfab::messages::kKindNumber,
+                     messages::kMustTrueFalse)},
         {"\"printer\": \"j750\"", "\"support\": \"grey\"",
-         "3:14: " + fmt::format(messages::kNoSuchMaterial, "grey") + "; known: `white`, `black`"},
+         "3:14: " + fmt::format(messages::kNoSuchMaterial, "grey") + "; " +
+             fmt::format(openfab::messages::kKnownNames, "`white`, `black`")},
         {"\"printer\": \"j750\"", "\"support\": []",
          std::string("3:14: ") + messages::kSupportNeither},
         {"\"support\": false", "\"repair\": \"glue\"",
-         "19:52: `repair` of object `a` is `glue`; known: `winding`"},
+         "19:52: `repair` of object `a` is `glue`; " +
+             fmt::format(openfab::messages::kKnownNames, "`winding`")},
         {"\"n\": 2", "\"n\": null",
          std::string("18:29: uniform `n` of object `b` holds null; ") + messages::kMixedValuesHelp},
         {"[1, 2.5]", "[1, \"x\"]",
@@ -299,7 +304,8 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          std::string("18:37: uniform `v` of object `b`") + messages::kEmptyArray + "; " +
              messages::kEmptyArrayHelp},
         {"{\"object\": \"a\"", "{\"object\": \"c\"",
-         "22:16: " + fmt::format(messages::kNoSuchObject, "c") + "; known: `b`, `a`"},
+         "22:16: " + fmt::format(messages::kNoSuchObject, "c") + "; " +
+             fmt::format(openfab::messages::kKnownNames, "`b`, `a`")},
         {"\"scale\": 2", "\"scael\": 2",
          "22:21: " + fmt::format(messages::kUnknownKey, "scael", "build[0]") + "; " +
              fmt::format(openfab::messages::kDidYouMean, "scale")},
@@ -313,13 +319,16 @@ TEST_F(WorldTest, NamesThePlaceOfWhatIsWrong) {
          "22:47: `rotate_deg` of build[0] is an array of 2; " +
              fmt::format(messages::kMustArrayNumbers, 3)},
         {"\"build\": [", "\"build\": [], \"x\": [",
-         "21:16: " + fmt::format(messages::kUnknownKey, "x", "the world") +
-             "; known: `$schema`, `openfab`, `printer`, `tray`, `support`, `fablets`, `dither`, "
-             "`materials`, `textures`, `meshes`, `objects`, `groups` and 3 more"},
+         "21:16: " + fmt::format(messages::kUnknownKey, "x", "the world") + "; " +
+             fmt::format(openfab::messages::kKnownNames,
+                         "`$schema`, `openfab`, `printer`, `tray`, `support`, `fablets`, `dither`, "
+                         "`materials`, `textures`, `meshes`, `objects`, `groups`" +
+                             fmt::format(openfab::messages::kAndMore, 3))},
     };
     for (const auto& c : cases)
         EXPECT_EQ(error_with(c.from, c.to), c.message) << c.to;
-    EXPECT_EQ(error_of("[]"), std::string("1:1: the world is an array; ") + messages::kMustObject);
+    EXPECT_EQ(error_of("[]"), fmt::format("1:1: the world is {}; {}", openfab::messages::kKindArray,
+                                          messages::kMustObject));
     EXPECT_EQ(error_of(R"({"openfab":1,"fablets":{},"meshes":{},"objects":{},"build":[]})"),
               std::string("1:60: `build` is empty; ") + messages::kMustBePlacements);
     EXPECT_NE(load_world(folder_.path() / "none.fab.json").error().text().find("No such file"),
