@@ -103,9 +103,8 @@ ir::Type component_type(const Type& type) {
         case Base::kMaterial:
         case Base::kTexture2D:
         case Base::kTexture3D:
-        case Base::kObject:
-            return ir::Type::kInt;  // of what the world has, the index
-        case Base::kError:
+        case Base::kObject:  // of what the world has, the index
+        case Base::kError:   // from here on: they have no components of one type
         case Base::kVoid:
         case Base::kSurfaceAttributes:
         case Base::kVolumeAttributes:
@@ -114,7 +113,7 @@ ir::Type component_type(const Type& type) {
         case Base::kGrowAttributes:
         case Base::kSurfacePoint:
         case Base::kStruct:
-            return ir::Type::kInt;  // they have no components of one type
+            return ir::Type::kInt;
     }
     return ir::Type::kInt;
 }

@@ -21,7 +21,6 @@ namespace openfab::testing {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// A tree of 2 + 4 * 6 beams; `more` for each branch.
 constexpr const char* kTree = R"(

@@ -16,7 +16,6 @@
 namespace openfab {
 namespace {
 
-using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 class InputFileTest : public ::testing::Test {

@@ -211,7 +211,7 @@ inline Check is_covered(PictureUse::Alpha alpha, double of_colour, double from =
         EXPECT_EQ(look_of(source).picture->mask_from, from);
     };
 }
-inline Check has_value(const char* attribute, std::vector<float> value) {
+inline Check has_value(const char* attribute, const std::vector<float>& value) {
     return [=](const MeshSource& source) {
         const std::vector<float> found = first_value(source, attribute);
         ASSERT_EQ(found.size(), value.size()) << attribute;
@@ -219,7 +219,7 @@ inline Check has_value(const char* attribute, std::vector<float> value) {
             EXPECT_NEAR(found[c], value[c], 1e-6) << attribute << c;
     };
 }
-inline Check are_bodies(std::vector<std::string> names) {
+inline Check are_bodies(const std::vector<std::string>& names) {
     return [=](const MeshSource& source) {
         std::vector<std::string> found;
         for (const Body& body : source.bodies)
@@ -228,7 +228,7 @@ inline Check are_bodies(std::vector<std::string> names) {
         EXPECT_EQ(source.mesh.triangles.size(), names.size() * 12);
     };
 }
-inline Check all_of(std::vector<Check> checks) {
+inline Check all_of(const std::vector<Check>& checks) {
     return [=](const MeshSource& source) {
         for (const Check& check : checks)
             check(source);

@@ -36,7 +36,6 @@ namespace openfab::tools {
 namespace {
 
 using ::testing::HasSubstr;
-using ::testing::Not;
 using texture::Pyramid;
 namespace fs = std::filesystem;
 

@@ -26,7 +26,6 @@ namespace openfab::world {
 namespace {
 
 using ::testing::Contains;
-using ::testing::ElementsAre;
 
 namespace fs = std::filesystem;
 
