@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string>
 #include <system_error>
 
 #include "base/messages.h"
@@ -24,8 +25,10 @@ int run_main(int (*program)(int argc, char** argv), int argc, char** argv) noexc
         return exit_code(ErrorCode::kOutside);
     } catch (const std::system_error& error) {
         // As of a thread that the system does not start.
-        fmt::print(stderr, "error: {}\n",
-                   fmt::format(messages::kSystemRefuses, system_reason(error.code().value())));
+        const std::string reason = system_reason(error.code().value());
+        const std::string said = fmt::format(messages::kSystemRefuses, reason);
+        // Not fmt::print, which throws where nothing can be written.
+        (void)std::fprintf(stderr, "error: %s\n", said.c_str());
         return exit_code(ErrorCode::kOutside);
     } catch (const std::exception& exception) {
         (void)std::fprintf(stderr, "error: internal error: %s\n", exception.what());

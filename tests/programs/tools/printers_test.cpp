@@ -10,6 +10,7 @@
 
 #include "base/messages.h"
 #include "program/messages.h"
+#include "tests/programs/tools/openfab_print.h"
 #include "tests/support/places/places.h"
 #include "tests/support/process/process.h"
 #include "tests/support/says/says.h"
@@ -21,17 +22,7 @@ namespace {
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-constexpr const char* kFablet = R"(fablet Plain {
-    @uniform { Material body; }
-    @Volume(@varying { VolumeAttributes attr }) {
-        MaterialComposition mc;
-        mc.Set(body, 1);
-        return mc;
-    }
-}
-)";
-
-constexpr const char* kWorld = R"({
+constexpr const char* kTinyWorld = R"({
   "openfab": 1,
   "fablets": {"plain": {"source": "plain.fl", "fablet": "Plain"}},
   "materials": {"resin": {"key": "#ffffff"}},
@@ -45,7 +36,7 @@ class Printers : public ::testing::Test {
   protected:
     Printers() {
         scratch_.write("plain.fl", kFablet);
-        scratch_.write("tiny.fab.json", kWorld);
+        scratch_.write("tiny.fab.json", kTinyWorld);
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
     Outcome openfab(std::vector<std::string> arguments) const {

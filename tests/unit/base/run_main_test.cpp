@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -39,6 +41,20 @@ TEST(RunMain, ExceptionsOfLibrariesBecomeMessages) {
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw std::logic_error("why"); }, &message), 4);
     EXPECT_EQ(message, "error: internal error: why\n");
     EXPECT_EQ(outcome_of([](int, char**) -> int { throw 1; }, &message), 4);
+}
+
+// An error that nobody can read keeps its exit code.
+TEST(RunMain, AnErrorThatCannotBeWrittenIsNoCrash) {
+    EXPECT_EXIT(
+        {
+            ::close(STDERR_FILENO);
+            std::exit(run_main(
+                [](int, char**) -> int {
+                    throw std::system_error(EAGAIN, std::generic_category());
+                },
+                0, nullptr));
+        },
+        ::testing::ExitedWithCode(3), "");
 }
 
 }  // namespace
