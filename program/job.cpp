@@ -183,6 +183,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (Result<void> moved = displace_build(job.printer.process, options, &*world, &job.input);
         !moved)
         return moved.error();
+    job.input.warnings = world->warnings;
     job.tray = world->tray;
     if (options.crop_tray) {
         // A world without a tray origin counts from the tray's corner.
@@ -203,7 +204,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (!support) return support.error();
     job.input.support_code = *support;
     Result<std::shared_ptr<process::NozzleSource>> nozzles =
-        open_nozzles(options, job.printer, &job.input, &job.notes);
+        open_nozzles(options, job.printer, &job.input);
     if (!nozzles) return nozzles.error();
     job.nozzles = std::move(*nozzles);
     const Result<const backends::Format*> format = choose_format(options, job.printer);
@@ -213,12 +214,12 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (Result<void> known = check_known(job.input.pitch_mm, job.printer, job.tray); !known)
         return known.error();
     Result<std::shared_ptr<const process::Bleed>> bleed =
-        open_bleed(options, job.printer, &job.input, &job.notes);
+        open_bleed(options, job.printer, &job.input);
     if (!bleed) return bleed.error();
     job.bleed = std::move(*bleed);
+    warn_of_costs(job.printer.process, &job.input);
     job.input.printer = job.printer.name;
     job.input.title = valid_utf8(title_of(options.input));
-    job.input.warnings = world->warnings;
     job.files = world->files;
     job.inputs = inputs_of(options, *world);
     return job;

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "base/hash.h"
+#include "base/near_miss.h"
 #include "base/say.h"
+#include "base/text.h"
 #include "program/messages.h"
 
 namespace openfab::program {
@@ -134,6 +136,11 @@ class NozzleFile : public process::NozzleSource {
             warn(fmt::format(messages::kNozzlesStay, z, made.error().text()));
             return;
         }
+        for (const world::DeadNozzles& each : *dead) {
+            if (material_code(materials_, each.material) != 0) continue;
+            warn(fmt::format(messages::kDeadNozzlesIdle, printable(each.material),
+                             suggest_material(materials_, each.material)));
+        }
         current_ = *made;
         changes_.emplace_back(z, describe(*dead));
     }
@@ -188,10 +195,38 @@ uint8_t material_code(const std::vector<pipeline::SliceMaterial>& materials,
     return 0;
 }
 
+std::string suggest_material(const std::vector<pipeline::SliceMaterial>& materials,
+                             const std::string& name) {
+    std::vector<std::string> names;
+    for (const pipeline::SliceMaterial& material : materials)
+        names.push_back(material.name);
+    return suggest(name, names);
+}
+
+void warn_of_costs(const world::Process& process, pipeline::PrintInput* input) {
+    if (!process.cost) return;
+    const auto warn_of = [&](const char* key, const world::ByMaterial& numbers) {
+        if (numbers.others) return;
+        std::string idle, without;
+        for (const auto& [name, number] : numbers.named) {
+            if (material_code(input->materials, name) == 0)
+                idle += fmt::format("{}`{}`", idle.empty() ? "" : ", ", name);
+        }
+        for (const pipeline::SliceMaterial& material : input->materials) {
+            if (numbers.named.contains(material.name) || numbers.named.contains(material.channel))
+                continue;
+            without += fmt::format("{}`{}`", without.empty() ? "" : ", ", material.name);
+        }
+        if (idle.empty() || without.empty()) return;
+        input->warnings.push_back(fmt::format(messages::kCostIdle, key, idle, without));
+    };
+    warn_of("price_ml", process.cost->price_ml);
+    warn_of("waste_ml_swath", process.cost->waste_ml_swath);
+}
+
 Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& options,
                                                             const world::Printer& printer,
-                                                            pipeline::PrintInput* input,
-                                                            std::vector<std::string>* notes) {
+                                                            pipeline::PrintInput* input) {
     std::vector<world::DeadNozzles> dead = printer.process.dead;
     if (!options.nozzles_file.empty()) {
         auto read = world::load_dead_nozzles(options.nozzles_file);
@@ -202,7 +237,8 @@ Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& optio
         return std::shared_ptr<process::NozzleSource>();
     for (const world::DeadNozzles& each : dead) {
         if (material_code(input->materials, each.material) != 0) continue;
-        notes->push_back(fmt::format(messages::kDeadNozzlesIdle, each.material));
+        input->warnings.push_back(fmt::format(messages::kDeadNozzlesIdle, printable(each.material),
+                                              suggest_material(input->materials, each.material)));
     }
     if (!dead.empty()) {
         input->process.emplace_back("dead nozzles", describe(dead));

@@ -30,18 +30,23 @@ void scale_build(const world::Process& process, world::World* world, pipeline::P
 uint8_t material_code(const std::vector<pipeline::SliceMaterial>& materials,
                       const std::string& name);
 
+/// Returns the end of a message about a name that none of the materials has.
+std::string suggest_material(const std::vector<pipeline::SliceMaterial>& materials,
+                             const std::string& name);
+
+/// Warns of prices under names that no material has, where a material has none.
+void warn_of_costs(const world::Process& process, pipeline::PrintInput* input);
+
 /// Returns what the print's materials do to each other, null where they do nothing that `--bleed` asks
-/// about. The provenance goes to `input`, names that fit no material to `notes`.
+/// about. The provenance goes to `input`, and names that fit no material to its warnings.
 Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
                                                          const world::Printer& printer,
-                                                         pipeline::PrintInput* input,
-                                                         std::vector<std::string>* notes);
+                                                         pipeline::PrintInput* input);
 
 /// Returns the dead nozzles of a print, null where there are none and no `--nozzles`, which is read
-/// again where it has changed. The provenance goes to `input`, names that fit no material to `notes`.
+/// again where it has changed. The provenance goes to `input`, and names that fit no material to its warnings.
 Result<std::shared_ptr<process::NozzleSource>> open_nozzles(const Options& options,
                                                             const world::Printer& printer,
-                                                            pipeline::PrintInput* input,
-                                                            std::vector<std::string>* notes);
+                                                            pipeline::PrintInput* input);
 
 }  // namespace openfab::program

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/hash.h"
+#include "base/text.h"
 #include "program/messages.h"
 #include "program/process.h"
 #include "runtime/pipeline/slab_parts.h"
@@ -40,19 +41,23 @@ void set_pair(int32_t a, int32_t b, const Vec3d& sigma_um, bool replace, Pairs* 
 
 /// Returns the spread of each pair. Those named come first, those with one `*` next.
 Pairs pairs_of(const world::Bleed& bleed, const pipeline::PrintInput& input, int32_t materials,
-               std::vector<std::string>* notes) {
+               std::vector<std::string>* warnings) {
     Pairs pairs;
     for (int stars = 0; stars <= 2; ++stars) {
         Pairs of_rank;
         for (const world::PairBleed& pair : bleed.pairs) {
             if ((pair.a == "*" ? 1 : 0) + (pair.b == "*" ? 1 : 0) != stars) continue;
             const int32_t a = code_of(input, pair.a), b = code_of(input, pair.b);
-            if (a == -1 || b == -1) {
-                notes->push_back(fmt::format(messages::kBleedIdle, a == -1 ? pair.a : pair.b));
-                continue;
+            for (const std::string& name : {pair.a, pair.b}) {
+                if (code_of(input, name) != -1) continue;
+                std::string told = fmt::format(messages::kBleedIdle, printable(name),
+                                               suggest_material(input.materials, name));
+                if (std::ranges::find(*warnings, told) == warnings->end())
+                    warnings->push_back(std::move(told));
             }
+            if (a == -1 || b == -1) continue;
             if (std::max(a, b) > materials) {
-                notes->push_back(fmt::format(messages::kBleedOfSupport, pair.a, pair.b));
+                warnings->push_back(fmt::format(messages::kBleedOfSupport, pair.a, pair.b));
                 continue;
             }
             for (int32_t i = a == -2 ? 1 : a; i <= (a == -2 ? materials : a); ++i) {
@@ -89,8 +94,7 @@ std::string describe(const Pairs& pairs, const pipeline::PrintInput& input, int3
 
 Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
                                                          const world::Printer& printer,
-                                                         pipeline::PrintInput* input,
-                                                         std::vector<std::string>* notes) {
+                                                         pipeline::PrintInput* input) {
     const std::optional<world::Bleed>& bleed = printer.process.bleed;
     const std::shared_ptr<const process::Bleed> none;
     if (!bleed) {
@@ -104,7 +108,7 @@ Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
     if (steps == 0 && !show) return none;
     const int32_t materials = pipeline::model_materials(
         input->parts, static_cast<int32_t>(input->materials.size()), input->support_code);
-    const Pairs pairs = pairs_of(*bleed, *input, materials, notes);
+    const Pairs pairs = pairs_of(*bleed, *input, materials, &input->warnings);
     std::vector<process::PairSpread> spreads;
     for (const auto& [key, sigma] : pairs) {
         const Vec3d& pitch = input->pitch_mm;

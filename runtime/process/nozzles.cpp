@@ -23,15 +23,35 @@ int64_t floor_modulo(int64_t a, int64_t b) {
     return a - floor_divide(a, b) * b;
 }
 
-/// The machine's row that the middle of a voxel lies in; at the machine's own pitch exactly that of the
-/// voxel, whatever the last bits.
-int64_t row_at(double first, double rows_a_voxel, int32_t voxel) {
-    return static_cast<int64_t>(std::floor(first + (voxel + 0.5) * rows_a_voxel));
+/// Sums of multiples of these, modulo 1, fill any box of voxels evenly: the golden section and the square
+/// roots of 2 and 3; and those of 7, 11 and 13.
+using Steps = std::array<uint32_t, 3>;
+constexpr Steps kOfRows{0x9e3779b9, 0x6a09e667, 0xbb67ae85};
+constexpr Steps kOfLayers{0xa54ff53a, 0x510e527f, 0x9b05688c};
+
+/// Whether a voxel lies in more than one row.
+bool is_coarse(double rows_a_voxel) {
+    return rows_a_voxel > 1 + 1e-6;
 }
 
-void substitute_codes(uint8_t* column, const std::array<Nozzles::CodeMap, 8>& maps) {
-    for (size_t z = 0; z < 8; ++z)
-        column[z] = maps[z][column[z]];
+/// Returns the first and last row of a voxel.
+Vec2<int64_t> rows_of(double first, double rows_a_voxel, int32_t voxel) {
+    const auto row = [&](double part) {
+        return static_cast<int64_t>(std::floor(first + (voxel + part) * rows_a_voxel));
+    };
+    if (is_coarse(rows_a_voxel)) return {row(0), row(1)};
+    // At the machine's own pitch that of the voxel's middle is exactly its own, whatever the last bits.
+    return {row(0.5), row(0.5)};
+}
+
+/// Returns the row that a voxel counts as: at its middle, or in a draft anywhere in it.
+int64_t row_at(double first, double rows_a_voxel, const Vec3i& voxel, int axis,
+               const Steps& steps) {
+    if (!is_coarse(rows_a_voxel)) return rows_of(first, rows_a_voxel, voxel[axis]).x;
+    const uint32_t sum = static_cast<uint32_t>(voxel.x) * steps[0] +
+                         static_cast<uint32_t>(voxel.y) * steps[1] +
+                         static_cast<uint32_t>(voxel.z) * steps[2];
+    return static_cast<int64_t>(std::floor(first + (voxel[axis] + sum * 0x1p-32) * rows_a_voxel));
 }
 
 }  // namespace
@@ -52,19 +72,31 @@ MachineRows MachineRows::of(const Vec3d& origin_mm, const Vec3d& pitch_mm,
             pitch_mm.z / own_pitch_mm.z};
 }
 
-int64_t MachineRows::row(int32_t y) const {
-    return row_at(first_row, rows_a_voxel, y);
+Vec2<int64_t> MachineRows::rows(int32_t y) const {
+    return rows_of(first_row, rows_a_voxel, y);
 }
 
-int64_t MachineRows::layer(int32_t z) const {
-    return row_at(first_layer, layers_a_voxel, z);
+Vec2<int64_t> MachineRows::layers(int32_t z) const {
+    return rows_of(first_layer, layers_a_voxel, z);
 }
 
-bool Nozzles::map(int32_t y, int32_t z, CodeMap* map) const {
+int64_t MachineRows::row(const Vec3i& voxel) const {
+    return row_at(first_row, rows_a_voxel, voxel, 1, kOfRows);
+}
+
+int64_t MachineRows::layer(const Vec3i& voxel) const {
+    return row_at(first_layer, layers_a_voxel, voxel, 2, kOfLayers);
+}
+
+Nozzles::Nozzles(std::vector<DeadRows> dead, const MachineRows& rows)
+    : dead_(std::move(dead)),
+      rows_(rows),
+      jogs_(std::ranges::any_of(dead_, [](const DeadRows& each) { return each.jog != 0; })) {}
+
+bool Nozzles::map(int64_t row, int64_t layer, CodeMap* map) const {
     for (size_t code = 0; code < map->size(); ++code)
         (*map)[code] = static_cast<uint8_t>(code);
     std::array<uint8_t, 256> next{};  // by code; 0: it is alive
-    const int64_t row = rows_.row(y), layer = rows_.layer(z);
     bool any = false;
     for (const DeadRows& dead : dead_) {
         if (next[dead.material] != 0 || !dead.holds(row, layer)) continue;
@@ -96,14 +128,12 @@ Result<void> Nozzles::check(const Vec3i& size, const std::vector<std::string>& n
     for (size_t code = 0; code < 256; ++code)
         circular = circular || leads[code][code];
     if (!circular) return {};
-    const bool jogs =
-        std::any_of(dead_.begin(), dead_.end(), [](const DeadRows& dead) { return dead.jog != 0; });
-    const int32_t layers = jogs ? size.z : 1;
+    const int64_t first_layer = rows_.layers(0).x;
+    const int64_t last_layer = jogs_ ? rows_.layers(size.z - 1).y : first_layer;
     CodeMap found;
-    for (int32_t z = 0; z < layers; ++z) {
-        for (int32_t y = 0; y < size.y; ++y) {
-            if (!map(y, z, &found)) continue;
-            const int64_t row = rows_.row(y), layer = rows_.layer(z);
+    for (int64_t layer = first_layer; layer <= last_layer; ++layer) {
+        for (int64_t row = rows_.rows(0).x; row <= rows_.rows(size.y - 1).y; ++row) {
+            if (!map(row, layer, &found)) continue;
             for (const DeadRows& dead : dead_) {
                 if (found[dead.material] != dead.material || !dead.holds(row, layer)) continue;
                 return user_error(
@@ -114,48 +144,129 @@ Result<void> Nozzles::check(const Vec3i& size, const std::vector<std::string>& n
     return {};
 }
 
-bool Nozzles::maps_of_row(int32_t y, int32_t slab, std::array<CodeMap, 8>* maps) const {
-    bool any = false;
-    for (int32_t z = 0; z < 8; ++z)
-        any |= map(y, 8 * slab + z, &(*maps)[static_cast<size_t>(z)]);
-    return any;
-}
+/// The maps of the voxels of a row in the slices of a slab. Different ones alone are kept; the first changes nothing.
+class Nozzles::RowMaps {
+  public:
+    using Column = std::array<uint16_t, 8>;  ///< numbers of maps, by slice
+
+    RowMaps(const Nozzles& nozzles, int32_t slab)
+        : nozzles_(nozzles),
+          rows_(nozzles.rows_),
+          slab_(slab),
+          alike_(!is_coarse(rows_.rows_a_voxel) &&
+                 !(nozzles.jogs_ && is_coarse(rows_.layers_a_voxel))) {
+        for (size_t z = 0; z < 8; ++z) {
+            layers_[z] = rows_.layers(8 * slab + static_cast<int32_t>(z));
+            if (!nozzles.jogs_) layers_[z].y = layers_[z].x;
+        }
+    }
+
+    /// Takes another row; returns whether any of its voxels may change.
+    bool begin(int32_t y) {
+        y_ = y;
+        of_rows_ = rows_.rows(y);
+        maps_.assign(1, identity());
+        numbers_.clear();
+        CodeMap found;
+        for (size_t z = 0; z < 8; ++z) {
+            first_[z] = numbers_.size();
+            for (int64_t layer = layers_[z].x; layer <= layers_[z].y; ++layer) {
+                for (int64_t row = of_rows_.x; row <= of_rows_.y; ++row)
+                    numbers_.push_back(nozzles_.map(row, layer, &found) ? number_of(found) : 0);
+            }
+        }
+        column_ = column_at(0);
+        return maps_.size() > 1;
+    }
+    /// Returns the maps of the column of voxels at x.
+    const Column& column(int32_t x) {
+        if (!alike_) column_ = column_at(x);
+        return column_;
+    }
+    const CodeMap& map(uint16_t number) const { return maps_[number]; }
+    void substitute(const Column& numbers, uint8_t* codes) const {
+        for (size_t z = 0; z < 8; ++z)
+            codes[z] = maps_[numbers[z]][codes[z]];
+    }
+
+  private:
+    static CodeMap identity() {
+        CodeMap map;
+        for (size_t code = 0; code < map.size(); ++code)
+            map[code] = static_cast<uint8_t>(code);
+        return map;
+    }
+    uint16_t number_of(const CodeMap& map) {
+        const auto known = std::find(maps_.begin(), maps_.end(), map);
+        const auto number = static_cast<uint16_t>(known - maps_.begin());
+        if (known == maps_.end()) maps_.push_back(map);
+        return number;
+    }
+    Column column_at(int32_t x) const {
+        Column out;
+        const auto rows = static_cast<size_t>(of_rows_.y - of_rows_.x + 1);
+        for (size_t z = 0; z < 8; ++z) {
+            const Vec3i voxel{x, y_, 8 * slab_ + static_cast<int32_t>(z)};
+            const auto row = static_cast<size_t>(rows_.row(voxel) - of_rows_.x);
+            const auto layer = layers_[z].x == layers_[z].y
+                                   ? size_t{0}
+                                   : static_cast<size_t>(rows_.layer(voxel) - layers_[z].x);
+            out[z] = numbers_[first_[z] + layer * rows + row];
+        }
+        return out;
+    }
+
+    const Nozzles& nozzles_;
+    const MachineRows& rows_;
+    const int32_t slab_;
+    const bool alike_;  ///< columns of a row, whatever their x
+    int32_t y_ = 0;
+    Vec2<int64_t> of_rows_{};
+    std::array<Vec2<int64_t>, 8> layers_;
+    std::vector<CodeMap> maps_;
+    std::array<size_t, 8> first_{};  ///< by slice, in numbers_
+    std::vector<uint16_t> numbers_;  ///< of maps, by slice, layer and row
+    Column column_{};
+};
 
 void Nozzles::apply(int32_t slab, int32_t height, dither::RowBand* band) const {
-    std::array<CodeMap, 8> maps;
+    RowMaps maps(*this, slab);
     for (int32_t y = 0; y < std::min(8, height - 8 * band->row); ++y) {
-        if (maps_of_row(8 * band->row + y, slab, &maps)) apply_to_row(y, maps, band);
+        if (maps.begin(8 * band->row + y)) apply_to_row(y, &maps, band);
     }
 }
 
 void Nozzles::apply_to_codes(int32_t slab, int32_t height, dither::RowBand* band) const {
-    std::array<CodeMap, 8> maps;
+    RowMaps maps(*this, slab);
     for (int32_t y = 0; y < std::min(8, height - 8 * band->row); ++y) {
-        if (!maps_of_row(8 * band->row + y, slab, &maps)) continue;
+        if (!maps.begin(8 * band->row + y)) continue;
         for (int32_t x = 8 * band->first_block; x < 8 * band->end_block; ++x)
-            substitute_codes(band->codes_at(x, y), maps);
+            maps.substitute(maps.column(x), band->codes_at(x, y));
     }
 }
 
-void Nozzles::apply_to_row(int32_t y, const std::array<CodeMap, 8>& maps,
-                           dither::RowBand* band) const {
+void Nozzles::apply_to_row(int32_t y, RowMaps* maps, dither::RowBand* band) const {
     // Voxels of many rows may share a column of fractions, so each that changes becomes a new one.
     int32_t before = -1, after = -1;
+    RowMaps::Column by{};
     uint8_t pure = 0;                // slices of it that have one material now
     std::array<uint8_t, 8> codes{};  // which one
     uint8_t* marks = band->mixed_row(y);
     for (int32_t x = 8 * band->first_block; x < 8 * band->end_block; ++x) {
-        substitute_codes(band->codes_at(x, y), maps);
+        const RowMaps::Column& numbers = maps->column(x);
+        if (numbers == RowMaps::Column{}) continue;
+        maps->substitute(numbers, band->codes_at(x, y));
         if (marks[x] == 0) continue;
         int32_t& column = band->columns[static_cast<size_t>(y * band->width() + x)];
-        if (column != before) {
+        if (column != before || numbers != by) {
             before = column;
+            by = numbers;
             after = band->add_columns(1);
             const uint16_t* from = band->fractions_at(before);
             uint16_t* to = band->fractions_at(after);
             pure = 0;
             for (int32_t z = 0; z < 8; ++z) {
-                const CodeMap& map = maps[static_cast<size_t>(z)];
+                const CodeMap& map = maps->map(numbers[static_cast<size_t>(z)]);
                 int32_t materials = 0;
                 for (int32_t m = 0; m < band->channels; ++m) {
                     const uint16_t amount = from[8 * m + z];

@@ -32,14 +32,20 @@ struct DeadRows {
     bool holds(int64_t row, int64_t layer) const;
 };
 
-/// How voxels of a grid lie in rows and layers of the machine, whose pitch may be another.
+/// How voxels of a grid lie in rows and layers of the machine, whose pitch may be another. A voxel of a
+/// draft lies in several and counts as one of them, another than its neighbours: of any box of voxels
+/// each row of the machine gets its share, nearly.
 struct MachineRows {
     double first_row = 0, rows_a_voxel = 1;      ///< along y, of the grid's lowest voxel row
     double first_layer = 0, layers_a_voxel = 1;  ///< along z
 
     static MachineRows of(const Vec3d& origin_mm, const Vec3d& pitch_mm, const Vec3d& own_pitch_mm);
-    int64_t row(int32_t y) const;
-    int64_t layer(int32_t z) const;
+    /// Return the first and last row, or layer, of the machine that voxels may count as.
+    Vec2<int64_t> rows(int32_t y) const;
+    Vec2<int64_t> layers(int32_t z) const;
+    /// Return which of them a voxel does count as.
+    int64_t row(const Vec3i& voxel) const;
+    int64_t layer(const Vec3i& voxel) const;
 };
 
 class Nozzles {
@@ -47,13 +53,12 @@ class Nozzles {
     /// By code: the one that is printed in its place, itself where it can be printed.
     using CodeMap = std::array<uint8_t, 256>;
 
-    Nozzles(std::vector<DeadRows> dead, const MachineRows& rows)
-        : dead_(std::move(dead)), rows_(rows) {}
+    Nozzles(std::vector<DeadRows> dead, const MachineRows& rows);
 
     bool empty() const { return dead_.empty(); }
-    /// Sets the map of the voxels of row y in slice z; returns whether any code is replaced. A material
-    /// whose substitutes are all dead keeps its code, which check refuses.
-    bool map(int32_t y, int32_t z, CodeMap* map) const;
+    /// Sets the map of the voxels that count as of a row and a layer of the machine; returns whether any
+    /// code is replaced. A material whose substitutes are all dead keeps its code, which check refuses.
+    bool map(int64_t row, int64_t layer, CodeMap* map) const;
     /// Fails where a material of the grid has a row without any live substitute.
     Result<void> check(const Vec3i& size, const std::vector<std::string>& names) const;
 
@@ -63,11 +68,13 @@ class Nozzles {
     void apply_to_codes(int32_t slab, int32_t height, dither::RowBand* band) const;
 
   private:
-    bool maps_of_row(int32_t y, int32_t slab, std::array<CodeMap, 8>* maps) const;
-    void apply_to_row(int32_t y, const std::array<CodeMap, 8>& maps, dither::RowBand* band) const;
+    class RowMaps;
+
+    void apply_to_row(int32_t y, RowMaps* maps, dither::RowBand* band) const;
 
     std::vector<DeadRows> dead_;
     MachineRows rows_;
+    bool jogs_;  ///< layers matter
 };
 
 /// Gives the nozzles of a print that streams, which may change between its slabs. Called from one

@@ -90,6 +90,35 @@ TEST_F(ProcessOption, DeadRowsAreTheSameForAllWaysToPrint) {
                            whole.codes.begin() + static_cast<std::ptrdiff_t>(13 * slice)));
 }
 
+TEST_F(ProcessOption, DeadRowsHaveTheirShareInDrafts) {
+    write_world("big.fab.json", R"(, "translate_mm": [20, 20, 0])", "", 16);
+    for (const char* rows : {R"("head": 8)", R"("head": 4, "passes": 2, "pass": 1, "jog": 3)"}) {
+        std::string dead;
+        for (const char* material : {"white", "K"})
+            dead +=
+                fmt::format(R"({}{{"material": "{}", "nozzles": [3], {}, "substitute": "grey"}})",
+                            dead.empty() ? "" : ", ", material, rows);
+        scratch_.write("dead.json", fmt::format(R"({{"dead": [{}]}})", dead));
+        for (const std::vector<std::string>& pitch :
+             std::vector<std::vector<std::string>>{{"--draft", "2"},
+                                                   {"--draft", "3"},
+                                                   {"--draft", "4"},
+                                                   {"--voxel", "0.25mm"},
+                                                   {"--draft", "8"},
+                                                   {"--draft", "16"}}) {
+            std::vector<std::string> words{"--process", path("dead.json"), "--support", "off"};
+            words.insert(words.end(), pitch.begin(), pitch.end());
+            const Voxels found = print_voxels(words, "big.fab.json");
+            const auto all = std::ranges::count_if(found.codes, [](uint8_t c) { return c != 0; });
+            const auto grey = std::ranges::count(found.codes, kGrey);
+            // A slice and a half of voxels of a ball, whose rows end anywhere, is what may be unlike.
+            const double slack = std::min(0.02, 0.004 + 5.0 / static_cast<double>(all));
+            EXPECT_NEAR(static_cast<double>(grey) / static_cast<double>(all), 0.125, slack)
+                << rows << " " << pitch[1] << " of " << all;
+        }
+    }
+}
+
 TEST_F(ProcessOption, SupportGoesToTheSubstituteToo) {
     write_world("high.fab.json", R"(, "translate_mm": [0, 0, 2])", R"("support": "white",)");
     scratch_.write("dead.json", R"({"dead": [{"material": "white", "nozzles": [0], "head": 2,
@@ -213,9 +242,27 @@ TEST_F(ProcessOption, TroubleIsTold) {
     EXPECT_THAT(error_of(R"({"scale": 3})"), HasSubstr("between 0.5 and 2"));
     scratch_.write("p.json",
                    R"({"dead": [{"material": "cyan", "substitute": "x", "nozzles": [1]}]})");
-    const Outcome other = print({"--process", path("p.json"), "-o", path("a.ofr")});
-    EXPECT_EQ(other.exit_code, 0);
-    EXPECT_THAT(other.err, Says(program::messages::kDeadNozzlesIdle, "cyan"));
+    // Names that no material has change nothing, which is told whatever else is said.
+    const auto told = [&](const std::string& text) {
+        scratch_.write("p.json", text);
+        const Outcome outcome = print({"--process", path("p.json"), "-o", path("a.ofr"), "--voxel",
+                                       "1mm", "--progress", "none"});
+        EXPECT_EQ(outcome.exit_code, 0);
+        return outcome.err;
+    };
+    EXPECT_THAT(told(R"({"dead": [{"material": "blakc", "substitute": "white", "nozzles": [1]}]})"),
+                Says(program::messages::kDeadNozzlesIdle, "blakc", "did you mean `black`?"));
+    EXPECT_THAT(told(R"({"bleed": {"pairs": [{"materials": ["wihte", "K"], "sigma_um": 60}]}})"),
+                Says(program::messages::kBleedIdle, "wihte", "did you mean `white`?"));
+    const std::string both =
+        told(R"({"bleed": {"pairs": [{"materials": ["cyan", "red"], "sigma_um": 60}]}})");
+    EXPECT_THAT(both, Says(program::messages::kBleedIdle, "cyan", "*"));
+    EXPECT_THAT(both, Says(program::messages::kBleedIdle, "red", "*"));
+    EXPECT_THAT(told(R"({"cost": {"price_ml": {"wihte": 1, "black": 2, "grey": 3}}})"),
+                Says(program::messages::kCostIdle, "price_ml", "`wihte`", "`white`"));
+    EXPECT_THAT(told(R"({"cost": {"price_ml": {"cyan": 1, "*": 2}}})"), ::testing::IsEmpty());
+    scratch_.write("p.json",
+                   R"({"dead": [{"material": "cyan", "substitute": "x", "nozzles": [1]}]})");
     // Neither file is overwritten.
     EXPECT_NE(print({"--process", path("p.json"), "--stats", path("p.json")}).exit_code, 0);
 }
