@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "world/messages.h"
@@ -53,6 +55,28 @@ void read_wrap(const JsonValue& value, const std::string& what, JsonReader* json
     texture->wrap_v = static_cast<Wrap>(json->choice(value.items[1], what, kModes));
 }
 
+/// What chooses frames of DICOM: a segment by its label or number, others by numbers.
+void read_frames(const JsonValue& value, const std::string& what, JsonReader* json,
+                 Texture* texture) {
+    if (const JsonMember* p = value.find("segment")) {
+        const std::string name = "`segment` of " + what;
+        constexpr double kMost = 65535;
+        texture->segment = p->value.is(JsonValue::Kind::kNumber)
+                               ? fmt::format("{:.0f}", json->number(p->value, name, 0, kMost))
+                               : json->string(p->value, name);
+    }
+    const std::pair<const char*, std::optional<double>*> numbers[] = {
+        {"echo", &texture->echo},
+        {"detector", &texture->detector},
+        {"energy_window", &texture->energy_window},
+        {"phase", &texture->phase},
+    };
+    for (const auto& [key, number] : numbers) {
+        if (const JsonMember* p = value.find(key))
+            *number = json->number(p->value, fmt::format("`{}` of {}", key, what), 0, 1e9);
+    }
+}
+
 }  // namespace
 
 void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, World* world) {
@@ -91,6 +115,7 @@ void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, Worl
         texture.pitch_mm = json->number(p->value, "`pitch_mm` of " + what, 1e-4, 1e6);
     if (const JsonMember* p = m.value.find("outside"))
         texture.outside = json->number(p->value, "`outside` of " + what, -1e30, 1e30);
+    read_frames(m.value, what, json, &texture);
     texture.location = json->location(m.value.find("file")->value);
     if (world->textures.size() == kMostTextures) {
         json->fail(m.value, fmt::format(messages::kTooManyTextures, kMostTextures));

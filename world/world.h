@@ -58,6 +58,9 @@ struct Texture {
     std::string field, unit;
     double pitch_mm = 0;
     std::optional<double> outside, time;
+    /// Of DICOM: which segment, by label or number, and which of its frames.
+    std::string segment;
+    std::optional<double> echo, detector, energy_window, phase;
     SourceLocation location;
 };
 

@@ -82,11 +82,12 @@ fs::path WorldFiles::images(const JsonValue& value, const std::string& what,
                             std::optional<double> time) {
     fs::path path = this->path(value, what);
     std::error_code ignored;
-    const bool many = fs::is_directory(path, ignored) ||
+    const bool listed = texture::is_medium_list(path);
+    const bool many = listed || fs::is_directory(path, ignored) ||
                       path.filename().string().find_first_of("*#%") != std::string::npos;
     std::vector<fs::path> slices = {path};
     if (!json_.ok()) return path;
-    if (!many || fs::is_regular_file(path, ignored)) {
+    if (!many || (!listed && fs::is_regular_file(path, ignored))) {
         existing(value, what);
     } else if (Result<std::vector<fs::path>> found = texture::volume_files(path)) {
         slices = std::move(*found);

@@ -29,7 +29,7 @@ const std::vector<KeySet>& world_key_sets() {
         {"material", {"key", "preview", "density_g_cm3", "channel"}, {"key"}},
         {"texture",
          {"file", "wrap", "filter", "space", "channels", "origin_mm", "spacing_mm", "field", "unit",
-          "pitch_mm", "outside", "time"},
+          "pitch_mm", "outside", "time", "segment", "echo", "detector", "energy_window", "phase"},
          {"file"}},
         {"mesh",
          with_primitives({"file", "body", "unit", "up", "origin_mm", "groups", "groups_attribute",

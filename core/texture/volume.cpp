@@ -8,9 +8,11 @@
 #include <cctype>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "base/hash.h"
 #include "base/input_file.h"
+#include "base/text.h"
 #include "texture/helper.h"
 #include "texture/messages.h"
 #include "texture/meta_header.h"
@@ -89,6 +91,37 @@ bool comes_before(const fs::path& left, const fs::path& right) {
     return a < b;
 }
 
+/// Whether a file is marked as DICOM (PS3.10, 7.1).
+bool is_dicom(const fs::path& path) {
+    constexpr int64_t kMark = 128;
+    std::array<char, 4> mark{};
+    const Result<InputFile> file = InputFile::open(path);
+    if (!file) return false;
+    const Result<size_t> got = file->read(kMark, mark.data(), mark.size());
+    return got && std::string_view(mark.data(), *got) == "DICM";
+}
+
+/// Lists all files in a folder and in those below it, without following links.
+Result<std::vector<fs::path>> files_below(const fs::path& folder) {
+    std::vector<fs::path> out;
+    std::error_code trouble;
+    for (fs::recursive_directory_iterator it(folder.empty() ? fs::path(".") : folder, trouble), end;
+         !trouble && it != end; it.increment(trouble)) {
+        constexpr int kDeepest = 16;
+        constexpr size_t kMostFiles = 200'000;
+        const bool hidden = it->path().filename().string()[0] == '.';
+        std::error_code ignored;
+        if (hidden || it.depth() >= kDeepest) it.disable_recursion_pending();
+        if (!hidden && it->is_regular_file(ignored)) out.push_back(it->path());
+        if (out.size() > kMostFiles) {
+            return user_error(fmt::format(messages::kCannotRead, folder.string(),
+                                          fmt::format(messages::kTooManyFiles, kMostFiles)));
+        }
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+}
+
 std::string three(const std::array<double, 3>& v) {
     return fmt::format("{:.17g},{:.17g},{:.17g}", v[0], v[1], v[2]);
 }
@@ -102,15 +135,30 @@ std::vector<std::string> arguments(const VolumeOptions& options) {
     if (!options.unit.empty()) out.push_back("--unit=" + options.unit);
     if (options.pitch_mm > 0) out.push_back(fmt::format("--pitch={:.17g}mm", options.pitch_mm));
     if (options.outside) out.push_back(fmt::format("--outside={:.17g}", *options.outside));
-    if (options.time) out.push_back(fmt::format("--time={:.17g}", *options.time));
+    if (!options.segment.empty()) out.push_back("--segment=" + options.segment);
+    const std::pair<const char*, std::optional<double>> numbers[] = {
+        {"time", options.time},         {"echo", options.echo},
+        {"detector", options.detector}, {"energy-window", options.energy_window},
+        {"phase", options.phase},
+    };
+    for (const auto& [name, value] : numbers) {
+        if (value) out.push_back(fmt::format("--{}={:.17g}", name, *value));
+    }
     return out;
 }
 
 }  // namespace
 
+bool is_medium_list(const fs::path& file) {
+    return lower_ascii(file.filename().string()) == "dicomdir";
+}
+
 Result<std::vector<fs::path>> volume_files(const fs::path& source) {
     std::error_code trouble;
-    if (fs::is_regular_file(source, trouble)) return std::vector<fs::path>{source};
+    if (fs::is_regular_file(source, trouble)) {
+        if (is_medium_list(source)) return files_below(source.parent_path());
+        return std::vector<fs::path>{source};
+    }
     const bool folder = fs::is_directory(source, trouble);
     const fs::path directory = folder ? source : source.parent_path();
     const std::string pattern = folder ? "*" : plain_pattern(source.filename().string());
@@ -127,6 +175,12 @@ Result<std::vector<fs::path>> volume_files(const fs::path& source) {
             if (name[0] != '.' && it->is_regular_file(ignored) && matches(pattern, name))
                 files.push_back(it->path());
         }
+    }
+    if (folder && std::any_of(files.begin(), files.end(), is_medium_list))
+        return files_below(directory);
+    if (folder && files.empty()) {
+        Result<std::vector<fs::path>> below = files_below(directory);
+        if (!below || std::any_of(below->begin(), below->end(), is_dicom)) return below;
     }
     if (files.empty()) {
         return user_error(fmt::format(messages::kCannotRead, source.string(),
@@ -182,8 +236,8 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
                             const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
-    // The number counts changes of what volumes are read as; 2: DICOM that is cut short is refused.
-    std::string text = fmt::format("volume 2, first row lowest|{}", files->size());
+    // The number counts changes of what volumes are read as; 3: frames of DICOM by what they mean.
+    std::string text = fmt::format("volume 3, first row lowest|{}", files->size());
     for (const std::string& argument : arguments(options))
         text += "|" + argument;
     for (const fs::path& file : *files) {

@@ -29,10 +29,17 @@ struct VolumeOptions {
     double pitch_mm = 0;            ///< of what is resampled; 0: see there
     std::optional<double> outside;  ///< the value where a file has none
     std::optional<double> time;     ///< of a file of several steps, which is read; else the first
+    std::string segment;            ///< of a DICOM segmentation, by its label or number
+    /// Which frames of DICOM are read, where several lie in one place; by the numbers of the file.
+    std::optional<double> echo, detector, energy_window, phase;
 };
 
+/// Whether a file is the list of a medium that a hospital hands out, by its name, `DICOMDIR`.
+bool is_medium_list(const std::filesystem::path& file);
+
 /// Lists the files that make up a volume: the named one, every file of a folder, or every file
-/// whose name matches a pattern: `*` matches anything, `#` a digit, `%d` and `%04d` a number.
+/// whose name matches a pattern: `*` matches anything, `#` a digit, `%d` and `%04d` a number. Of a medium
+/// with a list, and of a folder that holds only folders in which there is DICOM, it is all files below.
 /// Slices are in the order of their names, with numbers in them compared by value, the first one at
 /// the bottom. Fails where there is none.
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);

@@ -83,6 +83,8 @@ class Texture:
         cls, volume: str | os.PathLike[str] | ArrayLike, *, origin: Sequence[Real] | None = None,
         spacing: Real | Sequence[Real] | None = None, field: str | None = None, unit: str | None = None,
         pitch: Real | None = None, outside: Real | None = None, wrap: str = "clamp", filter: str = "trilinear",
+        time: Real | None = None, segment: str | int | None = None, echo: Real | None = None,
+        detector: Real | None = None, energy_window: Real | None = None, phase: Real | None = None,
     ) -> Texture:
         """Makes a texture from a volume.
 
@@ -107,6 +109,12 @@ class Texture:
             `clamp`, `repeat`, `mirror` or `black`.
         filter : str, optional
             `trilinear` or `nearest`.
+        time : float, optional
+            Which step of an XDMF file, or which time of DICOM frames.
+        segment : str or int, optional
+            Which segment of a DICOM segmentation, by its label or number.
+        echo, detector, energy_window, phase : float, optional
+            Which of several kinds of frames of DICOM.
 
         Returns
         -------
@@ -118,10 +126,11 @@ class Texture:
         InputError
             If an array has the wrong shape, a value is not finite and `outside` is not given, or a word is none of these.
         """
+        frames = {"time": time, "echo": echo, "detector": detector, "energy_window": energy_window, "phase": phase}
         if isinstance(volume, (str, os.PathLike)):
             self = cls(volume, wrap=wrap, filter=filter)
         else:
-            given = {"field": field, "unit": unit, "pitch": pitch}
+            given = {"field": field, "unit": unit, "pitch": pitch, "segment": segment, **frames}
             wrong = [f"`{key}`" for key, value in given.items() if value is not None]
             if wrong:
                 raise InputError(f"{', '.join(wrong)} of a volume: an array has none; files that hold fields do")
@@ -143,7 +152,8 @@ class Texture:
             self._keys["pitch_mm"] = positive(pitch, "`pitch`")
         if outside is not None:
             self._keys["outside"] = number(outside, "`outside`")
-        texts = {"field": field, "unit": unit}
+        self._keys.update({key: number(value, f"`{key}`") for key, value in frames.items() if value is not None})
+        texts = {"field": field, "unit": unit, "segment": None if segment is None else str(segment)}
         self._keys.update({key: plain(value, f"`{key}`") for key, value in texts.items() if value is not None})
         return self
 

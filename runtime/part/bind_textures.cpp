@@ -8,6 +8,7 @@
 #include "runtime/part/messages.h"
 #include "texture/cache.h"
 #include "texture/volume.h"
+#include "world/texture_options.h"
 
 namespace openfab::part {
 
@@ -32,9 +33,6 @@ Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t 
     auto& known = opened_[{index, volume}];
     if (known != nullptr) return known;
     const world::Texture& texture = world_.textures[index];
-    static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
-    const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
-                                        texture.luminance, texture.opaque};
     const texture::WrapModes wrap(static_cast<int32_t>(texture.wrap),
                                   static_cast<int32_t>(texture.wrap_v));
     if (volume && wrap.u != wrap.v) {
@@ -46,12 +44,10 @@ Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t 
     const auto filter = static_cast<int32_t>(texture.filter);
     const texture::ReadLimits limits{memory_bytes_, world_.roots};
     Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-        volume
-            ? texture::get_volume(texture.file,
-                                  {options, texture.origin_mm, texture.spacing_mm, texture.field,
-                                   texture.unit, texture.pitch_mm, texture.outside, texture.time},
-                                  wrap, filter, limits)
-            : texture::get_pyramid(texture.file, options, wrap, filter, limits);
+        volume ? texture::get_volume(texture.file, world::volume_options(texture), wrap, filter,
+                                     limits)
+               : texture::get_pyramid(texture.file, world::image_options(texture), wrap, filter,
+                                      limits);
     if (!pyramid) {
         Error error =
             with_context(pyramid.error(), fmt::format(messages::kTextureBefore, texture.name));

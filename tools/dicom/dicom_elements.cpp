@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "base/scan_number.h"
 
@@ -13,12 +14,16 @@ namespace openfab::tools {
 
 namespace {
 
+/// The items of `group` in an item of `items`, from 0.
+DicomItems group_of(const DicomItems& items, int32_t index, const gdcm::Tag& group) {
+    if (items == nullptr || static_cast<size_t>(index) >= items->GetNumberOfItems()) return nullptr;
+    return items_of(items->GetItem(static_cast<size_t>(index) + 1).GetNestedDataSet(), group);
+}
+
 /// The bytes of `tag` in the first item of `group` in an item of `items`, from 0.
 std::string in_group(const DicomItems& items, int32_t index, const gdcm::Tag& group,
                      const gdcm::Tag& tag) {
-    if (items == nullptr || static_cast<size_t>(index) >= items->GetNumberOfItems()) return {};
-    const gdcm::DataSet& set = items->GetItem(static_cast<size_t>(index) + 1).GetNestedDataSet();
-    const DicomItems inner = items_of(set, group);
+    const DicomItems inner = group_of(items, index, group);
     if (inner == nullptr || inner->GetNumberOfItems() == 0) return {};
     return std::string(bytes_of(inner->GetItem(1).GetNestedDataSet(), tag));
 }
@@ -48,6 +53,33 @@ bool parse_decimals(std::string_view text, double* out, size_t count) {
     return trimmed(text).empty();
 }
 
+std::string_view first_part(std::string_view text) {
+    return trimmed(text.substr(0, text.find('\\')));
+}
+
+std::vector<uint64_t> whole_numbers(std::string_view bytes, size_t each) {
+    std::vector<uint64_t> out;
+    for (size_t at = 0; at + each <= bytes.size(); at += each) {
+        uint64_t value = 0;
+        for (size_t i = 0; i < each; ++i)
+            value |= uint64_t{static_cast<uint8_t>(bytes[at + i])} << (8 * i);
+        out.push_back(value);
+    }
+    return out;
+}
+
+std::optional<double> binary_number(std::string_view bytes) {
+    if (bytes.size() == sizeof(double)) {
+        double value = 0;
+        std::memcpy(&value, bytes.data(), sizeof value);
+        return value;
+    }
+    if (bytes.size() != sizeof(float)) return {};
+    float value = 0;
+    std::memcpy(&value, bytes.data(), sizeof value);
+    return static_cast<double>(value);
+}
+
 int32_t short_of(const gdcm::DataSet& set, const gdcm::Tag& tag, int32_t otherwise) {
     const std::string_view bytes = bytes_of(set, tag);
     if (bytes.size() != 2) return otherwise;
@@ -71,13 +103,26 @@ std::string FrameGroups::find_own(int32_t frame, const gdcm::Tag& group,
     return in_group(frames_, frame, group, tag);
 }
 
+std::string FrameGroups::find_grouped(int32_t frame, const gdcm::Tag& group,
+                                      const gdcm::Tag& tag) const {
+    const std::string found = find_own(frame, group, tag);
+    return found.empty() ? in_group(shared_, 0, group, tag) : found;
+}
+
 std::string FrameGroups::find(int32_t frame, const gdcm::Tag& group, const gdcm::Tag& tag) const {
-    std::string found = find_own(frame, group, tag);
-    if (found.empty()) found = in_group(shared_, 0, group, tag);
+    std::string found = find_grouped(frame, group, tag);
     if (found.empty()) found = bytes_of(set_, tag);
-    if (found.empty() && detectors_ != nullptr && detectors_->GetNumberOfItems() > 0)
-        found = bytes_of(detectors_->GetItem(1).GetNestedDataSet(), tag);
+    if (found.empty() && detectors_ != nullptr && detectors_->GetNumberOfItems() >= detector_)
+        found = bytes_of(detectors_->GetItem(detector_).GetNestedDataSet(), tag);
     return found;
+}
+
+DicomItems FrameGroups::items(int32_t frame, const gdcm::Tag& group) const {
+    for (DicomItems found :
+         {group_of(frames_, frame, group), group_of(shared_, 0, group), items_of(set_, group)}) {
+        if (found != nullptr && found->GetNumberOfItems() > 0) return found;
+    }
+    return nullptr;
 }
 
 }  // namespace openfab::tools

@@ -11,8 +11,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace openfab::tools {
 
@@ -27,8 +29,17 @@ std::string_view trimmed(std::string_view text);
 /// Parses `count` finite decimals that backslashes part, and no more.
 bool parse_decimals(std::string_view text, double* out, size_t count);
 
+/// Returns the first part of text that backslashes part, without its padding.
+std::string_view first_part(std::string_view text);
+
 /// Returns a number of 16 bits; `otherwise` where there is none.
 int32_t short_of(const gdcm::DataSet& set, const gdcm::Tag& tag, int32_t otherwise);
+
+/// Returns unsigned numbers of 2, 4 or 8 bytes each; what is left over is none.
+std::vector<uint64_t> whole_numbers(std::string_view bytes, size_t each);
+
+/// Returns the one binary number of 4 or 8 bytes, as its length says; nothing where there is another.
+std::optional<double> binary_number(std::string_view bytes);
 
 /// Returns a sequence; null where there is none.
 DicomItems items_of(const gdcm::DataSet& set, const gdcm::Tag& tag);
@@ -44,10 +55,19 @@ class FrameGroups {
     std::string find(int32_t frame, const gdcm::Tag& group, const gdcm::Tag& tag) const;
     /// Same, but of the frame alone.
     std::string find_own(int32_t frame, const gdcm::Tag& group, const gdcm::Tag& tag) const;
+    /// Same, but of the frame, else of all frames.
+    std::string find_grouped(int32_t frame, const gdcm::Tag& group, const gdcm::Tag& tag) const;
+    /// Returns the items of a group, of the frame, of all frames or at the top; null where there are none.
+    DicomItems items(int32_t frame, const gdcm::Tag& group) const;
+    /// Whether the file says what its frames have in common, or each for itself.
+    bool are_there() const { return shared_ != nullptr || frames_ != nullptr; }
+    /// From now on detectors are asked from this one on, from 1.
+    void use_detector(size_t number) { detector_ = number; }
 
   private:
     const gdcm::DataSet& set_;
     DicomItems shared_, frames_, detectors_;
+    size_t detector_ = 1;
 };
 
 }  // namespace openfab::tools

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/result.h"
@@ -13,26 +15,39 @@
 
 namespace openfab::tools {
 
-/// Fails where the file has fewer bytes of pixels than its frames take; says how many of how many.
-Result<void> check_pixels(const DicomImage& image);
+/// Fails where the file has fewer bytes of pixels than its frames take; says how many of how many. Finds
+/// the items of packed ones.
+Result<void> check_pixels(DicomImage* image);
 
-/// Reads frames; of a file whose frames are packed, all are unpacked at once, and kept until another
-/// file is read.
+/// Reads frames; a deflated file is unpacked at once, and kept until another one is read.
 class DicomPixels {
   public:
     explicit DicomPixels(int64_t memory_bytes) : memory_bytes_(memory_bytes) {}
 
-    /// Fills width * height values, in the order of the file, after slope and intercept. Errors do
-    /// not name the file.
+    /// Fills width * height values, in the order of the file, after slope and intercept; NaN where a
+    /// stored number stands for nothing. Errors do not name the file.
     Result<void> read(const DicomSlice& slice, float* out);
 
+    /// Whether a number that was read so far has more digits than a float keeps.
+    bool has_rounded() const { return has_rounded_; }
+
   private:
-    Result<void> read_plain(const DicomSlice& slice);
-    Result<void> unpack(const std::shared_ptr<const DicomImage>& image);
+    /// Where a frame's first pixel lies among bytes.
+    struct Frame {
+        std::string_view bytes;
+        int64_t first_bit = 0;  ///< of pixels of 1 bit
+    };
+
+    Result<Frame> read_plain(const DicomSlice& slice);
+    Result<Frame> read_deflated(const DicomSlice& slice);
+    Result<Frame> read_packed(const DicomSlice& slice);
+    Result<void> decode(const DicomImage& image, const std::string& packed);
+    void convert(const DicomSlice& slice, const Frame& frame, float* out);
 
     int64_t memory_bytes_;
-    std::vector<char> bytes_;  ///< of a frame, or of all frames of `unpacked_`
-    std::shared_ptr<const DicomImage> unpacked_;
+    std::string bytes_;  ///< of a frame, or of all of `inflated_`
+    std::shared_ptr<const DicomImage> inflated_;
+    bool has_rounded_ = false;
 };
 
 }  // namespace openfab::tools

@@ -47,7 +47,7 @@ Result<std::vector<Part>> parts_of(std::vector<DicomSlice> slices) {
     for (DicomSlice& slice : slices) {
         const auto found = std::find_if(parts.begin(), parts.end(), [&](const Part& part) {
             return part.image().series == slice.image->series &&
-                   is_alike(part.slices.front(), slice);
+                   part.slices.front().stack == slice.stack && is_alike(part.slices.front(), slice);
         });
         Part& part = found == parts.end() ? parts.emplace_back() : *found;
         part.slices.push_back(std::move(slice));
@@ -82,7 +82,12 @@ std::string orientation(const DicomSlice& slice) {
 std::string describe(const Part& part, const std::string& name) {
     const DicomSlice& first = part.slices.front();
     const size_t count = part.slices.size();
-    std::string out = fmt::format(messages::kSeriesLine, name, part.image().width,
+    std::string made = part.image().modality;
+    if (const std::string& date = part.image().date; !date.empty())
+        made += fmt::format("{}{}-{}-{}", made.empty() ? "" : " of ", date.substr(0, 4),
+                            date.substr(4, 2), date.substr(6, 2));
+    if (!made.empty()) made += ", ";
+    std::string out = fmt::format(messages::kSeriesLine, name, made, part.image().width,
                                   part.image().height, length(first.across), length(first.down),
                                   orientation(first), count, count == 1 ? "" : "s");
     if (count == 1) out += " " + first.name();
@@ -153,6 +158,19 @@ Result<std::vector<DicomSlice>> choose_series(std::vector<DicomSlice> slices,
     return user_error(
         fmt::format(messages::kNotOfOneSeries, one_series ? "grid" : "series", list(parts)),
         one_series ? messages::kNotOfOneSeriesBrackets : messages::kNotOfOneSeriesIdentifier);
+}
+
+bool names_series(const std::vector<DicomSlice>& slices, const std::string& field) {
+    const std::string series = field.substr(0, field.rfind('/'));
+    return std::any_of(slices.begin(), slices.end(), [&](const DicomSlice& slice) {
+        const DicomImage& image = *slice.image;
+        const std::string number =
+            image.series_number ? std::to_string(*image.series_number) : std::string();
+        for (const std::string* name : {&number, &image.series, &image.description}) {
+            if (!name->empty() && (field == *name || series == *name)) return true;
+        }
+        return false;
+    });
 }
 
 std::string list_some(const std::vector<std::string>& names) {

@@ -89,7 +89,14 @@ std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     app.add_option("--pitch", pitch, "of the texels of a resampled volume, such as 0.5mm");
     app.add_option("--outside", volume.outside, "the value where a volume's file has none");
     app.add_option("--time", volume.time,
-                   "which step of an .xdmf file is read (default: the first)");
+                   "which step of an .xdmf file is read (default: the first), or which time of "
+                   "DICOM slices");
+    app.add_option("--segment", volume.segment, "which segment of a DICOM file is read");
+    app.add_option("--echo", volume.echo, "which echo of DICOM slices is read");
+    app.add_option("--detector", volume.detector, "which detector of DICOM slices is read");
+    app.add_option("--energy-window", volume.energy_window,
+                   "which energy window of DICOM slices is read");
+    app.add_option("--phase", volume.phase, "which phase of DICOM slices is read");
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {

@@ -44,14 +44,27 @@ Result<void> fill(const std::string& name, VolumeReader* volume, texture::Pyrami
     return {};
 }
 
+/// The option that is given of those that choose frames of DICOM; empty where there is none.
+std::string frame_key(const texture::VolumeOptions& options) {
+    if (!options.segment.empty()) return "segment";
+    if (options.echo) return "echo";
+    if (options.detector) return "detector";
+    if (options.energy_window) return "energy_window";
+    return options.phase ? "phase" : "";
+}
+
 Result<void> convert(const fs::path& source, const fs::path& out,
                      const texture::VolumeOptions& options, const texture::ReadLimits& limits,
-                     const std::function<MadeReader()>& open) {
+                     const std::function<MadeReader()>& open, bool has_frames) {
     const auto bad = [&](const Error& error) {
         return with_context(error, fmt::format(messages::kCannotReadBefore, source.string()));
     };
-    if (options.time && !texture::is_xdmf(source))
+    if (options.time && !has_frames && !texture::is_xdmf(source))
         return bad(user_error(messages::kNoStepsOfTime, messages::kNoStepsOfTimeHelp));
+    if (const std::string key = frame_key(options); !key.empty() && !has_frames) {
+        return bad(user_error(fmt::format(messages::kNoFramesToChoose, key),
+                              fmt::format(messages::kNoFramesToChooseHelp, key)));
+    }
     MadeReader reader = open();
     if (!reader) return bad(reader.error());
     VolumeReader& volume = **reader;
@@ -84,9 +97,9 @@ Result<void> convert(const fs::path& source, const fs::path& out,
 
 Result<void> write_volume(const fs::path& source, const fs::path& out,
                           const texture::VolumeOptions& options, const texture::ReadLimits& limits,
-                          const std::function<MadeReader()>& open) {
+                          const std::function<MadeReader()>& open, bool has_frames) {
     try {
-        return convert(source, out, options, limits, open);
+        return convert(source, out, options, limits, open, has_frames);
     } catch (const std::bad_alloc&) {
         return user_error(fmt::format(messages::kCannotReadMemory, source.string(),
                                       format_bytes(limits.memory_bytes)),

@@ -14,6 +14,7 @@
 #include "texture/pyramid.h"
 #include "texture/volume.h"
 #include "tools/viewer/messages.h"
+#include "world/texture_options.h"
 
 namespace openfab::viewer {
 
@@ -92,19 +93,14 @@ std::vector<uint8_t> picture_of(const texture::Pyramid& pyramid, bool is_data) {
 
 Result<std::vector<uint8_t>> texture_look(const world::Texture& texture, bool is_volume,
                                           const std::vector<std::filesystem::path>& roots) {
-    static constexpr const char* kSpaces[] = {"auto", "srgb", "linear", "data"};
-    const texture::ImageOptions options{kSpaces[static_cast<size_t>(texture.space)],
-                                        texture.luminance, texture.opaque};
     const auto wrap = static_cast<int32_t>(texture.wrap);
     texture::ReadLimits limits;
     limits.roots = roots;
     const Result<std::shared_ptr<const texture::Pyramid>> pyramid =
-        is_volume
-            ? texture::get_volume(texture.file,
-                                  {options, texture.origin_mm, texture.spacing_mm, texture.field,
-                                   texture.unit, texture.pitch_mm, texture.outside, texture.time},
-                                  wrap, texture::kFilterTrilinear, limits)
-            : texture::get_pyramid(texture.file, options, wrap, texture::kFilterTrilinear, limits);
+        is_volume ? texture::get_volume(texture.file, world::volume_options(texture), wrap,
+                                        texture::kFilterTrilinear, limits)
+                  : texture::get_pyramid(texture.file, world::image_options(texture), wrap,
+                                         texture::kFilterTrilinear, limits);
     if (!pyramid) return pyramid.error();
     std::vector<uint8_t> png =
         picture_of(**pyramid, is_volume || texture.space == world::Space::kData);

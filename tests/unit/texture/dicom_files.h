@@ -45,7 +45,8 @@ inline std::string element(uint32_t group, uint32_t item, const std::string& kin
                            std::string value, bool big = false) {
     if (value.size() % 2 != 0) value += kind == "UI" || kind == "OB" ? '\0' : ' ';
     const std::string tag = number(group, 2, big) + number(item, 2, big) + kind;
-    if (kind == "OW" || kind == "OB" || kind == "SQ")
+    if (kind == "OW" || kind == "OB" || kind == "OF" || kind == "OD" || kind == "OV" ||
+        kind == "SQ")
         return tag + number(0, 2) + number(value.size(), 4, big) + value;
     return tag + number(value.size(), 2, big) + value;
 }
@@ -81,6 +82,8 @@ struct Slice {
     size_t frames = 1;
     std::string more;    ///< elements of group 0028 before its size
     std::string groups;  ///< elements before the pixels
+    std::string object = "1.2.840.10008.5.1.4.1.1.2", modality = "CT";
+    std::string packed;  ///< instead of the pixels' element
 
     std::string bytes(const std::string& syntax = kExplicit) const {
         const bool big = syntax == kBigEndian;
@@ -92,12 +95,11 @@ struct Slice {
             return add(0x28, item, "US", number(value, 2, big));
         };
         std::string meta = element(2, 1, "OB", std::string("\0\1", 2)) +
-                           element(2, 2, "UI", "1.2.840.10008.5.1.4.1.1.2") +
-                           element(2, 3, "UI", "1.2.3.4") + element(2, 0x10, "UI", syntax);
+                           element(2, 2, "UI", object) + element(2, 3, "UI", "1.2.3.4") +
+                           element(2, 0x10, "UI", syntax);
         meta = element(2, 0, "UL", number(meta.size(), 4)) + meta;
-        std::string out = std::string(128, '\0') + "DICM" + meta +
-                          add(8, 0x16, "UI", "1.2.840.10008.5.1.4.1.1.2") +
-                          add(8, 0x60, "CS", "CT");
+        std::string out = std::string(128, '\0') + "DICM" + meta + add(8, 0x16, "UI", object) +
+                          add(8, 0x60, "CS", modality);
         if (!description.empty()) out += add(8, 0x103e, "LO", description);
         out += add(0x10, 0x10, "PN", kPerson) + add(0x20, 0x0e, "UI", series) +
                add(0x20, 0x11, "IS", std::to_string(series_number));
@@ -115,7 +117,9 @@ struct Slice {
                us(0x102, static_cast<size_t>(bits_stored - 1)) + us(0x103, has_sign ? 1 : 0) +
                add(0x28, 0x1052, "DS", decimals({intercept})) +
                add(0x28, 0x1053, "DS", decimals({slope})) + groups +
-               (syntax == kRunLengths ? run_lengths() : plain(big));
+               (!packed.empty()         ? packed
+                : syntax == kRunLengths ? run_lengths()
+                                        : plain(big));
     }
     std::string plain(bool big) const {
         const auto bytes = static_cast<size_t>(bits_allocated) / 8;

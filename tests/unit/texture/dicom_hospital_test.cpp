@@ -105,9 +105,9 @@ TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
     fill(&scout);
     write("scout", scout.bytes());
     const std::string both =
-        fmt::format(messages::kSeriesLine, 1, 4, 3, 1.0, 1.0, "axial", 8,
-                    fmt::format(messages::kSeriesLine, "s, `Thorax 1.0 B30f`), 7", 2, 3, 1.0, 1.0,
-                                "coronal", 1, " scout, `Scout`)"));
+        fmt::format(messages::kSeriesLine, 1, "CT, ", 4, 3, 1.0, 1.0, "axial", 8,
+                    fmt::format(messages::kSeriesLine, "s, `Thorax 1.0 B30f`), 7", "CT, ", 2, 3,
+                                1.0, 1.0, "coronal", 1, " scout, `Scout`)"));
     EXPECT_EQ(trouble(), fmt::format(messages::kNotOfOneSeries, "series", "") + both + "; " +
                              messages::kNotOfOneSeriesIdentifier);
     VolumeOptions options;
@@ -131,15 +131,16 @@ TEST_F(DicomHospital, SeriesAreListedAndOneIsNamed) {
     write("scout", scout.bytes());
     options.field = "1";
     for (const VolumeOptions& any : {VolumeOptions(), options})
-        EXPECT_THAT(trouble(any), AllOf(HasSubstr(": 1.2.3 (4 x 3"), HasSubstr("), 1.2.4 (2 x 3")));
+        EXPECT_THAT(trouble(any),
+                    AllOf(HasSubstr(": 1.2.3 (CT, 4 x 3"), HasSubstr("), 1.2.4 (CT, 2 x 3")));
     options.field = "1.2.4";
     EXPECT_NE(converted(options), nullptr);
 
     // A scout of the same series.
     scout.series = "1.2.3";
     write("scout", scout.bytes());
-    EXPECT_THAT(trouble(), AllOf(testing::Says(messages::kNotOfOneSeries, "grid", "1/1 (4 x 3"),
-                                 HasSubstr("), 1/2 (2 x 3")));
+    EXPECT_THAT(trouble(), AllOf(testing::Says(messages::kNotOfOneSeries, "grid", "1/1 (CT, 4 x 3"),
+                                 HasSubstr("), 1/2 (CT, 2 x 3")));
     options.field = "1/1";
     const auto p = converted(options);
     ASSERT_NE(p, nullptr);

@@ -129,11 +129,11 @@ TEST_F(DicomTest, SaysWhichSliceIsWrong) {
         return trouble();
     };
     EXPECT_THAT(with([](Slice* s) { s->width = 3; }),
-                testing::Says(messages::kSeriesLine, "1/1", "4", "3", "1", "1", "axial", "7",
-                              "s), 1/2 (3 x 3 *, axial, 1 *im1)*"));
-    EXPECT_THAT(
-        with([](Slice* s) { s->row_mm = 1.1; }),
-        testing::Says(messages::kSeriesLine, "1/2", "4", "3", "1", "1.1", "axial", "1", " im1)"));
+                testing::Says(messages::kSeriesLine, "1/1", "CT, ", "4", "3", "1", "1", "axial",
+                              "7", "s), 1/2 (CT, 3 x 3 *, axial, 1 *im1)*"));
+    EXPECT_THAT(with([](Slice* s) { s->row_mm = 1.1; }),
+                testing::Says(messages::kSeriesLine, "1/2", "CT, ", "4", "3", "1", "1.1", "axial",
+                              "1", " im1)"));
     EXPECT_THAT(with([](Slice* s) { s->position.x = 1; }),
                 ::testing::HasSubstr(std::string("im1: ") + messages::kSliceBesideLine));
     EXPECT_EQ(
