@@ -29,6 +29,7 @@
 #include "program/statistics.h"
 #include "program/supersample.h"
 #include "runtime/part/bind.h"
+#include "runtime/pipeline/messages.h"
 #include "runtime/pipeline/print_job.h"
 #include "runtime/segments/printf_log.h"
 
@@ -89,13 +90,22 @@ Result<void> check_grey(const Options& options, bool grey, const pipeline::Print
 Result<void> run(pipeline::PrintJob* print, const Options& options, const backends::Format* format,
                  const world::Printer& printer, const std::string& sizes,
                  const std::atomic<bool>& interrupt, program::Progress& progress) {
-    const DeferredInterrupt deferred;
+    DeferredInterrupt deferred;
+    if (options.resume) deferred.say(messages::kInterruptedBeforeNewSlices);
     Result<std::unique_ptr<pipeline::SliceSink>> sink = open_output(options, printer, &interrupt);
     if (!sink) return sink.error();
     pipeline::PrintStatistics statistics;
-    Result<void> done = print->run(
-        **sink, [&](const pipeline::ProgressEvent& event) { progress.update(event); }, interrupt,
-        &statistics);
+    bool any = false;
+    const auto update = [&](const pipeline::ProgressEvent& event) {
+        deferred.count(event.slices_done, event.slices_total);
+        if (!std::exchange(any, true)) {
+            const Error early{
+                ErrorCode::kInterrupted, pipeline::messages::kInterruptedAfter, "", {}};
+            deferred.say(progress.error_text(add_resume_hint(early, options, format), {}));
+        }
+        progress.update(event);
+    };
+    Result<void> done = print->run(**sink, update, interrupt, &statistics);
     progress.end();
     add_cost(printer, print->info(), &statistics);
     if (const std::string nothing = nothing_printed(statistics, sizes); !nothing.empty()) {

@@ -57,6 +57,8 @@ std::string json_event(const char* event, const char* key, const std::string& te
     return fmt::format("{{\"event\": \"{}\", \"{}\": {}}}\n", event, key, quoted.GetString());
 }
 
+constexpr const char* kClearLine = "\r\x1b[K";
+
 std::string error_event(const Error& error, std::string_view setting) {
     JsonText json;
     json.begin_object().member("event", "error").member("text", error.message);
@@ -170,9 +172,14 @@ void Progress::fail(const Error& error, std::string_view setting) {
     std::fflush(stream_);
 }
 
+std::string Progress::error_text(const Error& error, std::string_view setting) const {
+    if (style_ == Style::kJson) return error_event(error, setting);
+    return (style_ == Style::kBar ? kClearLine : "") + render_error(error);
+}
+
 void Progress::end() {
     if (!bar_shown_) return;
-    put(stream_, "\r\x1b[K");
+    put(stream_, kClearLine);
     std::fflush(stream_);
     bar_shown_ = false;
 }

@@ -37,6 +37,8 @@ class Progress {
     /// Shows the error that ended the print, in every mode: as JSON `{"event": "error", "text": …, "help": …}`, with
     /// "file", "line" and "column" if it has a location, or with "setting" if it is about a `--set`.
     void fail(const Error& error, std::string_view setting);
+    /// Returns what `fail` writes, with what clears a bar.
+    std::string error_text(const Error& error, std::string_view setting) const;
     /// Returns whether a line about the finished print, as people read it, is wanted.
     bool sums_up() const { return style_ == Style::kBar || style_ == Style::kPlain; }
     /// Clears the bar, so that later output starts on a line of its own.

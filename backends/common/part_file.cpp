@@ -19,7 +19,7 @@ constexpr size_t kBuffer = 1 << 18;
 }  // namespace
 
 PartFile::PartFile(OutputFile file, std::filesystem::path path)
-    : file_(std::move(file)), path_(std::move(path)) {
+    : file_(std::move(file)), path_(std::move(path)), listed_([this] { return temporary_path(); }) {
     waiting_.reserve(kBuffer);
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "backends/common/output_file.h"
+#include "base/clean_exit.h"
 
 namespace openfab::backends {
 
@@ -36,6 +37,7 @@ class PartFile {
 
     OutputFile file_;
     std::filesystem::path path_;
+    const RemovedAtEnd listed_;  ///< as a print may be ended at once
     std::vector<uint8_t> waiting_;
     bool kept_ = false;
 };

@@ -51,13 +51,15 @@ bool has_ended(pid_t child) {
 }
 
 constexpr auto kStep = std::chrono::milliseconds(5);
-constexpr int kMostSteps = 400;
+/// A print has a second to end in order (program/interrupt.h), and ends what it runs itself.
+constexpr int kStepsOfPrograms = 280;
+constexpr int kStepsOfFiles = 40;
 
 /// Other threads still run: one that makes a file in a folder while that is emptied keeps it from
 /// being removed, and cannot make any once it is.
 void remove_now(const fs::path& path) {
     std::error_code error;
-    for (int step = 0; step < kMostSteps; ++step) {
+    for (int step = 0; step < kStepsOfFiles; ++step) {
         fs::remove_all(path, error);
         if (!error) return;
         std::this_thread::sleep_for(kStep);
@@ -68,11 +70,18 @@ void remove_now(const fs::path& path) {
 void remove_all_listed(const Listed& all) {
     for (const pid_t child : all.programs)
         ::kill(child, SIGTERM);
-    // Programs end first, since their output is removed next; one that ignores SIGTERM is
-    // abandoned.
-    for (int step = 0; step < kMostSteps; ++step) {
-        if (std::all_of(all.programs.begin(), all.programs.end(), has_ended)) break;
-        std::this_thread::sleep_for(kStep);
+    // Programs end first, since their output is removed next; one that ignores SIGTERM is killed.
+    const auto ended = [&](int steps) {
+        for (int step = 0; step < steps; ++step) {
+            if (std::all_of(all.programs.begin(), all.programs.end(), has_ended)) return true;
+            std::this_thread::sleep_for(kStep);
+        }
+        return false;
+    };
+    if (!ended(kStepsOfPrograms)) {
+        for (const pid_t child : all.programs)
+            if (!has_ended(child)) ::kill(child, SIGKILL);
+        ended(kStepsOfFiles);
     }
     for (const fs::path& path : all.paths)
         remove_now(path);

@@ -12,6 +12,7 @@
 // other voxels are active.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -137,6 +138,9 @@ class Engine {
       public:
         virtual ~Scratch() = default;
         QueryCounts counts;
+        /// Once set, `query_points` ends early, and its answers are of no use; null: never.
+        const std::atomic<bool>* stop = nullptr;
+        bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
     };
     /// Makes the scratch memory of one thread.
     virtual std::unique_ptr<Scratch> make_scratch() const = 0;

@@ -100,8 +100,10 @@ abi::KernelStatus SlabParts::begin_part(ActivePart* active, volume::BlockEvaluat
 }
 
 volume::BlockEvaluator* SlabParts::take_evaluator(Pool<volume::BlockEvaluator>* evaluators) const {
-    return evaluators->take(
+    volume::BlockEvaluator* evaluator = evaluators->take(
         [&] { return std::make_unique<volume::BlockEvaluator>(setup_.isa, setup_.parts->size()); });
+    evaluator->stop = interrupt_;
+    return evaluator;
 }
 
 abi::KernelStatus SlabParts::evaluate_row(int32_t row, uint8_t slices, SlabRow* scratch,

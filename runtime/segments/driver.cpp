@@ -184,7 +184,7 @@ void Driver::narrow(const std::vector<int32_t>& from, int32_t active,
 
 abi::KernelStatus Driver::run(const openfab_segments& segments, openfab_isa isa,
                               std::span<const uint8_t> wanted, Arguments* arguments,
-                              Handler* handler) {
+                              Handler* handler, const std::atomic<bool>* stop) {
     groups_ = static_cast<int32_t>(wanted.size());
     bind(segments, isa, arguments);
     depth_ = 0;
@@ -199,6 +199,8 @@ abi::KernelStatus Driver::run(const openfab_segments& segments, openfab_isa isa,
     if (lists_[0].empty()) return {};
     for (int32_t at = 0; at < segments.step_count;) {
         const openfab_step& step = segments.steps[at++];
+        if (stop != nullptr && stop->load(std::memory_order_relaxed))
+            return abi::KernelStatus::stopped();
         abi::KernelStatus status;
         switch (step.kind) {
             case OPENFAB_STEP_KERNEL:

@@ -6,6 +6,7 @@
 // steps over lists of lane groups, keeps its state, and scatters the kernels' outputs. One per
 // thread; it allocates only while it grows to the largest stage so far.
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -43,9 +44,11 @@ class Driver {
   public:
     /// `wanted`: a byte for each group, bit l for lane l. Outputs of groups without a wanted lane
     /// are not written; those of unwanted lanes in other groups are undefined. Stops at the first
-    /// failure of a kernel or the handler.
+    /// failure of a kernel or the handler, and, stopped, between two steps once `stop` is set, if it is
+    /// not null: nested loops would go on for as long as the fablet says.
     abi::KernelStatus run(const openfab_segments& segments, openfab_isa isa,
-                          std::span<const uint8_t> wanted, Arguments* arguments, Handler* handler);
+                          std::span<const uint8_t> wanted, Arguments* arguments, Handler* handler,
+                          const std::atomic<bool>* stop = nullptr);
     /// Returns the states as the last run left them: defined in groups with a wanted lane.
     const States& states() const { return states_; }
 

@@ -6,6 +6,7 @@
 // sources of the volume stage's @nearest inputs.
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <vector>
 
@@ -30,12 +31,17 @@ class StaticArgs {
     const void* find(const openfab_arg& arg) const;
     /// Returns the part-space position of the local origin along an axis.
     float center(size_t axis) const { return frame_[OPENFAB_FRAME_CENTER + axis]; }
+    /// What ends loops of the stage's segments early once it is set; null: nothing. It is replaced while no
+    /// other thread uses this.
+    const std::atomic<bool>* stop() const { return stop_; }
+    void set_stop(const std::atomic<bool>* stop) const { stop_ = stop; }
 
   private:
     const part::Part& part_;
     std::array<float, OPENFAB_FRAME_COUNT> frame_{};
     std::unique_ptr<abi::KernelBuffer[]> textures_;  ///< 3 per texture
     mutable abi::KernelBuffer values_;               ///< kernels take a pointer that may write
+    mutable const std::atomic<bool>* stop_ = nullptr;
 };
 
 /// One component of a @nearest input.

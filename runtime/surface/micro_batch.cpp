@@ -264,7 +264,7 @@ abi::KernelStatus MicroBatch::run_segments() {
         if (batched_[i] != 0) buffers_[i].set_dim(0, groups * segments::kLanes, 1);
     }
     const abi::KernelStatus status =
-        driver_.run(part_.fablet->surface_segments, isa_, wanted_, this, this);
+        driver_.run(part_.fablet->surface_segments, isa_, wanted_, this, this, static_args_.stop());
     if (log_ != nullptr) log_->end_batch();
     return status;
 }

@@ -60,7 +60,9 @@ class DicedSurface final : public Surface {
           args_(part),
           nearest_(*part.fablet),
           base_(part),
-          cache_(options.cache_bytes, kShardBytes) {}
+          cache_(options.cache_bytes, kShardBytes) {
+        args_.set_stop(options.stop);
+    }
 
     Result<void> set_up(const SurfaceOptions& options) {
         Result<PatchTable> table = make_patch_table(part_, options, args_, nearest_, &base_);
@@ -74,7 +76,10 @@ class DicedSurface final : public Surface {
     const PatchRanges& ranges() const override { return table_.ranges; }
     bool identity() const override { return table_.identity; }
     void set_cache_bytes(size_t bytes) const override { cache_.set_budget(bytes); }
-    void set_stop(const std::atomic<bool>* stop) const override { stop_ = stop; }
+    void set_stop(const std::atomic<bool>* stop) const override {
+        stop_ = stop;
+        args_.set_stop(stop);
+    }
     std::shared_ptr<const MicroMesh> micro(int32_t patch) const override;
     bool identity_corners(int32_t patch, std::array<Vec3f, 3>* out) const override {
         return base_.rounded_corners(table_.patches[patch].triangle, out);
@@ -156,6 +161,7 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
     not_finite_ += dicer->not_finite();
     cut_to_bound_ += dicer->cut_to_bound();
     give_back(std::move(dicer));
+    if (error.is_stopped()) return std::make_shared<MicroMesh>();
     if (!error.ok()) error_.store(error);
     if (!cached) return of_group(std::move(diced));
     patches_diced_ += static_cast<int64_t>(group.size());
@@ -247,7 +253,9 @@ void DicedSurface::log_triangle(int32_t triangle, MicroBatch* batch) const {
         if (stop_ != nullptr && stop_->load(std::memory_order_relaxed)) return;
         batch->clear();
         batch->add_tile(triangle, {0, b, n, std::min(b + rows - 1, n)});
-        if (const abi::KernelStatus error = batch->evaluate(); !error.ok()) error_.store(error);
+        const abi::KernelStatus error = batch->evaluate();
+        if (error.is_stopped()) return;
+        if (!error.ok()) error_.store(error);
     }
 }
 

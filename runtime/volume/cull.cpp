@@ -131,6 +131,7 @@ abi::KernelStatus PartCull::fill_uniform_cubes(const PlacedPart& part, int32_t s
             lowest_.push_back({8 * c.x - part.base.x, 8 * c.y - part.base.y, z});
             known_.push_back({c.blind, c.attributes});
         }
+        if (evaluator->stopped()) return abi::KernelStatus::stopped();
         if (const abi::KernelStatus status =
                 bounds.bound(part, 8 * side, lowest_, known_, from, evaluator->bound_tools(part));
             !status.ok())

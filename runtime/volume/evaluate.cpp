@@ -209,8 +209,8 @@ abi::KernelStatus BlockEvaluator::run_segments(const PlacedPart& part, int32_t n
         const auto input = [&](const openfab_arg& arg) -> const void* {
             return field(part, arg, first);
         };
-        status =
-            segments_.run(part, isa_, &corners_[3 * begin], &owned_[64 * begin], count, input, log);
+        status = segments_.run(part, isa_, &corners_[3 * begin], &owned_[64 * begin], count, input,
+                               log, stop);
         if (!status.ok()) break;
         status = part.part->fablet->slab.arg_count > 0
                      ? run_slab(part, first, count, listed_, channels, fractions)

@@ -6,6 +6,7 @@
 // calls the slab kernel, merges what it gives into a band. One evaluator per thread.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -72,6 +73,9 @@ class BlockEvaluator {
     CubeBounds& cube_bounds() { return cube_bounds_; }
     openfab_isa isa() const { return isa_; }
     EvaluationCounts counts;
+    /// Once set, blocks whose segments loop or query are given up, stopped; null: never.
+    const std::atomic<bool>* stop = nullptr;
+    bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 
   private:
     void take_blocks(const PlacedPart& part, int32_t slab, int32_t row, const OwnedBlock* blocks,

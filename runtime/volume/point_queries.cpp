@@ -38,10 +38,12 @@ float with_sign(float distance, bool inside) {
 
 }  // namespace
 
-void PointQueries::begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned) {
+void PointQueries::begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned,
+                         const std::atomic<bool>* stop) {
     part_ = &part;
     corners_ = corners;
     owned_ = owned;
+    stop_ = stop;
     values_.resize(static_cast<size_t>(part.nearest.floats()));
     flat_.resize(static_cast<size_t>(part.nearest.ints()));
 }
@@ -81,21 +83,27 @@ PointPacket PointQueries::centres(int32_t group) const {
     return out;
 }
 
-void PointQueries::ask(const solid::Placed& placed, int32_t part,
-                       const std::vector<PointPacket>& points) {
+abi::KernelStatus PointQueries::ask(const solid::Placed& placed, int32_t part,
+                                    const std::vector<PointPacket>& points) {
     std::unique_ptr<solid::Scratch>& scratch = scratch_[part];
     if (scratch == nullptr) scratch = placed.make_scratch();
+    nearest::Engine::Scratch& engine = *scratch->engine;
+    engine.stop = stop_;
+    const auto status = [&] {
+        return engine.stopped() ? abi::KernelStatus::stopped() : abi::KernelStatus();
+    };
     answers_.resize(points.size());
     // Voxels side by side that ask for points beside their own are near each other already.
     const float near_mm = kNearVoxels * part_->largest_pitch_mm;
     if (!PointOrder::scattered(points, near_mm)) {
-        placed.engine()->query_points(points, kAnywhere, scratch->engine.get(), answers_.data());
-        return;
+        placed.engine()->query_points(points, kAnywhere, &engine, answers_.data());
+        return status();
     }
     const std::span<const PointPacket> gathered = order_.gather(points);
     gathered_.resize(gathered.size());
-    placed.engine()->query_points(gathered, kAnywhere, scratch->engine.get(), gathered_.data());
+    placed.engine()->query_points(gathered, kAnywhere, &engine, gathered_.data());
     order_.scatter(gathered_, answers_);
+    return status();
 }
 
 abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<const int32_t> groups,
@@ -112,20 +120,18 @@ abi::KernelStatus PointQueries::answer(const openfab_query& query, std::span<con
             std::fill_n(states[query.outputs[i].state] + kLanes * group, kLanes, 0u);
     }
     if (groups_.empty()) return {};
-    if (query.object < 0) {
-        answer_own(query, states);
-    } else {
-        answer_object(query, states);
-    }
-    return {};
+    return query.object < 0 ? answer_own(query, states) : answer_object(query, states);
 }
 
-void PointQueries::answer_own(const openfab_query& query, const segments::States& states) {
-    ask(*part_->placed, part_->owner, points_);
+abi::KernelStatus PointQueries::answer_own(const openfab_query& query,
+                                           const segments::States& states) {
+    const abi::KernelStatus status = ask(*part_->placed, part_->owner, points_);
+    if (!status.ok()) return status;
     for (size_t k = 0; k < groups_.size(); ++k) {
         if (part_->points.sign) write_distance(query, k, states);
         write_surface(query, groups_[k], states, answers_[k]);
     }
+    return {};
 }
 
 void PointQueries::write_distance(const openfab_query& query, size_t entry,
@@ -185,7 +191,8 @@ void PointQueries::write_surface(const openfab_query& query, int32_t group,
     part_->placed->read_points(answer, targets, scratch_[part_->owner].get());
 }
 
-void PointQueries::answer_object(const openfab_query& query, const segments::States& states) {
+abi::KernelStatus PointQueries::answer_object(const openfab_query& query,
+                                              const segments::States& states) {
     least_.resize(groups_.size());
     for (auto& least : least_)
         least.fill(kAnywhere);
@@ -199,7 +206,8 @@ void PointQueries::answer_object(const openfab_query& query, const segments::Sta
                     group.p[a][l] = q[static_cast<int>(a)];
             }
         }
-        ask(*target.placed, target.part, moved_);
+        const abi::KernelStatus status = ask(*target.placed, target.part, moved_);
+        if (!status.ok()) return status;
         for (size_t k = 0; k < moved_.size(); ++k) {
             const uint32_t inside =
                 target.placed->inside(moved_[k], answers_[k], {}, scratch_[target.part].get());
@@ -216,6 +224,7 @@ void PointQueries::answer_object(const openfab_query& query, const segments::Sta
                 to[l] = (points_[k].mask >> l & 1u) != 0 ? least_[k][l] : 0.0f;
         }
     }
+    return {};
 }
 
 }  // namespace openfab::volume

@@ -6,6 +6,7 @@
 // the part's own surface, `distance_to(object, p)` of another object of the world. One per thread.
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -23,8 +24,9 @@ class PointQueries {
 
     /// Begins a batch of blocks: `corners` are 3 part-relative voxel indices and `owned` 64 bytes
     /// each (bit z of byte y * 8 + x); both must outlive the batch. Voxels that are not owned get 0
-    /// without a query.
-    void begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned);
+    /// without a query. Once `stop` is set, `answer` ends early, stopped; null: never.
+    void begin(const PlacedPart& part, const int32_t* corners, const uint8_t* owned,
+               const std::atomic<bool>* stop = nullptr);
 
     /// segments::Handler::query for the batch: group (block * 8 + y) * 8 + x.
     ///
@@ -42,11 +44,11 @@ class PointQueries {
                     const segments::States& states) const;
     nearest::PointPacket centres(int32_t group) const;
     /// Queries all points in one call, which pins the patches that it dices.
-    void ask(const solid::Placed& placed, int32_t part,
-             const std::vector<nearest::PointPacket>& points);
-    void answer_own(const openfab_query& query, const segments::States& states);
+    abi::KernelStatus ask(const solid::Placed& placed, int32_t part,
+                          const std::vector<nearest::PointPacket>& points);
+    abi::KernelStatus answer_own(const openfab_query& query, const segments::States& states);
     void write_distance(const openfab_query& query, size_t entry, const segments::States& states);
-    void answer_object(const openfab_query& query, const segments::States& states);
+    abi::KernelStatus answer_object(const openfab_query& query, const segments::States& states);
     void write_surface(const openfab_query& query, int32_t group, const segments::States& states,
                        const nearest::PointAnswer& answer);
 
@@ -54,6 +56,7 @@ class PointQueries {
     const PlacedPart* part_ = nullptr;
     const int32_t* corners_ = nullptr;
     const uint8_t* owned_ = nullptr;
+    const std::atomic<bool>* stop_ = nullptr;
     // One entry for each lane group with an active lane.
     std::vector<int32_t> groups_;
     std::vector<nearest::PointPacket> points_, moved_;

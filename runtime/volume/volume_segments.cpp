@@ -38,7 +38,8 @@ int32_t VolumeSegments::most_blocks(const PlacedPart& part) {
 
 abi::KernelStatus VolumeSegments::run(const PlacedPart& part, openfab_isa isa,
                                       const int32_t* corners, const uint8_t* owned, int32_t n,
-                                      const Input& input, segments::PrintfLog* log) {
+                                      const Input& input, segments::PrintfLog* log,
+                                      const std::atomic<bool>* stop) {
     OPENFAB_CHECK_LE(n, most_blocks(part));
     part_ = &part;
     inputs_ = &input;
@@ -46,10 +47,10 @@ abi::KernelStatus VolumeSegments::run(const PlacedPart& part, openfab_isa isa,
     corners_ = corners;
     count_ = n;
     buffers_used_ = 0;
-    queries_.begin(part, corners, owned);
+    queries_.begin(part, corners, owned, stop);
     const abi::KernelStatus status =
         driver_.run(part.part->fablet->volume_segments, isa,
-                    {owned, static_cast<size_t>(kBlockGroups * n)}, this, this);
+                    {owned, static_cast<size_t>(kBlockGroups * n)}, this, this, stop);
     log_->end_batch();
     return status;
 }

@@ -5,6 +5,7 @@
 // The segments of a volume stage that loops or queries cut, but for the last one, which is in the
 // slab kernel: on a batch of blocks. One per thread.
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -28,10 +29,10 @@ class VolumeSegments : private segments::Arguments, private segments::Handler {
     static int32_t most_blocks(const PlacedPart& part);
 
     /// Runs the segments on up to most_blocks: `corners` 3 part-relative indices, `owned` 64 bytes
-    /// each.
+    /// each; until `stop` is set, if it is not null.
     abi::KernelStatus run(const PlacedPart& part, openfab_isa isa, const int32_t* corners,
                           const uint8_t* owned, int32_t n, const Input& input,
-                          segments::PrintfLog* log);
+                          segments::PrintfLog* log, const std::atomic<bool>* stop);
     /// Returns a state as the last run left it: blocks of 512 values, defined in columns with an
     /// owned voxel.
     const uint32_t* state(int32_t number) const { return driver_.states()[number]; }

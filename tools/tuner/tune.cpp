@@ -13,6 +13,7 @@
 
 #include "abi/kernel_call.h"
 #include "backends/common/output_file.h"
+#include "base/caret.h"
 #include "base/clock.h"
 #include "base/hash.h"
 #include "base/json.h"
@@ -43,14 +44,15 @@ constexpr size_t kMostBytes = size_t{1} << 20;
 
 class Tuner {
   public:
-    Tuner(const TuneOptions& options, const std::atomic<bool>& interrupt)
-        : options_(options), interrupt_(interrupt) {}
+    Tuner(const TuneOptions& options, const std::atomic<bool>& interrupt,
+          program::DeferredInterrupt* deferred)
+        : options_(options), interrupt_(interrupt), deferred_(deferred) {}
 
     Result<void> run() {
         if (const Result<void> begun = begin(); !begun) return begun;
         const Result<void> searched = search();
-        // An end that was asked for is no failure yet: there may be a schedule to write.
-        if (!searched && !interrupt_.load()) return searched;
+        if (interrupt_.load()) return interrupted();
+        if (!searched) return searched;
         return conclude();
     }
 
@@ -82,6 +84,10 @@ class Tuner {
         if (journal_->size() > 0)
             say(fmt::format(messages::kSchedulesKnown, journal_->size(), journal));
         read_output();
+        if (std::error_code none; !std::filesystem::exists(options_.output, none)) {
+            if (const Result<void> written = write(nullptr, {}); !written) return written;
+        }
+        deferred_->say(render_error(interrupted()));
         // From here on: a world may take long to set up, which is no one's choice.
         start_ = seconds_now();
         return {};
@@ -281,16 +287,14 @@ class Tuner {
 
     /// Compares on slabs that the search has not seen, if there are any, for as long as `until` says.
     Result<Verdict> verify(Candidate* contender, double until) {
-        static const std::atomic<bool> never{false};
-        const bool hurry = interrupt_.load();
-        const size_t least = hurry ? 4 : 7, most = hurry ? 4 : 25;
+        const size_t least = 7, most = 25;
         std::vector<std::vector<Triple>> runs;
         while (runs.size() < least || (runs.size() < most && elapsed() < until)) {
             std::vector<Triple>& run = runs.emplace_back();
             for (const std::vector<int32_t>& slabs : places_) {
                 Triple& triple = run.emplace_back();
                 const auto measure = [&](const Contender* kernels, double* out) -> Result<void> {
-                    const Result<double> seconds = stand_->run(kernels, slabs, never);
+                    const Result<double> seconds = stand_->run(kernels, slabs, interrupt_);
                     if (!seconds) return seconds.error();
                     *out = *seconds;
                     return {};
@@ -336,6 +340,7 @@ class Tuner {
             const double left = options_.budget_seconds - elapsed();
             const Result<Verdict> verdict =
                 verify(candidate, elapsed() + left / static_cast<double>(ranked.size() - k));
+            if (interrupt_.load()) return interrupted();
             if (!verdict) return verdict.error();
             const std::string result = described(*verdict);
             say(fmt::format(
@@ -352,7 +357,7 @@ class Tuner {
                 best = *verdict;
             }
             // The next was worse in the search. The one that was kept is no measure of it.
-            if (winner != nullptr && (interrupt_.load() || candidate != kept)) break;
+            if (winner != nullptr && candidate != kept) break;
         }
         if (winner == nullptr) say(messages::kNoneFaster);
         return write(winner, best, lost);
@@ -397,13 +402,15 @@ class Tuner {
             out += fmt::format("#   {:.3f}  {}\n", ranked[k]->ratio(),
                                fmt::join(ranked[k]->trial.changes, "; "));
         out += "pipeline slab\n" + (winner != nullptr ? winner->text : first_text_);
-        if (const Result<void> written = backends::write_whole_file(options_.output, out); !written)
-            return written;
-        if (!interrupt_.load()) return {};
-        return Error{ErrorCode::kInterrupted,
-                     fmt::format(messages::kInterruptedBest, options_.output),
-                     messages::kInterruptedBestHelp,
-                     {}};
+        return backends::write_whole_file(options_.output, out);
+    }
+
+    /// What was found is compared again before it counts, for which there is no time now.
+    Error interrupted() const {
+        return {ErrorCode::kInterrupted,
+                fmt::format(messages::kInterruptedBest, options_.output),
+                messages::kInterruptedBestHelp,
+                {}};
     }
 
     std::string base_name() const {
@@ -412,6 +419,7 @@ class Tuner {
 
     const TuneOptions& options_;
     const std::atomic<bool>& interrupt_;
+    program::DeferredInterrupt* const deferred_;
     double start_ = 0;
     std::unique_ptr<Workload> workload_;
     std::unique_ptr<Stand> stand_;
@@ -437,8 +445,8 @@ Result<void> run_tune(const TuneOptions& options) {
         return usage_error(fmt::format(messages::kNameEnds, options.output));
     const std::atomic<bool>& interrupt = program::install_interrupt(
         exit_code(ErrorCode::kInterrupted), "error: interrupted before the search began\n");
-    const program::DeferredInterrupt deferred;
-    return Tuner(options, interrupt).run();
+    program::DeferredInterrupt deferred;
+    return Tuner(options, interrupt, &deferred).run();
 }
 
 }  // namespace openfab::tuner

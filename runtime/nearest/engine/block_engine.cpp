@@ -242,6 +242,8 @@ class BlockScratch final : public Engine::Scratch {
 
 /// Packets whose patches are pinned together: enough to amortize a call.
 constexpr size_t kPacketsAtOnce = 16;
+/// Packets between two looks at whether the print is to stop.
+constexpr size_t kPacketsBetweenLooks = 4 * kPacketsAtOnce;
 
 class BlockEngine final : public Engine {
   public:
@@ -291,7 +293,11 @@ class BlockEngine final : public Engine {
                       PointAnswer* answers) const override {
         for (const PointPacket& g : packets)
             scratch->counts.queried += std::popcount(g.mask & 0xffu);
-        search_points(packets, radius_mm, scratch, answers);
+        for (size_t first = 0; first < packets.size(); first += kPacketsBetweenLooks) {
+            if (scratch->stopped()) return;
+            const size_t n = std::min(kPacketsBetweenLooks, packets.size() - first);
+            search_points(packets.subspan(first, n), radius_mm, scratch, answers + first);
+        }
     }
 
     void bound_points(std::span<const PointPacket> packets, std::span<const PointPacket> hints,

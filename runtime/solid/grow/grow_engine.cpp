@@ -47,6 +47,7 @@ class GrowEngine final : public nearest::Engine {
         auto* mine = static_cast<GrowScratch*>(scratch);
         mine->gathered.clear();
         for (size_t g = 0; g < packets.size(); ++g) {
+            if (scratch->stopped()) return;
             nearest::PointAnswer& to = answers[g];
             to = {};
             for (size_t l = 0; l < 8; ++l) {

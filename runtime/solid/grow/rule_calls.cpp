@@ -80,7 +80,7 @@ abi::KernelStatus RuleCalls::grow(const NodeColumns& parents, const NodePlaces& 
                 rest != 0 && count - first_ < lanes)
                 wanted_.back() = static_cast<uint8_t>((1u << rest) - 1u);
             const abi::KernelStatus status =
-                driver_.run(shape_.attribute_segments, isa_, wanted_, this, this);
+                driver_.run(shape_.attribute_segments, isa_, wanted_, this, this, fixed_.stop());
             if (!status.ok()) return status;
             continue;
         }

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string_view>
 
+#include "base/messages.h"
 #include "base/pool.h"
 #include "runtime/part/node_member.h"
 #include "runtime/solid/grow/body_source.h"
@@ -112,6 +113,10 @@ class RuleSource final : public BodySource {
         }
     }
 
+    void set_stop(const std::atomic<bool>* stop) const override {
+        BodySource::set_stop(stop);
+        fixed_.set_stop(stop);
+    }
     Error complaint(const std::string& what, const std::string& help) const override {
         return error_at(stage_.location,
                         fmt::format(messages::kRuleBefore, stage_.fablet->name, stage_.name, what),
@@ -241,6 +246,8 @@ class RuleSource final : public BodySource {
         if (const abi::KernelStatus status =
                 bench->calls.grow(parents, places, more, &next->columns);
             !status.ok()) {
+            if (status.is_stopped())
+                return Error{ErrorCode::kInterrupted, openfab::messages::kInterrupted, "", {}};
             return internal_error(
                 fmt::format(messages::kGrowKernelFailed, stage_.fablet->name, status.code()));
         }

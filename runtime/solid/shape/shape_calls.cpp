@@ -222,7 +222,8 @@ abi::KernelStatus ShapeCalls::run(const openfab_kernel& kernel, const openfab_se
             if (const size_t rest = count % segments::kLanes; rest != 0)
                 wanted_.back() = static_cast<uint8_t>((1u << rest) - 1u);
             count_ = static_cast<int32_t>(groups * segments::kLanes);
-            const abi::KernelStatus status = driver_.run(*segments, isa_, wanted_, this, this);
+            const abi::KernelStatus status =
+                driver_.run(*segments, isa_, wanted_, this, this, fixed_.stop());
             if (!status.ok()) return status;
             continue;
         }

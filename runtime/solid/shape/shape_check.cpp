@@ -106,6 +106,7 @@ Result<void> ShapeField::check_side(int axis, bool high, ShapeCalls* calls) cons
 }
 
 void ShapeField::note(const abi::KernelStatus& failed) const {
+    if (failed.is_stopped()) return;
     const std::lock_guard lock(mutex_);
     failed_ = failed;
 }

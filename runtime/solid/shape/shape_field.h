@@ -64,6 +64,8 @@ class ShapeField {
             [&] { return std::make_unique<ShapeCalls>(stage_, fixed_, bodies_, isa_); });
     }
     void give(ShapeCalls* calls) const { calls_.give(calls); }
+    /// As of a Solid.
+    void set_stop(const std::atomic<bool>* stop) const { fixed_.set_stop(stop); }
     /// Notes that a kernel failed, or that the value at a point is NaN.
     void note(const abi::KernelStatus& failed) const;
     void note_nan(const Vec3f& at) const;

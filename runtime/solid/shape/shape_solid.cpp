@@ -124,7 +124,9 @@ uint32_t PlacedShape::inside(const nearest::PointPacket& packet,
 class ShapeSolid final : public Solid {
   public:
     ShapeSolid(const part::Part& part, const surface::SurfaceOptions& options, const Bodies& bodies)
-        : options_(options), stop_(options.stop), shared_(part, options, bodies) {}
+        : options_(options), stop_(options.stop), shared_(part, options, bodies) {
+        shared_.field.set_stop(stop_);
+    }
 
     Result<void> check() const { return shared_.field.check(); }
 
@@ -155,6 +157,7 @@ class ShapeSolid final : public Solid {
     }
     void set_stop(const std::atomic<bool>* stop) const override {
         stop_ = stop;
+        shared_.field.set_stop(stop);
         if (dices()) shared_.surface->set_stop(stop);
     }
     void prepare(const Asked& asked, const QuerySetUp& queries) override;
