@@ -21,6 +21,7 @@
 #include "deformation/field.h"
 #include "deformation/refine.h"
 #include "program/messages.h"
+#include "program/process_beams.h"
 #include "texture/volume.h"
 #include "world/json_reader.h"
 
@@ -183,36 +184,72 @@ class Displacer {
         const Affine3d& to_build = placement->transform;
         const Back back(to_build);
         if (!back.exists()) return {};  // flat, which the print refuses
+        if (const auto beams = world_.beams.find(object.mesh); beams != world_.beams.end())
+            return displace_beams(object, *beams->second, back, placement);
         mesh::Mesh mesh = world_.meshes[static_cast<size_t>(object.mesh)];
         if (const Result<void> fine = refine(object.name, to_build, &mesh); !fine) return fine;
         for (Vec3d& p : mesh.positions) {
-            const Vec3d at = to_build.apply(p);
-            const std::optional<Vec3d> moved =
-                inverse_ ? field_.moved_back(at) : std::optional(field_.moved(at));
-            if (!moved) {
-                return user_error(fmt::format(messages::kFieldWithoutInverse, at.x, at.y, at.z));
-            }
+            const std::optional<Vec3d> moved = moved_to(to_build.apply(p));
+            if (!moved) return without_inverse(to_build.apply(p));
             p = back.apply(*moved);
         }
-        const bool shared = mesh_uses_[static_cast<size_t>(object.mesh)] > 1;
-        if (!shared) {
-            world_.meshes[static_cast<size_t>(object.mesh)] = std::move(mesh);
-            return {};
+        const Result<int32_t> of = own_mesh(object, placement);
+        if (!of) return of.error();
+        world_.meshes[static_cast<size_t>(*of)] = std::move(mesh);
+        return {};
+    }
+
+    Result<void> displace_beams(const world::Object& object, const mesh::Beams& beams,
+                                const Back& back, world::Placement* placement) {
+        const Affine3d& to_build = placement->transform;
+        const double longest =
+            std::min({field_.spacing_mm.x, field_.spacing_mm.y, field_.spacing_mm.z});
+        MovedBeams moved = move_beams(
+            beams, longest, kMostTriangles,
+            [&](const Vec3d& a, const Vec3d& b) { return length(to_build.apply_vector(b - a)); },
+            [&](const Vec3d& p) -> std::optional<Vec3d> {
+                const std::optional<Vec3d> to = moved_to(to_build.apply(p));
+                return to ? std::optional(back.apply(*to)) : to;
+            });
+        if (moved.too_many) {
+            return user_error(
+                fmt::format(messages::kFieldTooManyBeams, object.name, kMostTriangles, longest),
+                messages::kFieldTooManyTrianglesHelp);
         }
-        world_.meshes.push_back(std::move(mesh));
-        const auto made = static_cast<int32_t>(world_.meshes.size() - 1);
+        if (moved.lost) return without_inverse(to_build.apply(*moved.lost));
+        const Result<int32_t> of = own_mesh(object, placement);
+        if (!of) return of.error();
+        mesh::Mesh& box = world_.meshes[static_cast<size_t>(*of)];
+        box = mesh::box_mesh(box.name, moved.beams);
+        world_.beams[*of] = std::make_shared<const mesh::Beams>(std::move(moved.beams));
+        return {};
+    }
+
+    std::optional<Vec3d> moved_to(const Vec3d& at) const {
+        return inverse_ ? field_.moved_back(at) : std::optional(field_.moved(at));
+    }
+    static Error without_inverse(const Vec3d& at) {
+        return user_error(fmt::format(messages::kFieldWithoutInverse, at.x, at.y, at.z));
+    }
+
+    /// Returns the number of a mesh that this placement alone has.
+    Result<int32_t> own_mesh(const world::Object& object, world::Placement* placement) {
+        if (mesh_uses_[static_cast<size_t>(object.mesh)] <= 1) return object.mesh;
+        const auto made = static_cast<int32_t>(world_.meshes.size());
         if (uses_[static_cast<size_t>(placement->object)] == 1) {
             world_.objects[static_cast<size_t>(placement->object)].mesh = made;
-            return {};
-        }
-        if (names_.contains(object.name)) {
+        } else if (names_.contains(object.name)) {
             return user_error(fmt::format(messages::kFieldMovesReferred, object.name),
                               messages::kFieldMovesReferredHelp);
+        } else {
+            world_.objects.push_back(object);
+            world_.objects.back().mesh = made;
+            placement->object = static_cast<int32_t>(world_.objects.size() - 1);
         }
-        world_.objects.push_back(object);
-        world_.objects.back().mesh = made;
-        placement->object = static_cast<int32_t>(world_.objects.size() - 1);
-        return {};
+        mesh::Mesh empty;
+        empty.name = world_.meshes[static_cast<size_t>(object.mesh)].name;
+        world_.meshes.push_back(std::move(empty));
+        return made;
     }
 
     /// Between nodes the field is almost linear, so that triangles as large as its cells are moved right.

@@ -9,16 +9,19 @@
 #include <map>
 #include <tuple>
 
+#include "abi/grow_table.h"
 #include "base/json.h"
 #include "base/near_miss.h"
 #include "mesh/load/load_mesh.h"
 #include "mesh/model/mesh_memory.h"
+#include "pieces/region.h"
 #include "runtime/part/bind_beams.h"
 #include "runtime/part/bind_piece.h"
 #include "runtime/part/bind_shape.h"
 #include "runtime/part/bind_textures.h"
 #include "runtime/part/messages.h"
 #include "runtime/part/part_mesh.h"
+#include "runtime/part/stretch.h"
 #include "runtime/part/uniforms.h"
 #include "world/uniform_values.h"
 
@@ -215,6 +218,7 @@ class WorldBinder {
         if (Result<void> made = shapes_.bind(object, polar->s, *uniforms, &part); !made)
             return made.error();
         part.beams = part_beams(object, **fablet, polar->s, *part.mesh);
+        part.stretched = stretched_from(part, polar->s);
         part.local_to_build =
             part_local_to_build(*polar, placement.transform.t, part.mesh->center_part_mm);
         if (placement.piece >= 0) {
@@ -250,6 +254,22 @@ class WorldBinder {
         if (beams == world_.beams.end()) return nullptr;
         auto& known = beams_[&mesh];
         if (known == nullptr) known = make_part_beams(beams->second, fablet, s, mesh);
+        return known;
+    }
+
+    /// Null of a part whose geometry is stretched where it is made.
+    std::shared_ptr<const Stretched> stretched_from(const Part& part,
+                                                    const std::array<double, 9>& s) {
+        const bool grows = part.shape != nullptr && openfab_grows(part.shape->fablet->shape);
+        const bool turned = part.shape != nullptr && scales_along_axes(s)[0] == 0;
+        const bool uneven = part.beams != nullptr && pieces::uniform_scale(s) == 0;
+        constexpr std::array<double, 9> kUnmoved{1, 0, 0, 0, 1, 0, 0, 0, 1};
+        if (!uneven && !turned && (!grows || s == kUnmoved)) return nullptr;
+        const void* source =
+            part.shape != nullptr ? static_cast<const void*>(part.shape.get()) : part.beams.get();
+        auto& known = stretched_[{source, part.fablet, s}];
+        if (known == nullptr)
+            known = std::make_shared<const Stretched>(make_stretched(part, s, *part.fablet));
         return known;
     }
 
@@ -292,7 +312,7 @@ class WorldBinder {
             const world::FabletRef& ref = world_.fablets.at(shape->second.fablet);
             stage = find_fablet(fablets_, ref.fablet, ref.source.filename());
         }
-        if (const Result<void> fine = check_stretch(stage, s); !fine)
+        if (const Result<void> fine = check_stretch(stage, s, fablet.has_surface != 0); !fine)
             return with_context(fine.error(), fmt::format("`{}`: ", object.name));
         return make_part_mesh(box_of_shape(mesh, stage), fablet, s);
     }
@@ -309,6 +329,9 @@ class WorldBinder {
         meshes_;
     ShapeBinder shapes_;
     std::map<const PartMesh*, std::shared_ptr<const PartBeams>> beams_;
+    std::map<std::tuple<const void*, const openfab_fablet*, std::array<double, 9>>,
+             std::shared_ptr<const Stretched>>
+        stretched_;
 };
 
 /// Distinct, bright colours: hue steps by the golden ratio, so that any number of them are

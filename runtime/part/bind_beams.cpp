@@ -4,6 +4,7 @@
 
 #include "pieces/region.h"
 #include "runtime/part/messages.h"
+#include "runtime/part/stretch.h"
 
 namespace openfab::part {
 
@@ -11,10 +12,7 @@ Result<void> check_beams(const openfab_fablet& fablet, const std::array<double, 
     if (fablet.has_surface != 0) {
         return user_error(messages::kBeamsNotDisplaced, messages::kBeamsNotDisplacedHelp);
     }
-    if (pieces::uniform_scale(stretch) == 0) {
-        return user_error(messages::kBeamsUnevenScale, messages::kBeamsUnevenScaleHelp);
-    }
-    return Ok{};
+    return check_uneven_stretch(stretch, messages::kBeamsUnevenScaleHelp);
 }
 
 std::shared_ptr<const PartBeams> make_part_beams(std::shared_ptr<const mesh::Beams> beams,

@@ -13,6 +13,7 @@
 #include "base/talking_program.h"
 #include "runtime/part/messages.h"
 #include "runtime/part/node_member.h"
+#include "runtime/part/stretch.h"
 
 namespace openfab::part {
 
@@ -67,15 +68,15 @@ std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch) {
     return scales;
 }
 
-Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch) {
+Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch,
+                           bool displaced) {
     if (stretch == kUnmoved) return Ok{};
     if (stage != nullptr && stage->shape != nullptr && openfab_grows(stage->shape)) {
-        return user_error(messages::kGrownScaled, messages::kGrownScaledHelp);
+        return check_uneven_stretch(stretch, messages::kGrownScaledHelp);
     }
-    if (scales_along_axes(stretch)[0] == 0) {
-        return user_error(messages::kShapeScaled, messages::kShapeScaledHelp);
-    }
-    return Ok{};
+    if (scales_along_axes(stretch)[0] != 0) return Ok{};
+    if (!displaced && check_uneven_stretch(stretch, "")) return Ok{};
+    return user_error(messages::kShapeScaled, messages::kShapeScaledHelp);
 }
 
 mesh::Mesh box_of_shape(const mesh::Mesh& box, const openfab_fablet* stage) {
@@ -105,20 +106,20 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
     const auto shape = world_.shapes.find(object.mesh);
     if (shape == world_.shapes.end()) return Ok{};
     const world::ShapeRef& ref = shape->second;
-    if (ref.program != nullptr) return bind_program(object, ref, part);
-    auto stage = std::make_shared<ShapeStage>();
-    stage->name = object.name;
-    stage->location = ref.location;
-    stage->mesh = part->mesh;
-    stage->instance = 0;
+    std::shared_ptr<const PartMesh> own_box = part->mesh;
     if (stretch != kUnmoved) {
-        stage->stretch = scales_along_axes(stretch);
         Result<std::shared_ptr<const PartMesh>> box =
             sources_.mesh(object, *part->fablet, kUnmoved);
         if (!box) return box.error();
         if (*box == nullptr) return Ok{};
-        stage->mesh = std::move(*box);
+        own_box = std::move(*box);
     }
+    if (ref.program != nullptr) return bind_program(object, ref, std::move(own_box), part);
+    auto stage = std::make_shared<ShapeStage>();
+    stage->name = object.name;
+    stage->location = ref.location;
+    stage->mesh = std::move(own_box);
+    stage->instance = 0;
     std::vector<int32_t> objects = uniforms.objects;
     if (ref.fablet == object.fablet) {
         stage->fablet = part->fablet;
@@ -146,6 +147,10 @@ Result<void> ShapeBinder::bind(const world::Object& object, const std::array<dou
         return error_at(ref.location, fmt::format(messages::kNoShapeStage, stage->fablet->name),
                         messages::kNoShapeStageHelp);
     }
+    // Others are stretched as a whole.
+    const std::array<double, 3> along_axes = scales_along_axes(stretch);
+    if (stretch != kUnmoved && along_axes[0] != 0 && !openfab_grows(stage->fablet->shape))
+        stage->stretch = along_axes;
     if (Result<void> done = bind_bodies(objects, stage.get()); !done) return done;
     part->shape = same_stage(std::move(stage));
     return Ok{};
@@ -158,7 +163,7 @@ const openfab_fablet& ShapeBinder::program(int32_t mesh) {
 }
 
 Result<void> ShapeBinder::bind_program(const world::Object& object, const world::ShapeRef& ref,
-                                       Part* part) {
+                                       std::shared_ptr<const PartMesh> box, Part* part) {
     const world::ProgramRef& program = *ref.program;
     if (!world_.programs_allowed) {
         return error_at(
@@ -169,7 +174,7 @@ Result<void> ShapeBinder::bind_program(const world::Object& object, const world:
     auto stage = std::make_shared<ProgramStage>();
     stage->name = object.name;
     stage->location = ref.location;
-    stage->mesh = part->mesh;
+    stage->mesh = std::move(box);
     stage->instance = 0;
     stage->fablet = &this->program(object.mesh);
     stage->table = programs_.at(object.mesh);

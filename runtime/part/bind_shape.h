@@ -28,8 +28,10 @@ bool shape_asks(const openfab_fablet& fablet, int32_t object);
 /// Returns the scale along each axis of the stretch of a placement; 0, all, where it is along others.
 std::array<double, 3> scales_along_axes(const std::array<double, 9>& stretch);
 
-/// Checks that a placement may scale the geometry of a stage so. The message names no object.
-Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch);
+/// Checks that a placement may scale the geometry of a stage so, which a @Surface stage may displace. The
+/// message names no object.
+Result<void> check_stretch(const openfab_fablet* stage, const std::array<double, 9>& stretch,
+                           bool displaced);
 
 /// Returns the mesh of a shape, its box, with the outputs of its stage as attributes, so that names
 /// and types are checked as those of meshes are; their values come from the stage.
@@ -71,7 +73,8 @@ class ShapeBinder {
     const openfab_fablet& program(int32_t mesh);
 
   private:
-    Result<void> bind_program(const world::Object& object, const world::ShapeRef& ref, Part* part);
+    Result<void> bind_program(const world::Object& object, const world::ShapeRef& ref,
+                              std::shared_ptr<const PartMesh> box, Part* part);
     Result<void> bind_bodies(const std::vector<int32_t>& objects, ShapeStage* stage);
     Result<std::shared_ptr<const Part>> body_of(int32_t object, const SourceLocation& asked);
     std::shared_ptr<const ShapeStage> same_stage(std::shared_ptr<const ShapeStage> stage);

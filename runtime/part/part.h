@@ -63,6 +63,8 @@ struct Piece {
     std::vector<uint8_t> filled_codes;  ///< print materials of region.filled
 };
 
+struct Stretched;
+
 struct Part {
     std::string name;
     const openfab_fablet* fablet = nullptr;
@@ -89,6 +91,15 @@ struct Part {
     int32_t instance = 0;                ///< index in the world's build list
     bool support = true;                 ///< support is generated below it, in prints with support
     std::shared_ptr<const Piece> piece;  ///< null: all of it
+    /// What the geometry is stretched from, if its kind knows no stretch; null: nothing is.
+    std::shared_ptr<const Stretched> stretched;
+};
+
+/// A part in the mm of its source, part-local, of which the points are multiplied by a matrix, symmetric
+/// and positive definite, to be those of the stretched part.
+struct Stretched {
+    Part source;
+    std::array<double, 9> by;
 };
 
 /// The voxel grid of a print. Voxel (i, j, k) has its centre at origin + (i + 0.5, j + 0.5, k +

@@ -8,6 +8,7 @@
 #include "runtime/solid/grow/grow_solid.h"
 #include "runtime/solid/mesh/mesh_solid.h"
 #include "runtime/solid/shape/shape_solid.h"
+#include "runtime/solid/stretched/stretched_solid.h"
 
 namespace openfab::solid {
 
@@ -16,9 +17,34 @@ namespace {
 // The first that has a source makes the part: shapes and beams have a mesh, too, their box.
 constexpr const Kind* kKinds[] = {&kGrowKind, &kShapeKind, &kBeamKind, &kMeshKind};
 
+/// Parts that are stretched are alike where they share what they are stretched from.
+const Kind kStretchedKind{
+    .source = [](const part::Part& part) -> const void* { return part.stretched.get(); },
+    .alike = [](const part::Part& /*a*/, const part::Part& /*b*/) { return true; },
+    .refine = [](const surface::SurfaceOptions& options, const Bodies& bodies,
+                 part::Part* part) -> Result<void> {
+        part::Part source = part->stretched->source;
+        return kind_of(source).refine(options, bodies, &source);
+    },
+    .share = [](const part::Part& /*first*/, part::Part* /*other*/) {},
+    .bytes =
+        [](const part::Part& part) {
+            const part::Part& source = part.stretched->source;
+            return kind_of(source).bytes(source);
+        },
+    .make = [](const part::Part& part, const surface::SurfaceOptions& options,
+               const Bodies& bodies) -> Result<std::shared_ptr<Solid>> {
+        const part::Part& source = part.stretched->source;
+        Result<std::shared_ptr<Solid>> made = kind_of(source).make(source, options, bodies);
+        if (!made) return made.error();
+        return make_stretched_solid(part, std::move(*made));
+    },
+};
+
 }  // namespace
 
 const Kind& kind_of(const part::Part& part) {
+    if (part.stretched != nullptr) return kStretchedKind;
     for (const Kind* kind : kKinds) {
         if (kind->source(part) != nullptr) return *kind;
     }

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "program/messages.h"
+#include "runtime/part/messages.h"
 #include "tests/programs/print/process_fixture.h"
 #include "tests/support/says/says.h"
 #include "tools/openfab/messages.h"
@@ -35,6 +36,16 @@ class MachineTools : public ProcessOption {
         std::stringstream out;
         out << in.rdbuf();
         return out.str();
+    }
+    /// A solid world of the beams of `t.txt`.
+    void write_beams(const std::string& name) {
+        write_world(name, "");
+        std::string world = text(name);
+        const size_t at = world.find("{\"sphere\": 6}");
+        ASSERT_NE(at, std::string::npos);
+        world.replace(at, 13, "{\"beams\": \"t.txt\"}");
+        world.replace(world.find("\"fablet\": \"Skin\""), 16, "\"fablet\": \"Solid\"");
+        scratch_.write(name, world);
     }
     /// Points of a box around the ball that a machine has shrunk.
     void write_points(const std::string& name, double by) {
@@ -70,6 +81,104 @@ TEST_F(MachineTools, AFieldThatShrinksIsUndoneAsAScaleIs) {
     EXPECT_LT(differ, 30);
     const Voxels again = print_voxels({"--process", path("field.process.json"), "--threads", "1"});
     EXPECT_TRUE(again.codes == field.codes);
+}
+
+TEST_F(MachineTools, AFieldThatShrinksBeamsIsUndoneAsAScaleIs) {
+    write_points("points.csv", 0.96);
+    ASSERT_EQ(tool({"compensate", path("points.csv"), "-o", path("shrink.json"), "--cell", "2mm"})
+                  .exit_code,
+              0);
+    scratch_.write("field.process.json", R"({"field": "shrink.json"})");
+    scratch_.write("scale.process.json", fmt::format(R"({{"scale": {}}})", 1 / 0.96));
+    for (const char* ends : {"ball", "flat", "dome"}) {
+        scratch_.write("t.txt", fmt::format("node -4 0 2 1\nnode 4 1 2 0.6\nnode 0 -3 3 0.8\nends "
+                                            "{}\nstrut 0 1\nstrut 1 2\nball 2\n",
+                                            ends));
+        write_beams("beams.fab.json");
+        const Voxels plain = print_voxels({}, "beams.fab.json");
+        const Voxels field =
+            print_voxels({"--process", path("field.process.json")}, "beams.fab.json");
+        const Voxels scale =
+            print_voxels({"--process", path("scale.process.json")}, "beams.fab.json");
+        EXPECT_GT(field.info.size.x, plain.info.size.x + 2);
+        ASSERT_EQ(field.info.size, scale.info.size) << ends;
+        int64_t differ = 0;
+        for (size_t i = 0; i < field.codes.size(); ++i)
+            differ += (field.codes[i] == 0) != (scale.codes[i] == 0) ? 1 : 0;
+        EXPECT_LT(differ, 30) << ends;
+    }
+}
+
+TEST_F(MachineTools, AFieldBendsBeams) {
+    // The machine lifts the middle by x^2 / 100; what is sent hangs as much.
+    std::string lines = "x,y,z,mx,my,mz\n";
+    for (int x = -6; x <= 6; ++x) {
+        for (int y = -2; y <= 2; y += 4) {
+            for (int z = -2; z <= 4; z += 6)
+                lines += fmt::format("{},{},{},{},{},{}\n", x, y, z, x, y, z + x * x / 100.0);
+        }
+    }
+    scratch_.write("points.csv", lines);
+    ASSERT_EQ(tool({"compensate", path("points.csv"), "-o", path("bend.json"), "--cell", "1mm",
+                    "--smooth", "0.000001"})
+                  .exit_code,
+              0);
+    scratch_.write("bend.process.json", R"({"field": "bend.json"})");
+    for (const char* ends : {"ball", "flat"}) {
+        scratch_.write("t.txt",
+                       fmt::format("node -6 0 2 0.5\nnode 6 0 2 0.5\nends {}\nstrut 0 1\n", ends));
+        write_beams("beams.fab.json");
+        const Voxels bent =
+            print_voxels({"--process", path("bend.process.json")}, "beams.fab.json");
+        const Vec3i& size = bent.info.size;
+        for (int32_t x = 0; x < size.x; ++x) {
+            const double at = bent.info.origin_mm.x + (x + 0.5) * 0.1;
+            if (std::fabs(at) > 5.8) continue;
+            double sum = 0;
+            int64_t voxels = 0;
+            for (int32_t z = 0; z < size.z; ++z) {
+                for (int32_t y = 0; y < size.y; ++y) {
+                    if (bent.at(x, y, z) == 0) continue;
+                    ++voxels;
+                    sum += bent.info.origin_mm.z + (z + 0.5) * 0.1;
+                }
+            }
+            // The section of the strut, and half a voxel.
+            EXPECT_NEAR(static_cast<double>(voxels), 78.5, 12) << ends << " " << at;
+            EXPECT_NEAR(sum / static_cast<double>(voxels), 2 - at * at / 100, 0.05)
+                << ends << " " << at;
+        }
+    }
+}
+
+TEST_F(MachineTools, AStretchedBallOfBeamsIsAnEllipsoid) {
+    scratch_.write("t.txt", "node 0 0 0 3\nball 0\n");
+    write_beams("beams.fab.json");
+    const Vec3d scale{1.02, 1, 1.07};
+    scratch_.write("scale.process.json", R"({"scale": [1.02, 1, 1.07]})");
+    const Voxels found = print_voxels({"--process", path("scale.process.json")}, "beams.fab.json");
+    int64_t wrong = 0;
+    for (int32_t z = 0; z < found.info.size.z; ++z) {
+        for (int32_t y = 0; y < found.info.size.y; ++y) {
+            for (int32_t x = 0; x < found.info.size.x; ++x) {
+                double sum = 0;
+                for (int a = 0; a < 3; ++a) {
+                    const int32_t voxel = a == 0 ? x : a == 1 ? y : z;
+                    const double p = found.info.origin_mm[a] + (voxel + 0.5) * 0.1;
+                    sum += p * p / (9 * scale[a] * scale[a]);
+                }
+                const bool in = found.at(x, y, z) != 0;
+                if (std::fabs(sum - 1) > 1e-5) wrong += in != (sum < 1) ? 1 : 0;
+            }
+        }
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_NEAR(found.info.size.z, 64.2, 2);
+    scratch_.write("scale.process.json", R"({"scale": [1, 1, 1.2]})");
+    const Outcome refused =
+        print({"--process", path("scale.process.json"), "-o", path("x.ofr")}, "beams.fab.json");
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_THAT(refused.err, Says(part::messages::kUnevenStretch, "1", "1.2"));
 }
 
 TEST_F(MachineTools, AFieldAsItIsAndItsInverseReturn) {
