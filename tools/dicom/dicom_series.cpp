@@ -40,7 +40,9 @@ class SeriesReader final : public VolumeReader {
     Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
         const StackPlane& plane = stack_.planes[static_cast<size_t>(z)];
         if (plane.below < 0) {
-            std::fill_n(out, slice_floats(), 0.0F);
+            // Of a label map such a plane has the label 0.
+            const bool is_chosen = stack_.slices.front().only == 0;
+            std::fill_n(out, slice_floats(), is_chosen ? 1.0F : 0.0F);
         } else if (plane.share == 0) {
             if (Result<void> read = read_into(plane.below, out); !read) return read;
         } else if (Result<void> mixed = mix(plane, out); !mixed) {

@@ -23,6 +23,7 @@
 #include "texture/cache.h"
 #include "tools/openfab/commands.h"
 #include "tools/openfab/import.h"
+#include "tools/openfab/import_scan.h"
 #include "tools/openfab/import_step.h"
 #include "tools/openfab/import_text.h"
 #include "tools/openfab/list_mesh.h"
@@ -356,7 +357,9 @@ Result<void> run_import(ImportArguments arguments) {
     if (arguments.json) return usage_error(messages::kJsonIsForList);
     if (arguments.folder.empty()) return usage_error(messages::kNameTheFolder);
     const std::string stem = fs::path(arguments.file).stem().string();
-    const Result<fs::path> world = import_mesh(std::move(arguments));
+    const bool is_scan = is_scan_file(arguments.file);
+    const Result<fs::path> world =
+        is_scan ? import_scan(arguments) : import_mesh(std::move(arguments));
     if (!world) return world.error();
     say(fmt::format(messages::kPrintIt, shell_word(world->string()), shell_word(stem + ".ofr")));
     return {};

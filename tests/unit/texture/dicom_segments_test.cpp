@@ -6,7 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -15,6 +18,7 @@
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/dicom_groups.h"
 #include "tools/dicom/messages.h"
+#include "tools/dicom/segment_list.h"
 #include "tools/texture/guarded.h"
 
 namespace openfab::tools {
@@ -177,6 +181,42 @@ TEST_F(DicomSegments, LabelsAreNumbersAndEachIsAField) {
     EXPECT_EQ(trouble(),
               std::string(messages::kObliqueLabels) + "; " + messages::kObliqueLabelsHelp);
     EXPECT_NE(converted(of("liver")), nullptr);
+}
+
+TEST_F(DicomSegments, PartsAreListedForAnImport) {
+    const auto list = [&] {
+        const fs::path out = folder_.path() / "list.json";
+        const Result<void> made = write_segment_list(series() / "seg", out, {});
+        if (!made) return made.error().text();
+        std::ifstream in(out);
+        return std::string{std::istreambuf_iterator<char>(in), {}};
+    };
+    // L* 53.24, a* 80.09, b* 67.20 for D65 is red; for D50, as files have it, L* 54.29, a* 80.81, b* 69.89.
+    const auto lab = [](double l, double a, double b) {
+        return element(0x62, 0x0d, "US",
+                       shorts({static_cast<int>(std::lround(l / 100 * 65535)),
+                               static_cast<int>(std::lround((a + 128) / 255 * 65535)),
+                               static_cast<int>(std::lround((b + 128) / 255 * 65535))}));
+    };
+    for (const char* type : {"BINARY", "LABELMAP"}) {
+        Slice slice = segmentation(type, {{1, 0, all(1)}, {3, 2, all(type[0] == 'B' ? 1 : 3)}});
+        write("seg", slice.bytes());
+        EXPECT_EQ(list(), R"({"size_mm":[5,3,4],"segments":[{"number":1,"label":"aorta"},)"
+                          R"({"number":3,"label":"skin"}]})");
+    }
+    Slice slice = segmentation("BINARY", {{1, 0, all(1)}});
+    slice.groups += sequence(0x62, 2,
+                             {element(0x62, 4, "US", number(1, 2)) + element(0x62, 5, "LO", "a") +
+                              lab(54.29, 80.81, 69.89)});
+    const std::string old = segments({"aorta", "liver", "skin"});
+    slice.groups.erase(slice.groups.find(old), old.size());
+    write("seg", slice.bytes());
+    EXPECT_THAT(list(), HasSubstr(R"("color":"#ff0000")"));
+    Slice scan;
+    scan.pixels.assign(12, 0);
+    write("seg", scan.bytes());
+    EXPECT_EQ(list(),
+              std::string(messages::kNoSegmentation) + "; " + messages::kNoSegmentationHelp);
 }
 
 TEST_F(DicomSegments, AMapHasTheValuesThatItsNumbersMean) {
