@@ -14,6 +14,7 @@
 
 #include "base/caret.h"
 #include "base/messages.h"
+#include "base/standard_error.h"
 #include "base/text.h"
 
 namespace openfab {
@@ -31,10 +32,49 @@ void prepare_streams() {
     (void)std::signal(SIGPIPE, SIG_IGN);
 }
 
+namespace {
+
+/// To which messages go.
+int messages_to = STDERR_FILENO;
+
+}  // namespace
+
+OwnStandardError::OwnStandardError() : before_(messages_to), kept_(-1) {
+#ifndef OPENFAB_SANITIZED
+    kept_ = ::fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (nowhere >= 0) {
+        if (messages_to == STDERR_FILENO && kept_ >= 0) messages_to = kept_;
+        ::dup2(nowhere, STDERR_FILENO);
+        ::close(nowhere);
+    }
+#endif
+}
+
+OwnStandardError::~OwnStandardError() {
+    messages_to = before_;
+    if (kept_ < 0) return;
+    ::dup2(kept_, STDERR_FILENO);
+    ::close(kept_);
+}
+
+int message_descriptor() {
+    return messages_to;
+}
+
 void say(std::string_view text) {
     const std::string safe = printable_lines(text);
-    (void)std::fwrite(safe.data(), 1, safe.size(), stderr);
-    (void)std::fflush(stderr);
+    if (messages_to == STDERR_FILENO) {
+        (void)std::fwrite(safe.data(), 1, safe.size(), stderr);
+        (void)std::fflush(stderr);
+        return;
+    }
+    for (std::string_view left = safe; !left.empty();) {
+        const ssize_t wrote = ::write(messages_to, left.data(), left.size());
+        if (wrote < 0 && errno == EINTR) continue;
+        if (wrote <= 0) return;
+        left.remove_prefix(static_cast<size_t>(wrote));
+    }
 }
 
 void note(std::string_view message) {

@@ -8,11 +8,12 @@
 #include <cstdlib>
 
 #include "base/say.h"
+#include "base/standard_error.h"
 
 namespace openfab::texture {
 
 bool tells_progress() {
-    return ::isatty(STDERR_FILENO) != 0 || std::getenv(kTellProgress) != nullptr;
+    return ::isatty(message_descriptor()) != 0 || std::getenv(kTellProgress) != nullptr;
 }
 
 ReadingProgress::ReadingProgress(std::string name, std::chrono::milliseconds pause)

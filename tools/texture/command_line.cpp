@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/texture/command_line.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <array>
@@ -15,37 +13,12 @@
 #include "base/command_line.h"
 #include "base/input_file.h"
 #include "base/say.h"
+#include "base/standard_error.h"
 #include "base/units.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
-
-namespace {
-
-/// Standard error, closed.
-class Silence {
-  public:
-    Silence() : kept_(::dup(STDERR_FILENO)) {
-#ifndef OPENFAB_SANITIZED  // sanitizers report there, too
-        const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-        if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
-        if (nowhere >= 0) ::close(nowhere);
-#endif
-    }
-    ~Silence() {
-        if (kept_ < 0) return;
-        ::dup2(kept_, STDERR_FILENO);
-        ::close(kept_);
-    }
-    Silence(const Silence&) = delete;
-    Silence& operator=(const Silence&) = delete;
-
-  private:
-    int kept_;
-};
-
-}  // namespace
 
 std::optional<int> parse_texture_job(int argc, char** argv, TextureJob* job) {
     texture::VolumeOptions& volume = job->options;
@@ -143,7 +116,7 @@ int convert_guarded(int argc, char** argv, MakeVolume* make) {
     clean_up_on_signals();
     TextureJob job;
     if (const std::optional<int> code = parse_texture_job(argc, argv, &job)) return *code;
-    // Quiet in its child, while its notes are said.
+    // Quiet in its child, but for its notes.
     const Result<void> done = guarded(job.limits.memory_bytes, job.input, [&] {
         return make(job.input, job.output, job.options, job.limits);
     });
@@ -153,7 +126,7 @@ int convert_guarded(int argc, char** argv, MakeVolume* make) {
 int do_quietly(const std::function<Result<void>()>& make) {
     Result<void> done;
     {
-        const Silence silence;
+        const OwnStandardError closed_to_libraries;
         done = make();
     }
     return done ? 0 : say_error(done.error());

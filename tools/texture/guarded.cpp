@@ -18,6 +18,7 @@
 
 #include "base/clean_exit.h"
 #include "base/say.h"
+#include "base/standard_error.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -28,10 +29,7 @@ namespace {
 char* shared_name = nullptr;
 constexpr size_t kSharedBytes = 4096;
 
-/// What the child writes to its parent: notes, each behind this mark and before a 0, then an error, if
-/// there is one, behind its code.
-constexpr char kNote = 'n';
-/// The child's end; none outside of it.
+/// The child's end of the pipe, into which it writes its error, if there is one, behind its code.
 int to_parent = -1;
 
 /// Libraries make room for what a file claims. Beyond the budget, the pyramid's mapping and the
@@ -39,10 +37,9 @@ int to_parent = -1;
 void prepare_child([[maybe_unused]] int64_t memory_bytes) {
     const rlimit no_core{0, 0};
     ::setrlimit(RLIMIT_CORE, &no_core);
+    // Closed to what a library has to say before it gives up.
+    static const OwnStandardError kClosed;
 #ifndef OPENFAB_SANITIZED  // sanitizers take addresses by the terabyte
-    // What a library has to say before it gives up.
-    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (nowhere >= 0) ::dup2(nowhere, STDERR_FILENO);
     constexpr int64_t kProgram = 1'000'000'000;
     rlimit limit{};
     const auto most = static_cast<rlim_t>(2 * memory_bytes + kProgram);
@@ -63,16 +60,6 @@ void pass_on(const std::string& text) {
 /// Writes an error's code, message and help.
 void pass_on(const Error& error) {
     pass_on(static_cast<char>(error.code) + error.message + '\0' + error.help);
-}
-
-/// Takes the notes off what a child wrote, and says them.
-void say_notes(std::string* text) {
-    while (text->starts_with(kNote)) {
-        const size_t end = text->find('\0');
-        if (end == std::string::npos) return;
-        note(text->substr(1, end - 1));
-        text->erase(0, end + 1);
-    }
 }
 
 bool is_crash(int signal) {
@@ -113,7 +100,6 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
         text.append(buffer.data(), static_cast<size_t>(got));
     }
     ::close(ends[0]);
-    say_notes(&text);
     const std::string within = shared_name[0] == 0 ? "" : std::string(shared_name) + ": ";
     ::munmap(shared, kSharedBytes);
     shared_name = nullptr;
@@ -141,10 +127,7 @@ void now_reading(const std::filesystem::path& file) {
 }
 
 void tell(const std::string& message) {
-    if (to_parent < 0) return note(message);
-    std::string text = kNote + message;
-    text.erase(std::remove(text.begin(), text.end(), '\0'), text.end());
-    pass_on(text + '\0');
+    note(message);
 }
 
 }  // namespace openfab::tools

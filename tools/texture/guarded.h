@@ -22,8 +22,7 @@ Result<void> guarded(int64_t memory_bytes, const std::filesystem::path& file,
 /// Says which file of several is read now: if the library crashes, the error names it.
 void now_reading(const std::filesystem::path& file);
 
-/// Says what the person should know of a file that is read all the same: as a note (base/say.h), of a
-/// child process through its parent.
+/// Says what the person should know of a file that is read all the same, as a note (base/say.h).
 void tell(const std::string& message);
 
 }  // namespace openfab::tools

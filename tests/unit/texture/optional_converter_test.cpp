@@ -6,11 +6,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
 #include "tests/support/meshes/temp_folder.h"
+#include "tools/texture/command_line.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 
@@ -86,6 +89,26 @@ TEST(Guarded, PassesNotesOn) {
         EXPECT_EQ(::testing::internal::GetCapturedStderr(), "note: one\nnote: two\\nlines\n");
         EXPECT_EQ(done ? "no error" : done.error().text(), fails ? "wrong" : "no error");
     }
+}
+
+TEST(Notes, ReachStandardErrorWhileItIsClosedToLibraries) {
+    const auto heard = [](const std::function<void()>& act) {
+        ::testing::internal::CaptureStderr();
+        act();
+        return ::testing::internal::GetCapturedStderr();
+    };
+    const auto make = []() -> Result<void> {
+        tell("left out");
+        std::fputs("a library's own words\n", stderr);
+        return {};
+    };
+    EXPECT_EQ(heard([&] { EXPECT_EQ(do_quietly(make), 0); }), "note: left out\n");
+    EXPECT_EQ(heard([&] { EXPECT_TRUE(guarded(1'000'000'000, "a", make)); }), "note: left out\n");
+    EXPECT_EQ(heard([&] {
+                  EXPECT_EQ(do_quietly([&] { return guarded(1'000'000'000, "a", make); }), 0);
+                  tell("afterwards");
+              }),
+              "note: left out\nnote: afterwards\n");
 }
 
 }  // namespace
