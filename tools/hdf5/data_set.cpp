@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tools/hdf5/messages.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -46,6 +47,31 @@ class Handle {
 /// Refuses every link to another file.
 herr_t refuse(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
     return -1;
+}
+
+/// What writers call a filter, https://github.com/HDFGroup/hdf5_plugins, which a file may not name.
+std::string filter_name(H5Z_filter_t filter, const std::string& said) {
+    struct Name {
+        H5Z_filter_t filter;
+        const char* name;
+    };
+    constexpr std::array<Name, 13> kNames{{{H5Z_FILTER_SZIP, "szip"},
+                                           {307, "bzip2"},
+                                           {32000, "LZF"},
+                                           {32001, "Blosc"},
+                                           {32004, "LZ4"},
+                                           {32008, "bitshuffle"},
+                                           {32013, "ZFP"},
+                                           {32014, "fpzip"},
+                                           {32015, "Zstandard"},
+                                           {32017, "SZ"},
+                                           {32019, "JPEG"},
+                                           {32024, "SZ3"},
+                                           {32026, "Blosc2"}}};
+    for (const Name& known : kNames) {
+        if (known.filter == filter) return known.name;
+    }
+    return said.empty() ? "an unknown filter" : said;
 }
 
 class SetNumbers final : public ArrayNumbers {
@@ -89,10 +115,11 @@ class SetNumbers final : public ArrayNumbers {
         } else if (!has_sides || all != count) {
             return user_error(fmt::format(messages::kDataSetCount, set, count));
         }
-        // What is not stored has a default, so a small file may claim any size.
-        constexpr uint64_t kDensest = 1032;  // of deflate: bytes per compressed byte
-        if (H5Dget_storage_size(set_) < static_cast<uint64_t>(all) * H5Tget_size(type) / kDensest)
-            return user_error(messages::kArrayCutShort);
+        if (Result<void> known = check_filters(layout, set); !known) return known;
+        if (Result<void> stored = check_stored(layout, type, set, static_cast<uint64_t>(all));
+            !stored)
+            return stored;
+        integers_ = kind == H5T_INTEGER;
         plan(layout);
         return {};
     }
@@ -111,7 +138,67 @@ class SetNumbers final : public ArrayNumbers {
         return {};
     }
 
+    bool are_integers() const override { return integers_; }
+
   private:
+    /// Names a filter that the library does not have, as none is loaded.
+    static Result<void> check_filters(hid_t layout, const std::string& set) {
+        const int count = H5Pget_layout(layout) == H5D_CHUNKED ? H5Pget_nfilters(layout) : 0;
+        for (int i = 0; i < count; ++i) {
+            unsigned flags = 0, config = 0;
+            size_t values = 0;
+            std::array<char, 80> name{};
+            const H5Z_filter_t filter =
+                H5Pget_filter2(layout, static_cast<unsigned>(i), &flags, &values, nullptr,
+                               name.size() - 1, name.data(), &config);
+            if (filter < 0) return user_error(messages::kDataSetDamaged);
+            if (H5Zfilter_avail(filter) > 0) continue;
+            return user_error(fmt::format(messages::kFilterNotRead, set,
+                                          filter_name(filter, name.data()), int{filter}),
+                              messages::kFilterNotReadHelp);
+        }
+        return {};
+    }
+
+    /// Checks that what is stored is enough for the chunks that were written; all others have the set's fill
+    /// value. How much a small file may claim so is bounded by the memory of who reads it.
+    Result<void> check_stored(hid_t layout, hid_t type, const std::string& set,
+                              uint64_t all) const {
+        uint64_t written = all, chunks = 1, of_written = 1;
+        std::array<hsize_t, H5S_MAX_RANK> chunk{};
+        const uint64_t stored = H5Dget_storage_size(set_);
+        if (H5Pget_layout(layout) == H5D_CHUNKED) {
+            const int rank = H5Pget_chunk(layout, H5S_MAX_RANK, chunk.data());
+            if (rank != H5Sget_simple_extent_ndims(space_))
+                return user_error(messages::kDataSetDamaged);
+            std::array<hsize_t, H5S_MAX_RANK> sides{};
+            H5Sget_simple_extent_dims(space_, sides.data(), nullptr);
+            hsize_t numbers = 1, has = 0;
+            for (size_t a = 0; a < static_cast<size_t>(rank); ++a) {
+                if (chunk[a] < 1) return user_error(messages::kDataSetDamaged);
+                chunks *= (sides[a] + chunk[a] - 1) / chunk[a];
+                numbers *= std::min(chunk[a], sides[a]);
+            }
+            if (H5Dget_num_chunks(set_, space_, &has) < 0)
+                return user_error(messages::kDataSetDamaged);
+            of_written = has;
+            written = std::min<uint64_t>(all, has < all ? has * numbers : all);
+        } else if (stored == 0) {
+            written = of_written = 0;
+        }
+        constexpr uint64_t kDensest = 1032;  // of deflate: bytes per compressed byte
+        if (stored < written / kDensest * H5Tget_size(type))
+            return user_error(messages::kArrayCutShort);
+        if (of_written >= chunks) return {};
+        H5D_fill_value_t fill = H5D_FILL_VALUE_ERROR;
+        if (H5Pfill_value_defined(layout, &fill) < 0 || fill == H5D_FILL_VALUE_UNDEFINED ||
+            fill == H5D_FILL_VALUE_ERROR)
+            return user_error(
+                fmt::format(messages::kChunksNotWritten, chunks - of_written, chunks, set));
+        tell(fmt::format(messages::kChunksAreFill, chunks - of_written, chunks, set));
+        return {};
+    }
+
     /// Finds along which axis it is read piece by piece, whole chunks each.
     void plan(hid_t layout) {
         while (axis_ + 1 < sizes_.size() && sizes_[axis_] == 1)
@@ -151,6 +238,7 @@ class SetNumbers final : public ArrayNumbers {
     size_t axis_ = 0;
     hsize_t row_ = 1, rows_ = 1;  ///< numbers of a row, and rows that are read at once
     hsize_t begin_ = 0;           ///< the next row
+    bool integers_ = false;
     std::vector<double> held_;
     size_t at_ = 0;
 };
