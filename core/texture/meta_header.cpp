@@ -3,8 +3,10 @@
 #include "texture/meta_header.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "base/text.h"
+#include "texture/data_files.h"
 #include "texture/messages.h"
 
 namespace openfab::texture {
@@ -57,6 +59,8 @@ Result<MetaHeader> read_meta_header(const InputFile& file) {
         header.fields[key] = trimmed(line.substr(sign + 1));
         if (key != "ElementDataFile") continue;
         header.begin = static_cast<int64_t>(std::min(begin, bytes.size()));
+        if (is_file_list(header.data_file()))
+            header.listed = lines_of(std::string_view(bytes).substr(std::min(begin, bytes.size())));
         return header;
     }
     return user_error(messages::kNotMetaImage);

@@ -88,6 +88,7 @@ Result<NiftiHeader> read_nifti_header(std::string_view bytes) {
             f.numbers<float>(280 + 16 * row, &h.affine[row]);
         return h;
     }
+    h.is_double = true;
     h.datatype = f.whole<int16_t>(12);
     for (size_t i = 0; i < 8; ++i)
         h.dim[i] = f.whole<int64_t>(16 + 8 * i);

@@ -18,8 +18,9 @@ struct NiftiHeader {
     /// Bytes of a file's beginning that are enough to read it.
     static constexpr size_t kBytes = 544;
 
-    bool swapped = false;   ///< big-endian
-    bool detached = false;  ///< its numbers are in a file of their own
+    bool swapped = false;    ///< big-endian
+    bool detached = false;   ///< its numbers are in a file of their own
+    bool is_double = false;  ///< its places are of 64 bits
     std::array<int64_t, 8> dim{};
     int64_t datatype = 0;
     std::array<double, 8> pixdim{};

@@ -5,7 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
+#include "base/text.h"
+#include "texture/data_files.h"
 #include "texture/messages.h"
 
 namespace openfab::texture {
@@ -13,6 +16,7 @@ namespace openfab::texture {
 namespace {
 
 constexpr int64_t kLongest = 1 << 20;
+constexpr std::string_view kBlanks = " \t";
 
 }  // namespace
 
@@ -42,8 +46,17 @@ Result<NrrdHeader> read_nrrd_header(const InputFile& file) {
         if (!line.empty() && line.back() == '\r') line.pop_back();
         if (line.empty()) break;
         const size_t colon = line.find(": ");
-        if (line[0] != '#' && colon != std::string::npos)
-            header.fields[line.substr(0, colon)] = line.substr(colon + 2);
+        // `name:=value` is a note of its writer, not a field.
+        if (line[0] == '#' || colon == std::string::npos || line.find(":=") < colon) continue;
+        // As teem reads them: names in any case, and any blanks around a value.
+        const size_t first = line.find_first_not_of(kBlanks, colon + 2);
+        const size_t last = line.find_last_not_of(kBlanks);
+        const std::string name = lower_ascii(line.substr(0, colon));
+        header.fields[name] =
+            first == std::string::npos ? std::string() : line.substr(first, last + 1 - first);
+        if (!is_file_list(header.data_file()) || at == std::string::npos) continue;
+        header.listed = lines_of(std::string_view(bytes).substr(at + 1));
+        at = std::string::npos;
     }
     header.begin = static_cast<int64_t>(at == std::string::npos ? bytes.size() : at + 1);
     return header;

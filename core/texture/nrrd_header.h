@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "base/input_file.h"
 #include "base/result.h"
@@ -17,12 +18,13 @@
 namespace openfab::texture {
 
 struct NrrdHeader {
-    std::map<std::string, std::string> fields;
-    int64_t begin = 0;  ///< offset of the first byte behind it
+    std::map<std::string, std::string> fields;  ///< by their names in lower case
+    std::vector<std::string> listed;            ///< the lines behind `data file: LIST`
+    int64_t begin = 0;                          ///< offset of the first byte behind it
 
     /// Returns the value of a field; empty where it is missing.
     std::string field(const std::string& name) const;
-    /// Returns the data file, relative to the header's folder; empty: this one.
+    /// Returns what it says of its data file or files (data_files.h); empty: they are this one.
     std::string data_file() const;
 };
 

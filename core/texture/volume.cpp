@@ -13,6 +13,7 @@
 #include "base/hash.h"
 #include "base/input_file.h"
 #include "base/text.h"
+#include "texture/data_files.h"
 #include "texture/helper.h"
 #include "texture/messages.h"
 #include "texture/meta_header.h"
@@ -212,15 +213,20 @@ std::vector<std::string> data_files_of(const fs::path& file, std::optional<doubl
         return {nifti_data_file(file.filename().string())};
     }
     std::string name;
+    std::vector<std::string> listed;
+    const auto take = [&](const auto& header) {
+        if (!header) return;
+        name = header->data_file();
+        listed = header->listed;
+    };
     if (begin.starts_with("NRRD")) {
-        const Result<NrrdHeader> header = read_nrrd_header(*opened);
-        if (header) name = header->data_file();
+        take(read_nrrd_header(*opened));
     } else if (is_meta_image(file)) {
-        const Result<MetaHeader> header = read_meta_header(*opened);
-        if (header) name = header->data_file();
+        take(read_meta_header(*opened));
     }
     if (name.empty()) return {};
-    return {name};
+    Result<std::vector<std::string>> names = read_data_files(name, listed);
+    return names ? std::move(*names) : std::vector<std::string>();
 }
 
 }  // namespace
@@ -236,8 +242,9 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
                             const ReadLimits& limits) {
     const Result<std::vector<fs::path>> files = volume_files(source);
     if (!files) return files.error();
-    // The number counts changes of what volumes are read as; 3: frames of DICOM by what they mean.
-    std::string text = fmt::format("volume 3, first row lowest|{}", files->size());
+    // The number counts changes of what volumes are read as; 4: numbers, grids, series and frames of DICOM as
+    // docs/how-to/fields.md has them.
+    std::string text = fmt::format("volume 4, first row lowest|{}", files->size());
     for (const std::string& argument : arguments(options))
         text += "|" + argument;
     for (const fs::path& file : *files) {

@@ -207,8 +207,10 @@ Result<std::vector<DicomSlice>> choose_slices(const std::vector<DicomHead>& head
 
 /// Whether a grid that is turned is sampled anew.
 Result<void> check_turned(const SliceStack& stack, const texture::VolumeOptions& options) {
-    if (is_along_axes(stack.frame)) return {};
     const DicomSlice& first = stack.slices.front();
+    const Vec3i size{first.image->width, first.image->height,
+                     static_cast<int32_t>(stack.planes.size())};
+    if (is_along_axes(stack.frame, size)) return {};
     // Nothing lies around a segment.
     if (first.image->kind == DicomKind::kSegmentation || first.only) return {};
     if (first.image->kind == DicomKind::kLabelMap)

@@ -8,11 +8,14 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "base/base64.h"
 #include "base/scan_number.h"
+#include "base/text.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -177,6 +180,8 @@ class ByteNumbers final : public ArrayNumbers {
         return {};
     }
 
+    bool are_integers() const override { return type_ < ArrayType::kFloat32; }
+
   private:
     static Result<void> wrong_size() { return user_error(messages::kArrayOfOtherSize); }
 
@@ -221,6 +226,14 @@ class ByteNumbers final : public ArrayNumbers {
     size_t at_ = 0;
 };
 
+/// Reads `nan`, which some fields have where they have no value.
+bool is_nan(std::string_view word, double* out) {
+    if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
+    if (lower_ascii(std::string(word.substr(0, 4))) != "nan") return false;
+    *out = std::numeric_limits<double>::quiet_NaN();
+    return true;
+}
+
 class TextNumbers final : public ArrayNumbers {
   public:
     explicit TextNumbers(std::string_view text) : text_(text) {}
@@ -228,8 +241,11 @@ class TextNumbers final : public ArrayNumbers {
         for (size_t i = 0; i < count; ++i) {
             const std::string_view word = take_word(&text_);
             if (word.empty()) return user_error(messages::kArrayCutShort);
-            if (read_decimal(word, out++) != Decimal::kFine)
+            if (read_decimal(word, out) == Decimal::kFine || is_nan(word, out)) {
+                ++out;
+            } else {
                 return user_error(fmt::format(messages::kNumberNotFinite, word.substr(0, 40)));
+            }
         }
         return {};
     }
@@ -277,12 +293,20 @@ Result<int32_t> field_channels(const std::string& name, int64_t components) {
 Result<void> read_floats(ArrayNumbers* numbers, float* out, int64_t count) {
     constexpr int64_t kBuffered = 4096;
     std::array<double, kBuffered> buffer{};
+    bool rounds = false;
     for (int64_t at = 0; at < count;) {
         const auto n = static_cast<size_t>(std::min(count - at, kBuffered));
         if (Result<void> got = numbers->next(buffer.data(), n); !got) return got;
-        for (size_t i = 0; i < n; ++i)
-            *out++ = static_cast<float>(buffer[i]);
+        for (size_t i = 0; i < n; ++i) {
+            *out = static_cast<float>(buffer[i]);
+            rounds = rounds || static_cast<double>(*out) != buffer[i];
+            ++out;
+        }
         at += static_cast<int64_t>(n);
+    }
+    if (rounds && numbers->are_integers() && !numbers->told_rounded) {
+        numbers->told_rounded = true;
+        tell(fmt::format(messages::kIntegersRounded, messages::kItsFieldAlone));
     }
     return {};
 }

@@ -36,6 +36,9 @@ class ArrayNumbers {
     virtual ~ArrayNumbers() = default;
     /// Reads `count` numbers. Fails where there are fewer.
     virtual Result<void> next(double* out, size_t count) = 0;
+    /// Whether they are integers, of which a float may not hold each.
+    virtual bool are_integers() const { return false; }
+    bool told_rounded = false;  ///< that it does not
 };
 
 /// Where an array's bytes are.
@@ -64,7 +67,7 @@ Result<size_t> pick_field(const std::vector<std::string>& names, const std::stri
 /// Returns the components of a field as channels. Fails where there are more than four.
 Result<int32_t> field_channels(const std::string& name, int64_t components);
 
-/// Reads the next `count` numbers, rounded to float.
+/// Reads the next `count` numbers, rounded to float; tells where that changes an integer.
 Result<void> read_floats(ArrayNumbers* numbers, float* out, int64_t count);
 
 }  // namespace openfab::tools

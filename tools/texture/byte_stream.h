@@ -5,6 +5,7 @@
 // The bytes of a file from some place on, as they are or decompressed on the way.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -32,7 +33,14 @@ class ByteStream {
 
 /// Opens the bytes from `begin` on.
 std::unique_ptr<ByteStream> open_bytes(InputFile file, int64_t begin);
-/// The same, decompressed: of gzip or zlib.
+/// The same, decompressed: of gzip, of any number of members, or zlib.
 std::unique_ptr<ByteStream> open_packed_bytes(InputFile file, int64_t begin);
+
+/// Opens one file of several that hold data together.
+using OpenPart = std::function<Result<std::unique_ptr<ByteStream>>()>;
+/// Opens the first `share` bytes of each part, one behind the other; each is open only while it is read.
+/// `first` is any file that is open.
+Result<std::unique_ptr<ByteStream>> chain_bytes(InputFile first, std::vector<OpenPart> parts,
+                                                int64_t share);
 
 }  // namespace openfab::tools

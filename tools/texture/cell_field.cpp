@@ -314,9 +314,14 @@ int64_t CellMesh::bytes() const {
                                 corners.size() * sizeof(int32_t) + values.size() * sizeof(float));
 }
 
-Result<void> check_field_values(const std::vector<float>& values) {
+Result<void> settle_field_values(std::optional<double> outside, std::vector<float>* values) {
+    if (outside) {
+        std::replace_if(
+            values->begin(), values->end(), [](float v) { return std::isnan(v); },
+            static_cast<float>(*outside));
+    }
     const bool fine =
-        std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+        std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); });
     return fine ? Result<void>() : user_error(messages::kValueNotFinite);
 }
 
@@ -333,7 +338,8 @@ Result<ResampledBox> cell_box(const Box3d& bounds, double cells,
 MadeReader open_cell_field(CellMesh mesh, const texture::VolumeOptions& options,
                            const texture::ReadLimits& limits) {
     if (mesh.types.empty()) return user_error(messages::kNoCellsWithVolume);
-    if (Result<void> fine = check_field_values(mesh.values); !fine) return fine.error();
+    if (Result<void> fine = settle_field_values(options.outside, &mesh.values); !fine)
+        return fine.error();
     Box3d bounds;
     for (const int32_t point : mesh.corners) {
         const size_t p = 3 * static_cast<size_t>(point);

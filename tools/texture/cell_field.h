@@ -6,6 +6,7 @@
 // cells' own shape functions.
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "texture/volume.h"
@@ -34,8 +35,8 @@ struct CellMesh {
     int64_t bytes() const;
 };
 
-/// Fails where one of them is not finite.
-Result<void> check_field_values(const std::vector<float>& values);
+/// Puts `outside` in place of NaN, where it is given. Fails where a value is not finite.
+Result<void> settle_field_values(std::optional<double> outside, std::vector<float>* values);
 /// Returns the texels that cover the bounds of so many cells, at `pitch_mm` of the options, or a third of a
 /// cell's side, as it is on average where cells fill their bounds.
 Result<ResampledBox> cell_box(const Box3d& bounds, double cells,

@@ -145,7 +145,8 @@ Result<int64_t> crossed_items(const std::array<int64_t, 3>& points_along, int32_
 }
 
 MadeReader open_crossed_field(CrossedField field, const texture::VolumeOptions& options) {
-    if (Result<void> fine = check_field_values(field.values); !fine) return fine.error();
+    if (Result<void> fine = settle_field_values(options.outside, &field.values); !fine)
+        return fine.error();
     Box3d bounds;
     double cells = 1;
     for (int a = 0; a < 3; ++a) {

@@ -11,6 +11,7 @@
 
 #include "base/input_file.h"
 #include "base/scan_number.h"
+#include "texture/data_files.h"
 #include "texture/meta_header.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/messages.h"
@@ -72,7 +73,7 @@ Result<void> set_format(const MetaHeader& header, StoredGrid* grid) {
 Result<void> set_size(const MetaHeader& header, StoredGrid* grid) {
     int64_t dimensions = 0, channels = 1;
     const std::string many = header.field("ElementNumberOfChannels");
-    if (!scan_integer(header.field("NDims"), 3, 3, &dimensions).empty())
+    if (!scan_integer(header.field("NDims"), 3, 4, &dimensions).empty())
         return user_error(fmt::format(messages::kVolumeDimensions, header.field("NDims")));
     if (!many.empty() && !scan_integer(many, 1, 4, &channels).empty())
         return user_error(fmt::format(messages::kImageChannels, many));
@@ -83,25 +84,34 @@ Result<void> set_size(const MetaHeader& header, StoredGrid* grid) {
         if (!scan_integer(take_word(&left), 1, INT32_MAX, &side).empty())
             return user_error(messages::kDimSizeMalformed);
     }
+    // A step of time, or what a filter has left of a fourth axis.
+    int64_t last = 1;
+    if (dimensions == 4 && !scan_integer(take_word(&left), 1, INT32_MAX, &last).empty())
+        return user_error(messages::kDimSizeMalformed);
+    if (last > 1)
+        return user_error(fmt::format(messages::kVolumesInTime, last), messages::kOneOfThemHelp);
     return set_sides(sides, channels, grid);
 }
 
 Result<GridFrame> frame_of(const MetaHeader& header, double unit) {
-    std::array<double, 9> ways{1, 0, 0, 0, 1, 0, 0, 0, 1};
-    std::array<double, 3> spacing{1, 1, 1}, first{};
+    const size_t n = header.field("NDims") == "4" ? 4 : 3;  // axes, of which three lie in space
+    std::array<double, 16> ways{};
+    std::array<double, 4> spacing{1, 1, 1, 1}, first{};
+    for (size_t i = 0; i < n; ++i)
+        ways[i * n + i] = 1;
     const auto read = [](const std::string& text, double* out, size_t count) {
         return text.empty() || take_numbers(text, out, count);
     };
-    if (!read(header.field("TransformMatrix", "Rotation", "Orientation"), ways.data(), 9) ||
-        !read(header.field("ElementSpacing", "ElementSize"), spacing.data(), 3) ||
-        !read(header.field("Offset", "Position", "Origin"), first.data(), 3))
+    if (!read(header.field("TransformMatrix", "Rotation", "Orientation"), ways.data(), n * n) ||
+        !read(header.field("ElementSpacing", "ElementSize"), spacing.data(), n) ||
+        !read(header.field("Offset", "Position", "Origin"), first.data(), n))
         return user_error(messages::kTransformMalformed);
     GridFrame frame;
     frame.first = Vec3d{first[0], first[1], first[2]} * unit;
     for (size_t i = 0; i < 3; ++i) {
         // Each row is the way along an index, with the rounding of six digits.
         constexpr double kRounding = 1e-6;
-        Vec3d way{ways[3 * i], ways[3 * i + 1], ways[3 * i + 2]};
+        Vec3d way{ways[n * i], ways[n * i + 1], ways[n * i + 2]};
         const double least = kRounding * length(way);
         for (int k = 0; k < 3; ++k)
             way[k] = std::abs(way[k]) <= least ? 0 : way[k];
@@ -122,19 +132,9 @@ Result<void> set_intensity(const MetaHeader& header, StoredGrid* grid) {
     return {};
 }
 
-/// Opens the numbers, behind the header or in a file of their own.
+/// Opens the numbers, behind the header or in files of their own.
 Result<void> open_numbers(InputFile source, const fs::path& path, const MetaHeader& header,
                           const texture::ReadLimits& limits, StoredGrid* grid) {
-    int64_t begin = header.begin;
-    if (const std::string name = header.data_file(); !name.empty()) {
-        if (name.starts_with("LIST") || name.find('%') != std::string::npos)
-            return user_error(messages::kNumbersInSeveralFiles,
-                              messages::kNumbersInSeveralFilesHelp);
-        Result<InputFile> data = texture::open_data_file(path, name, limits);
-        if (!data) return data.error();
-        source = std::move(*data);
-        begin = 0;
-    }
     const std::string binary = header.field("BinaryData");
     grid->text = !binary.empty() && !is_true(binary);
     grid->packed = is_true(header.field("CompressedData"));
@@ -142,12 +142,31 @@ Result<void> open_numbers(InputFile source, const fs::path& path, const MetaHead
     if (const std::string size = header.field("HeaderSize");
         !size.empty() && !scan_integer(size, -1, INT64_MAX / 4, &skip).empty())
         return user_error(fmt::format(messages::kHeaderSizeIs, size));
-    if (skip < 0) skip = std::max<int64_t>(source.bytes() - begin - grid->bytes(), 0);
     if (grid->packed && skip > 0)
         return user_error(messages::kPackedBehindHeader, messages::kPackedBehindHeaderHelp);
-    grid->skip = skip;
-    grid->stream = grid->packed ? open_packed_bytes(std::move(source), begin)
-                                : open_bytes(std::move(source), begin);
+    const std::string name = header.data_file();
+    const Result<std::vector<std::string>> names = texture::read_data_files(name, header.listed);
+    if (!names) return names.error();
+    const int64_t share = grid->bytes() / static_cast<int64_t>(names->size());
+    const auto open = [skip, share, packed = grid->packed](InputFile data, int64_t begin) {
+        const int64_t before = skip < 0 ? std::max<int64_t>(data.bytes() - begin - share, 0) : skip;
+        return packed ? open_packed_bytes(std::move(data), begin)
+                      : open_bytes(std::move(data), begin + before);
+    };
+    if (names->size() > 1 || texture::is_file_list(name)) {
+        return chain_data_files(
+            path, std::move(source), *names, limits,
+            [open](InputFile data) -> Result<std::unique_ptr<ByteStream>> {
+                return open(std::move(data), 0);
+            },
+            grid);
+    }
+    if (!name.empty()) {
+        Result<InputFile> data = texture::open_data_file(path, names->front(), limits);
+        if (!data) return data.error();
+        source = std::move(*data);
+    }
+    grid->stream = open(std::move(source), name.empty() ? header.begin : 0);
     return {};
 }
 

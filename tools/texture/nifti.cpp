@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -111,9 +112,18 @@ std::optional<GridFrame> frame_of(const NiftiHeader& h) {
         return frame;
     }
     if (h.qform <= 0) return std::nullopt;
-    const auto& [b, c, d] = h.quaternion;
+    auto [b, c, d] = h.quaternion;
     const double rest = 1 - (b * b + c * c + d * d);
-    const double a = std::sqrt(std::max(rest, 0.0));
+    // What is left of half a turn, where three units of rounding are no angle: as nibabel has it.
+    const double rounding = 3 * (h.is_double ? std::numeric_limits<double>::epsilon()
+                                             : double{std::numeric_limits<float>::epsilon()});
+    double a = 0;
+    if (rest < rounding) {
+        const double all = std::sqrt(b * b + c * c + d * d);
+        b /= all, c /= all, d /= all;
+    } else {
+        a = std::sqrt(rest);
+    }
     frame.steps[0] = {a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)};
     frame.steps[1] = {2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b)};
     frame.steps[2] = {2 * (b * d + a * c), 2 * (c * d - a * b), a * a + d * d - b * b - c * c};

@@ -17,6 +17,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "texture/data_files.h"
 #include "texture/nrrd_header.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
@@ -109,6 +110,14 @@ std::vector<std::string> words_of(const std::string& text) {
     return out;
 }
 
+/// In lower case, with one blank between words.
+std::string plain_words(const std::string& text) {
+    std::string out;
+    for (const std::string& word : words_of(lower_ascii(text)))
+        out += (out.empty() ? "" : " ") + word;
+    return out;
+}
+
 /// Reads an integer, at least `least`; empty if the field is missing under both its names.
 Result<int64_t> skip_of(const texture::NrrdHeader& header, const char* name, const char* other,
                         int64_t least) {
@@ -187,6 +196,8 @@ Result<Axes> read_axes(const texture::NrrdHeader& header) {
     Result<void> read = each("space directions", &axes.directions);
     if (read) read = each("spacings", &axes.spacings);
     if (read) read = each("kinds", &axes.kinds);
+    for (std::string& kind : axes.kinds)
+        kind = lower_ascii(kind);
     if (!read) return read.error();
     return axes;
 }
@@ -240,12 +251,7 @@ Result<double> header_unit_mm(const texture::NrrdHeader& header,
         unit = name;
     }
     if (unit.empty()) return 1.0;
-    static const std::map<std::string, double> kUnits = {
-        {"mm", 1},         {"cm", 10},         {"m", 1000},       {"um", 1e-3},
-        {"\u00b5m", 1e-3}, {"\u03bcm", 1e-3},  {"in", 25.4},      {"inch", 25.4},
-        {"millimeter", 1}, {"millimeters", 1}, {"millimetre", 1}, {"micron", 1e-3}};
-    const auto known = kUnits.find(unit);
-    if (known != kUnits.end()) return known->second;
+    if (const std::optional<double> known = named_length_mm(unit)) return *known;
     return user_error(fmt::format(messages::kUnknownUnit, unit), messages::kUnknownUnitHelp);
 }
 
@@ -293,18 +299,9 @@ Result<std::optional<GridFrame>> read_frame(const texture::NrrdHeader& header, c
     return std::optional<GridFrame>(frame);
 }
 
-/// Opens the numbers, which stand behind the header or in a file of their own.
+/// Opens the numbers, which stand behind the header or in files of their own.
 Result<void> open_numbers(InputFile source, const fs::path& file, const texture::NrrdHeader& header,
                           const texture::ReadLimits& limits, StoredGrid* grid) {
-    int64_t begin = header.begin;
-    if (const std::string name = header.data_file(); !name.empty()) {
-        if (name == "LIST" || name.find('%') != std::string::npos)
-            return user_error(messages::kDataFileLists);
-        Result<InputFile> data = texture::open_data_file(file, name, limits);
-        if (!data) return data.error();
-        source = std::move(*data);
-        begin = 0;
-    }
     const std::string encoding = lower_ascii(header.field("encoding"));
     grid->packed = encoding == "gzip" || encoding == "gz";
     grid->text = encoding == "ascii" || encoding == "text" || encoding == "txt";
@@ -313,13 +310,39 @@ Result<void> open_numbers(InputFile source, const fs::path& file, const texture:
     }
     const Result<Skipped> skipped = skipped_by(header, !grid->packed && !grid->text);
     if (!skipped) return skipped.error();
-    const Result<int64_t> line = behind_lines(source, begin, skipped->lines);
-    if (!line) return line.error();
-    begin = *line;
-    if (skipped->bytes < 0) begin = std::max(begin, source.bytes() - grid->bytes());
-    grid->stream = grid->packed ? open_packed_bytes(std::move(source), begin)
-                                : open_bytes(std::move(source), begin);
-    grid->skip = std::max<int64_t>(skipped->bytes, 0);
+    const std::string name = header.data_file();
+    Result<std::vector<std::string>> names = texture::read_data_files(name, header.listed);
+    if (!names) return names.error();
+    const int64_t share = grid->bytes() / static_cast<int64_t>(names->size());
+    const auto open = [share, packed = grid->packed, skipped = *skipped](
+                          InputFile data, int64_t begin) -> Result<std::unique_ptr<ByteStream>> {
+        const Result<int64_t> line = behind_lines(data, begin, skipped.lines);
+        if (!line) return line.error();
+        begin = skipped.bytes < 0 ? std::max(*line, data.bytes() - share) : *line;
+        return packed ? open_packed_bytes(std::move(data), begin)
+                      : open_bytes(std::move(data), begin);
+    };
+    const int64_t skip = std::max<int64_t>(skipped->bytes, 0);
+    if (names->size() > 1 || texture::is_file_list(name)) {
+        const auto open_one = [open, skip](InputFile data) {
+            Result<std::unique_ptr<ByteStream>> stream = open(std::move(data), 0);
+            if (stream) {
+                if (Result<void> done = (*stream)->skip(skip); !done) stream = done.error();
+            }
+            return stream;
+        };
+        return chain_data_files(file, std::move(source), *names, limits, open_one, grid);
+    }
+    if (!name.empty()) {
+        Result<InputFile> data = texture::open_data_file(file, names->front(), limits);
+        if (!data) return data.error();
+        source = std::move(*data);
+    }
+    Result<std::unique_ptr<ByteStream>> stream =
+        open(std::move(source), name.empty() ? header.begin : 0);
+    if (!stream) return stream.error();
+    grid->stream = std::move(*stream);
+    grid->skip = skip;
     return {};
 }
 
@@ -333,9 +356,10 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     if (!read) return read.error();
     const texture::NrrdHeader& header = *read;
     StoredGrid grid;
-    if (!number_format(header.field("type"), &grid.format))
+    if (!number_format(plain_words(header.field("type")), &grid.format))
         return user_error(fmt::format(messages::kUnknownNumberType, header.field("type")));
-    grid.format.swapped = lower_ascii(header.field("endian")) == "big";
+    const std::string endian = lower_ascii(header.field("endian"));
+    grid.format.swapped = endian == "big";
     const Result<Axes> axes = read_axes(header);
     if (!axes) return axes.error();
     const Result<int> channels = channel_axis(*axes);
@@ -361,6 +385,8 @@ MadeReader open_nrrd(const fs::path& file, const texture::VolumeOptions& options
     if (Result<void> opened = open_numbers(std::move(*source), file, header, limits, &grid);
         !opened)
         return opened.error();
+    if (!grid.text && grid.format.bytes > 1 && endian != "big" && endian != "little")
+        return user_error(fmt::format(messages::kNoEndian, grid.format.bytes));
     MadeReader reader = open_stored_grid(std::move(grid), limits);
     if (!reader || !*frame) return reader;
     MadeReader placed = place_reader(std::move(*reader), **frame, options, limits);

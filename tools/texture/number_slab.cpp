@@ -34,6 +34,8 @@ class SlabNumbers final : public ArrayNumbers {
         return {};
     }
 
+    bool are_integers() const override { return whole_->are_integers(); }
+
   private:
     /// Of the number at hand in the whole array.
     int64_t place() const {

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "base/text.h"
 #include "base/units.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/messages.h"
@@ -15,17 +17,16 @@ namespace openfab::tools {
 
 namespace {
 
-/// Of a step's length: what a file's rounding of direction cosines may leave along other axes.
-constexpr double kStraight = 1e-7;
+/// Of a step's length: what a file's rounding of direction cosines may leave along other axes, however many
+/// steps there are.
+constexpr double kRounding = 1e-7;
+/// Of a texel: how far rounding may move any texel of the grid.
+constexpr double kStraight = 1e-4;
 
-/// The axis along which a step runs; -1 where it runs along none.
+/// The axis that a step runs along most.
 int axis_of(const Vec3d& step) {
-    const double all = length(step);
-    for (int a = 0; a < 3; ++a) {
-        const double aside = std::hypot(step[(a + 1) % 3], step[(a + 2) % 3]);
-        if (all > 0 && aside <= kStraight * all) return a;
-    }
-    return -1;
+    const Vec3d way{std::abs(step.x), std::abs(step.y), std::abs(step.z)};
+    return way.x >= way.y && way.x >= way.z ? 0 : way.y >= way.z ? 1 : 2;
 }
 
 /// Axes mirrored or exchanged.
@@ -53,8 +54,9 @@ class TurnedReader final : public VolumeReader {
     Vec3i from_size;
     ResampledBox box;
     Vec3d first;
-    std::array<Vec3d, 3> rows;  ///< of the inverse of the steps
-    float outside = 0;
+    std::array<Vec3d, 3> rows;      ///< of the inverse of the steps
+    std::array<double, 3> reach{};  ///< of a texel of `box`, in steps
+    std::array<float, 4> beyond{};
 
     Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {
         for (int32_t y = 0; y < size.y; ++y) {
@@ -74,8 +76,10 @@ class TurnedReader final : public VolumeReader {
         std::array<double, 3> part{};
         for (int a = 0; a < 3; ++a) {
             const double index = dot(rows[static_cast<size_t>(a)], at), last = from_size[a] - 1;
-            if (!(index >= -kHalfTexel && index <= last + kHalfTexel)) {
-                std::fill_n(out, channels, outside);
+            // A look-up within the grid mixes texels as far as one beside it: they continue the border.
+            const double aside = kHalfTexel + reach[static_cast<size_t>(a)];
+            if (!(index >= -aside && index <= last + aside)) {
+                std::copy_n(beyond.begin(), channels, out);
                 return;
             }
             const double inside = std::clamp(index, 0.0, last);
@@ -130,17 +134,30 @@ MadeReader ordered(const Vec3i& size, int32_t channels, std::vector<float> value
 
 }  // namespace
 
-bool is_along_axes(const GridFrame& frame) {
-    int seen = 0;
-    for (const Vec3d& step : frame.steps)
-        seen |= axis_of(step) < 0 ? 0 : 1 << axis_of(step);
-    return seen == 7;
+bool is_along_axes(const GridFrame& frame, const Vec3i& size) {
+    Vec3d moved, texel;  // along x, y and z
+    for (int k = 0; k < 3; ++k) {
+        const Vec3d& step = frame.steps[static_cast<size_t>(k)];
+        const int axis = axis_of(step);
+        if (texel[axis] != 0 || !(length(step) > 0)) return false;
+        texel[axis] = std::abs(step[axis]);
+        for (int a = 0; a < 3; ++a) {
+            if (a == axis) continue;
+            const double aside = std::abs(step[a]) <= kRounding * length(step) ? 0 : step[a];
+            moved[a] += std::abs(aside) * (size[k] - 1);
+        }
+    }
+    for (int a = 0; a < 3; ++a) {
+        if (!(moved[a] <= kStraight * texel[a])) return false;
+    }
+    return true;
 }
 
 MadeReader place_reader(std::unique_ptr<VolumeReader> reader, const GridFrame& frame,
                         const texture::VolumeOptions& options, const texture::ReadLimits& limits) {
     const auto& [a, b, c] = frame.steps;
-    if (is_along_axes(frame) && a.x > 0 && b.y > 0 && c.z > 0) {
+    const bool in_order = axis_of(a) == 0 && axis_of(b) == 1 && axis_of(c) == 2;
+    if (in_order && is_along_axes(frame, reader->size) && a.x > 0 && b.y > 0 && c.z > 0) {
         reader->spacing = {a.x, b.y, c.z};
         reader->origin = {frame.first.x - a.x / 2, frame.first.y - b.y / 2,
                           frame.first.z - c.z / 2};
@@ -155,13 +172,39 @@ MadeReader place_reader(std::unique_ptr<VolumeReader> reader, const GridFrame& f
         if (Result<void> read = reader->read_slice(z, slice, [](int64_t) {}); !read)
             return read.error();
     }
-    return open_placed_grid(reader->size, reader->channels, std::move(values), frame, options);
+    if (options.outside) {
+        const auto outside = static_cast<float>(*options.outside);
+        std::replace_if(
+            values.begin(), values.end(), [](float x) { return std::isnan(x); }, outside);
+    }
+    MadeReader placed = open_placed_grid(reader->size, reader->channels, std::move(values), frame,
+                                         options, reader->beyond);
+    if (placed) (*placed)->rounded = reader->rounded;
+    return placed;
 }
 
 double unit_mm(const texture::VolumeOptions& options) {
     if (options.unit.empty()) return 1;
     const Result<double> size = parse_length_mm("1" + options.unit);
     return size ? *size : 1;
+}
+
+std::optional<double> named_length_mm(const std::string& name) {
+    // Signs of units are in the case that they have; of names any is meant.
+    static const std::map<std::string, double> kSigns = {
+        {"nm", 1e-6},       {"um", 1e-3}, {"\u00b5m", 1e-3}, {"\u03bcm", 1e-3},
+        {"\\u00B5m", 1e-3}, {"mm", 1},    {"cm", 10},        {"dm", 100},
+        {"m", 1000},        {"in", 25.4}, {"\"", 25.4}};
+    static const std::map<std::string, double> kNames = {
+        {"nanometer", 1e-6}, {"nanometre", 1e-6}, {"micrometer", 1e-3}, {"micrometre", 1e-3},
+        {"micron", 1e-3},    {"millimeter", 1},   {"millimetre", 1},    {"centimeter", 10},
+        {"centimetre", 10},  {"decimeter", 100},  {"decimetre", 100},   {"meter", 1000},
+        {"metre", 1000},     {"inch", 25.4},      {"inche", 25.4}};
+    if (const auto sign = kSigns.find(name); sign != kSigns.end()) return sign->second;
+    std::string one = lower_ascii(name);
+    if (one.ends_with('s')) one.pop_back();
+    if (const auto known = kNames.find(one); known != kNames.end()) return known->second;
+    return std::nullopt;
 }
 
 void ResampledBox::place(VolumeReader* reader) const {
@@ -187,8 +230,9 @@ Result<ResampledBox> resampled_box(const Box3d& box, double pitch_mm) {
 }
 
 MadeReader open_placed_grid(const Vec3i& size, int32_t channels, std::vector<float> values,
-                            const GridFrame& frame, const texture::VolumeOptions& options) {
-    if (is_along_axes(frame)) return ordered(size, channels, std::move(values), frame);
+                            const GridFrame& frame, const texture::VolumeOptions& options,
+                            std::array<float, 4> beyond) {
+    if (is_along_axes(frame, size)) return ordered(size, channels, std::move(values), frame);
     const auto& [a, b, c] = frame.steps;
     const double volume = dot(a, cross(b, c));
     const double least = std::min({length(a), length(b), length(c)});
@@ -202,7 +246,8 @@ MadeReader open_placed_grid(const Vec3i& size, int32_t channels, std::vector<flo
     reader->first = frame.first;
     reader->rows = {cross(b, c) * (1 / volume), cross(c, a) * (1 / volume),
                     cross(a, b) * (1 / volume)};
-    reader->outside = static_cast<float>(options.outside.value_or(0));
+    if (options.outside) beyond.fill(static_cast<float>(*options.outside));
+    reader->beyond = beyond;
     Box3d bounds;
     for (unsigned corner = 0; corner < 8; ++corner) {
         Vec3d at = frame.first;
@@ -216,6 +261,10 @@ MadeReader open_placed_grid(const Vec3i& size, int32_t channels, std::vector<flo
         resampled_box(bounds, options.pitch_mm > 0 ? options.pitch_mm : least);
     if (!box) return box.error();
     reader->box = *box;
+    for (size_t k = 0; k < 3; ++k) {
+        const Vec3d& row = reader->rows[k];
+        reader->reach[k] = box->pitch_mm * (std::abs(row.x) + std::abs(row.y) + std::abs(row.z));
+    }
     box->place(reader.get());
     return std::unique_ptr<VolumeReader>(std::move(reader));
 }

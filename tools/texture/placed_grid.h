@@ -8,6 +8,8 @@
 
 #include <array>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "texture/volume.h"
@@ -21,11 +23,15 @@ struct GridFrame {
     std::array<Vec3d, 3> steps;  ///< from a texel to the next along each index
 };
 
-/// Returns whether each step runs along an axis of its own.
-bool is_along_axes(const GridFrame& frame);
+/// Returns whether each step runs along an axis of its own, so that taking it as straight moves no texel of a
+/// grid of this size by more than 1e-4 of a texel, beside rounding of direction cosines to 1e-7.
+bool is_along_axes(const GridFrame& frame, const Vec3i& size);
 
 /// The size in mm of one of the options' unit; 1 where they name none.
 double unit_mm(const texture::VolumeOptions& options);
+
+/// The size in mm of a unit by its sign or its name, as writers of files spell it; nothing for any other.
+std::optional<double> named_length_mm(const std::string& name);
 
 /// The box of texels that a resampled volume has.
 struct ResampledBox {
@@ -51,9 +57,11 @@ MadeReader place_reader(std::unique_ptr<VolumeReader> reader, const GridFrame& f
 
 /// Reads a grid whose values lie in memory: channels innermost, then x, y, z of the file. One that is
 /// turned is interpolated between the centres of its texels, at `pitch_mm` of the options or the least
-/// of its steps; points outside of all its texels have `outside`. Fails where a step is 0 or the
-/// steps lie in a plane.
+/// of its steps. A texel beyond the outermost one continues it, so that look-ups within the grid are of the
+/// grid alone; points farther out have `outside`, or `beyond` where the options give none. Fails where a
+/// step is 0 or the steps lie in a plane.
 MadeReader open_placed_grid(const Vec3i& size, int32_t channels, std::vector<float> values,
-                            const GridFrame& frame, const texture::VolumeOptions& options);
+                            const GridFrame& frame, const texture::VolumeOptions& options,
+                            std::array<float, 4> beyond = {});
 
 }  // namespace openfab::tools

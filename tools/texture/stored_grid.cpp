@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/units.h"
+#include "texture/nrrd_header.h"
 #include "tools/texture/check_memory.h"
 #include "tools/texture/messages.h"
 
@@ -33,6 +34,8 @@ class GridNumbers {
     Result<void> next(float* out, int64_t count) {
         return grid_.text ? words(out, count) : numbers(out, count);
     }
+    /// Whether it was rounded to a float.
+    bool rounded() const { return rounded_; }
     /// Checks what follows the last number: only the end of compressed data shows that it is complete.
     Result<void> end() {
         if (!grid_.packed || grid_.goes_on) return {};
@@ -60,6 +63,10 @@ class GridNumbers {
         for (int64_t i = 0; i < count; ++i) {
             const char* const at = buffer_.data() + i * format.bytes;
             out[i] = as_it_is ? read_number(format, at) : scaled(read_number_exactly(format, at));
+        }
+        if (as_it_is && format.kind != NumberFormat::Kind::kFloat && format.bytes >= 4) {
+            for (int64_t i = 0; i < count && !rounded_; ++i)
+                rounded_ = is_rounded(format, buffer_.data() + i * format.bytes);
         }
         return {};
     }
@@ -103,6 +110,7 @@ class GridNumbers {
     StoredGrid grid_;
     std::vector<char> buffer_ = std::vector<char>(kAtOnce);
     size_t held_ = 0, at_ = 0;
+    bool rounded_ = false;
 };
 
 /// Channels first: slice by slice.
@@ -117,6 +125,7 @@ class SliceReader final : public VolumeReader {
             if (Result<void> read = numbers_.next(out + begin, n); !read) return read;
             wrote(4 * n);
         }
+        rounded = numbers_.rounded();
         return z + 1 == size.z ? numbers_.end() : Result<void>();
     }
 
@@ -162,6 +171,7 @@ class WholeReader final : public VolumeReader {
                 first += inner;
             }
         }
+        rounded = numbers_.rounded();
         return numbers_.end();
     }
 
@@ -184,6 +194,30 @@ Result<void> set_sides(const std::array<int64_t, 3>& sides, int64_t channels, St
         grid->size[static_cast<int>(a)] = static_cast<int32_t>(sides[a]);
     }
     grid->channels = static_cast<int32_t>(channels);
+    return {};
+}
+
+Result<void> chain_data_files(const std::filesystem::path& header, InputFile source,
+                              const std::vector<std::string>& names,
+                              const texture::ReadLimits& limits, const OpenDataFile& open,
+                              StoredGrid* grid) {
+    if (grid->text) return user_error(messages::kTextInSeveralFiles);
+    const auto count = static_cast<int64_t>(names.size());
+    if (grid->numbers() % count != 0)
+        return user_error(fmt::format(messages::kUnequalFiles, count));
+    std::vector<OpenPart> parts;
+    for (const std::string& name : names) {
+        parts.emplace_back([=]() -> Result<std::unique_ptr<ByteStream>> {
+            Result<InputFile> file = texture::open_data_file(header, name, limits);
+            if (!file) return file.error();
+            return open(std::move(*file));
+        });
+    }
+    Result<std::unique_ptr<ByteStream>> chained =
+        chain_bytes(std::move(source), std::move(parts), grid->bytes() / count);
+    if (!chained) return chained.error();
+    grid->stream = std::move(*chained);
+    grid->goes_on = true;  // only the parts' ends are known
     return {};
 }
 

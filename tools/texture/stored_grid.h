@@ -35,6 +35,15 @@ struct StoredGrid {
 /// Checks three or four sides, and sets size and channels by them. Fails for what is not possible.
 Result<void> set_sides(const std::array<int64_t, 3>& sides, int64_t channels, StoredGrid* grid);
 
+/// Opens one of its data files.
+using OpenDataFile = std::function<Result<std::unique_ptr<ByteStream>>(InputFile)>;
+/// Sets the stream of a grid whose numbers lie in several files, an equal share in each; `header` names them,
+/// and `source` is open.
+Result<void> chain_data_files(const std::filesystem::path& header, InputFile source,
+                              const std::vector<std::string>& names,
+                              const texture::ReadLimits& limits, const OpenDataFile& open,
+                              StoredGrid* grid);
+
 /// Opens the reader of its texels, as yet without a place: slice by slice where the channels come first,
 /// else by way of memory. Fails where the file cannot hold the numbers, or where they take too much memory.
 MadeReader open_stored_grid(StoredGrid grid, const texture::ReadLimits& limits);

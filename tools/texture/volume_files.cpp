@@ -92,7 +92,9 @@ class ArrayReader final : public VolumeReader {
                 for (int64_t c = 0; c < channels; ++c) {
                     const int64_t index =
                         x * strides[0] + y * strides[1] + z * strides[2] + c * strides[3];
-                    *out++ = read_number(format, bytes.data() + index * format.bytes);
+                    const char* const at = bytes.data() + index * format.bytes;
+                    *out++ = read_number(format, at);
+                    rounded = rounded || is_rounded(format, at);
                 }
             }
             wrote(4 * row_floats());
@@ -166,6 +168,19 @@ double read_number_exactly(const NumberFormat& format, const char* at) {
     if (format.bytes == 2) return half(load<uint16_t>(at, format.swapped));
     return format.bytes == 4 ? static_cast<double>(load<float>(at, format.swapped))
                              : load<double>(at, format.swapped);
+}
+
+bool is_rounded(const NumberFormat& format, const char* at) {
+    if (format.kind == NumberFormat::Kind::kFloat || format.bytes < 4) return false;
+    const double value = integer(format, at);
+    if (static_cast<double>(static_cast<float>(value)) != value) return true;
+    // Of 64 bits, a double may have lost what a float would.
+    constexpr double kExact = 9007199254740992;  // 2^53
+    if (format.bytes < 8 || std::abs(value) <= kExact) return false;
+    const uint64_t bits = load<uint64_t>(at, format.swapped);
+    const bool negative = format.kind == NumberFormat::Kind::kSigned && value < 0;
+    return std::bit_width(negative ? 0 - bits : bits) - std::countr_zero(bits) >
+           std::numeric_limits<float>::digits;
 }
 
 double unit_of(const NumberFormat& format) {

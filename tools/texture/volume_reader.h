@@ -30,6 +30,9 @@ class VolumeReader {
     /// Lowest corner and size of a texel, where the file gives them.
     std::optional<std::array<double, 3>> origin, spacing;
     bool table = false;
+    /// What a turned grid has beyond its texels, unless the options say.
+    std::array<float, 4> beyond{};
+    bool rounded = false;  ///< an integer was read that a float does not hold
 
     /// Fills a slice, size.x * size.y * channels floats: channels innermost, then x, then y
     /// upwards. In every format the first values of the file have the lowest coordinates. Slices
@@ -76,6 +79,8 @@ struct NumberFormat {
 /// Reads one number.
 float read_number(const NumberFormat& format, const char* at);
 double read_number_exactly(const NumberFormat& format, const char* at);
+/// Returns whether a number is an integer that a float does not hold.
+bool is_rounded(const NumberFormat& format, const char* at);
 /// Returns the stored number that becomes 1.
 double unit_of(const NumberFormat& format);
 

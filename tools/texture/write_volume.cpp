@@ -16,6 +16,7 @@
 #include "texture/reading_progress.h"
 #include "texture/xdmf_grid.h"
 #include "tools/texture/check_memory.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -24,8 +25,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Checks that all slices are read and finite.
-Result<void> fill(const std::string& name, VolumeReader* volume, texture::PyramidWriter* writer) {
+/// Checks that all slices are read and finite. NaN is no value, and becomes `outside`, where that is given.
+Result<void> fill(const std::string& name, std::optional<double> outside, VolumeReader* volume,
+                  texture::PyramidWriter* writer) {
     texture::ReadingProgress progress(name);
     const auto wrote = [&](int64_t bytes) { writer->wrote(bytes); };
     constexpr int64_t kAtOnce = 1 << 16;
@@ -35,6 +37,11 @@ Result<void> fill(const std::string& name, VolumeReader* volume, texture::Pyrami
         if (Result<void> read = volume->read_slice(z, slice, wrote); !read) return read;
         for (int64_t begin = 0; begin < count; begin += kAtOnce) {
             const int64_t end = std::min(begin + kAtOnce, count);
+            if (outside) {
+                std::replace_if(
+                    slice + begin, slice + end, [](float x) { return std::isnan(x); },
+                    static_cast<float>(*outside));
+            }
             if (!std::all_of(slice + begin, slice + end, [](float x) { return std::isfinite(x); }))
                 return user_error(messages::kValueNotFinite);
             wrote(4 * (end - begin));
@@ -88,8 +95,11 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     Result<std::unique_ptr<texture::PyramidWriter>> writer =
         texture::PyramidWriter::create(out, *layout, *key);
     if (!writer) return writer.error();
-    if (Result<void> read = fill(source.filename().string(), &volume, writer->get()); !read)
+    if (Result<void> read =
+            fill(source.filename().string(), options.outside, &volume, writer->get());
+        !read)
         return bad(read.error());
+    if (volume.rounded) tell(fmt::format(messages::kIntegersRounded, source.filename().string()));
     return (*writer)->finish();
 }
 

@@ -43,6 +43,9 @@ class GridReader final : public VolumeReader {
         const openvdb::Coord extent = box.dim();
         size = {extent.x(), extent.y(), extent.z()};
         channels = kChannels<typename Grid::ValueType>;
+        // A grid has its background wherever it has no voxels.
+        for (int32_t c = 0; c < channels; ++c)
+            beyond[static_cast<size_t>(c)] = component(grid_->background(), c);
     }
 
     Result<void> read_slice(int32_t z, float* out, const Wrote& wrote) override {

@@ -4,12 +4,15 @@
 // NRRD in every order of axes: the same texels must come out in the same place, wherever the file has its
 // channels, and whichever way its axes run.
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
 
+#include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "texture/messages.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -217,7 +220,8 @@ TEST_F(NrrdTest, SaysWhatIsWrong) {
               messages::kSpaceDirectionsMalformed);
     EXPECT_EQ(with("sizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) (1,1,0)\n"),
               messages::kAxesInAPlane);
-    EXPECT_EQ(with("sizes: 2 2 2\ndata file: LIST\n"), messages::kDataFileLists);
+    EXPECT_THAT(with("sizes: 2 2 2\ndata file: LIST\n"),
+                testing::Says(texture::messages::kDataFilesMalformed, "LIST"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "tests/support/says/says.h"
 #include "tests/unit/texture/field_test.h"
+#include "texture/messages.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -123,8 +124,8 @@ std::vector<Feature> features() {
          fmt::format(messages::kUnknownEncoding, "bzip2"), kRefused},
         {"blocks", "a.nrrd", nrrd("block size: 8\n", "", "block"),
          fmt::format(messages::kUnknownNumberType, "block"), kRefused},
-        {"several data files", "a.nhdr", nrrd("data file: LIST\na.raw\n"), messages::kDataFileLists,
-         kRefused},
+        {"several data files", "a.nhdr", nrrd("data file: LIST\na.raw\n"),
+         messages::kTextInSeveralFiles, kRefused},
         // MetaImage
         {"what only shows", "a.mha",
          meta("Comment = a\nModality = MET_MOD_CT\nAnatomicalOrientation = RAI\nID = 1\n"
@@ -146,7 +147,7 @@ std::vector<Feature> features() {
         {"channels", "a.mha", meta("ElementNumberOfChannels = 2\n", "1 2 3 4\n"), "", {1, 2, 3, 4}},
         {"several data files", "a.mhd",
          "NDims = 3\nDimSize = 2 1 1\nElementType = MET_FLOAT\nElementDataFile = LIST\n",
-         messages::kNumbersInSeveralFiles, kRefused},
+         fmt::format(texture::messages::kDataFilesMalformed, "LIST"), kRefused},
         // NPY
         {"halves", "a.npy", npy("<f2", std::string("\x00\x34\x00\x3a", 4)), ""},
         {"floats", "a.npy", npy("<f4", std::string("\0\0\x80\x3e\0\0\x40\x3f", 8)), ""},
