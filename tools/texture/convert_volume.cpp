@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <string_view>
 
 #include "base/input_file.h"
@@ -14,9 +15,11 @@
 #include "texture/meta_header.h"
 #include "texture/xdmf_grid.h"
 #include "tools/texture/decoder.h"
+#include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/scans.h"
 #include "tools/texture/still_image.h"
+#include "tools/texture/tiff_stack.h"
 #include "tools/texture/volume_reader.h"
 #include "tools/texture/vtk_file.h"
 #include "tools/texture/write_volume.h"
@@ -76,6 +79,8 @@ class StackReader final : public VolumeReader {
         Result<std::unique_ptr<StillImage>> image = StillImage::open(files_[file], memory_bytes_);
         if (!image) return named(file, image.error());
         image_ = std::move(*image);
+        if (files_.size() > 1 && image_->has_more())
+            return named(file, user_error(messages::kPagesAmongPictures));
         return Ok{};
     }
 
@@ -109,8 +114,28 @@ class StackReader final : public VolumeReader {
     std::optional<Decoder> decoder_;
 };
 
+/// Whether a file is HDF5: its signature stands at its beginning or behind 512, 1024, ... bytes of another
+/// program.
+bool is_hdf5(const InputFile& file) {
+    constexpr std::string_view kSignature("\x89HDF\r\n\x1a\n");
+    for (int64_t at = 0; at < file.bytes(); at = at == 0 ? 512 : 2 * at) {
+        std::array<char, kSignature.size()> bytes{};
+        const Result<size_t> got = file.read(at, bytes.data(), bytes.size());
+        if (got && std::string_view(bytes.data(), *got) == kSignature) return true;
+    }
+    return false;
+}
+
+/// Whether it holds a grid of VTK: its group is named in the first of its tables of names.
+bool is_vtk_hdf(const InputFile& file) {
+    std::string begin(1 << 16, '\0');
+    const Result<size_t> got = file.read(0, begin.data(), begin.size());
+    return got && begin.substr(0, *got).find("VTKHDF") != std::string::npos;
+}
+
 /// Refuses by name what is a volume and is not read: a picture's error would say nothing of it.
-Result<void> refuse_others(const fs::path& file, const std::string& kind, std::string_view begin) {
+Result<void> refuse_others(const fs::path& file, const InputFile& opened, const std::string& kind,
+                           std::string_view begin) {
     if (kind == ".nii" || lower_ascii(file.filename().string()).ends_with(".nii.gz"))
         return user_error(messages::kNotNifti);
     constexpr std::array<std::string_view, 2> kAnalyze{{{"\x5c\x01\0\0", 4}, {"\0\0\x01\x5c", 4}}};
@@ -121,8 +146,12 @@ Result<void> refuse_others(const fs::path& file, const std::string& kind, std::s
         return user_error(messages::kOnlyNumbers, messages::kOnlyNumbersRawHelp);
     if (kind == ".npz")
         return user_error(messages::kArchiveOfArrays, messages::kArchiveOfArraysHelp);
-    if (begin.starts_with("\x89HDF") || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" ||
-        kind == ".nc" || kind == ".mnc")
+    if (is_hdf5(opened) && is_vtk_hdf(opened))
+        return user_error(messages::kIsVtkHdf, messages::kIsVtkHdfHelp);
+    if (begin.starts_with("MATLAB 5.0") || (kind == ".mat" && !is_hdf5(opened)))
+        return user_error(messages::kIsMatlab, messages::kIsMatlabHelp);
+    if (is_hdf5(opened) || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" || kind == ".nc" ||
+        kind == ".mnc")
         return user_error(messages::kIsHdf5, messages::kIsHdf5Help);
     for (const char* parallel : {".pvti", ".pvtr", ".pvts", ".pvtu", ".vtm", ".pvd"}) {
         if (kind == parallel) return user_error(messages::kPartsOfGrid, messages::kPartsOfGridHelp);
@@ -135,13 +164,70 @@ Result<void> refuse_others(const fs::path& file, const std::string& kind, std::s
     return {};
 }
 
+/// Splits a name at its last number; returns false where it has none of up to 15 digits.
+bool split_name(const std::string& name, std::string* around, int64_t* number) {
+    const std::string stem = fs::path(name).stem().string();
+    const size_t last = stem.find_last_of("0123456789");
+    if (last == std::string::npos) return false;
+    const size_t before = stem.find_last_not_of("0123456789", last);
+    const size_t first = before == std::string::npos ? 0 : before + 1;
+    constexpr size_t kMostDigits = 15;
+    if (last + 1 - first > kMostDigits) return false;
+    *number = std::strtoll(stem.substr(first, last + 1 - first).c_str(), nullptr, 10);
+    *around = stem.substr(0, first) + "#" + name.substr(last + 1);
+    return true;
+}
+
+/// Tells where the numbers of a series have a gap: the step from one to the next is mostly the same.
+void tell_gaps(const std::vector<fs::path>& files) {
+    std::vector<int64_t> numbers;
+    std::string series;
+    for (const fs::path& file : files) {
+        std::string around;
+        if (!split_name(file.filename().string(), &around, &numbers.emplace_back())) return;
+        if (!series.empty() && around != series) return;
+        series = around;
+    }
+    int64_t step = INT64_MAX;
+    for (size_t i = 1; i < numbers.size(); ++i)
+        step = std::min(step, numbers[i] - numbers[i - 1]);
+    for (size_t i = 1; i < numbers.size(); ++i) {
+        if (numbers[i] - numbers[i - 1] == step) continue;
+        return tell(fmt::format(messages::kSeriesHasGap, files[i - 1].filename().string(),
+                                files[i].filename().string()));
+    }
+}
+
+/// Whether a PNG holds indices into colours.
+bool is_palette_png(const fs::path& path) {
+    const Result<InputFile> file = InputFile::open(path);
+    std::array<char, 26> head{};  // up to the kind of colour in IHDR
+    if (!file) return false;
+    const Result<size_t> got = file->read(0, head.data(), head.size());
+    constexpr char kPalette = 3;
+    return got && *got == head.size() && head[1] == 'P' && head[2] == 'N' && head[25] == kPalette;
+}
+
+/// Slices as pictures, or as pages of TIFFs.
+MadeReader open_slices(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
+                       const texture::ReadLimits& limits) {
+    tell_gaps(files);
+    if (is_palette_png(files.front()))
+        tell(fmt::format(messages::kPaletteAsColours, files.front().filename().string()));
+    if (are_tiffs(files)) {
+        MadeReader pages = open_tiff_stack(files, options, limits);
+        if (!pages || *pages != nullptr) return pages;
+    }
+    return open_stack(files, options.image, limits);
+}
+
 /// By signature; only colour tables are recognized by their names.
 MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
-    if (files.size() != 1) return open_stack(files, options.image, limits);
+    if (files.size() != 1) return open_slices(files, options, limits);
     const Result<InputFile> file = InputFile::open(files[0]);
     if (!file) return file.error();
-    std::array<char, 16> head{};
+    std::array<char, 256> head{};
     const Result<size_t> got = file->read(0, head.data(), head.size());
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
@@ -156,10 +242,12 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
         if (kind == name) return open_vtk(files[0], options, limits);
     }
     if (texture::is_xdmf(files[0])) return open_xdmf(files[0], options, limits);
+    if (is_mrc(begin)) return open_mrc(files[0], options, limits);
     if (kind == ".nrrd" || kind == ".nhdr") return user_error(messages::kNotNrrd);
     if (kind == ".npy") return user_error(messages::kNotNpy);
-    if (Result<void> known = refuse_others(files[0], kind, begin); !known) return known.error();
-    return open_stack(files, options.image, limits);
+    if (Result<void> known = refuse_others(files[0], *file, kind, begin); !known)
+        return known.error();
+    return open_slices(files, options, limits);
 }
 
 }  // namespace

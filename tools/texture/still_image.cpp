@@ -78,7 +78,24 @@ Result<void> StillImage::open_input() {
     }
     if (!opened) return trouble(input_->geterror());
     subimage_ = 0;
-    return fits();
+    if (Result<void> fine = fits(); !fine) return fine;
+    return format_ == "tiff" ? open_tiff() : Result<void>();
+}
+
+Result<void> StillImage::open_tiff() {
+    const std::vector<uint64_t> first = tiff_pages(file_, 1);
+    if (first.empty()) return user_error(messages::kPictureDamaged);
+    const uint64_t directory = page_file_ == nullptr ? first.front() : page_directory_;
+    Result<std::unique_ptr<TiffImage>> opened = TiffImage::open(file_, directory, memory_bytes_);
+    if (!opened) return opened.error();
+    if (Result<void> whole = (*opened)->check_places(); !whole) return whole;
+    const TiffDirectory& page = (*opened)->directory();
+    // What is stored in another way than as light stays OpenImageIO's.
+    constexpr int kBlackIsLeast = 1, kRgb = 2;
+    const bool light = page.photometric == kBlackIsLeast || page.photometric == kRgb;
+    const bool bytes = page.bits == 8 || page.bits == 16 || page.bits == 32 || page.bits == 64;
+    if (light && bytes && page.samples == spec().nchannels) tiff_ = std::move(*opened);
+    return {};
 }
 
 int StillImage::pages() {
@@ -106,7 +123,9 @@ Result<void> StillImage::go_to(int page) {
     const bool first = page == 0 && page_file_ == nullptr;
     if (format_ == "tiff" && !first) {
         input_.reset();  // before its file
-        page_file_ = std::make_unique<TiffPage>(file_, page_offsets_[page]);
+        tiff_.reset();
+        page_directory_ = page_offsets_[page];
+        page_file_ = std::make_unique<TiffPage>(file_, page_directory_);
         return open_input();
     }
     if (!input_->seek_subimage(page, 0)) return trouble(input_->geterror());
@@ -158,6 +177,7 @@ Result<void> StillImage::fits() const {
 }
 
 Result<void> StillImage::each_row(const std::function<Result<void>(int y, const float* row)>& use) {
+    if (tiff_ != nullptr) return tiff_->each_row(0, TiffImage::Scale::kPicture, 0, use);
     const OIIO::ImageSpec& s = spec();
     const auto row_floats = static_cast<size_t>(s.width) * static_cast<size_t>(s.nchannels);
     const int step = band_rows();
@@ -170,7 +190,8 @@ Result<void> StillImage::each_row(const std::function<Result<void>(int y, const 
                                      s.z + 1, 0, s.nchannels, OIIO::TypeDesc::FLOAT, rows.data())
                 : input_->read_scanlines(subimage_, 0, s.y + begin, s.y + end, s.z, 0, s.nchannels,
                                          OIIO::TypeDesc::FLOAT, rows.data());
-        if (!read) return trouble(input_->geterror());
+        // It returns true for strips that it could not read.
+        if (!read || input_->has_error()) return trouble(input_->geterror());
         for (int y = begin; y < end; ++y) {
             Result<void> used = use(y, rows.data() + row_floats * static_cast<size_t>(y - begin));
             if (!used) return used;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Reads pictures row by row, by OpenImageIO. The reader is chosen by the file's signature, not by
+// Reads pictures row by row, by OpenImageIO, and most TIFFs by libtiff. The reader is chosen by the file's signature, not by
 // its name, and only among formats of still images: other readers of OpenImageIO open files that a
 // playlist names. Those that are not hardened against untrusted files are read in a process of their own.
 
@@ -18,6 +18,7 @@
 #include "base/input_file.h"
 #include "base/result.h"
 #include "tools/texture/file_color.h"
+#include "tools/texture/tiff_image.h"
 #include "tools/texture/tiff_pages.h"
 
 namespace openfab::tools {
@@ -57,6 +58,7 @@ class StillImage {
     StillImage(InputFile file, int64_t memory_bytes)
         : file_(std::move(file)), memory_bytes_(memory_bytes) {}
     Result<void> open_input();
+    Result<void> open_tiff();
     Result<void> fits() const;
     int band_rows() const;
     Error trouble(std::string reason) const;
@@ -65,9 +67,11 @@ class StillImage {
     int64_t memory_bytes_ = 0;
     std::string format_;
     bool bare_alpha_ = false;
-    std::string shown_;                    ///< the file's name for people
-    std::vector<uint64_t> page_offsets_;   ///< of the pages of a TIFF, once they were counted
+    std::string shown_;                   ///< the file's name for people
+    std::vector<uint64_t> page_offsets_;  ///< of the pages of a TIFF, once they were counted
+    uint64_t page_directory_ = 0;  ///< of the page of a TIFF behind the first that is current
     std::unique_ptr<TiffPage> page_file_;  ///< of a page of a TIFF behind the first
+    std::unique_ptr<TiffImage> tiff_;      ///< reads the pixels of a TIFF, where they are numbers
     std::vector<char> bits_;               ///< of a PBM in digits
     std::unique_ptr<OIIO::Filesystem::IOMemReader> bits_file_;
     std::unique_ptr<OIIO::ImageInput> input_;

@@ -64,13 +64,41 @@ std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most) {
     return pages;
 }
 
-TiffPage::TiffPage(const InputFile& file, uint64_t directory) : IOProxy("", Read), file_(file) {
+bool is_reduced_page(const InputFile& file, uint64_t directory) {
     const Kind kind = kind_of(file);
-    header_at_ = kind.header_at;
+    const std::optional<uint64_t> entries =
+        number_at(file, directory, kind.count_bytes, kind.big_endian);
+    constexpr uint64_t kMostEntries = 4096, kNewSubfileType = 254, kReducedOrMask = 1 | 4;
+    if (!entries || *entries > kMostEntries) return false;
+    const uint64_t begin = directory + static_cast<uint64_t>(kind.count_bytes);
+    for (uint64_t i = 0; i < *entries; ++i) {
+        const uint64_t at = begin + i * kind.entry_bytes;
+        const std::optional<uint64_t> tag = number_at(file, at, 2, kind.big_endian);
+        // Entries are in the order of their tags, of which this is the lowest.
+        if (!tag || *tag > kNewSubfileType) return false;
+        if (*tag < kNewSubfileType) continue;
+        const std::optional<uint64_t> value =
+            number_at(file, at + kind.entry_bytes - static_cast<uint64_t>(kind.offset_bytes), 4,
+                      kind.big_endian);
+        return value && (*value & kReducedOrMask) != 0;
+    }
+    return false;
+}
+
+TiffHeader::TiffHeader(const InputFile& file, uint64_t directory) {
+    const Kind kind = kind_of(file);
+    begin_ = kind.header_at;
     for (int k = 0; k < kind.offset_bytes; ++k) {
         const int shift = 8 * (kind.big_endian ? kind.offset_bytes - 1 - k : k);
-        header_offset_.push_back(static_cast<char>(directory >> shift & 0xff));
+        offset_.push_back(static_cast<char>(directory >> shift & 0xff));
     }
+}
+
+void TiffHeader::put(int64_t at, size_t bytes, char* to) const {
+    const int64_t end = at + static_cast<int64_t>(bytes);
+    const auto header_end = begin_ + static_cast<int64_t>(offset_.size());
+    for (int64_t k = std::max(at, begin_); k < std::min(end, header_end); ++k)
+        to[k - at] = offset_[static_cast<size_t>(k - begin_)];
 }
 
 size_t TiffPage::read(void* to, size_t bytes) {
@@ -83,10 +111,7 @@ size_t TiffPage::pread(void* to, size_t bytes, int64_t at) {
     if (at < 0) return 0;
     const Result<size_t> got = file_.read(at, to, bytes);
     if (!got) return 0;
-    const int64_t end = at + static_cast<int64_t>(*got);
-    const auto header_end = header_at_ + static_cast<int64_t>(header_offset_.size());
-    for (int64_t k = std::max(at, header_at_); k < std::min(end, header_end); ++k)
-        static_cast<char*>(to)[k - at] = header_offset_[static_cast<size_t>(k - header_at_)];
+    header_.put(at, *got, static_cast<char*>(to));
     return *got;
 }
 

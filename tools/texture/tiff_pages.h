@@ -19,11 +19,27 @@ namespace openfab::tools {
 /// file, or at the first repeated one.
 std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most);
 
+/// Returns whether the page at this directory is a smaller copy of another, or its mask (NewSubfileType).
+bool is_reduced_page(const InputFile& file, uint64_t directory);
+
+/// What the file's header reads as, where the directory at `directory` is its first.
+class TiffHeader {
+  public:
+    TiffHeader(const InputFile& file, uint64_t directory);
+    /// Puts it into `bytes` bytes that were read at `at`.
+    void put(int64_t at, size_t bytes, char* to) const;
+
+  private:
+    int64_t begin_ = 0;         ///< position of the first directory's offset
+    std::vector<char> offset_;  ///< in place of it
+};
+
 /// Presents the file with the directory at `directory` as its first.
 class TiffPage final : public OIIO::Filesystem::IOProxy {
   public:
     /// `file` outlives it.
-    TiffPage(const InputFile& file, uint64_t directory);
+    TiffPage(const InputFile& file, uint64_t directory)
+        : IOProxy("", Read), file_(file), header_(file, directory) {}
 
     const char* proxytype() const override { return "page"; }
     size_t read(void* to, size_t bytes) override;
@@ -32,8 +48,7 @@ class TiffPage final : public OIIO::Filesystem::IOProxy {
 
   private:
     const InputFile& file_;
-    int64_t header_at_ = 0;            ///< position of the first directory's offset in the header
-    std::vector<char> header_offset_;  ///< the replaced offset
+    TiffHeader header_;
 };
 
 }  // namespace openfab::tools
