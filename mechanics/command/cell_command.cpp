@@ -16,6 +16,7 @@
 #include "mechanics/command/commands.h"
 #include "mechanics/messages.h"
 #include "mechanics/model/print_world.h"
+#include "mechanics/part/doubts.h"
 
 namespace openfab::mechanics {
 
@@ -86,6 +87,7 @@ class CellRun {
     const CellOptions& o_;
     Properties properties_;
     std::array<double, 3> cell_;
+    mutable bool told_ = false;  ///< what is doubted of the materials
 };
 
 Result<void> CellRun::check(const VoxelFile& file, bool half) const {
@@ -149,6 +151,10 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder, 
     if (Result<void> fits = check(*opened, split); !fits) return fits.error();
     Result<std::vector<Material>> materials = properties_.of(opened->materials);
     if (!materials) return materials.error();
+    if (!told_)
+        for (const std::string& one : unit_doubts(*materials))
+            note(one);
+    told_ = true;
     const Mixture mixture(std::move(*materials), properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);
     Result<Voxels> voxels = read_voxels(*opened, mixture);

@@ -26,7 +26,8 @@ struct PartCommandOptions {
     std::string load_case;             ///< empty: the only one
     std::vector<std::string> outputs;  ///< .vti, .npy, .json, .ofr
     std::string preview, show = "von-mises", view;
-    double require = 0;  ///< a safety factor; less is an error
+    std::string buckling = "auto";  ///< or always, never
+    double require = 0;             ///< a safety factor; less is an error
     bool loose = false, thin = false, converge = false, full = false;
 };
 Result<void> run_part(const PartCommandOptions& options);

@@ -286,6 +286,9 @@ Result<Conducted> run_at(const ConductOptions& o, const PartSource& source, cons
     if (!problem) return problem.error();
     Conducted out;
     out.problem = std::move(*problem);
+    if (!half)
+        out.problem.notes.insert(out.problem.notes.begin(), input->doubts.begin(),
+                                 input->doubts.end());
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
     out.solution = solve_conduct(&out.problem, c.held.size(), solve_options(o.common, &progress));
     if (Result<void> done = check_solved(out.solution.report, o.common); !done) return done.error();

@@ -49,12 +49,14 @@ Result<void> run_export(const ExportOptions& o) {
     Result<PartInput> input = source->read(
         *voxel, load_case ? load_case->objects() : std::vector<std::string>(), export_bytes);
     if (!input) return input.error();
+    for (const std::string& one : input->doubts)
+        note(one);
     PartProblem problem;
     std::optional<MeshCase> with_case;
     if (load_case) {
         if (Result<void> done = source->check_gravity(*input, *load_case); !done) return done;
-        Result<PartProblem> set_up =
-            set_up_part(std::move(input->voxels), *load_case, input->objects, {o.loose, o.thin});
+        Result<PartProblem> set_up = set_up_part(std::move(input->voxels), *load_case,
+                                                 input->objects, {o.loose, o.thin, o.common.codes});
         if (!set_up) return set_up.error();
         problem = std::move(*set_up);
         with_case = MeshCase{load_case->name, &problem};

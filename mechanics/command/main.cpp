@@ -172,6 +172,13 @@ void add_part(CLI::App& app, Action* action) {
         ->check(CLI::Range(0.0, 1e6));
     command->add_flag("--loose", o->loose, "leave out pieces that nothing holds");
     command->add_flag("--thin", o->thin, "take walls that the pitch does not resolve as they come");
+    command
+        ->add_option(
+            "--buckling", o->buckling,
+            "when the factor at which the part buckles is computed: auto (default: where it "
+            "is slender), always, never")
+        ->type_name("WHEN")
+        ->check(CLI::IsMember({"auto", "always", "never"}));
     command->add_flag("--full", o->full,
                       "elements as C3D8 of CalculiX, stiffer in bending, for comparisons");
     command->add_flag("--converge", o->converge,

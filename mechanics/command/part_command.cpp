@@ -9,10 +9,12 @@
 #include "base/input_file.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/units.h"
 #include "mechanics/command/commands.h"
 #include "mechanics/command/part_report.h"
 #include "mechanics/command/part_source.h"
 #include "mechanics/messages.h"
+#include "mechanics/part/across.h"
 #include "mechanics/part/part_picture.h"
 #include "mechanics/part/shown.h"
 #include "mechanics/part/volume_files.h"
@@ -23,18 +25,66 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// At the pitch, or at half of it.
+/// Says where the weakest place is resolved, but not well.
+void note_coarse(PartRun* r) {
+    if (r->summary.weakest.empty()) return;
+    const double across = r->summary.weakest.front().across;
+    if (across * kAcrossStep < kUnresolved || across * kAcrossStep >= kCoarse) return;
+    const double pitch = *std::ranges::max_element(r->problem.grid.pitch_mm);
+    r->problem.notes.push_back(fmt::format(
+        messages::kCoarseThere, across, across < 3 ? "a quarter" : "a sixth", pitch * across / 4));
+}
+
+/// How far it is from buckling: computed where it is slender enough, or always.
+Result<void> look_at_buckling(const PartCommandOptions& o, PartRun* r) {
+    if (o.buckling == "never" || !(r->summary.most_von_mises_MPa > 0)) return {};
+    const bool always = o.buckling == "always";
+    const double about = least_buckling_factor(r->problem, r->fields);
+    constexpr double kClear = 4, kFar = 1000;
+    if (!always && about > kClear * std::max(1.0, o.require)) {
+        r->summary.buckling = Buckling();
+        r->summary.buckling->at_least = about;
+        return {};
+    }
+    const Grid& g = r->problem.grid;
+    const int64_t needed = buckling_bytes(g);
+    if (always) {
+        if (Result<void> fits = check_memory(needed, o.common.memory_bytes, g.elements); !fits)
+            return fits;
+    } else if (needed > o.common.memory_bytes) {
+        r->problem.notes.push_back(
+            fmt::format(messages::kBucklingTooLarge, about, format_bytes(needed)));
+        return {};
+    }
+    SolveProgress progress(o.common.quiet, 1, kBucklingTolerance);
+    Buckling found =
+        buckling_of(&r->problem, &r->solution.moved_mm, kFar, solve_options(o.common, &progress));
+    if (found.stopped) return interrupted_error();
+    if (!found.converged) r->problem.notes.emplace_back(messages::kBucklingRough);
+    r->summary.buckling = found;
+    return {};
+}
+
+enum class Pitch { kOwn, kHalf, kDouble };
+
+/// At the pitch, at half of it, or at twice.
 Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
-                       const LoadCase& load_case, double voxel_mm, bool half) {
-    Result<PartInput> input = half ? source.read_halved(voxel_mm, load_case, part_bytes)
-                                   : source.read(voxel_mm, load_case, part_bytes);
+                       const LoadCase& load_case, double voxel_mm, Pitch step) {
+    Result<PartInput> input =
+        step == Pitch::kHalf
+            ? source.read_halved(voxel_mm, load_case, part_bytes)
+            : source.read(step == Pitch::kDouble ? 2 * voxel_mm : voxel_mm, load_case, part_bytes);
     if (!input) return input.error();
     if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
     Result<PartProblem> problem =
-        set_up_part(std::move(input->voxels), load_case, input->objects, {o.loose, o.thin || half});
+        set_up_part(std::move(input->voxels), load_case, input->objects,
+                    {o.loose, o.thin || step != Pitch::kOwn, o.common.codes});
     if (!problem) return problem.error();
     PartRun out;
     out.problem = std::move(*problem);
+    if (step != Pitch::kHalf)
+        out.problem.notes.insert(out.problem.notes.begin(), input->doubts.begin(),
+                                 input->doubts.end());
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
     out.solution =
         solve_part(&out.problem, load_case.held.size(), solve_options(o.common, &progress), o.full);
@@ -42,7 +92,24 @@ Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
     out.fields = fields_of(out.problem, &out.solution.moved_mm);
     constexpr size_t kPlaces = 8;
     out.summary = summary_of(out.problem, out.fields, out.solution.moved_mm, kPlaces);
+    note_coarse(&out);
+    if (step == Pitch::kOwn)
+        if (Result<void> done = look_at_buckling(o, &out); !done) return done.error();
     return out;
+}
+
+/// Whether what `--require` asks for is there.
+Result<void> check_required(double required, const PartSummary& s) {
+    if (!(required > 0)) return {};
+    if (!(s.least_safety > 0)) return user_error(messages::kNoStrength);
+    if (!(s.least_safety >= required))
+        return user_error(fmt::format(messages::kFactorTooSmall, s.least_safety, required));
+    if (s.buckling && s.buckling->factor > 0 && s.buckling->factor < required)
+        return user_error(fmt::format(messages::kBucklesBelow, s.buckling->factor, required));
+    if (verdict_of(s) == Verdict::kUnresolved)
+        return user_error(fmt::format(messages::kFactorUnresolved, s.least_safety_unresolved),
+                          messages::kFactorUnresolvedHelp);
+    return {};
 }
 
 Result<PictureOptions> picture_options(const PartCommandOptions& o) {
@@ -110,7 +177,7 @@ Result<void> run_part(const PartCommandOptions& o) {
     if (!source) return source.error();
     const Result<double> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
-    Result<PartRun> run = run_at(o, *source, *load_case, *voxel, false);
+    Result<PartRun> run = run_at(o, *source, *load_case, *voxel, Pitch::kOwn);
     if (!run) return run.error();
     show(describe(*run, *load_case, source->law()));
     if (Result<void> done = write_outputs(o, *run, *load_case, *picture); !done) return done;
@@ -120,15 +187,21 @@ Result<void> run_part(const PartCommandOptions& o) {
         run->problem.elements = {};
         run->problem.forces_N = run->solution.moved_mm = Field<double, kElastic>();
         run->fields = {};
-        const Result<PartRun> fine = run_at(o, *source, *load_case, *voxel, true);
+        const Result<PartRun> fine = run_at(o, *source, *load_case, *voxel, Pitch::kHalf);
         if (!fine) return with_context(fine.error(), messages::kConvergeBefore);
-        show(describe_convergence(*fine, *run));
+        // A third pitch tells whether they settle; as dithered, a coarser print is another one, and where the
+        // case does not work at it, it tells nothing.
+        std::optional<PartRun> coarser;
+        if (!o.common.codes) {
+            Result<PartRun> there = run_at(o, *source, *load_case, *voxel, Pitch::kDouble);
+            if (there)
+                coarser = std::move(*there);
+            else if (there.error().code == ErrorCode::kInterrupted)
+                return there.error();
+        }
+        show(describe_convergence(*fine, *run, coarser ? &*coarser : nullptr));
     }
-    const double safety = run->summary.least_safety;
-    if (o.require > 0 && !(safety >= o.require))
-        return user_error(safety > 0 ? fmt::format(messages::kFactorTooSmall, safety, o.require)
-                                     : messages::kNoStrength);
-    return {};
+    return check_required(o.require, run->summary);
 }
 
 }  // namespace openfab::mechanics

@@ -6,6 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "mechanics/messages.h"
+#include "mechanics/part/across.h"
 
 namespace openfab::mechanics {
 
@@ -26,8 +30,48 @@ void write_vector(const char* key, const Vec3& v, JsonText* out) {
     out->end_array();
 }
 
+/// What is told apart.
+constexpr double kMostAcross = double{kAcrossMost} / kAcrossStep;
+
+const char* verdict_text(const PartSummary& s) {
+    switch (verdict_of(s)) {
+        case Verdict::kHolds:
+            return s.buckling ? ": it holds\n"
+                              : ": it holds unless it buckles, which was not looked at\n";
+        case Verdict::kBuckles:
+            return ": it buckles\n";
+        case Verdict::kBreaks:
+            return ": it breaks\n";
+        case Verdict::kNotStrained:
+            return ": nothing strains it\n";
+        default:
+            return ": not resolved, for less than two elements lie across where it is weak\n";
+    }
+}
+
+std::string buckling_text(const Buckling& b) {
+    if (b.factor > 0)
+        return fmt::format("buckles             at {:.4g} times the loads, {} at {} mm\n", b.factor,
+                           point(b.moves), point(b.moves_at_mm));
+    return fmt::format("buckles             above {:.3g} times the loads, if at all\n", b.at_least);
+}
+
 const std::string& material_of(const PartRun& r, const WeakPlace& w) {
     return r.problem.voxels.materials[static_cast<size_t>(std::max(1, w.material) - 1)];
+}
+
+/// Of a part that is mostly thinner than two elements, no pitch tells of the next.
+constexpr double kThinShare = 0.2;
+
+/// Whether a number tends to a limit as the pitch is halved: its changes keep their sign and shrink, faster than
+/// by the pitch. Without a third pitch a large change tells that it does not.
+bool settling(double fine, double coarse, std::optional<double> coarser) {
+    const double size = std::abs(fine), change = fine - coarse;
+    constexpr double kStill = 0.005, kLarge = 0.1, kShrinks = 0.5;
+    if (std::abs(change) <= kStill * size) return true;
+    if (!coarser) return std::abs(change) <= kLarge * size;
+    const double before = coarse - *coarser;
+    return change * before > 0 && std::abs(change) <= kShrinks * std::abs(before);
 }
 
 }  // namespace
@@ -51,19 +95,23 @@ std::string describe(const PartRun& r, const LoadCase& load_case, const std::str
         out += fmt::format("safety factor       at least {:.4g}", s.least_safety);
         if (s.least_safety_away > 0)
             out += fmt::format(", {:.4g} away from what is held and loaded", s.least_safety_away);
-        out += s.least_safety >= 1 ? ": it holds\n" : ": it breaks\n";
+        out += verdict_text(s);
     } else {
         out += "safety factor       not known: the materials have no `strength_MPa`\n";
     }
-    out += fmt::format("weakest places, mm  {:>8} {:>8} {:>8} {:>8} {:>10} {:>10} {:>11}\n", "x",
-                       "y", "z", "safety", "von Mises", "tension", "compression");
+    if (s.buckling) out += buckling_text(*s.buckling);
+    out += fmt::format("weakest places, mm  {:>8} {:>8} {:>8} {:>8} {:>10} {:>10} {:>11} {:>7}\n",
+                       "x", "y", "z", "safety", "von Mises", "tension", "compression", "across");
     for (const WeakPlace& w : s.weakest)
         out += fmt::format(
             "                    {:8.2f} {:8.2f} {:8.2f} {:>8} {:10.4g} {:10.4g} "
-            "{:11.4g}  {}{}\n",
+            "{:11.4g} {:>7}  {}{}\n",
             w.at_mm[0], w.at_mm[1], w.at_mm[2],
             w.safety > 0 ? fmt::format("{:.3g}", w.safety) : "-", w.von_mises_MPa, w.tension_MPa,
-            w.compression_MPa, material_of(r, w),
+            w.compression_MPa,
+            w.across < kMostAcross ? fmt::format("{:.2g}", w.across)
+                                   : fmt::format("{:.0f}+", kMostAcross),
+            material_of(r, w),
             w.at_hold   ? ", where it is held"
             : w.at_load ? ", where it is loaded"
                         : "");
@@ -103,6 +151,23 @@ void write_result(const PartRun& r, const LoadCase& load_case, JsonText* out) {
         out->value(s.least_safety_away);
     else
         out->null();
+    constexpr const char* kVerdicts[] = {"unknown", "not strained", "not resolved",
+                                         "breaks",  "buckles",      "holds"};
+    out->member("verdict", kVerdicts[static_cast<size_t>(verdict_of(s))]);
+    out->key("buckling");
+    if (s.buckling) {
+        out->begin_object();
+        if (s.buckling->factor > 0) {
+            out->member("factor", s.buckling->factor);
+            write_vector("moves_most_at_mm", s.buckling->moves_at_mm, out);
+            write_vector("along", s.buckling->moves, out);
+        } else {
+            out->member("above", s.buckling->at_least);
+        }
+        out->end_object();
+    } else {
+        out->null();
+    }
     out->key("weakest").begin_array();
     for (const WeakPlace& w : s.weakest) {
         out->begin_object();
@@ -112,6 +177,7 @@ void write_result(const PartRun& r, const LoadCase& load_case, JsonText* out) {
             .member("tension_MPa", w.tension_MPa)
             .member("compression_MPa", w.compression_MPa)
             .member("material", material_of(r, w))
+            .member("elements_across", w.across)
             .member("at_hold", w.at_hold)
             .member("at_load", w.at_load);
         out->end_object();
@@ -131,23 +197,31 @@ void write_result(const PartRun& r, const LoadCase& load_case, JsonText* out) {
     out->end_array();
 }
 
-std::string describe_convergence(const PartRun& fine, const PartRun& coarse) {
-    const auto line = [](const char* what, double a, double b, const char* unit) {
+std::string describe_convergence(const PartRun& fine, const PartRun& coarse,
+                                 const PartRun* coarser) {
+    std::string unsettled;
+    const bool thin = coarse.problem.thin_share > kThinShare;
+    const auto line = [&](const char* what, const char* unit, const auto& of) {
+        const double a = of(fine), b = of(coarse);
         const double change = a != 0 ? 100 * (a - b) / a : 0;
-        return fmt::format("  {:<20}{:>12.4g} {:>12.4g} {:>12.4g} {:<4} {:+8.2f} %\n", what, b, a,
-                           a + (a - b) / 3, unit, change);
+        const bool settles = settling(a, b, coarser ? std::optional(of(*coarser)) : std::nullopt);
+        if (!settles) unsettled += fmt::format("{}{}", unsettled.empty() ? "" : ", ", what);
+        return fmt::format("  {:<20}{:>12.4g} {:>12.4g} {:>12} {:<4} {:+8.2f} %\n", what, b, a,
+                           settles && !thin ? fmt::format("{:.4g}", a + (a - b) / 3) : "-", unit,
+                           change);
     };
     std::string out = fmt::format("{:<22}{:>12} {:>12} {:>12}\n", "at a pitch of",
                                   fmt::format("{:.4g} mm", coarse.problem.grid.pitch_mm[0]),
                                   fmt::format("{:.4g} mm", fine.problem.grid.pitch_mm[0]), "0");
-    out += line("moved by", fine.summary.most_moved_mm, coarse.summary.most_moved_mm, "mm");
-    out += line("work", fine.solution.work_Nmm, coarse.solution.work_Nmm, "Nmm");
-    out += line("stress of 1 in 100", fine.summary.typical_MPa, coarse.summary.typical_MPa, "MPa");
-    out += line("stress at most", fine.summary.most_von_mises_MPa,
-                coarse.summary.most_von_mises_MPa, "MPa");
+    out += line("moved by", "mm", [](const PartRun& r) { return r.summary.most_moved_mm; });
+    out += line("work", "Nmm", [](const PartRun& r) { return r.solution.work_Nmm; });
     out +=
-        "at 0 where errors fall with the square of the pitch; a greatest stress that grows with "
-        "each halving belongs to a sharp edge, or to where a hold ends\n";
+        line("stress of 1 in 100", "MPa", [](const PartRun& r) { return r.summary.typical_MPa; });
+    out += line("stress at most", "MPa",
+                [](const PartRun& r) { return r.summary.most_von_mises_MPa; });
+    out += "at 0 where errors fall with the square of the pitch\n";
+    if (thin) out += messages::kThinConverge;
+    if (!unsettled.empty()) out += fmt::format(messages::kNotSettled, unsettled);
     out += fmt::format("{} solid elements at half the pitch, residual {:.1e} in {} iterations\n",
                        fine.problem.elements.solid, fine.solution.report.residual,
                        fine.solution.report.iterations);

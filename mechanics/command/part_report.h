@@ -21,7 +21,9 @@ struct PartRun {
 
 std::string describe(const PartRun& run, const LoadCase& load_case, const std::string& law);
 void write_result(const PartRun& run, const LoadCase& load_case, JsonText* out);
-/// What the pitch costs: of the numbers at half of it and at it.
-std::string describe_convergence(const PartRun& fine, const PartRun& coarse);
+/// What the pitch costs: of the numbers at half of it and at it, and at twice of it, if that is known. What they
+/// tend to is left out where they do not settle.
+std::string describe_convergence(const PartRun& fine, const PartRun& coarse,
+                                 const PartRun* coarser);
 
 }  // namespace openfab::mechanics

@@ -10,6 +10,7 @@
 #include "backends/common/output_file.h"
 #include "base/input_file.h"
 #include "mechanics/messages.h"
+#include "mechanics/part/doubts.h"
 
 namespace openfab::mechanics {
 
@@ -137,6 +138,9 @@ Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::strin
         return fits.error();
     Result<std::vector<Material>> materials = materials_of(file->materials);
     if (!materials) return materials.error();
+    for (const Material& m : *materials)
+        for (std::string& one : unit_doubts(std::span(properties_.find(m.name), 1)))
+            out.doubts.push_back(std::move(one));
     const Mixture mixture(*materials, properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);
     Result<Voxels> voxels = read_voxels(*file, mixture, keeps_shares_);

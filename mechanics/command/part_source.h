@@ -19,6 +19,7 @@ struct PartInput {
     Voxels voxels;
     std::vector<Material> materials;
     std::vector<ObjectVoxels> objects;  ///< that the case names
+    std::vector<std::string> doubts;    ///< of the materials' numbers
 };
 
 class PartSource {

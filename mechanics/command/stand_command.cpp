@@ -122,7 +122,10 @@ std::string describe_stand(const StandResult& r) {
     out += fmt::format("contact             {:.4g} mm2, a hull of {} corners\n", s.contact_mm2,
                        s.hull_mm.size());
     out +=
-        s.margin_deg > 0
+        s.round_mm > 0 ? fmt::format("{}by {:.1f} degrees of tilt: {}\n",
+                                     s.stands() ? "it rocks, and stands " : "it rolls or tips    ",
+                                     s.margin_deg, messages::kStaircase)
+        : s.margin_deg > 0
             ? fmt::format("it stands           and may be tilted by {:.1f} degrees, towards {}\n",
                           s.margin_deg, direction(s.falls_towards))
             : fmt::format(
@@ -185,7 +188,7 @@ std::string json_of(const StandResult& r) {
     out.member("volume_mm3", s.volume_mm3);
     write_vector_of("centre_mm", s.centre_mm, &out);
     out.member("contact_mm2", s.contact_mm2).member("margin_deg", s.margin_deg);
-    out.member("stands", s.margin_deg > 0);
+    out.member("stands", s.stands()).member("on_a_staircase", s.round_mm > 0);
     out.key("hull_mm").begin_array();
     for (const std::array<double, 2>& p : s.hull_mm)
         out.begin_array().value(p[0]).value(p[1]).end_array();
@@ -281,7 +284,8 @@ Result<void> grow_up(const StandOptions& o, StandResult* r) {
         if (elements.solid == 0) continue;
         GrowingResult one;
         one.height_mm = layers * g.pitch_mm[2];
-        Result<PartProblem> problem = set_up_part(std::move(some), weight, {}, {true, true});
+        Result<PartProblem> problem =
+            set_up_part(std::move(some), weight, {}, {true, true, o.common.codes});
         if (!problem) return problem.error();
         one.loose = elements.solid - problem->elements.solid;
         one.margin_deg =
@@ -361,9 +365,10 @@ Result<void> run_stand(const StandOptions& o) {
                                    [](const Material& m) { return m.density_g_cm3.has_value(); });
     const LoadCase weight = weight_case(r.weighs);
     Result<PartProblem> problem =
-        set_up_part(std::move(input->voxels), weight, {}, {o.loose, o.thin});
+        set_up_part(std::move(input->voxels), weight, {}, {o.loose, o.thin, o.common.codes});
     if (!problem) return problem.error();
     r.problem = std::move(*problem);
+    r.problem.notes.insert(r.problem.notes.begin(), input->doubts.begin(), input->doubts.end());
     r.stand = stand_of(r.problem.grid, r.problem.voxels, r.problem.elements, r.weighs);
     constexpr size_t kPlaces = 6;
     r.thin = thinnest(r.problem.grid, r.problem.voxels, r.problem.elements.kind, kPlaces);
@@ -413,12 +418,19 @@ Result<void> run_stand(const StandOptions& o) {
         }
         if (!done) return done;
     }
-    if (o.preview.empty()) return {};
-    if (r.modes.weakness.empty()) return usage_error(messages::kPreviewShowsModes);
-    PictureOptions picture;
-    picture.title = "weakness";
-    return backends::write_whole_file(fs::path(o.preview),
-                                      part_picture(r.problem, weak, r.solution.moved_mm, picture));
+    if (!o.preview.empty()) {
+        if (r.modes.weakness.empty()) return usage_error(messages::kPreviewShowsModes);
+        PictureOptions picture;
+        picture.title = "weakness";
+        if (Result<void> done = backends::write_whole_file(
+                fs::path(o.preview), part_picture(r.problem, weak, r.solution.moved_mm, picture));
+            !done)
+            return done;
+    }
+    const std::array<double, 2>& to = r.stand.falls_towards;
+    if (r.stand.stands()) return {};
+    return user_error(r.stand.margin_deg > 0 ? fmt::format(messages::kRolls, to[0], to[1])
+                                             : fmt::format(messages::kFalls, to[0], to[1]));
 }
 
 }  // namespace openfab::mechanics

@@ -34,7 +34,7 @@ struct Round {
 };
 
 Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
-                          const LoadCase& load_case, double voxel_mm) {
+                          const LoadCase& load_case, double voxel_mm, bool first) {
     Result<PartInput> input = source.read(voxel_mm, load_case, [](const Grid& g) {
         constexpr int64_t kField = 12;
         return part_bytes(g) + kField * g.element_count();
@@ -46,11 +46,16 @@ Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
                 fmt::format(messages::kNoMaterialStrength, source.properties().file, m.name),
                 messages::kNoMaterialStrengthHelp);
     if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
-    Result<PartProblem> problem =
-        set_up_part(std::move(input->voxels), load_case, input->objects, {o.loose, o.thin});
+    Result<PartProblem> problem = set_up_part(std::move(input->voxels), load_case, input->objects,
+                                              {o.loose, o.thin, o.common.codes});
     if (!problem) return problem.error();
     Round out;
     out.problem = std::move(*problem);
+    if (first) {
+        for (const std::vector<std::string>* all : {&input->doubts, &out.problem.notes})
+            for (const std::string& one : *all)
+                note(one);
+    }
     SolveProgress progress(o.common.quiet, 1, o.common.tolerance);
     PartSolution solution =
         solve_part(&out.problem, load_case.held.size(), solve_options(o.common, &progress));
@@ -92,7 +97,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
     if (!first) return first.error();
     const Result<double> voxel = first->pitch_mm();
     if (!voxel) return voxel.error();
-    Result<Round> round = solve_round(o, *first, *load_case, *voxel);
+    Result<Round> round = solve_round(o, *first, *load_case, *voxel, true);
     if (!round) return round.error();
     NeedField field{round->problem.grid, round->problem.voxels.origin_mm, {}};
     field.value.resize(round->problem.voxels.solid.size());
@@ -132,7 +137,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
             return done;
         const Result<PartSource> source = PartSource::open(common, scratch);
         if (!source) return source.error();
-        round = solve_round(o, *source, *load_case, *voxel);
+        round = solve_round(o, *source, *load_case, *voxel, false);
         if (!round) return round.error();
         if (round->problem.grid.elements != field.grid.elements)
             return user_error(messages::kBoxChanged, messages::kBoxChangedHelp);

@@ -56,7 +56,8 @@ Result<Material> read_material(const MaterialReader& in, const JsonMember& membe
             return in.at(one.value, fmt::format(messages::kMustBeNumber, one.key));
         const double v = one.value.number;
         if (one.key == "nu") {
-            if (!(v > -1 && v < 0.5))
+            // Nearer to the ends one modulus is lost beside the other.
+            if (!(v >= -0.999 && v <= 0.4999))
                 return in.at(one.value, fmt::format(messages::kPoissonOutside, v),
                              messages::kPoissonOutsideHelp);
             poisson = v;

@@ -119,6 +119,66 @@ Result<void> feed(const LoadCase& load_case, const FaceChooser& chooser, const P
     return {};
 }
 
+/// What a piece is kept at.
+struct PieceLevels {
+    bool reached = false, differ = false;
+    double level = 0;
+    std::vector<int32_t> holds;  ///< of the case, that keep it
+};
+
+/// A piece is kept where it has a node that is.
+std::vector<PieceLevels> levels_of(const ConductProblem& p, const Pieces& pieces) {
+    std::vector<PieceLevels> out(pieces.all.size());
+    for (int64_t e = 0; e < p.grid.element_count(); ++e) {
+        const int32_t piece = pieces.of[static_cast<size_t>(e)];
+        if (piece < 0) continue;
+        PieceLevels& one = out[static_cast<size_t>(piece)];
+        for (const uint8_t d : {uint8_t{4}, uint8_t{5}})
+            for (const int64_t node : nodes_of(p.grid, {e, d})) {
+                const auto at =
+                    std::ranges::lower_bound(p.kept, node, {}, &ConductProblem::Kept::node);
+                if (at == p.kept.end() || at->node != node) continue;
+                one.differ = one.differ || (one.reached && one.level != at->level);
+                one.reached = true;
+                one.level = at->level;
+                if (std::ranges::find(one.holds, at->hold) == one.holds.end())
+                    one.holds.push_back(at->hold);
+            }
+    }
+    return out;
+}
+
+/// Something has to flow; a hold at which nothing can, and what carries nothing, is told.
+Result<void> check_paths(const LoadCase& load_case, const FaceChooser& chooser,
+                         const Pieces& pieces, const std::vector<PieceLevels>& levels,
+                         ConductProblem* p) {
+    std::vector<uint8_t> carries(levels.size()), flows(load_case.held.size());
+    for (size_t i = 0; i < levels.size(); ++i)
+        carries[i] = levels[i].differ ? 1 : 0;
+    for (const Load& load : load_case.loads)
+        if (const Result<std::vector<Face>> faces = chooser.choose(load.faces); faces)
+            for (const Face& f : *faces)
+                if (const int32_t piece = pieces.of[static_cast<size_t>(f.element)]; piece >= 0)
+                    carries[static_cast<size_t>(piece)] = 1;
+    int64_t idle = 0;
+    for (size_t i = 0; i < levels.size(); ++i) {
+        if (levels[i].reached && !carries[i]) idle += pieces.all[i].elements;
+        for (const int32_t h : levels[i].holds)
+            flows[static_cast<size_t>(h)] |= carries[i];
+    }
+    if (std::ranges::find(carries, 1) == carries.end()) {
+        Error error =
+            user_error(fmt::format(messages::kNoPath, load_case.name), messages::kNoPathHelp);
+        error.location = load_case.location;
+        return error;
+    }
+    for (size_t h = 0; h < flows.size(); ++h)
+        if (!flows[h])
+            p->notes.push_back(fmt::format(messages::kHoldApart, load_case.held[h].faces.text));
+    if (idle > 0) p->notes.push_back(fmt::format(messages::kCarriesNothing, idle));
+    return {};
+}
+
 }  // namespace
 
 Result<ConductProblem> set_up_conduct(Voxels voxels, const LoadCase& load_case,
@@ -136,20 +196,16 @@ Result<ConductProblem> set_up_conduct(Voxels voxels, const LoadCase& load_case,
     const std::vector<Face> surface = surface_of(p.grid, p.elements.kind);
     const FaceChooser chooser(p.grid, p.voxels.origin_mm, surface, objects);
     if (Result<void> done = keep(load_case, chooser, &p); !done) return done.error();
-    // A piece is reached that has a node which is kept.
+    std::vector<PieceLevels> levels = levels_of(p, pieces);
     std::vector<uint8_t> reached(pieces.all.size());
-    int64_t alone = 0;
-    for (int64_t e = 0; e < p.grid.element_count(); ++e) {
-        const int32_t piece = pieces.of[static_cast<size_t>(e)];
-        if (piece < 0 || reached[static_cast<size_t>(piece)] != 0) continue;
-        for (const uint8_t d : {uint8_t{4}, uint8_t{5}})
-            for (const int64_t node : nodes_of(p.grid, {e, d}))
-                if (std::ranges::binary_search(p.kept, node, {}, &ConductProblem::Kept::node))
-                    reached[static_cast<size_t>(piece)] = 1;
-    }
+    for (size_t i = 0; i < reached.size(); ++i)
+        reached[i] = levels[i].reached ? 1 : 0;
     p.inflow = Field<double, kScalar>(p.grid);
     if (Result<void> done = feed(load_case, chooser, pieces, reached, &p); !done)
         return done.error();
+    if (Result<void> done = check_paths(load_case, chooser, pieces, levels, &p); !done)
+        return done.error();
+    int64_t alone = 0;
     // What nothing reaches has no level, so that it is left out.
     for (size_t e = 0; e < pieces.of.size(); ++e)
         if (pieces.of[e] >= 0 && reached[static_cast<size_t>(pieces.of[e])] == 0) {

@@ -43,7 +43,17 @@ void LoadAssembler::add_to(int64_t node, const Vec3& force) {
         total_[c] += force[c];
 }
 
+void LoadAssembler::count(int64_t node, const Vec3& force) {
+    for (size_t c = 0; c < 3; ++c) {
+        const int64_t dof = node * 3 + static_cast<int64_t>(c);
+        acts_ += std::abs(force[c]);
+        const auto at = std::ranges::lower_bound(held_, dof, {}, &Held::dof);
+        if (at == held_.end() || at->dof != dof) free_ += std::abs(force[c]);
+    }
+}
+
 Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
+    acts_ = free_ = most_MPa_ = 0;
     double area = 0;
     for (const Face& f : faces)
         area += area_of(grid_, f);
@@ -55,8 +65,11 @@ Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
                 force[c] += (*load.force_N)[c] * own / area;
         if (load.pressure_MPa)
             force[f.direction / 2U] += (f.direction % 2 == 1 ? -1 : 1) * *load.pressure_MPa * own;
+        most_MPa_ = std::max(most_MPa_, std::hypot(force[0], force[1], force[2]) / own);
         for (const int64_t node : nodes_of(grid_, f)) {
-            add_to(node, {force[0] / 4, force[1] / 4, force[2] / 4});
+            const Vec3 quarter{force[0] / 4, force[1] / 4, force[2] / 4};
+            add_to(node, quarter);
+            count(node, quarter);
             nodes_.push_back(node);
         }
     }
@@ -90,8 +103,10 @@ Result<void> LoadAssembler::add(const Load& load, std::span<const Face> faces) {
             Vec3 r = place(node);
             for (size_t c = 0; c < 3; ++c)
                 r[c] = (r[c] - middle[c]) * area_of(grid_, f) / 4;
-            add_to(node, {(*w)[1] * r[2] - (*w)[2] * r[1], (*w)[2] * r[0] - (*w)[0] * r[2],
-                          (*w)[0] * r[1] - (*w)[1] * r[0]});
+            const Vec3 force{(*w)[1] * r[2] - (*w)[2] * r[1], (*w)[2] * r[0] - (*w)[0] * r[2],
+                             (*w)[0] * r[1] - (*w)[1] * r[0]};
+            add_to(node, force);
+            count(node, force);
         }
     return {};
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "mechanics/messages.h"
+#include "mechanics/part/across.h"
 #include "mechanics/part/loads.h"
 #include "mechanics/solver/parallel.h"
 
@@ -30,7 +31,7 @@ class SetUp {
     Result<void> run();
 
   private:
-    Result<void> check_walls() const;
+    Result<void> check_walls();
     Result<void> hold(const FaceChooser& chooser);
     Result<void> sort_held();
     Result<void> leave_out_loose();
@@ -63,16 +64,39 @@ std::string SetUp::box_of(const Piece& piece) const {
                        high[1], high[2]);
 }
 
-Result<void> SetUp::check_walls() const {
-    const double thin = p_.elements.volume > 0 ? p_.elements.thin_volume / p_.elements.volume : 0;
-    const double pitch = *std::ranges::max_element(p_.grid.pitch_mm);
-    // What has no full element anywhere near is thinner than about two.
-    constexpr double kTooMuch = 0.2;
-    const std::string what = fmt::format(messages::kThinWalls, 100 * thin, pitch);
-    if (p_.elements.solid == 0 || (thin > kTooMuch && !options_.thin))
-        return user_error(p_.elements.solid == 0 ? messages::kNoneHalfFullBefore + what : what,
+Result<void> SetUp::check_walls() {
+    if (p_.elements.solid == 0)
+        return user_error(messages::kNoneHalfFullBefore +
+                              fmt::format(messages::kThinWalls, 100.0,
+                                          *std::ranges::max_element(p_.grid.pitch_mm)),
                           messages::kThinWallsHelp);
-    if (thin > 0.01) p_.notes.push_back(what + messages::kRoughStiffness);
+    p_.across = elements_across(p_.grid, p_.voxels, p_.elements.kind, options_.dithered);
+    // Below one and a half, stiffness is as rough as stress.
+    constexpr int kRough = 3 * kAcrossStep / 2 + 2;
+    double thin = 0, rough = 0, all = 0;
+    size_t thinnest = 0;
+    for (size_t e = 0; e < p_.across.size(); ++e) {
+        if (p_.elements.kind[e] != kSolid) continue;
+        const double share = static_cast<double>(p_.voxels.solid[e]);
+        all += share;
+        thin += p_.across[e] < kUnresolved ? share : 0;
+        rough += p_.across[e] < kRough ? share : 0;
+        if (p_.across[thinnest] == 0 || p_.across[e] < p_.across[thinnest]) thinnest = e;
+    }
+    p_.thin_share = thin / all;
+    constexpr double kTooMuch = 0.2, kTold = 0.002;
+    if (!(thin > kTold * all)) return {};
+    const std::array<int32_t, 3> at = place_of(p_.grid, static_cast<int64_t>(thinnest));
+    Vec3 place;
+    for (size_t a = 0; a < 3; ++a)
+        place[a] = p_.voxels.origin_mm[a] + (at[a] + 0.5) * p_.grid.pitch_mm[a];
+    const std::string what =
+        fmt::format(messages::kThinWalls, 100 * thin / all,
+                    *std::ranges::max_element(p_.grid.pitch_mm)) +
+        fmt::format(messages::kThinnestAt, static_cast<double>(p_.across[thinnest]) / kAcrossStep,
+                    place[0], place[1], place[2]);
+    if (rough > kTooMuch * all && !options_.thin) return user_error(what, messages::kThinWallsHelp);
+    p_.notes.push_back(what + messages::kRoughStiffness);
     return {};
 }
 
@@ -169,7 +193,11 @@ Result<void> SetUp::sort_held() {
 
 Result<void> SetUp::load() {
     const FaceChooser chooser(p_.grid, p_.voxels.origin_mm, surface_, objects_);
-    LoadAssembler assembler(p_.grid, &p_.forces_N);
+    LoadAssembler assembler(p_.grid, &p_.forces_N, p_.held);
+    double stiffest = 0;
+    for (size_t e = 0; e < p_.elements.kind.size(); ++e)
+        if (p_.elements.kind[e] == kSolid)
+            stiffest = std::max(stiffest, static_cast<double>(p_.voxels.mu[e]));
     for (const Load& one : case_.loads) {
         const Result<std::vector<Face>> faces = chooser.choose(one.faces);
         if (!faces) return before(faces.error(), messages::kLoadOnNothing);
@@ -178,6 +206,22 @@ Result<void> SetUp::load() {
             error.location = one.faces.location;
             return error;
         }
+        constexpr double kNone = 1e-9, kHalf = 0.5;
+        if (assembler.free_share() < kNone)
+            p_.notes.push_back(fmt::format(messages::kLoadOnHeld, one.faces.text));
+        else if (assembler.free_share() < kHalf)
+            p_.notes.push_back(fmt::format(messages::kLoadPartlyOnHeld,
+                                           100 * (1 - assembler.free_share()), one.faces.text));
+        if (assembler.most_MPa() > stiffest)
+            p_.notes.push_back(
+                fmt::format(messages::kLoadAboveStiffness, one.faces.text, assembler.most_MPa()));
+    }
+    // 9.81 m/s2 in mm/s2.
+    if (case_.gravity_m_s2) {
+        const Vec3& a = *case_.gravity_m_s2;
+        const double size = std::hypot(a[0], a[1], a[2]);
+        if (size > 9700 && size < 9900)
+            p_.notes.push_back(fmt::format(messages::kGravityIsMm, size));
     }
     p_.load_nodes = assembler.nodes();
     if (case_.gravity_m_s2) assembler.add_gravity(*case_.gravity_m_s2, p_.voxels);

@@ -13,16 +13,19 @@
 namespace openfab::mechanics {
 
 struct PartOptions {
-    bool loose = false;  ///< pieces that nothing holds are left out, however large they are
-    bool thin = false;   ///< walls that the pitch does not resolve are taken as they come
+    bool loose = false;     ///< pieces that nothing holds are left out, however large they are
+    bool thin = false;      ///< walls that the pitch does not resolve are taken as they come
+    bool dithered = false;  ///< each element is a voxel of one material, among others
 };
 
 struct PartProblem {
     Grid grid;
     Voxels voxels;
     PartElements elements;
-    std::vector<Held> held;     ///< by number of the degree of freedom
-    std::vector<int32_t> hold;  ///< of each, its place in the case's list
+    std::vector<uint8_t> across;  ///< elements_across (across.h)
+    double thin_share = 0;        ///< of the material, where less than two lie across
+    std::vector<Held> held;       ///< by number of the degree of freedom
+    std::vector<int32_t> hold;    ///< of each, its place in the case's list
     Field<double, kElastic> forces_N;
     Vec3 total_force_N{};
     std::vector<int64_t> load_nodes;  ///< sorted

@@ -5,44 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mechanics/part/eigen.h"
-#include "mechanics/solver/parallel.h"
-#include "mechanics/solver/strain.h"
+#include "mechanics/part/across.h"
 
 namespace openfab::mechanics {
-
-PartFields fields_of(const PartProblem& problem, Field<double, kElastic>* moved) {
-    const Grid& g = problem.grid;
-    const Voxels& v = problem.voxels;
-    PartFields out;
-    const auto n = static_cast<size_t>(g.element_count());
-    for (std::vector<float>* all :
-         {&out.von_mises_MPa, &out.tension_MPa, &out.compression_MPa, &out.safety})
-        all->resize(n);
-    for_each_index(g.elements[2], [&](int32_t z) {
-        for (int32_t y = 0; y < g.elements[1]; ++y)
-            for (int32_t x = 0; x < g.elements[0]; ++x) {
-                const size_t e = g.element(x, y, z);
-                if (problem.elements.kind[e] != kSolid) continue;
-                const double share = static_cast<double>(v.solid[e]);
-                const auto s = stress_of(strain_of(centre_gradient(*moved, g, x, y, z)),
-                                         static_cast<double>(v.lambda[e]) / share,
-                                         static_cast<double>(v.mu[e]) / share);
-                const std::array<double, 3> p = principal_of(s);
-                const double a = p[2] - p[1], b = p[1] - p[0], c = p[2] - p[0];
-                const double mises = std::sqrt((a * a + b * b + c * c) / 2);
-                out.von_mises_MPa[e] = static_cast<float>(mises);
-                out.tension_MPa[e] = static_cast<float>(p[2]);
-                out.compression_MPa[e] = static_cast<float>(p[0]);
-                // So that a file of safety factors has no infinities.
-                constexpr double kMost = 1e6;
-                if (v.strength[e] > 0)
-                    out.safety[e] = static_cast<float>(std::min(
-                        kMost, static_cast<double>(v.strength[e]) / std::max(mises, 1e-30)));
-            }
-    });
-    return out;
-}
 
 Vec3 moved_at(const Field<double, kElastic>& moved, int64_t node) {
     const int64_t nx = moved.nodes(0), row = node / nx;
@@ -136,6 +101,8 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             if (out.least_safety == 0) out.least_safety = s;
             if (out.least_safety_away == 0 && !at_hold[at] && !at_load[at])
                 out.least_safety_away = s;
+            if (out.least_safety_unresolved == 0 && problem.across[at] < kUnresolved)
+                out.least_safety_unresolved = s;
         }
     }
     if (!stresses.empty()) {
@@ -162,11 +129,24 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
         w.tension_MPa = static_cast<double>(fields.tension_MPa[at]);
         w.compression_MPa = static_cast<double>(fields.compression_MPa[at]);
         w.material = problem.voxels.code[at];
+        w.across = static_cast<double>(problem.across[at]) / kAcrossStep;
         w.at_hold = at_hold[at];
         w.at_load = at_load[at];
         out.weakest.push_back(w);
     }
     return out;
+}
+
+Verdict verdict_of(const PartSummary& s) {
+    // What a stress in a wall of one element is off by, at most.
+    constexpr double kOff = 10;
+    if (!(s.most_von_mises_MPa > 0)) return Verdict::kNotStrained;
+    if (!(s.least_safety > 0)) return Verdict::kUnknown;
+    if (s.least_safety_unresolved > 0 &&
+        (s.least_safety_unresolved < kOff || s.least_safety_unresolved <= s.least_safety))
+        return Verdict::kUnresolved;
+    if (s.buckling && s.buckling->factor > 0 && s.buckling->factor < 1) return Verdict::kBuckles;
+    return s.least_safety >= 1 ? Verdict::kHolds : Verdict::kBreaks;
 }
 
 }  // namespace openfab::mechanics

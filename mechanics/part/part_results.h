@@ -2,27 +2,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Stresses of a solved part, and where it is weakest.
+// What a solved part comes to, and where it is weakest.
 
+#include <optional>
 #include <vector>
 
-#include "mechanics/part/part_problem.h"
+#include "mechanics/part/buckling.h"
 
 namespace openfab::mechanics {
-
-/// Of the solid elements, [z][y][x]; 0 of others. Stresses are those of the solid in an element, in its
-/// middle.
-struct PartFields {
-    std::vector<float> von_mises_MPa;
-    std::vector<float> tension_MPa, compression_MPa;  ///< largest and least principal stress
-    std::vector<float> safety;  ///< strength over von Mises stress; 0: not known
-};
-PartFields fields_of(const PartProblem& problem, Field<double, kElastic>* moved_mm);
 
 struct WeakPlace {
     Vec3 at_mm{};  ///< in the build
     double safety = 0, von_mises_MPa = 0, tension_MPa = 0, compression_MPa = 0;
     int material = 0;
+    double across = 0;                      ///< elements across the wall or strut there, up to 4
     bool at_hold = false, at_load = false;  ///< there stresses depend on how these are applied
 };
 
@@ -32,9 +25,16 @@ struct PartSummary {
     double most_von_mises_MPa = 0;
     double least_safety = 0;       ///< 0: no strength is known
     double least_safety_away = 0;  ///< the same, more than two elements away from holds and loads
-    double typical_MPa = 0;        ///< von Mises stress that one in a hundred elements exceeds
+    /// The same where less than two elements lie across; 0: they do everywhere.
+    double least_safety_unresolved = 0;
+    double typical_MPa = 0;  ///< von Mises stress that one in a hundred elements exceeds
     std::vector<WeakPlace> weakest;
+    std::optional<Buckling> buckling;  ///< where it was looked at
 };
+/// Where less than two elements lie across a wall, its stress may be off by several times: nothing holds whose
+/// factor there is not far above 1, or the least of all.
+enum class Verdict { kUnknown, kNotStrained, kUnresolved, kBreaks, kBuckles, kHolds };
+Verdict verdict_of(const PartSummary& summary);
 PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
                        const Field<double, kElastic>& moved_mm, size_t most_places);
 

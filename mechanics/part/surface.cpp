@@ -13,21 +13,17 @@ namespace openfab::mechanics {
 
 namespace {
 
-constexpr float kHalf = 0.5F, kFull = 0.99F;
+constexpr float kHalf = 0.5F;
 
-/// Calls f(index) for the elements around one: six, or 26.
+/// Calls f(index) for the six elements around one.
 template <typename F>
-void around(const Grid& g, const std::array<int32_t, 3>& p, bool all, const F& f) {
-    for (int o = 0; o < 27; ++o) {
-        const int dx = o % 3 - 1, dy = o / 3 % 3 - 1, dz = o / 9 - 1;
-        const int far = std::abs(dx) + std::abs(dy) + std::abs(dz);
-        if (far == 0 || (!all && far > 1)) continue;
-        const int32_t x = p[0] + dx, y = p[1] + dy, z = p[2] + dz;
-        if (x < 0 || y < 0 || z < 0 || x >= g.elements[0] || y >= g.elements[1] ||
-            z >= g.elements[2])
-            continue;
-        f(g.element(x, y, z));
-    }
+void around(const Grid& g, const std::array<int32_t, 3>& p, const F& f) {
+    for (size_t a = 0; a < 3; ++a)
+        for (const int32_t step : {-1, 1}) {
+            std::array<int32_t, 3> q = p;
+            q[a] += step;
+            if (q[a] >= 0 && q[a] < g.elements[a]) f(g.element(q[0], q[1], q[2]));
+        }
 }
 
 }  // namespace
@@ -49,16 +45,12 @@ PartElements classify(const Grid& g, Voxels* v) {
         out.volume += static_cast<double>(v->solid[e]);
         if (out.kind[e] == kSolid) {
             ++out.solid;
-            if (v->solid[e] >= kFull) continue;
+            continue;
         }
         const std::array<int32_t, 3> p = place_of(g, static_cast<int64_t>(e));
-        bool touches_full = false, touches_solid = false;
-        around(g, p, true,
-               [&](size_t other) { touches_full = touches_full || v->solid[other] >= kFull; });
-        around(g, p, false,
+        bool touches_solid = false;
+        around(g, p,
                [&](size_t other) { touches_solid = touches_solid || out.kind[other] == kSolid; });
-        if (!touches_full) out.thin_volume += static_cast<double>(v->solid[e]);
-        if (out.kind[e] == kSolid) continue;
         if (touches_solid && v->mu[e] > 0)
             out.kind[e] = kRim;
         else

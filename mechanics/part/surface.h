@@ -20,8 +20,7 @@ enum ElementKind : uint8_t { kNothing, kRim, kSolid };
 struct PartElements {
     std::vector<uint8_t> kind;
     int64_t solid = 0;
-    double volume = 0;       ///< of all material, in elements
-    double thin_volume = 0;  ///< of what is in elements that neither are full nor touch a full one
+    double volume = 0;  ///< of all material, in elements
 };
 PartElements classify(const Grid& grid, Voxels* voxels);
 

@@ -38,6 +38,10 @@ struct RowKernels {
     ElementRow<double, 3> elastic_double;
     ElementRow<float, 1> scalar_float;
     ElementRow<double, 1> scalar_double;
+    /// Adds what stresses of elements (xx, yy, zz, yz, xz, xy) do where nodes move, of three components;
+    /// in and out as above.
+    void (*geometric)(const ElementShape<double>& shape, int32_t n, const float* const* stress,
+                      const double* const* in, double* const* out, double* scratch);
     /// out[c][x] = sum over o, c' of blocks[o][c][c'][x] in[o][c'][x], o of 27, of a row of a stencil; of the
     /// first 13 blocks[o][c'][c][x], as their neighbours keep them. blocks: [27], rows of numbers `stride`
     /// apart, null where there is no neighbour; in: [27][C].

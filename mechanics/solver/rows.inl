@@ -188,6 +188,56 @@ void scalar_row(const ElementShape<T>& shape, int32_t n, const float* first,
     from_modes<T, 1>(n, l, r, out);
 }
 
+/// Gradients of modes times the stress times gradients, each component by itself.
+void geometric_row(const ElementShape<double>& shape, int32_t n, const float* const* stress,
+                   const double* const* in, double* const* out, double* scratch) {
+    const auto stride = static_cast<size_t>(n) + 1;
+    const double* __restrict t = scratch;
+    double* __restrict l = scratch + 12 * stride;
+    double* __restrict r = scratch + 24 * stride;
+    to_modes<double, 3>(n, in, scratch);
+    const double X = shape.x, Y = shape.y, Z = shape.z, V = shape.volume;
+    const double third = 1.0 / 3, ninth = 1.0 / 9;
+    for (size_t k = 0; k < 12; ++k) {
+        l[k * stride + static_cast<size_t>(n)] = 0;
+        r[k * stride] = 0;
+    }
+    for (size_t c = 0; c < 3; ++c) {
+#pragma GCC ivdep
+        for (int32_t i = 0; i < n; ++i) {
+            const auto p = static_cast<size_t>(i);
+            const auto s = [&](size_t m) OPENFAB_INLINE_LAMBDA {
+                const size_t at = (4 * c + m) * stride + p;
+                return t[at] + t[at + 1];
+            };
+            const auto d = [&](size_t m) OPENFAB_INLINE_LAMBDA {
+                const size_t at = (4 * c + m) * stride + p;
+                return t[at + 1] - t[at];
+            };
+            const auto put = [&](size_t m, double even, double odd) OPENFAB_INLINE_LAMBDA {
+                const size_t at = (4 * c + m) * stride + p;
+                l[at] = even - odd;
+                r[at + 1] = even + odd;
+            };
+            const auto of = [&](int k) OPENFAB_INLINE_LAMBDA {
+                return V * static_cast<double>(stress[k][i]);
+            };
+            const double xx = X * X * of(0), yy = Y * Y * of(1), zz = Z * Z * of(2);
+            const double yz = Y * Z * of(3), xz = X * Z * of(4), xy = X * Y * of(5);
+            const double x1 = d(kOne), y1 = s(kY), z1 = s(kZ);
+            const double xy1 = d(kY), xz1 = d(kZ), yz1 = s(kYZ), xyz1 = d(kYZ);
+            put(kOne, 0, xx * x1 + xy * y1 + xz * z1);
+            put(kY, xy * x1 + yy * y1 + yz * z1,
+                third * ((xx + yy) * xy1 + xz * yz1 + yz * xz1));
+            put(kZ, xz * x1 + yz * y1 + zz * z1,
+                third * ((xx + zz) * xz1 + xy * yz1 + yz * xy1));
+            put(kYZ, third * ((yy + zz) * yz1 + xy * xz1 + xz * xy1),
+                ninth * (xx + yy + zz) * xyz1);
+        }
+    }
+    from_modes<double, 3>(n, l, r, out);
+}
+
 /// p += the block's rows times (u, v, w).
 OPENFAB_INLINE void add_block(int32_t n, size_t row, size_t column, const float* a,
                               const float* const* in, float* const* out) {
@@ -246,7 +296,8 @@ double dot(size_t n, const A* a, const B* b) {
 
 extern const RowKernels kRowKernels;
 const RowKernels kRowKernels{elastic_row<float>,   elastic_row<double>, scalar_row<float>,
-                             scalar_row<double>,   stencil_row<3>,      stencil_row<1>,
+                             scalar_row<double>,   geometric_row,       stencil_row<3>,
+                             stencil_row<1>,
                              dot<double, double>,  dot<float, double>,  dot<float, float>};
 
 }  // namespace OPENFAB_SIMD_ISA

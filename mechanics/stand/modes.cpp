@@ -262,6 +262,7 @@ Modes softest_modes(PartProblem* problem, const ModeOptions& o) {
                 p.voxels.origin_mm[c] + (place_of(g, place)[c] + 0.5) * g.pitch_mm[c];
         mode.material = p.voxels.code[static_cast<size_t>(place)];
         mode.strained = place;
+        mode.von_mises_MPa = static_cast<double>(*most);
         const std::array<int32_t, 3> at = place_of(g, place);
         const auto e = static_cast<size_t>(place);
         const double solid = static_cast<double>(p.voxels.solid[e]);

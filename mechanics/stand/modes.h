@@ -18,7 +18,8 @@ struct Mode {
     Vec3 moved{};                        ///< unit vector there
     Vec3 strained_at_mm{};               ///< where its stress is greatest, von Mises
     int64_t strained = -1;               ///< the element there
-    std::array<double, 6> stress_MPa{};  ///< in it: xx, yy, zz, yz, xz, xy
+    std::array<double, 6> stress_MPa{};  ///< in its middle: xx, yy, zz, yz, xz, xy
+    double von_mises_MPa = 0;            ///< at its worst corner
     int material = 0;                    ///< there
 };
 

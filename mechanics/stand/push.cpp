@@ -84,6 +84,9 @@ Push worst_push(PartProblem* problem, const Mode& mode, const SolveOptions& opti
         out.along = {};
         out.along[axis] = inwards;
     }
+    // The surface is strained more than the middle, as much more as by the mode.
+    if (const double middle = von_mises_of(mode.stress_MPa); middle > 0)
+        out.MPa_of_N *= mode.von_mises_MPa / middle;
     const double strength =
         static_cast<double>(p.voxels.strength[static_cast<size_t>(mode.strained)]);
     if (strength > 0 && out.MPa_of_N > 0) out.breaks_at_N = strength / out.MPa_of_N;

@@ -98,7 +98,7 @@ class StandResult:
     numbers : dict
         The content of `-o FILE.json`: mass_g, thinnest, own_weight, modes, ...
     stands : bool
-        Whether its centre of mass is above its base.
+        Whether its centre of mass is above its base, and its base is more than a staircase of voxels.
     margin_deg : float
         The angle by which it may be tilted, in degrees; if it is negative, the part falls.
     """
@@ -371,7 +371,12 @@ def _json(
 ) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
         numbers = Path(folder) / "numbers.json"
-        _run(command, file, voxel_mm, [*arguments, "-o", str(numbers)])
+        try:
+            _run(command, file, voxel_mm, [*arguments, "-o", str(numbers)])
+        except InputError:
+            # What does not stand ends with an error, after its numbers.
+            if command != "stand" or not numbers.exists():
+                raise
         read: dict[str, Any] = json.loads(numbers.read_text())
         return read
 

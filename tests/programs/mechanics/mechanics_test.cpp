@@ -238,6 +238,60 @@ TEST_F(Mechanics, CodesAloneAreOneElementAVoxel) {
     EXPECT_THAT(inp, AllOf(HasSubstr("soft"), HasSubstr("stiff"), HasSubstr("C3D8")));
 }
 
+// A block that is pushed at its own hold is not strained; a strut that is pressed far above Euler's load does
+// not hold, though no stress says so; a corner's stress tends to nothing.
+TEST_F(Mechanics, AVerdictIsOfWhatWasComputed) {
+    const Outcome idle = mechanics(
+        {"part", world(both(kHeld, R"("loads": [{"side": "-z", "force_N": [0, 0, -5]}])")),
+         "--voxel", "1mm"});
+    EXPECT_EQ(idle.exit_code, 0) << idle.err;
+    EXPECT_THAT(idle.out, AllOf(testing::Says(mechanics::messages::kLoadOnHeld, "*"),
+                                ::testing::Not(HasSubstr("it holds"))));
+    const std::string file = world(both(R"("held": [{"side": "-x"}])",
+                                        R"("loads": [{"side": "+x", "force_N": [-40, 0, 0]}])"));
+    std::string text = read_file(file);
+    text.replace(text.find("[20, 10, 10]"), 12, "[120, 2, 2]");
+    scratch_.write("world.fab.json", text);
+    // Euler's load is pi^2 2000 (16 / 12) / (4 * 120^2) = 0.457 N; the stress is 10 MPa, a fifth of the strength.
+    const Outcome buckles = mechanics({"part", file, "--voxel", "0.5mm", "-o", path("b.json")});
+    ASSERT_EQ(buckles.exit_code, 0) << buckles.err;
+    EXPECT_THAT(buckles.out, AllOf(HasSubstr("it buckles"), ::testing::Not(HasSubstr("it holds"))));
+    const std::string json = read_file(path("b.json"));
+    const size_t at = json.find("\"factor\":");
+    ASSERT_NE(at, std::string::npos) << json;
+    EXPECT_NEAR(std::stod(json.substr(at + 9)) * 40 / 0.457, 1, 0.03);
+    EXPECT_THAT(json, HasSubstr("\"buckles\""));
+    EXPECT_THAT(mechanics({"part", file, "--voxel", "0.5mm", "--require", "1"}).err,
+                testing::Says(mechanics::messages::kBucklesBelow));
+    EXPECT_THAT(mechanics({"part", file, "--voxel", "0.5mm", "--buckling", "never"}).out,
+                HasSubstr("unless it buckles"));
+    // Less than two elements across.
+    EXPECT_THAT(mechanics({"part", file, "--voxel", "1.5mm"}).err,
+                testing::Says(mechanics::messages::kThinWalls));
+    const Outcome thin = mechanics({"part", file, "--voxel", "1.5mm", "--thin"});
+    EXPECT_THAT(thin.out, AllOf(HasSubstr("not resolved"), ::testing::Not(HasSubstr("it holds"))));
+    // Where a block is held at its foot, stress has no limit.
+    const Outcome corner = mechanics(
+        {"part", world(both(kHeld, R"("loads": [{"side": "+z", "force_N": [20, 0, 0]}])")),
+         "--voxel", "1mm", "--converge"});
+    ASSERT_EQ(corner.exit_code, 0) << corner.err;
+    EXPECT_THAT(corner.out, testing::Says(mechanics::messages::kNotSettled, "*stress at most*"));
+}
+
+TEST_F(Mechanics, WhatRollsDoesNotStand) {
+    const std::string file = world(both(kHeld, kPush));
+    const Outcome stands = mechanics({"stand", file, "--voxel", "1mm", "--modes", "0"});
+    EXPECT_EQ(stands.exit_code, 0) << stands.err;
+    std::string text = read_file(file);
+    const std::string box = R"({"box": [20, 10, 10]})";
+    text.replace(text.find(box), box.size(), R"({"sphere": 10})");
+    scratch_.write("world.fab.json", text);
+    const Outcome rolls = mechanics({"stand", file, "--voxel", "1mm", "--modes", "0"});
+    EXPECT_EQ(rolls.exit_code, 1) << rolls.out;
+    EXPECT_THAT(rolls.out, HasSubstr(mechanics::messages::kStaircase));
+    EXPECT_THAT(rolls.err, testing::Says(mechanics::messages::kRolls));
+}
+
 TEST_F(Mechanics, EachFigureSaysItsPitchElementsAndResidual) {
     const std::string file = world(both(kHeld, kPush));
     const auto all = AllOf(HasSubstr("pitch "), HasSubstr("elements"), HasSubstr("residual "));

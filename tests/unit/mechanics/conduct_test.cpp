@@ -72,6 +72,38 @@ std::string refused(const std::string& text) {
 constexpr const char* kAcross =
     R"({"held": [{"side": "-x", "volt": 1}, {"side": "+x", "volt": 6}]})";
 
+// Current, and heat alike.
+TEST(MechanicsConduct, WithoutAPathNothingFlows) {
+    const auto said = [](Voxels v, const std::string& text) {
+        const Result<LoadCase> c = case_of(text);
+        EXPECT_TRUE(c);
+        Result<ConductProblem> p = set_up_conduct(std::move(v), *c, {});
+        return p ? std::pair(std::string(), p->notes)
+                 : std::pair(p.error().text(), std::vector<std::string>());
+    };
+    // A gap of void or of an insulator, and halves that share an edge alone.
+    for (const double gap : {-1.0, 1e-12})
+        EXPECT_THAT(said(box({12, 4, 4}, 1,
+                             [gap](const Vec3& p) { return std::abs(p[0] - 6) < 1 ? gap : 50; }),
+                         kAcross)
+                        .first,
+                    testing::Says(messages::kNoPath, "one"));
+    EXPECT_THAT(said(box({12, 4, 4}, 1,
+                         [](const Vec3& p) { return (p[0] < 6) == (p[1] < 2) ? 50.0 : -1.0; }),
+                     R"({"held": [{"side": "-x", "celsius": 1}, {"side": "+x", "celsius": 6}]})")
+                    .first,
+                testing::Says(messages::kNoPath, "one"));
+    // Of three holds one is apart; what is joined to it alone carries nothing.
+    const auto [error, notes] = said(
+        box({12, 12, 4}, 1, [](const Vec3& p) { return std::abs(p[1] - 8) < 1 ? -1.0 : 50.0; }),
+        R"({"held": [{"side": "-x", "box_mm": [[-1, 0, 0], [1, 7, 4]], "volt": 0},
+                          {"side": "+x", "box_mm": [[11, 0, 0], [13, 7, 4]], "volt": 5},
+                          {"side": "+y", "volt": 2}]})");
+    EXPECT_EQ(error, "");
+    EXPECT_THAT(notes, ::testing::ElementsAre(testing::Says(messages::kHoldApart),
+                                              testing::Says(messages::kCarriesNothing, "144")));
+}
+
 TEST(MechanicsConduct, ABarIsItsLengthOverItsSection) {
     // 20 x 2 x 1.5 mm of 40 S/m: 20 mm / (40e-3 S/mm 3 mm2) ohm.
     const Conducts r = conducted(box({40, 4, 3}, 0.5, [](const Vec3&) { return 40.0; }), kAcross);

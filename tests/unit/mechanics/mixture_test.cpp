@@ -1,13 +1,16 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
 
 #include "mechanics/messages.h"
 #include "mechanics/model/mixture.h"
+#include "mechanics/part/doubts.h"
 #include "tests/support/says/says.h"
 
 namespace openfab::mechanics {
@@ -84,6 +87,10 @@ TEST(MechanicsMaterials, ErrorsSayWhatToDo) {
                                  testing::Says(messages::kGiveModulus)));
     EXPECT_THAT(error_of(R"({"materials": {"a": {"E_MPa": 3}}})"),
                 testing::Says(messages::kNoPoisson));
+    for (const char* nu : {"0.49999999", "0.49999", "-0.9999"})
+        EXPECT_THAT(
+            error_of(fmt::format(R"({{"materials": {{"a": {{"E_MPa": 3, "nu": {}}}}}}})", nu)),
+            testing::Says(messages::kPoissonOutside));
     EXPECT_THAT(error_of(R"({"materials": {"a": {"E_MPa": 3, "nu": 0.5}}})"),
                 testing::Says(messages::kPoissonOutsideHelp));
     EXPECT_THAT(error_of(R"({"materials": {"a": {"E_MPa": 3, "nu": 0.3, "E": 1}}})"),
@@ -93,6 +100,44 @@ TEST(MechanicsMaterials, ErrorsSayWhatToDo) {
     const Result<std::vector<Material>> found = p.of({"soft", "clear"});
     ASSERT_FALSE(found);
     EXPECT_THAT(found.error().text(), testing::Says(messages::kMaterialUnknownHelp, "clear"));
+}
+
+TEST(MechanicsMaterials, AnotherUnitIsDoubted) {
+    Material m;
+    m.name = "a";
+    m.young_MPa = 2000;
+    m.strength_MPa = 50;
+    m.density_g_cm3 = 1.18;
+    m.conductivity = 0.2;
+    m.conductivity_S_m = 1e-12;
+    const auto said = [](const Material& one) { return unit_doubts(std::span(&one, 1)); };
+    EXPECT_TRUE(said(m).empty());
+    // Rubber is stronger than it is stiff.
+    Material rubber = m;
+    rubber.young_MPa = 0.6;
+    rubber.strength_MPa = 5;
+    EXPECT_TRUE(said(rubber).empty());
+    Material wrong = m;
+    wrong.young_MPa = 2e9;
+    EXPECT_THAT(said(wrong),
+                ::testing::ElementsAre(testing::Says(messages::kMoreThanAnySolid, "a")));
+    wrong.strength_MPa = 5e7;
+    wrong.density_g_cm3 = 1180;
+    EXPECT_EQ(said(wrong).size(), 3U);
+    for (const auto& change : std::vector<std::function<void(Material*)>>{
+             [](Material* one) { one->young_MPa = 2e-5; },
+             [](Material* one) { one->strength_MPa = 5e7; },
+             [](Material* one) { one->strength_MPa = 5e3; },
+             [](Material* one) { one->strength_MPa = 0.05; },
+             [](Material* one) { one->density_g_cm3 = 1180; },
+             [](Material* one) { one->density_g_cm3 = 1.18e-9; },
+             [](Material* one) { one->conductivity = 2e5; },
+             [](Material* one) { one->conductivity = 2e-4; },
+             [](Material* one) { one->conductivity_S_m = 6e9; }}) {
+        Material one = m;
+        change(&one);
+        EXPECT_EQ(said(one).size(), 1U);
+    }
 }
 
 }  // namespace

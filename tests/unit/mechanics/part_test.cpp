@@ -3,79 +3,21 @@
 
 // Loaded parts against closed forms.
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
-#include <numbers>
 
 #include "mechanics/messages.h"
 #include "mechanics/part/eigen.h"
-#include "mechanics/part/part_results.h"
 #include "tests/support/says/says.h"
+#include "tests/unit/mechanics/loaded_box.h"
 
 namespace openfab::mechanics {
 namespace {
 
-/// Elements of a box, each of the share and Young's modulus that a function of its middle gives.
-Voxels box(std::array<int32_t, 3> size, double pitch, double poisson,
-           const std::function<std::pair<double, double>(const Vec3&)>& of) {
-    Voxels v;
-    v.size = size;
-    v.pitch_mm = {pitch, pitch, pitch};
-    v.materials = {"stuff"};
-    for (int32_t z = 0; z < size[2]; ++z)
-        for (int32_t y = 0; y < size[1]; ++y)
-            for (int32_t x = 0; x < size[0]; ++x) {
-                const auto [share, young] =
-                    of({(x + 0.5) * pitch, (y + 0.5) * pitch, (z + 0.5) * pitch});
-                Material m;
-                m.young_MPa = young;
-                m.poisson = poisson;
-                v.solid.push_back(static_cast<float>(share));
-                v.lambda.push_back(static_cast<float>(share * m.lambda()));
-                v.mu.push_back(static_cast<float>(share * m.mu()));
-                v.density.push_back(static_cast<float>(share));
-                v.strength.push_back(100);
-                v.code.push_back(share > 0 ? 1 : 0);
-            }
-    return v;
-}
-
-LoadCase parsed(const std::string& text) {
-    const Result<LoadCase> c = parse_load_case("{\"cases\": {\"one\": " + text + "}}", "test", "");
-    EXPECT_TRUE(c) << c.error().text();
-    return c ? *c : LoadCase();
-}
-
 std::string case_refused(const std::string& text) {
     const Result<LoadCase> c = parse_load_case("{\"cases\": {\"one\": " + text + "}}", "test", "");
     return c ? std::string() : c.error().text();
-}
-
-struct Solved {
-    PartProblem problem;
-    PartSolution solution;
-};
-
-Solved solved(Voxels voxels, const LoadCase& c, double tolerance = 1e-9) {
-    Solved out;
-    Result<PartProblem> p = set_up_part(std::move(voxels), c, {}, {});
-    EXPECT_TRUE(p) << p.error().text();
-    if (!p) return out;
-    out.problem = std::move(*p);
-    SolveOptions options;
-    options.tolerance = tolerance;
-    out.solution = solve_part(&out.problem, c.held.size(), options);
-    EXPECT_TRUE(out.solution.report.converged) << out.solution.report.residual;
-    return out;
-}
-
-double moved(const Solved& s, int32_t x, int32_t y, int32_t z, size_t c) {
-    const Grid& g = s.problem.grid;
-    return moved_at(s.solution.moved_mm, (int64_t{z} * g.nodes[1] + y) * g.nodes[0] + x)[c];
 }
 
 TEST(MechanicsPart, GradedBarIsTheIntegralOfItsCompliance) {
@@ -85,8 +27,8 @@ TEST(MechanicsPart, GradedBarIsTheIntegralOfItsCompliance) {
     for (int32_t x = 0; x < kLong; ++x)
         compliance += 0.5 / (1 + 4 * (x + 0.5) / kLong);
     const Solved s =
-        solved(box({kLong, 4, 4}, 0.5, 0,
-                   [](const Vec3& p) { return std::pair(1.0, 1 + 4 * p[0] / (0.5 * kLong)); }),
+        solved(box_of({kLong, 4, 4}, 0.5, 0,
+                      [](const Vec3& p) { return std::pair(1.0, 1 + 4 * p[0] / (0.5 * kLong)); }),
                parsed(R"({"held": [{"side": "-x"}],
                                        "loads": [{"side": "+x", "force_N": [3, 0, 0]}]})"));
     const double wanted = 3.0 / 4 * compliance;  // a section of 2 x 2 mm
@@ -102,8 +44,8 @@ TEST(MechanicsPart, GradedBarIsTheIntegralOfItsCompliance) {
 double deflection(int32_t across) {
     const double pitch = 1.0 / across;
     // Poisson's ratio 0: no corner of the held end is singular.
-    const Solved s = solved(box({8 * across, across, across}, pitch, 0,
-                                [](const Vec3&) { return std::pair(1.0, 1000.0); }),
+    const Solved s = solved(box_of({8 * across, across, across}, pitch, 0,
+                                   [](const Vec3&) { return std::pair(1.0, 1000.0); }),
                             parsed(R"({"held": [{"side": "-x"}],
                                        "loads": [{"side": "+x", "force_N": [0, 0, -0.1]}]})"));
     return -moved(s, 8 * across, across / 2, across / 2, 2);
@@ -137,13 +79,14 @@ TEST(MechanicsPart, HollowSphereUnderPressureIsLames) {
         }
         return inside / 64.0;
     };
-    const Solved s = solved(
-        box({n, n, n}, pitch, poisson, [&](const Vec3& p) { return std::pair(share(p), young); }),
-        parsed(R"({"held": [{"point_mm": [0, 0, 0], "normal": [-1, 0, 0], "along": "x"},
+    const Solved s =
+        solved(box_of({n, n, n}, pitch, poisson,
+                      [&](const Vec3& p) { return std::pair(share(p), young); }),
+               parsed(R"({"held": [{"point_mm": [0, 0, 0], "normal": [-1, 0, 0], "along": "x"},
                             {"point_mm": [0, 0, 0], "normal": [0, -1, 0], "along": "y"},
                             {"point_mm": [0, 0, 0], "normal": [0, 0, -1], "along": "z"}],
                    "loads": [{"box_mm": [[0.1, 0.1, 0.1], [5.2, 5.2, 5.2]], "pressure_MPa": 1}]})"),
-        1e-7);
+               1e-7);
     // Along the diagonal and near an axis, in the middle of the wall.
     const auto exact = [&](double r) {
         const double k = pressure * a * a * a / (b * b * b - a * a * a);
@@ -163,7 +106,7 @@ TEST(MechanicsPart, TorqueTurnsAShaft) {
     // A square shaft: Saint-Venant's 0.1406 a^4 G.
     constexpr int32_t n = 12;
     const Solved s =
-        solved(box({n, n, 4 * n}, 0.25, 0.3, [](const Vec3&) { return std::pair(1.0, 1000.0); }),
+        solved(box_of({n, n, 4 * n}, 0.25, 0.3, [](const Vec3&) { return std::pair(1.0, 1000.0); }),
                parsed(R"({"held": [{"side": "-z"}],
                                        "loads": [{"side": "+z", "torque_Nmm": [0, 0, 50]}]})"));
     for (size_t c = 0; c < 3; ++c) {
@@ -180,8 +123,9 @@ TEST(MechanicsPart, TorqueTurnsAShaft) {
 }
 
 TEST(MechanicsPart, WeightStandsOnItsHold) {
-    const Solved s = solved(box({6, 6, 12}, 1, 0, [](const Vec3&) { return std::pair(1.0, 10.0); }),
-                            parsed(R"({"held": [{"side": "-z"}], "gravity_m_s2": [0, 0, -10]})"));
+    const Solved s =
+        solved(box_of({6, 6, 12}, 1, 0, [](const Vec3&) { return std::pair(1.0, 10.0); }),
+               parsed(R"({"held": [{"side": "-z"}], "gravity_m_s2": [0, 0, -10]})"));
     const double weight = 6 * 6 * 12 * 1e-6 * 10;
     EXPECT_NEAR(s.solution.reactions_N[0][2] / weight, 1, 1e-6);
     // rho g h^2 / (2 E), exact at nodes.
@@ -190,7 +134,7 @@ TEST(MechanicsPart, WeightStandsOnItsHold) {
 
 TEST(MechanicsPart, WhatIsMovedIsStretched) {
     const Solved s =
-        solved(box({10, 4, 4}, 1, 0, [](const Vec3&) { return std::pair(1.0, 100.0); }),
+        solved(box_of({10, 4, 4}, 1, 0, [](const Vec3&) { return std::pair(1.0, 100.0); }),
                parsed(R"({"held": [{"side": "-x"}, {"side": "+x", "move_mm": [0.1, 0, 0]}]})"));
     EXPECT_NEAR(s.solution.reactions_N[1][0], 100 * 0.01 * 16, 1e-4);
     PartFields f = fields_of(s.problem, const_cast<Field<double, 3>*>(&s.solution.moved_mm));
@@ -206,31 +150,31 @@ TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
         return p ? std::string() : p.error().text();
     };
     const std::string push = R"("loads": [{"side": "+x", "force_N": [1, 0, 0]}])";
-    const std::string slides = error(box({4, 4, 4}, 1, 0, cube),
+    const std::string slides = error(box_of({4, 4, 4}, 1, 0, cube),
                                      R"({"held": [{"side": "-x", "along": "x"}], )" + push + "}");
     EXPECT_THAT(slides, testing::Says(messages::kSlideAlong));
     const std::string turns = error(
-        box({4, 4, 1}, 1, 0, cube),
+        box_of({4, 4, 1}, 1, 0, cube),
         R"({"held": [{"side": "-x", "along": "xz"}, {"side": "+x", "along": "xy", "facing": "+x"}], )" +
             push + "}",
         {false, true});
     EXPECT_EQ(turns, "");  // both sides hold it
     const std::string nothing =
-        error(box({4, 4, 4}, 1, 0, cube),
+        error(box_of({4, 4, 4}, 1, 0, cube),
               R"({"held": [{"box_mm": [[9, 9, 9], [10, 10, 10]]}], )" + push + "}");
     EXPECT_THAT(nothing, testing::Says(messages::kNothingHeldHere));
     const std::string miss = error(
-        box({4, 4, 4}, 1, 0, cube),
+        box_of({4, 4, 4}, 1, 0, cube),
         R"({"held": [{"side": "-x"}], "loads": [{"side": "+x", "facing": "-x", "force_N": [1, 0, 0]}]})");
     EXPECT_THAT(miss, testing::Says(messages::kLoadOnNothing));
     const auto halves = [](const Vec3& p) {
         return std::pair(std::abs(p[0] - 4) < 1 ? 0.0 : 1.0, 1.0);
     };
     const std::string pieces =
-        error(box({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}");
+        error(box_of({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}");
     EXPECT_THAT(pieces, testing::Says(messages::kPieceNotHeld, 2));
     // Left out, the load meets what remains.
-    EXPECT_EQ(error(box({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}",
+    EXPECT_EQ(error(box_of({8, 4, 4}, 1, 0, halves), R"({"held": [{"side": "-x"}], )" + push + "}",
                     {true, false}),
               "");
     // Walls of a third of an element everywhere.
@@ -238,8 +182,36 @@ TEST(MechanicsPart, WhatDoesNotHoldIsSaid) {
         return std::pair(static_cast<int>(p[0]) % 2 == 0 ? 0.6 : 0.0, 1.0);
     };
     const std::string thin =
-        error(box({8, 4, 4}, 1, 0, foam), R"({"held": [{"side": "-x"}], )" + push + "}");
+        error(box_of({8, 4, 4}, 1, 0, foam), R"({"held": [{"side": "-x"}], )" + push + "}");
     EXPECT_THAT(thin, testing::Says(messages::kThinWalls));
+}
+
+TEST(MechanicsPart, ALoadThatDoesNothingIsTold) {
+    const auto notes = [](const std::string& text) {
+        Result<PartProblem> p = set_up_part(
+            box_of({8, 8, 8}, 1, 0.3, [](const Vec3&) { return std::pair(1.0, 1000.0); }),
+            parsed(text), {}, {});
+        EXPECT_TRUE(p) << p.error().text();
+        return p ? p->notes : std::vector<std::string>();
+    };
+    const std::string held = R"({"held": [{"side": "-z"}], "loads": [)";
+    EXPECT_THAT(notes(held + R"({"side": "+z", "force_N": [0, 0, 1]}]})"), ::testing::IsEmpty());
+    for (const char* load :
+         {R"("force_N": [0, 0, -1])", R"("pressure_MPa": 1)", R"("torque_Nmm": [0, 0, 3])"})
+        EXPECT_THAT(notes(held + R"({"side": "-z", )" + load + "}]}"),
+                    ::testing::ElementsAre(testing::Says(messages::kLoadOnHeld, "*")));
+    // Held along one axis, it does nothing along that.
+    EXPECT_THAT(notes(R"({"held": [{"side": "-z"}, {"side": "+z", "along": "z"}],
+                          "loads": [{"side": "+z", "force_N": [0, 0, 1]}]})"),
+                ::testing::ElementsAre(testing::Says(messages::kLoadOnHeld, "*")));
+    EXPECT_THAT(notes(R"({"held": [{"side": "-z"}, {"side": "+z", "along": "z"}],
+                          "loads": [{"side": "+z", "force_N": [1, 0, 0]}]})"),
+                ::testing::IsEmpty());
+    // Pascals, and gravity in mm/s2.
+    EXPECT_THAT(notes(held + R"({"side": "+z", "pressure_MPa": 101325}]})"),
+                ::testing::ElementsAre(testing::Says(messages::kLoadAboveStiffness)));
+    EXPECT_THAT(notes(R"({"held": [{"side": "-z"}], "gravity_m_s2": [0, 0, -9810]})"),
+                ::testing::ElementsAre(testing::Says(messages::kGravityIsMm)));
 }
 
 TEST(MechanicsCase, MistakesAreLocated) {

@@ -1,0 +1,181 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#include "mechanics/part/across.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "mechanics/part/surface.h"
+#include "mechanics/solver/parallel.h"
+
+namespace openfab::mechanics {
+
+namespace {
+
+constexpr double kMost = double{kAcrossMost} / kAcrossStep;
+/// What is that much softer is no part of a wall.
+constexpr float kSofter = 0.1F;
+constexpr float kFull = 0.99F;
+
+struct Step {
+    std::array<int32_t, 3> by;
+    double length;
+};
+
+/// One of each pair of opposite directions: three axes, six diagonals of faces, four of the body.
+std::vector<Step> directions() {
+    std::vector<Step> out;
+    for (int o = 14; o < 27; ++o) {
+        const std::array<int32_t, 3> by{o % 3 - 1, o / 3 % 3 - 1, o / 9 - 1};
+        out.push_back(
+            {by, std::sqrt(static_cast<double>(by[0] * by[0] + by[1] * by[1] + by[2] * by[2]))});
+    }
+    return out;
+}
+
+class Across {
+  public:
+    Across(const Grid& g, const Voxels& v, std::span<const uint8_t> kind, bool dithered)
+        : g_(g), v_(v), kind_(kind), dithered_(dithered), directions_(directions()) {}
+
+    std::vector<uint8_t> run() {
+        own_.resize(kind_.size());
+        const std::vector<uint8_t> deep = deep_inside();
+        for_each(g_, [&](const std::array<int32_t, 3>& p, size_t e) {
+            if (kind_[e] != kSolid) return;
+            own_[e] = deep[e] ? uint8_t{kAcrossMost} : least_run(p, e);
+        });
+        std::vector<uint8_t> out = own_;
+        for_each(g_, [&](const std::array<int32_t, 3>& p, size_t e) {
+            if (own_[e] > 0 && own_[e] < kAcrossMost) out[e] = covered(p, e);
+        });
+        return out;
+    }
+
+  private:
+    template <typename F>
+    static void for_each(const Grid& g, const F& f) {
+        for_each_index(g.elements[2], [&](int32_t z) {
+            for (int32_t y = 0; y < g.elements[1]; ++y)
+                for (int32_t x = 0; x < g.elements[0]; ++x)
+                    f({x, y, z}, g.element(x, y, z));
+        });
+    }
+    bool inside(const std::array<int32_t, 3>& p) const {
+        for (size_t a = 0; a < 3; ++a)
+            if (p[a] < 0 || p[a] >= g_.elements[a]) return false;
+        return true;
+    }
+    float stiffness(size_t e) const { return v_.solid[e] > 0 ? v_.mu[e] / v_.solid[e] : 0; }
+
+    /// Whether all within two elements is full and as stiff, to a factor of two: most of a part, found cheaply.
+    std::vector<uint8_t> deep_inside() const {
+        std::vector<uint8_t> out(kind_.size());
+        for (size_t e = 0; e < out.size(); ++e)
+            if (kind_[e] == kSolid && v_.solid[e] >= kFull)
+                out[e] = static_cast<uint8_t>(std::clamp(std::ilogb(v_.mu[e]) + 128, 1, 255));
+        const size_t stride[3] = {
+            1, static_cast<size_t>(g_.elements[0]),
+            static_cast<size_t>(g_.elements[0]) * static_cast<size_t>(g_.elements[1])};
+        for (size_t axis = 0; axis < 3; ++axis) {
+            const auto n = static_cast<size_t>(g_.elements[axis]);
+            const size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
+            for_each_index(g_.elements[b], [&](int32_t j) {
+                std::vector<uint8_t> line(n + 4);
+                for (int32_t i = 0; i < g_.elements[a]; ++i) {
+                    uint8_t* p = out.data() + static_cast<size_t>(i) * stride[a] +
+                                 static_cast<size_t>(j) * stride[b];
+                    for (size_t k = 0; k < n; ++k)
+                        line[k + 2] = p[k * stride[axis]];
+                    for (size_t k = 0; k < n; ++k) {
+                        const uint8_t c = line[k + 2];
+                        const bool same = line[k] == c && line[k + 1] == c && line[k + 3] == c &&
+                                          line[k + 4] == c;
+                        p[k * stride[axis]] = same ? c : uint8_t{0};
+                    }
+                }
+            });
+        }
+        return out;
+    }
+
+    uint8_t least_run(const std::array<int32_t, 3>& p, size_t e) const {
+        const float least_stiff = dithered_ ? 0 : kSofter * stiffness(e);
+        double least = kMost;
+        for (const Step& d : directions_) {
+            double sum = static_cast<double>(v_.solid[e]);
+            for (const int32_t sign : {1, -1}) {
+                std::array<int32_t, 3> q = p;
+                while (sum * d.length < least) {
+                    for (size_t a = 0; a < 3; ++a)
+                        q[a] += sign * d.by[a];
+                    if (!inside(q)) break;
+                    const size_t other = g_.element(q[0], q[1], q[2]);
+                    if (kind_[other] == kNothing || stiffness(other) < least_stiff) break;
+                    sum += static_cast<double>(v_.solid[other]);
+                }
+            }
+            least = std::min(least, sum * d.length);
+        }
+        return static_cast<uint8_t>(std::max(1L, std::lround(least * kAcrossStep)));
+    }
+
+    /// Whether an element is in a block of two by two by two that is full.
+    bool in_block(const std::array<int32_t, 3>& p, float least_stiff) const {
+        for (int block = 0; block < 8; ++block) {
+            bool full = true;
+            for (int k = 0; full && k < 8; ++k) {
+                const std::array<int32_t, 3> q{p[0] + (k & 1) - (block & 1),
+                                               p[1] + (k >> 1 & 1) - (block >> 1 & 1),
+                                               p[2] + (k >> 2) - (block >> 2)};
+                full = inside(q);
+                if (!full) break;
+                const size_t other = g_.element(q[0], q[1], q[2]);
+                full = v_.solid[other] >= kFull && kind_[other] == kSolid &&
+                       stiffness(other) >= least_stiff;
+            }
+            if (full) return true;
+        }
+        return false;
+    }
+
+    uint8_t covered(const std::array<int32_t, 3>& p, size_t e) const {
+        uint8_t most = own_[e];
+        const float least_stiff = dithered_ ? 0 : kSofter * stiffness(e);
+        constexpr int32_t kReach = 2;
+        for (int32_t z = -kReach; z <= kReach; ++z)
+            for (int32_t y = -kReach; y <= kReach; ++y)
+                for (int32_t x = -kReach; x <= kReach; ++x) {
+                    const std::array<int32_t, 3> q{p[0] + x, p[1] + y, p[2] + z};
+                    if (!inside(q)) continue;
+                    const size_t other = g_.element(q[0], q[1], q[2]);
+                    const uint8_t there = own_[other];
+                    // Twice the distance is at most the thickness there.
+                    const int square = 4 * (x * x + y * y + z * z) * kAcrossStep * kAcrossStep;
+                    if (there > most && square <= int{there} * int{there} &&
+                        stiffness(other) >= least_stiff)
+                        most = there;
+                }
+        // A rod of two by two has an edge in each of its elements.
+        constexpr int kTwo = 2 * kAcrossStep;
+        if (most < kTwo && in_block(p, least_stiff)) most = kTwo;
+        return most;
+    }
+
+    const Grid& g_;
+    const Voxels& v_;
+    std::span<const uint8_t> kind_;
+    bool dithered_;
+    std::vector<Step> directions_;
+    std::vector<uint8_t> own_;
+};
+
+}  // namespace
+
+std::vector<uint8_t> elements_across(const Grid& grid, const Voxels& voxels,
+                                     std::span<const uint8_t> kind, bool dithered) {
+    return Across(grid, voxels, kind, dithered).run();
+}
+
+}  // namespace openfab::mechanics

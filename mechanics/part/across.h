@@ -1,0 +1,27 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// How many elements lie across walls, struts and necks: what a stress is resolved by.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mechanics/model/voxels.h"
+
+namespace openfab::mechanics {
+
+/// Steps of an element in which thickness is kept, and the most that is told apart.
+constexpr int kAcrossStep = 32, kAcrossMost = 4 * kAcrossStep;
+/// Below two elements, and below four; a little less, for shares are means of a few samples.
+constexpr int kUnresolved = 2 * kAcrossStep - 2, kCoarse = 4 * kAcrossStep - 2;
+
+/// Of solid elements, in steps, at most kAcrossMost; 0 of others. The least of thirteen directions, by the
+/// sum of shares, of what is not ten times softer, so that a stiff wall in a soft matrix is a wall; unless
+/// `dithered`, where each voxel is alone. An edge of something thick is as thick as that: what a ball of
+/// that thickness covers is.
+std::vector<uint8_t> elements_across(const Grid& grid, const Voxels& voxels,
+                                     std::span<const uint8_t> kind, bool dithered);
+
+}  // namespace openfab::mechanics

@@ -1,0 +1,18 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// Numbers of materials that no solid has: mostly another unit.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mechanics/model/materials.h"
+
+namespace openfab::mechanics {
+
+/// One text for each number that is beyond what is known of solids.
+std::vector<std::string> unit_doubts(std::span<const Material> materials);
+
+}  // namespace openfab::mechanics
