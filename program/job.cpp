@@ -5,8 +5,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <set>
 #include <utility>
 
+#include "abi/kernel_call.h"
 #include "base/near_miss.h"
 #include "base/text.h"
 #include "mesh/load/load_mesh.h"
@@ -16,6 +19,7 @@
 #include "program/process.h"
 #include "program/process_field.h"
 #include "runtime/part/bind.h"
+#include "runtime/solid/kinds/kinds.h"
 #include "world/world.h"
 
 namespace openfab::program {
@@ -134,6 +138,19 @@ Result<int32_t> choose_support(const Options& options, const world::World& world
     return static_cast<int32_t>(materials->size());
 }
 
+/// A bound that nothing needs is told once for each object.
+void note_bounds_without_effect(const std::vector<part::Part>& parts,
+                                std::vector<std::string>* notes) {
+    std::set<std::string> told;
+    for (const part::Part& part : parts) {
+        const bool bounded = std::isfinite(part.max_displacement_mm);
+        const std::string name = part.piece != nullptr ? std::string() : part.name;
+        if (!bounded || name.empty() || part.fablet->has_surface != 0 || !told.insert(name).second)
+            continue;
+        notes->push_back(fmt::format(messages::kBoundWithoutEffect, name, part.fablet->name));
+    }
+}
+
 std::vector<std::filesystem::path> inputs_of(const Options& options, const world::World& world) {
     std::vector<std::filesystem::path> inputs = world.files;
     for (const auto& [name, fablet] : world.fablets)
@@ -167,11 +184,23 @@ std::vector<std::filesystem::path> named_files(const Options& options) {
     return {options.input};
 }
 
+Result<world::World> load_whole_world(const Options& options, const openfab_fablet_list& fablets) {
+    world::FileRules rules = file_rules(options);
+    rules.extent_of = [&](const world::World& unbuilt,
+                          const world::Placement& placement) -> Result<Box3d> {
+        const Result<part::Part> part = part::bind_geometry(
+            unbuilt, placement, fablets, {options.settings, options.memory_bytes});
+        if (!part) return part.error();
+        return solid::extent_in_build(*part,
+                                      abi::best_isa(options.isa.value_or(OPENFAB_ISA_AVX512)));
+    };
+    return is_world(options.input) ? world::load_world(options.input, rules)
+                                   : part::make_quick_world(options.input, fablets, {},
+                                                            options.settings, options.memory_bytes);
+}
+
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets) {
-    Result<world::World> world =
-        is_world(options.input) ? world::load_world(options.input, file_rules(options))
-                                : part::make_quick_world(options.input, fablets, {},
-                                                         options.settings, options.memory_bytes);
+    Result<world::World> world = load_whole_world(options, fablets);
     if (!world) return world.error();
     Job job;
     job.notes = world->notes;
@@ -196,6 +225,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
         part::bind(*world, fablets, {options.settings, options.memory_bytes});
     if (!parts) return parts.error();
     job.input.parts = std::move(*parts);
+    note_bounds_without_effect(job.input.parts, &job.notes);
     for (const world::Material& material : world->materials) {
         job.input.materials.push_back({material.name, material.key, material.preview,
                                        material.density_g_cm3, material.channel});

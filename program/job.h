@@ -41,6 +41,9 @@ Result<std::optional<world::DitherRef>> load_rule(const Options& options);
 /// mistakes itself alone.
 std::vector<std::filesystem::path> named_files(const Options& options);
 
+/// Reads the world, or makes one of a mesh; what stands by its box stands by what its fablet makes.
+Result<world::World> load_whole_world(const Options& options, const openfab_fablet_list& fablets);
+
 Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets);
 
 }  // namespace openfab::program

@@ -31,6 +31,7 @@ struct OutputOptions {
     bool flip_x = false;
     std::vector<preview::PreviewSpec> previews;  ///< without a file those that the host draws
     std::string stats_file;
+    std::string extents_file;    ///< for our own tools: no print, but how far placements reach
     std::string fractions_file;  ///< takes mixtures before the dither; empty: none
     /// Parts of a voxel's side that they are the means of; empty: as `sample_centres` says.
     std::optional<int32_t> fractions_supersample;

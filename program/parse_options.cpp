@@ -170,6 +170,7 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_flag("--no-cull", raw.no_cull, "")->group("");
     app.add_option("--pitch", raw.pitch, "")->group("");
     app.add_option("--isa", raw.isa, "")->group("");
+    app.add_option("--extents", o.extents_file, "")->group("");
 }
 
 /// Returns the help; to a host that takes the slices itself, without what asks for outputs.
@@ -257,7 +258,8 @@ Result<void> read_texts(const Raw& raw, Options* o) {
 
 bool has_output(const Options& o) {
     return !o.output.empty() || !o.previews.empty() || !o.stats_file.empty() ||
-           !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm;
+           !o.fractions_file.empty() || o.estimate || o.dry_run || o.probe_mm ||
+           !o.extents_file.empty();
 }
 
 /// Whether the output may be grey pictures: those of a format, or a folder of a printer that takes

@@ -17,6 +17,7 @@
 #include "base/units.h"
 #include "program/cost.h"
 #include "program/estimate.h"
+#include "program/extents.h"
 #include "program/interrupt.h"
 #include "program/messages.h"
 #include "program/options.h"
@@ -128,6 +129,7 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
 Result<void> run_print(const Options& options, const openfab_fablet_list& fablets,
                        const std::atomic<bool>& interrupt,
                        std::vector<std::filesystem::path>* files, double began_seconds) {
+    if (!options.extents_file.empty()) return write_extents(options, fablets);
     if (options.probe_mm) return run_probe(options, fablets, interrupt);
     program::Progress progress(options.progress, stderr);
     PrintHooks hooks{.interrupt = interrupt};

@@ -13,7 +13,6 @@
 #include "base/near_miss.h"
 #include "base/polar.h"
 #include "base/rotation.h"
-#include "pieces/extent.h"
 #include "world/messages.h"
 #include "world/transforms_file.h"
 #include "world/uniform_values.h"
@@ -27,8 +26,6 @@ constexpr double kLargestScale = 1e6;
 /// Limit of the placements kept while nested groups are flattened.
 constexpr size_t kMostMade = 5 * kMostPlacements;
 constexpr int kDeepest = 64;
-/// Limit of the vertices that are transformed to find boxes, over all placements: seconds.
-constexpr double kMostLookedAt = 1e9;
 
 /// Reads one number for all axes, or one for each.
 Vec3d one_or_three(const JsonValue& value, const std::string& what, double least, double most,
@@ -77,8 +74,13 @@ void move(const Vec3d& by, std::vector<Placement>* placements) {
 
 }  // namespace
 
-BuildReader::BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes)
-    : json_(*json), files_(*files), world_(*world), memory_bytes_(memory_bytes) {
+BuildReader::BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes,
+                         ExtentOf extent_of)
+    : json_(*json),
+      files_(*files),
+      world_(*world),
+      memory_bytes_(memory_bytes),
+      extent_of_(std::move(extent_of)) {
     for (size_t i = 0; i < world_.objects.size(); ++i)
         objects_[world_.objects[i].name] = static_cast<int32_t>(i);
 }
@@ -239,12 +241,12 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     }
     const JsonMember* uniforms = value.find("uniforms");
     if (of_group != nullptr) {
-        const std::vector<Placement>* placements =
-            group(of_group->value, fmt::format("`group` of {}", what));
-        if (placements == nullptr) return {};
-        if (!memory_for(value, *placements, 1)) return {};
-        std::vector<Placement> out = *placements;
-        if (uniforms != nullptr) override_group(uniforms->value, what, &out);
+        UniformBindings overrides;
+        if (uniforms != nullptr) overrides = read_uniforms(uniforms->value, what, &json_);
+        std::vector<Placement> out =
+            named_group(of_group->value, fmt::format("`group` of {}", what), overrides);
+        if (!memory_for(value, out, 1)) return {};
+        if (uniforms != nullptr) override_group(uniforms->value, what, overrides, &out);
         return out;
     }
     const std::string name = json_.string(object->value, fmt::format("`object` of {}", what));
@@ -260,7 +262,27 @@ std::vector<Placement> BuildReader::subject(const JsonValue& value, const std::s
     return with_pieces(value, what, std::move(placement));
 }
 
-const std::vector<Placement>* BuildReader::group(const JsonValue& value, const std::string& what) {
+/// The placements of a group. Those that overrides may give other extents are read anew: where they
+/// stand may depend on them.
+std::vector<Placement> BuildReader::named_group(const JsonValue& value, const std::string& what,
+                                                const UniformBindings& overrides) {
+    Group* group = this->group(value, what);
+    if (group == nullptr) return {};
+    const bool depends = extent_of_ != nullptr &&
+                         (!overrides.empty() || !outer_overrides_.empty()) &&
+                         std::ranges::any_of(group->placements,
+                                             [&](const Placement& p) { return has_own_extent(p); });
+    if (!depends) {
+        if (group->no_extent) note_no_extent(*group->no_extent);
+        return group->placements;
+    }
+    outer_overrides_.push_back(overrides);
+    std::vector<Placement> out = group_items(value, group);
+    outer_overrides_.pop_back();
+    return out;
+}
+
+BuildReader::Group* BuildReader::group(const JsonValue& value, const std::string& what) {
     const std::string name = json_.string(value, what);
     if (!json_.ok()) return nullptr;
     const auto found = groups_.find(name);
@@ -278,23 +300,36 @@ const std::vector<Placement>* BuildReader::group(const JsonValue& value, const s
         return nullptr;
     }
     if (group.state == Group::kUnread) {
-        if (depth_ == kDeepest) {
-            json_.fail(value, fmt::format(messages::kGroupNestedTooDeep, name, kDeepest));
-            return nullptr;
-        }
-        ++depth_;
-        group.state = Group::kBeingRead;
-        group.placements = items(*group.items, fmt::format("groups.{}", name));
-        group.state = Group::kRead;
-        --depth_;
+        // As it is without overrides.
+        std::vector<UniformBindings> outer;
+        outer.swap(outer_overrides_);
+        std::optional<Error> before;
+        before.swap(no_extent_);
+        group.placements = group_items(value, &group);
+        group.no_extent = std::move(no_extent_);
+        before.swap(no_extent_);
+        outer.swap(outer_overrides_);
     }
-    return json_.ok() ? &group.placements : nullptr;
+    return json_.ok() ? &group : nullptr;
+}
+
+std::vector<Placement> BuildReader::group_items(const JsonValue& value, Group* group) {
+    if (depth_ == kDeepest) {
+        json_.fail(value, fmt::format(messages::kGroupNestedTooDeep, value.text, kDeepest));
+        return {};
+    }
+    ++depth_;
+    group->state = Group::kBeingRead;
+    std::vector<Placement> out = items(*group->items, fmt::format("groups.{}", value.text));
+    group->state = Group::kRead;
+    --depth_;
+    return out;
 }
 
 /// A group's overrides name the object: `"pin.height": 3`.
 void BuildReader::override_group(const JsonValue& value, const std::string& what,
+                                 const UniformBindings& bindings,
                                  std::vector<Placement>* placements) {
-    const UniformBindings bindings = read_uniforms(value, what, &json_);
     std::unordered_map<int32_t, std::vector<size_t>> of_object;
     std::vector<std::string> names;
     for (size_t i = 0; i < placements->size(); ++i) {
@@ -457,38 +492,6 @@ void BuildReader::copies(const JsonValue& value, const std::string& what,
         }
     }
     *placements = std::move(out);
-}
-
-/// Returns the box of the meshes as placed, before any displacement.
-Box3d BuildReader::box(const JsonValue& value, const std::vector<Placement>& placements) {
-    Box3d out;
-    for (const Placement& p : placements) {
-        if (looked_at_ > kMostLookedAt) {
-            json_.fail(value, messages::kTooManyRotatedMeshes, messages::kTooManyRotatedMeshesHelp);
-            break;
-        }
-        const Box3d& turned = turned_box(p);
-        if (!turned.empty()) out.add(Box3d{turned.lo + p.transform.t, turned.hi + p.transform.t});
-    }
-    return out.empty() ? Box3d{{}, {}} : out;
-}
-
-const Box3d& BuildReader::turned_box(const Placement& placement) {
-    const Object& object = world_.objects[placement.object];
-    const mesh::Mesh& mesh = world_.meshes[object.mesh];
-    const pieces::Region* region =
-        placement.piece >= 0 ? &object.pieces->regions[placement.piece] : nullptr;
-    const auto [known, fresh] = boxes_.try_emplace({object.mesh, region, placement.transform.m});
-    if (!fresh) return known->second;
-    const Affine3d turn{placement.transform.m, {}};
-    looked_at_ += static_cast<double>(mesh.positions.size());
-    if (region != nullptr) {
-        known->second = pieces::piece_box({mesh.positions, mesh.triangles}, *region, turn);
-    } else {
-        for (const Vec3d& p : mesh.positions)
-            known->second.add(turn.apply_vector(p));
-    }
-    return known->second;
 }
 
 }  // namespace openfab::world

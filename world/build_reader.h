@@ -6,6 +6,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -23,8 +24,9 @@ constexpr size_t kMostPlacements = 100'000;
 
 class BuildReader {
   public:
-    /// Fills world->build; the world's meshes and objects must have been read.
-    BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes);
+    /// Fills world->build; the world's meshes and objects must have been read. `extent_of` may be null.
+    BuildReader(JsonReader* json, WorldFiles* files, World* world, int64_t memory_bytes,
+                ExtentOf extent_of);
 
     /// `groups` and `arrange` may be null.
     void read(const JsonValue* groups, const JsonValue& build, const JsonValue* arrange);
@@ -34,6 +36,7 @@ class BuildReader {
         const JsonValue* items = nullptr;
         enum { kUnread, kBeingRead, kRead } state = kUnread;
         std::vector<Placement> placements;  ///< in the group's own space
+        std::optional<Error> no_extent;     ///< why they are not where they should be
     };
     /// The transform of one placement, without those of enclosing groups.
     struct Local {
@@ -47,9 +50,12 @@ class BuildReader {
     std::vector<Placement> subject(const JsonValue& value, const std::string& what);
     std::vector<Placement> with_pieces(const JsonValue& value, const std::string& what,
                                        Placement placement);
-    const std::vector<Placement>* group(const JsonValue& name, const std::string& what);
+    std::vector<Placement> named_group(const JsonValue& value, const std::string& what,
+                                       const UniformBindings& overrides);
+    Group* group(const JsonValue& name, const std::string& what);
+    std::vector<Placement> group_items(const JsonValue& value, Group* group);
     void override_group(const JsonValue& value, const std::string& what,
-                        std::vector<Placement>* placements);
+                        const UniformBindings& bindings, std::vector<Placement>* placements);
     Local transform(const JsonValue& value, const std::string& what);
     Affine3d matrix(const JsonValue& value, const std::string& what);
     void grid(const JsonValue& value, const std::string& what, std::vector<Placement>* placements);
@@ -63,6 +69,9 @@ class BuildReader {
 
     Box3d box(const JsonValue& value, const std::vector<Placement>& placements);
     const Box3d& turned_box(const Placement& placement);
+    void note_no_extent(const Error& error);
+    bool has_own_extent(const Placement& placement) const;
+    UniformBindings overrides_of(const Placement& placement) const;
 
     JsonReader& json_;
     WorldFiles& files_;
@@ -73,8 +82,14 @@ class BuildReader {
     size_t made_ = 0;  ///< placements of all groups and of the build
     int64_t memory_bytes_;
     double made_bytes_ = 0;
-    /// By mesh, region of a piece, and scale and rotation.
-    std::map<std::tuple<int32_t, const pieces::Region*, std::array<double, 9>>, Box3d> boxes_;
+    ExtentOf extent_of_;
+    std::optional<Error> no_extent_;  ///< of what is read of a group without overrides
+    /// Of the groups being read, outer ones first: what their placements override.
+    std::vector<UniformBindings> outer_overrides_;
+    /// By mesh, region of a piece, scale and rotation; of what has an extent of its own by object, and
+    /// by the text of its overrides.
+    std::map<std::tuple<int32_t, const pieces::Region*, std::array<double, 9>, std::string>, Box3d>
+        boxes_;
     double looked_at_ = 0;  ///< vertices, for boxes_
     WrittenMatrices written_;
 };

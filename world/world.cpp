@@ -43,6 +43,7 @@ class WorldReader {
     WorldReader(const fs::path& file, const FileRules& rules, MeshFiles mesh_files)
         : file_(file),
           skips_mesh_files_(mesh_files == MeshFiles::kSkip),
+          extent_of_(skips_mesh_files_ ? nullptr : rules.extent_of),
           json_(file.string()),
           files_(file, rules, &json_),
           memory_left_(rules.memory_bytes) {
@@ -77,7 +78,7 @@ class WorldReader {
             section(*root, "objects", &WorldReader::object);
             const JsonMember* groups = root->find("groups");
             const JsonMember* arrange = root->find("arrange");
-            BuildReader(&json_, &files_, &world_, memory_left_)
+            BuildReader(&json_, &files_, &world_, memory_left_, extent_of_)
                 .read(groups != nullptr ? &groups->value : nullptr, root->find("build")->value,
                       arrange != nullptr ? &arrange->value : nullptr);
         }
@@ -218,6 +219,7 @@ class WorldReader {
                                  fmt::format(messages::kGoesWithProgram, key, what));
         }
         if (source->key == "file") {
+            file_meshes_.insert(static_cast<int32_t>(world_.meshes.size()));
             mesh_files_.read(m, source->value, what, any_object_repairs(m.key));
         } else {
             for (const char* key :
@@ -382,6 +384,9 @@ class WorldReader {
         if (const JsonMember* p = m.value.find("repair")) {
             // Already done when the mesh was read.
             json_.choice(p->value, "`repair` of " + what, {"winding"});
+            if (json_.ok() && file_meshes_.count(object.mesh) == 0)
+                json_.fail_at(p->line, p->column, fmt::format(messages::kRepairWithoutFile, what),
+                              messages::kRepairWithoutFileHelp);
         }
         if (const JsonMember* p = m.value.find("pieces")) {
             object.pieces = read_pieces(p->value, what, world_, &json_, &files_);
@@ -396,6 +401,7 @@ class WorldReader {
 
     fs::path file_;
     const bool skips_mesh_files_;
+    const ExtentOf extent_of_;
     const JsonValue* root_ = nullptr;  ///< while read runs
     JsonReader json_;
     WorldFiles files_;
@@ -403,6 +409,7 @@ class WorldReader {
     MeshFilesReader mesh_files_{&json_, &files_, &world_};
     int64_t memory_left_;
     std::unordered_map<std::string, int32_t> mesh_places_, fablet_places_;
+    std::set<int32_t> file_meshes_;
     std::optional<std::set<std::string>> repaired_;  ///< meshes, once one was looked for
 };
 

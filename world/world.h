@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -61,6 +62,8 @@ struct Texture {
     /// Of DICOM: which segment, by label or number, and which of its frames.
     std::string segment;
     std::optional<double> echo, detector, energy_window, phase;
+    /// Which of the keys that are a volume's alone the world gives, and where.
+    std::vector<std::pair<std::string, SourceLocation>> of_volume;
     SourceLocation location;
 };
 
@@ -146,6 +149,9 @@ struct Placement {
     UniformBindings overrides;
     SourceLocation location;
     int32_t piece = -1;  ///< of the object's regions; -1: all of it, uncut
+    /// Where its mesh is only a box around it, and a tool has asked: the boxes of what it places, as
+    /// turned and scaled, less the translation, and as only scaled.
+    std::optional<Box3d> extent, own_extent;
 };
 
 /// The support settings of a world.
@@ -181,6 +187,10 @@ struct World {
     bool programs_allowed = false;  ///< as in FileRules
 };
 
+/// Returns the box of what a placement places, by its transform, of a world that has all but its build:
+/// of a shape what is solid, where its mesh is a box around that.
+using ExtentOf = std::function<Result<Box3d>(const World& world, const Placement& placement)>;
+
 constexpr size_t kLargestWorld = 256'000'000;  ///< bytes
 
 /// Limits for reading a world.
@@ -191,6 +201,9 @@ struct FileRules {
     int64_t memory_bytes = mesh::kDefaultReadingBytes;
     /// Whether programs that it names may run. Reading it runs none.
     bool programs = false;
+    /// By what solids are put on the bed, in grids and in rows whose mesh is only a box around them;
+    /// without it, by that box.
+    ExtentOf extent_of = nullptr;
 };
 
 /// Makes rules of folders, of which one may be kProgramsWord.

@@ -119,6 +119,20 @@ class WorldBinder {
                            return part_beams(object, fablet, {1, 0, 0, 0, 1, 0, 0, 0, 1}, mesh);
                        }}) {}
 
+    Result<Part> run_one(const world::Placement& placement, const BindOptions& options) {
+        if (Result<void> sets = read_sets(options); !sets) return sets.error();
+        memory_left_ = options.memory_bytes;
+        unplaced_ = true;
+        Result<Part> part = bind_placement(placement, 0);
+        if (part && memory_left_ < 0) {
+            return error_at(placement.location,
+                            fmt::format(messages::kPartsTakeMemory, part->name,
+                                        options.memory_bytes / 1'000'000),
+                            messages::kPartsTakeMemoryHelp);
+        }
+        return part;
+    }
+
     Result<std::vector<Part>> run(const BindOptions& options) {
         if (Result<void> sets = read_sets(options); !sets) return sets.error();
         memory_left_ = options.memory_bytes;
@@ -242,7 +256,7 @@ class WorldBinder {
             for (const auto& [name, binding] : sets->second)
                 bindings.insert_or_assign(name, binding);
         }
-        return bind_uniforms(world_, fablet, bindings, object.name, object.location);
+        return bind_uniforms(world_, fablet, bindings, object.name, object.location, unplaced_);
     }
 
     /// Null of an object that is no beams.
@@ -321,6 +335,7 @@ class WorldBinder {
     const openfab_fablet_list& fablets_;
     TextureBinder textures_;
     int64_t memory_left_ = 0;
+    bool unplaced_ = false;                         ///< the world has no build yet
     std::vector<std::vector<int32_t>> placements_;  ///< by object; filled on first use
     std::map<std::string, world::UniformBindings> sets_;
     // Only for lookup, never iterated: the order of pointers must not affect results.
@@ -385,6 +400,11 @@ Result<void> add_textures(const openfab_fablet& fablet, const std::vector<std::s
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options) {
     return WorldBinder(world, fablets, options.memory_bytes).run(options);
+}
+
+Result<Part> bind_geometry(const world::World& world, const world::Placement& placement,
+                           const openfab_fablet_list& fablets, const BindOptions& options) {
+    return WorldBinder(world, fablets, options.memory_bytes).run_one(placement, options);
 }
 
 std::string_view setting_of(const Error& error) {

@@ -33,6 +33,11 @@ struct BindOptions {
 Result<std::vector<Part>> bind(const world::World& world, const openfab_fablet_list& fablets,
                                const BindOptions& options = {});
 
+/// Makes the part of a placement of a world that has no build yet, for its geometry: objects that its
+/// volume asks for are unknown.
+Result<Part> bind_geometry(const world::World& world, const world::Placement& placement,
+                           const openfab_fablet_list& fablets, const BindOptions& options = {});
+
 /// Returns the `OBJECT.UNIFORM=VALUE` that an error of bind or make_quick_world is about; empty if it is about no setting.
 std::string_view setting_of(const Error& error);
 

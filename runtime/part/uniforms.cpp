@@ -93,12 +93,13 @@ class Binder {
   public:
     Binder(const world::World& world, const openfab_fablet& fablet,
            const world::UniformBindings& bindings, const std::string& object,
-           const SourceLocation& object_location)
+           const SourceLocation& object_location, bool unplaced)
         : world_(world),
           fablet_(fablet),
           bindings_(bindings),
           object_(object),
-          object_location_(object_location) {}
+          object_location_(object_location),
+          unplaced_(unplaced) {}
 
     Result<BoundUniforms> run() {
         out_.values.assign(static_cast<size_t>(fablet_.uniform_value_count), 0);
@@ -332,9 +333,10 @@ class Binder {
             if (found < 0)
                 return unknown(u, b, name, fmt::format(messages::kNoSuchObject, name),
                                world_.objects);
-            const bool placed =
-                std::any_of(world_.build.begin(), world_.build.end(),
-                            [&](const world::Placement& p) { return p.object == found; });
+            const bool placed = unplaced_ || std::any_of(world_.build.begin(), world_.build.end(),
+                                                         [&](const world::Placement& p) {
+                                                             return p.object == found;
+                                                         });
             const auto slot = static_cast<int32_t>(index);
             const bool in_its_place = shape_asks(fablet_, slot) && !volume_asks(fablet_, slot);
             if (!placed && !in_its_place) {
@@ -360,6 +362,7 @@ class Binder {
     const world::UniformBindings& bindings_;
     const std::string& object_;
     const SourceLocation& object_location_;
+    const bool unplaced_;
     BoundUniforms out_;
 };
 
@@ -426,8 +429,8 @@ void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values
 Result<BoundUniforms> bind_uniforms(const world::World& world, const openfab_fablet& fablet,
                                     const world::UniformBindings& bindings,
                                     const std::string& object,
-                                    const SourceLocation& object_location) {
-    return Binder(world, fablet, bindings, object, object_location).run();
+                                    const SourceLocation& object_location, bool unplaced) {
+    return Binder(world, fablet, bindings, object, object_location, unplaced).run();
 }
 
 }  // namespace openfab::part

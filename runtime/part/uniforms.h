@@ -24,11 +24,11 @@ struct BoundUniforms {
 };
 
 /// Checks and lays out the values. `bindings` are the object's, with overrides applied. `object`
-/// and `object_location` are for messages.
+/// and `object_location` are for messages. `unplaced`: whether objects are placed is not known yet.
 Result<BoundUniforms> bind_uniforms(const world::World& world, const openfab_fablet& fablet,
                                     const world::UniformBindings& bindings,
                                     const std::string& object,
-                                    const SourceLocation& object_location);
+                                    const SourceLocation& object_location, bool unplaced = false);
 
 /// Appends the derived values of openfab_fablet::derived to the uniform values.
 void derive_uniforms(const openfab_fablet& fablet, std::vector<uint32_t>* values);

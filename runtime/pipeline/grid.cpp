@@ -94,6 +94,7 @@ Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
         any = true;
         if (contains(box, surface::transform_box(parts[i].local_to_build, known->second))) continue;
         box.add(solid::box_in_build(parts[i], *solids[i]));
+        box.add(solid::voxels_beyond(parts[i], *solids[i], pitch_mm, box));
     }
     if (!any) return user_error(messages::kNothingToPrint);
     part::Grid grid;

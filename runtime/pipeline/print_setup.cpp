@@ -67,6 +67,8 @@ Result<void> set_up_grid(PrintSetup* p) {
     if (!grid) return grid.error();
     if (const Result<void> diced = p->solid_status(); !diced) return diced;
     p->grid = *grid;
+    for (std::string& thin : thin_shape_warnings(p->input.parts, p->solids, p->input.pitch_mm))
+        p->warnings.push_back(std::move(thin));
     Result<Vec2<int32_t>> range = slice_range(p->grid, p->options);
     if (!range) return range.error();
     p->range = *range;

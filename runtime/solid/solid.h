@@ -104,6 +104,12 @@ class Solid {
 
     /// Returns the box of all that is covered, under an affine map.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
+    /// Returns the box of voxels of a grid, at multiples of its pitch in build space, that are covered
+    /// though they lie beyond exact_box, and beyond `known`: it may rest on points that were looked at.
+    virtual Box3d voxels_beyond(const Affine3d& /*local_to_build*/, const Vec3d& /*pitch_mm*/,
+                                const Box3d& /*known*/) const {
+        return {};
+    }
     /// Returns a box that holds it, which costs little.
     virtual Box3f bounds() const = 0;
     /// Returns whether a query may have to dice patches first, so that it is worth it to ask less.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/units.h"
+#include "tools/openfab/extents.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
 #include "tools/openfab/programs.h"
@@ -38,6 +39,10 @@ Result<Loaded> load(const ArrangeArguments& arguments, int64_t memory) {
         Result<world::World> world =
             world::load_world(file, {{arguments.allow.begin(), arguments.allow.end()}, memory});
         if (!world) return world.error();
+        if (const Result<void> known =
+                find_extents(file, arguments.allow, arguments.memory, &*world);
+            !known)
+            return known.error();
         const Result<std::string> text = read_text_file(file, world::kLargestWorld);
         if (!text) return text.error();
         Result<JsonValue> root = parse_json(*text, file, memory);

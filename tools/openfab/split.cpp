@@ -17,6 +17,7 @@
 #include "base/say.h"
 #include "base/units.h"
 #include "pieces/search.h"
+#include "tools/openfab/extents.h"
 #include "tools/openfab/machine_tray.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/pieces_text.h"
@@ -305,6 +306,10 @@ Result<void> run_split(const SplitArguments& arguments) {
     Result<world::World> world = world::load_world(
         arguments.world, {{arguments.allow.begin(), arguments.allow.end()}, *memory});
     if (!world) return world.error();
+    if (const Result<void> known =
+            find_extents(arguments.world, arguments.allow, arguments.memory, &*world);
+        !known)
+        return known.error();
     const Result<std::string> text = read_text_file(arguments.world, world::kLargestWorld);
     if (!text) return text.error();
     Result<JsonValue> root = parse_json(*text, arguments.world, *memory);

@@ -91,6 +91,15 @@ JsonValue json_of(const Affine3d& map) {
     return out;
 }
 
+/// Returns the box of a box that is turned at right angles.
+Box3d mapped(const Box3d& box, const std::array<double, 9>& turn) {
+    const Affine3d map{turn, {}};
+    Box3d out;
+    out.add(map.apply(box.lo));
+    out.add(map.apply(box.hi));
+    return out;
+}
+
 /// What is put on trays: a placement, or a piece of one.
 struct Thing {
     const world::Placement* placement = nullptr;
@@ -137,7 +146,13 @@ class TrayWriter {
         for (const auto& by : turns) {
             const std::array<double, 9> turn = product(Affine3d{by, {}}, first).m;
             const Affine3d map = product(Affine3d{turn, {}}, things_[thing].placement->transform);
-            Box3d box = turned_box(things_[thing], map.m);
+            const world::Placement& placed = *things_[thing].placement;
+            Box3d box;
+            if (placed.extent && things_[thing].piece == placed.piece) {
+                box = mapped(first.m == Affine3d{}.m ? *placed.extent : *placed.own_extent, by);
+            } else {
+                box = turned_box(things_[thing], map.m);
+            }
             if (box.empty()) box = Box3d{{}, {}};
             poses_[thing].push_back({turn, {box.lo + map.t, box.hi + map.t}});
         }

@@ -115,6 +115,7 @@ Cut::Cut(const part::Part& part, const part::Grid& grid, const Solid& solid, con
                    r[1] * from.x + r[4] * from.y + r[7] * from.z,
                    r[2] * from.x + r[5] * from.y + r[8] * from.z};
     Box3d box = box_in_build(part, solid);
+    box.add(voxels_beyond(part, solid, grid.pitch_mm, box));
     box_ = {{0, 0, 0}, {0, 0, 0}};
     if (box.empty()) return;
     for (int axis = 0; axis < 3; ++axis) {
@@ -244,6 +245,21 @@ Box3d box_in_build(const part::Part& part, const Solid& solid) {
     for (int axis = 0; axis < 3; ++axis) {
         box.lo[axis] = std::max(box.lo[axis], whole.lo[axis]);
         box.hi[axis] = std::min(box.hi[axis], whole.hi[axis]);
+    }
+    return box.empty() ? Box3d{} : box;
+}
+
+Box3d voxels_beyond(const part::Part& part, const Solid& solid, const Vec3d& pitch_mm,
+                    const Box3d& known) {
+    Box3d box = solid.voxels_beyond(part.local_to_build, pitch_mm, known);
+    if (part.piece == nullptr || box.empty()) return box;
+    const Box3f bounds = solid.bounds();
+    const Box3d piece =
+        pieces::piece_box(Box3d{vec_cast<double>(bounds.lo), vec_cast<double>(bounds.hi)},
+                          part.piece->region, part.local_to_build);
+    for (int axis = 0; axis < 3; ++axis) {
+        box.lo[axis] = std::max(box.lo[axis], piece.lo[axis] - pitch_mm[axis]);
+        box.hi[axis] = std::min(box.hi[axis], piece.hi[axis] + pitch_mm[axis]);
     }
     return box.empty() ? Box3d{} : box;
 }

@@ -64,6 +64,9 @@ class Cut {
 
 /// Returns the box of a part as placed: of its piece, if it is one.
 Box3d box_in_build(const part::Part& part, const Solid& solid);
+/// Returns the box of voxels that are covered beyond that and `known` (Solid::voxels_beyond).
+Box3d voxels_beyond(const part::Part& part, const Solid& solid, const Vec3d& pitch_mm,
+                    const Box3d& known);
 
 /// Returns the top of each column of a box (rule 17), row by row, of a part that is a piece: the
 /// highest voxel that it covers.

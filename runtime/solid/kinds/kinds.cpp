@@ -2,11 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "runtime/solid/kinds/kinds.h"
 
+#include <fmt/format.h>
+
 #include "base/check.h"
 #include "runtime/part/shape_stage.h"
 #include "runtime/solid/beams/beam_solid.h"
+#include "runtime/solid/cut/cut.h"
 #include "runtime/solid/grow/grow_solid.h"
 #include "runtime/solid/mesh/mesh_solid.h"
+#include "runtime/solid/messages.h"
 #include "runtime/solid/shape/shape_solid.h"
 #include "runtime/solid/stretched/stretched_solid.h"
 
@@ -73,6 +77,23 @@ Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
     const Result<Bodies> bodies = bodies_of(part, options);
     if (!bodies) return bodies.error();
     return kind_of(part).make(part, options, *bodies);
+}
+
+Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa) {
+    if (&kind_of(part) == &kGrowKind) {
+        return error_at(part.shape->location, fmt::format(messages::kReachNotKnown, part.name),
+                        messages::kReachNotKnownHelp);
+    }
+    // Of what a shape asks for distances: they are within a fiftieth of this.
+    constexpr double kCell_mm = 0.1;
+    surface::SurfaceOptions options;
+    options.micro_edge_mm = kCell_mm;
+    options.isa = isa;
+    const Result<std::shared_ptr<Solid>> solid = make_solid(part, options);
+    if (!solid) return solid.error();
+    const Box3d box = box_in_build(part, **solid);
+    if (Result<void> fine = (*solid)->status(); !fine) return fine.error();
+    return box;
 }
 
 Result<void> refine_source(const surface::SurfaceOptions& options, part::Part* part) {

@@ -14,6 +14,8 @@ const Kind& kind_of(const part::Part& part);
 /// As Kind::make, refine and bytes, of a part and the bodies that its shape asks.
 Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
                                           const surface::SurfaceOptions& options);
+/// Returns the box of a part in build space before any displacement, by a solid that no pitch makes.
+Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa);
 Result<void> refine_source(const surface::SurfaceOptions& options, part::Part* part);
 int64_t source_bytes(const part::Part& part);
 

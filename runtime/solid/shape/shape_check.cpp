@@ -13,6 +13,19 @@
 
 namespace openfab::solid {
 
+namespace {
+
+// Of the longest side: squares of a side of the box that intervals leave open are halved to this, and
+// the points in them are an eighth of it apart.
+constexpr float kSmallestSquare = 1.0f / 64;
+constexpr int32_t kPointsOfSquare = 8;
+constexpr size_t kPointsAtOnce = 4096;
+// Likewise: steps inwards, and how far a zero may lie beyond the border of a shape that touches it.
+constexpr float kInwards[] = {0x1p-10f, 0x1p-14f, 0x1p-18f};
+constexpr float kTouches = 0x1p-17f;
+
+}  // namespace
+
 std::string ShapeField::place(const Vec3f& p) const {
     Vec3d at = vec_cast<double>(p);
     for (int a = 0; a < 3; ++a)
@@ -29,9 +42,13 @@ Error ShapeField::error(const std::string& what, const std::string& help) const 
 
 Result<void> ShapeField::check() const {
     if (Result<void> closed = check_border(); !closed) return closed;
-    if (!exact_box({}).empty()) return status();
+    const ShapeExtent& found = extent({1, 0, 0, 0, 1, 0, 0, 0, 1});
     if (Result<void> fine = status(); !fine) return fine;
-    return error(messages::kNowhereNegative, messages::kNowhereNegativeHelp);
+    if (!found.box.empty()) return {};
+    if (found.open.empty())
+        return error(messages::kNowhereNegative, messages::kNowhereNegativeHelp);
+    return error(fmt::format(messages::kNegativeAtNoPoint, found.spacing_mm),
+                 messages::kNegativeAtNoPointHelp);
 }
 
 Result<void> ShapeField::check_border() const {
@@ -47,60 +64,99 @@ Result<void> ShapeField::check_border() const {
     return out;
 }
 
-/// A side of the lattice, by squares of vertices; those that intervals decide are left out.
+/// A side of the box, by squares that are halved; those that intervals decide are left out, and in the
+/// smallest points are looked at.
 Result<void> ShapeField::check_side(int axis, bool high, ShapeCalls* calls) const {
-    struct Square {
-        Vec3i lo, hi;
-    };
-    Square all{{0, 0, 0}, cells_};
-    all.lo[axis] = all.hi[axis] = high ? cells_[axis] : 0;
-    std::vector<Square> open{all};
+    const float longest = box_.longest_side();
+    Box3f all = box_;
+    all.lo[axis] = all.hi[axis] = high ? box_.hi[axis] : box_.lo[axis];
+    std::vector<Box3f> open{all};
     while (!open.empty()) {
         ShapePoints lo, hi;
-        for (const Square& square : open) {
-            lo.push_back(position(square.lo));
-            hi.push_back(position(square.hi));
-        }
+        for (const Box3f& square : open)
+            lo.push_back(square.lo), hi.push_back(square.hi);
         std::vector<float> value_lo, value_hi;
         if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
             !status.ok()) {
             note(status);
             return status_of();
         }
-        std::vector<Square> next;
+        std::vector<Box3f> next;
+        ShapePoints points;
         for (size_t i = 0; i < open.size(); ++i) {
             if (value_lo[i] >= 0) continue;
-            const Square& square = open[i];
-            const Vec3i size = square.hi - square.lo;
-            const int longest = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-            if (size[longest] > kPatchCells) {
-                Square low = square, rest = square;
-                low.hi[longest] = rest.lo[longest] = square.lo[longest] + size[longest] / 2;
-                next.push_back(low);
-                next.push_back(rest);
+            const Box3f& square = open[i];
+            const Vec3f size = square.size();
+            const int side = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+            if (size[side] > kSmallestSquare * longest) {
+                const float middle = square.lo[side] + size[side] / 2;
+                next.push_back(square);
+                next.back().hi[side] = middle;
+                next.push_back(square);
+                next.back().lo[side] = middle;
                 continue;
             }
-            ShapePoints points;
-            for (int32_t z = square.lo.z; z <= square.hi.z; ++z) {
-                for (int32_t y = square.lo.y; y <= square.hi.y; ++y) {
-                    for (int32_t x = square.lo.x; x <= square.hi.x; ++x)
-                        points.push_back(position({x, y, z}));
+            for (int32_t v = 0; v <= kPointsOfSquare; ++v) {
+                for (int32_t u = 0; u <= kPointsOfSquare; ++u) {
+                    Vec3f p = square.lo;
+                    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+                    p[b] = u == kPointsOfSquare
+                               ? square.hi[b]
+                               : square.lo[b] + size[b] * static_cast<float>(u) / kPointsOfSquare;
+                    p[c] = v == kPointsOfSquare
+                               ? square.hi[c]
+                               : square.lo[c] + size[c] * static_cast<float>(v) / kPointsOfSquare;
+                    points.push_back(p);
                 }
             }
-            std::vector<float> values;
-            if (const abi::KernelStatus status = calls->values(points, &values); !status.ok()) {
-                note(status);
-                return status_of();
-            }
-            for (size_t k = 0; k < points.size(); ++k) {
-                if (std::isnan(values[k])) note_nan(points.point(k));
-                if (!(values[k] < 0)) continue;
-                return error(fmt::format(messages::kShapeOpen, static_cast<double>(values[k]),
-                                         place(points.point(k))),
-                             messages::kShapeOpenHelp);
-            }
+            if (points.size() < kPointsAtOnce) continue;
+            if (Result<void> fine = check_points(points, axis, high, calls); !fine) return fine;
+            points.clear();
         }
+        if (Result<void> fine = check_points(points, axis, high, calls); !fine) return fine;
         open = std::move(next);
+    }
+    return {};
+}
+
+/// Checks points of a side. A shape may touch its box: there a value may be below 0 by its rounding,
+/// and how fast it falls on the way inwards tells how far the zero is.
+Result<void> ShapeField::check_points(const ShapePoints& points, int axis, bool high,
+                                      ShapeCalls* calls) const {
+    if (points.size() == 0) return {};
+    std::vector<float> values, inwards;
+    abi::KernelStatus status = calls->values(points, &values);
+    ShapePoints negative;
+    std::vector<float> at;
+    for (size_t k = 0; k < points.size() && status.ok(); ++k) {
+        if (std::isnan(values[k])) note_nan(points.point(k));
+        if (!(values[k] < 0)) continue;
+        negative.push_back(points.point(k));
+        at.push_back(values[k]);
+    }
+    if (status.ok() && at.empty()) return {};
+    const float longest = box_.longest_side();
+    std::vector<uint8_t> touches(at.size(), 0);
+    for (const float share : kInwards) {
+        ShapePoints moved = negative;
+        const float by = share * longest;
+        for (float& x : moved.at[static_cast<size_t>(axis)])
+            x = high ? x - by : x + by;
+        if (status.ok()) status = calls->values(moved, &inwards);
+        for (size_t k = 0; k < at.size() && status.ok(); ++k) {
+            const float falls = at[k] - inwards[k];
+            if (falls > 0 && -at[k] / falls * by <= kTouches * longest) touches[k] = 1;
+        }
+    }
+    if (!status.ok()) {
+        note(status);
+        return status_of();
+    }
+    for (size_t k = 0; k < at.size(); ++k) {
+        if (touches[k] != 0) continue;
+        return error(
+            fmt::format(messages::kShapeOpen, static_cast<double>(at[k]), place(negative.point(k))),
+            messages::kShapeOpenHelp);
     }
     return {};
 }

@@ -42,11 +42,23 @@ uint32_t no_number(const Eight& v) {
     return bits(_mm_cmpunord_ps(v.low, v.low), _mm_cmpunord_ps(v.high, v.high));
 }
 
-bool holds(const Box3f& box, const Box3f& other) {
+/// How a box lies to the shape's, outside of which nothing is evaluated.
+enum class Lies : uint8_t { kInside, kAcross, kOutside };
+
+/// Cuts a box to another; one outside becomes a point.
+Lies cut(const Box3f& to, Box3f* box) {
+    Lies lies = Lies::kInside;
     for (int a = 0; a < 3; ++a) {
-        if (!(other.lo[a] >= box.lo[a] && other.hi[a] <= box.hi[a])) return false;
+        if (box->hi[a] < to.lo[a] || box->lo[a] > to.hi[a]) {
+            box->lo = box->hi = to.lo;
+            return Lies::kOutside;
+        }
+        if (box->lo[a] >= to.lo[a] && box->hi[a] <= to.hi[a]) continue;
+        lies = Lies::kAcross;
+        box->lo[a] = std::max(box->lo[a], to.lo[a]);
+        box->hi[a] = std::min(box->hi[a], to.hi[a]);
     }
-    return true;
+    return lies;
 }
 
 }  // namespace
@@ -72,14 +84,16 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* call
     std::vector<Vec2<int32_t>> undecided;
     ShapePoints lo, hi;
     std::vector<float> value_lo, value_hi;
+    std::vector<Lies> lies;
     for (int32_t side = kLargest; !open.empty(); side /= 2) {
         if (stop != nullptr && stop->load(std::memory_order_relaxed)) return;
         lo.resize(open.size());
         hi.resize(open.size());
+        lies.resize(open.size());
         for (size_t i = 0; i < open.size(); ++i) {
             const Vec3i lowest = Vec3i{open[i].x, open[i].y, kSlabSlices * slab} - base_;
-            const Box3f box =
-                frame_.box(lowest, lowest + Vec3i{side - 1, side - 1, kSlabSlices - 1});
+            Box3f box = frame_.box(lowest, lowest + Vec3i{side - 1, side - 1, kSlabSlices - 1});
+            lies[i] = cut(whole, &box);
             lo.set(i, box.lo);
             hi.set(i, box.hi);
         }
@@ -88,9 +102,9 @@ void ShapeCoverage::cover(int32_t slab, const Columns& columns, ShapeCalls* call
             return field_.note(status);
         next.clear();
         for (size_t i = 0; i < open.size(); ++i) {
-            if (value_lo[i] >= 0) continue;
+            if (value_lo[i] >= 0 || lies[i] == Lies::kOutside) continue;
             const Vec2<int32_t> at = open[i];
-            if (value_hi[i] < 0 && holds(whole, {lo.point(i), hi.point(i)})) {
+            if (value_hi[i] < 0 && lies[i] == Lies::kInside) {
                 const int32_t x0 = std::max(at.x, box_.lo.x), x1 = std::min(at.x + side, box_.hi.x);
                 const int32_t y0 = std::max(at.y, box_.lo.y), y1 = std::min(at.y + side, box_.hi.y);
                 for (int32_t y = y0; y < y1; ++y) {
@@ -144,6 +158,22 @@ void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles,
             }
         }
     }
+    // What lies outside of the shape's box is evaluated on its border, and is void.
+    std::array<uint8_t, kBatch * kColumns> in_box;
+    for (size_t column = 0; column < tiles.size() * kColumns; ++column) {
+        const size_t first = kSlabSlices * column;
+        uint32_t in = 0xff;
+        for (size_t a = 0; a < 3; ++a) {
+            const int axis = static_cast<int>(a);
+            in &= within(Eight(points->at[a].data() + first), whole.lo[axis], whole.hi[axis]);
+        }
+        in_box[column] = static_cast<uint8_t>(in);
+        for (size_t a = 0; a < 3 && in != 0xff; ++a) {
+            const int axis = static_cast<int>(a);
+            for (size_t z = first; z < first + kSlabSlices; ++z)
+                points->at[a][z] = std::clamp(points->at[a][z], whole.lo[axis], whole.hi[axis]);
+        }
+    }
     if (const abi::KernelStatus status = calls->values(*points, values); !status.ok())
         return field_.note(status);
     for (size_t t = 0; t < tiles.size(); ++t) {
@@ -152,13 +182,9 @@ void ShapeCoverage::evaluate(int32_t slab, std::span<const Vec2<int32_t>> tiles,
             if (x < box_.lo.x || x >= box_.hi.x || y < box_.lo.y || y >= box_.hi.y) continue;
             const size_t first = kPoints * t + kSlabSlices * static_cast<size_t>(column);
             const Eight value(values->data() + first);
-            uint32_t inside = negative(value) & all;
-            for (size_t a = 0; a < 3; ++a) {
-                const int axis = static_cast<int>(a);
-                inside &=
-                    within(Eight(points->at[a].data() + first), whole.lo[axis], whole.hi[axis]);
-            }
-            if (const uint32_t nans = no_number(value); nans != 0)
+            const uint32_t in = in_box[kColumns * t + static_cast<size_t>(column)];
+            const uint32_t inside = negative(value) & all & in;
+            if (const uint32_t nans = no_number(value) & in; nans != 0)
                 field_.note_nan(points->point(first + static_cast<size_t>(std::countr_zero(nans))));
             out->mask[static_cast<size_t>(y - out->y0) * static_cast<size_t>(out->width) +
                       static_cast<size_t>(x - out->x0)] = static_cast<uint8_t>(inside);

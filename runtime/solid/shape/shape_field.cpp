@@ -44,6 +44,8 @@ ShapeField::ShapeField(const part::Part& stage, const Bodies& bodies, const open
     for (const Vec3d& p : stage.mesh->positions)
         box.add(Vec3d{p.x * stretch[0], p.y * stretch[1], p.z * stretch[2]});
     for (int a = 0; a < 3; ++a) {
+        box_.lo[a] = static_cast<float>(box.lo[a]);
+        box_.hi[a] = static_cast<float>(box.hi[a]);
         first_[a] = static_cast<int32_t>(std::floor(box.lo[a] / cell_mm)) - 1;
         cells_[a] = static_cast<int32_t>(std::ceil(box.hi[a] / cell_mm)) + 1 - first_[a];
     }
@@ -71,9 +73,32 @@ bool ShapeField::is_distance() const {
 
 Vec3f ShapeField::position(const Vec3i& vertex) const {
     Vec3f out;
-    for (int a = 0; a < 3; ++a)
-        out[a] = static_cast<float>(static_cast<double>(first_[a] + vertex[a]) * cell_mm_);
+    for (int a = 0; a < 3; ++a) {
+        out[a] =
+            std::clamp(static_cast<float>(static_cast<double>(first_[a] + vertex[a]) * cell_mm_),
+                       box_.lo[a], box_.hi[a]);
+    }
     return out;
+}
+
+Vec3f ShapeField::origin() const {
+    Vec3f out;
+    for (int a = 0; a < 3; ++a)
+        out[a] = static_cast<float>(static_cast<double>(first_[a]) * cell_mm_);
+    return out;
+}
+
+bool ShapeField::at_border(const Box3f& box) const {
+    for (int a = 0; a < 3; ++a) {
+        if (box.lo[a] <= box_.lo[a] || box.hi[a] >= box_.hi[a]) return true;
+    }
+    return false;
+}
+
+void ShapeField::close_border(const ShapePoints& points, std::vector<float>* values) const {
+    for (size_t i = 0; i < points.size(); ++i) {
+        if ((*values)[i] < 0 && at_border({points.point(i), points.point(i)})) (*values)[i] = 0;
+    }
 }
 
 Vec3i ShapeField::end_of(const Node& node) const {
@@ -125,7 +150,9 @@ void ShapeField::split(const Node& node, const Box3f& within, ShapeCalls* calls,
     if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi); !status.ok())
         return note(status);
     for (size_t i = 0; i < parts.size(); ++i) {
-        if (!(value_lo[i] >= 0) && !(value_hi[i] < 0)) out->push_back(parts[i]);
+        const bool outside = value_lo[i] >= 0;
+        const bool inside = value_hi[i] < 0 && !at_border({lo.point(i), hi.point(i)});
+        if (!outside && !inside) out->push_back(parts[i]);
     }
 }
 
@@ -164,6 +191,7 @@ bool ShapeField::fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* dice
         note(status);
         return false;
     }
+    close_border(diced->vertices, &diced->values);
     bool inside = false, outside = false;
     for (size_t i = 0; i < v; ++i) {
         const bool in = diced->values[i] < 0;
@@ -193,6 +221,7 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
             note(status);
             return false;
         }
+        close_border(points, &values);
         for (size_t i = 0; i < points.size(); ++i) {
             (values[i] < 0 ? inside : outside) = true;
             if (std::isnan(values[i])) note_nan(points.point(i));
@@ -218,7 +247,8 @@ bool ShapeField::crosses(const Node& block, ShapeCalls* calls) const {
         return false;
     }
     for (size_t i = 0; i < left.size(); ++i) {
-        if (value_lo[i] >= 0 || value_hi[i] < 0) {
+        const bool inside_all = value_hi[i] < 0 && !at_border({lo.point(i), hi.point(i)});
+        if (value_lo[i] >= 0 || inside_all) {
             (value_hi[i] < 0 ? inside : outside) = true;
         } else if (!evaluate(left[i].lowest, end_of(left[i]), 1)) {
             return false;

@@ -5,15 +5,17 @@
 // The zero set of a shape on a lattice over its box: which blocks of cells it passes, by intervals,
 // and its micropolygons there. Threads share it.
 //
-// The lattice has the pitch `cell`, with vertices at multiples of it in part-local mm, and reaches one
-// to two cells beyond the box. A vertex is inside if its value is below 0. On each edge between an inside
-// and an outside vertex lies one micro-vertex, at the zero that a search finds which looks at nothing
-// but the edge: neighbours that share the edge have it with equal bits.
+// The lattice has the pitch `cell`, with vertices at multiples of it in part-local mm; those that would
+// lie beyond the box are moved to its border, so that nothing is evaluated outside. A vertex is inside
+// if its value is below 0 and it is not on that border. On each edge between an inside and an outside
+// vertex lies one micro-vertex, at the zero that a search finds which looks at nothing but the edge:
+// neighbours that share the edge have it with equal bits.
 
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -30,6 +32,14 @@ namespace openfab::solid {
 /// Cells along a side of a block, which is a patch of the surface.
 constexpr int32_t kPatchCells = 16;
 
+/// How far a shape reaches under a linear map.
+struct ShapeExtent {
+    Box3d box;  ///< empty: nowhere is a point of it
+    std::vector<Box3f>
+        open;  ///< boxes, part-local, beyond it, where bounds of the value do not tell that nothing is inside
+    double spacing_mm = 0;  ///< of an empty box with open ones: points so far apart were looked at
+};
+
 class ShapeField {
   public:
     /// `stage`: the part of Part::shape; `bodies`: those of it; `fablet` has the @nearest inputs. Stage
@@ -37,13 +47,23 @@ class ShapeField {
     ShapeField(const part::Part& stage, const Bodies& bodies, const openfab_fablet& fablet,
                double cell_mm, openfab_isa isa);
 
-    /// Returns an error where the shape is negative at the border of its lattice, nowhere negative
-    /// in it, or no number.
+    /// Returns an error where the shape is negative at the border of its box, nowhere negative in it,
+    /// or no number. The points that are looked at do not depend on the cell.
     Result<void> check() const;
-    /// Returns the box of all micropolygons under an affine map, to a thousandth of a cell.
+    /// Returns the box of what is negative under an affine map (find_extent).
     Box3d exact_box(const Affine3d& local_to_other) const;
-    /// Returns the lattice's box, part-local.
-    Box3f bounds() const { return {position({0, 0, 0}), position(cells_)}; }
+    /// Returns the box of voxels beyond `known` whose centres are inside though no box of find_extent
+    /// holds them. `pitch_mm` is along the axes of the other space, whose voxels lie at its multiples.
+    Box3d voxels_beyond(const Affine3d& local_to_other, const Vec3d& pitch_mm,
+                        const Box3d& known) const;
+    /// Returns the shape's box, part-local.
+    const Box3f& bounds() const { return box_; }
+    /// Returns whether a box within the shape's touches its border, where everything is outside.
+    bool at_border(const Box3f& box) const;
+    /// Lets values at points on that border be 0 where they are below.
+    void close_border(const ShapePoints& points, std::vector<float>* values) const;
+    /// Returns the lattice's lowest corner, as it were without the box.
+    Vec3f origin() const;
     /// Returns the lowest cells of all blocks that have a micropolygon, in order of z, y, x.
     std::vector<Vec3i> find_blocks(const std::atomic<bool>* stop) const;
     /// Returns the box of a block's cells.
@@ -89,16 +109,14 @@ class ShapeField {
     /// Appends those of the node's eight parts that the bounds kernel does not decide within a box.
     void split(const Node& node, const Box3f& within, ShapeCalls* calls,
                std::vector<Node>* out) const;
-    bool undecided(const Node& node, const Box3f& within, ShapeCalls* calls) const;
-    Box3f beyond(const Affine3d& map, int axis, double sign, double reach) const;
-    void look(const Node& node, const Box3f& within, const Affine3d& map, std::vector<Node>* parts,
-              Box3d* box) const;
-    void search_side(const Affine3d& map, int axis, double sign, Box3d* box) const;
+    const ShapeExtent& extent(const std::array<double, 9>& turn) const;
     bool fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const;
     bool crosses(const Node& block, ShapeCalls* calls) const;
     void find_zeros(ShapeCalls* calls, Diced* diced) const;
     Result<void> check_border() const;
     Result<void> check_side(int axis, bool high, ShapeCalls* calls) const;
+    Result<void> check_points(const ShapePoints& points, int axis, bool high,
+                              ShapeCalls* calls) const;
     Result<void> status_of() const;
     Error error(const std::string& what, const std::string& help) const;
     std::string place(const Vec3f& p) const;
@@ -108,12 +126,15 @@ class ShapeField {
     const ShapeBodies bodies_;
     double cell_mm_;
     openfab_isa isa_;
+    Box3f box_;
     Vec3i first_;  ///< multiple of the pitch that is the lattice's lowest vertex
     Vec3i cells_;  ///< along each axis
     /// Places of the @nearest inputs' components in what ShapeCalls::attributes gives.
     std::vector<size_t> floats_, ints_;
     mutable Pool<ShapeCalls> calls_;
     mutable std::mutex mutex_;
+    mutable std::map<std::array<double, 9>, ShapeExtent> extents_;  ///< by map
+    mutable std::mutex extents_mutex_;
     mutable std::optional<Vec3f> nan_;  ///< the first in z, y, x
     mutable std::optional<abi::KernelStatus> failed_;
 };

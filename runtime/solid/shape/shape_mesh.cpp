@@ -71,23 +71,31 @@ Welded weld(const ShapeField& field, const std::atomic<bool>* stop) {
 }
 
 /// Central differences; 0 where the value has no slope.
-std::vector<Vec3f> normals(const ShapePoints& points, float step, ShapeCalls* calls,
-                           abi::KernelStatus* status) {
+std::vector<Vec3f> normals(const ShapePoints& points, float step, const Box3f& box,
+                           ShapeCalls* calls, abi::KernelStatus* status) {
     std::vector<Vec3f> out(points.size());
     std::vector<float> low, high;
     ShapePoints moved = points;
     for (size_t a = 0; a < 3; ++a) {
         const auto move = [&](float by, std::vector<float>* values) {
             for (size_t i = 0; i < points.size(); ++i)
-                moved.at[a][i] = points.at[a][i] + by;
+                moved.at[a][i] = std::clamp(points.at[a][i] + by, box.lo[static_cast<int>(a)],
+                                            box.hi[static_cast<int>(a)]);
             if (status->ok()) *status = calls->values(moved, values);
         };
         move(-step, &low);
         move(step, &high);
         moved.at[a] = points.at[a];
         if (!status->ok()) return out;
-        for (size_t i = 0; i < points.size(); ++i)
-            out[i][static_cast<int>(a)] = high[i] - low[i];
+        const float least = box.lo[static_cast<int>(a)], most = box.hi[static_cast<int>(a)];
+        for (size_t i = 0; i < points.size(); ++i) {
+            const float at = points.at[a][i];
+            float slope = high[i] - low[i];
+            // Nothing is evaluated outside of the box.
+            if (at - step < least || at + step > most)
+                slope *= 2 * step / (std::min(at + step, most) - std::max(at - step, least));
+            out[i][static_cast<int>(a)] = slope;
+        }
     }
     for (Vec3f& n : out) {
         const float size = length(n);
@@ -167,7 +175,7 @@ Result<std::shared_ptr<const part::PartMesh>> mesh_of_shape(const part::Part& pa
     ShapeCalls* calls = field.take();
     abi::KernelStatus status;
     const std::vector<Vec3f> slopes =
-        normals(welded.points, kStep * static_cast<float>(cell), calls, &status);
+        normals(welded.points, kStep * static_cast<float>(cell), field.bounds(), calls, &status);
     Outputs outputs(*part.shape->fablet->shape, calls, welded);
     if (status.ok()) status = outputs.evaluate();
     auto out = std::make_shared<part::PartMesh>();

@@ -88,9 +88,11 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
     std::vector<float> values, value_lo, value_hi, beside;
     abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
     if (status.ok()) status = calls->values(points, &values);
+    if (status.ok()) field_.close_border(points, &values);
     *possible = *certain = 0;
     for (size_t i = 0; i < 64 && status.ok(); ++i) {
-        if (!(value_lo[i] >= 0) && !(value_hi[i] < 0)) *possible |= uint64_t{1} << i;
+        const bool inside = value_hi[i] < 0 && !field_.at_border({lo.point(i), hi.point(i)});
+        if (!(value_lo[i] >= 0) && !inside) *possible |= uint64_t{1} << i;
     }
     struct Edge {
         int32_t axis;
@@ -113,12 +115,14 @@ void ShapeNear::find_masks(size_t block, uint64_t* possible, uint64_t* certain) 
             for (const int32_t step : {-1, 1}) {
                 Vec3i to = vertex(in.x, in.y, in.z);
                 to[axis] = std::clamp(to[axis] + step, 0, cells[axis]);
-                // The vertex itself where the lattice ends, which is outside there.
                 points.push_back(field_.position(to));
             }
         }
     }
-    if (status.ok() && !edges.empty()) status = calls->values(points, &beside);
+    if (status.ok() && !edges.empty()) {
+        status = calls->values(points, &beside);
+        if (status.ok()) field_.close_border(points, &beside);
+    }
     field_.give(calls);
     if (!status.ok()) {
         field_.note(status);
@@ -195,7 +199,7 @@ void ShapeNear::bound(const Box3f& whole, std::span<const Box3f> boxes, Tools* t
     tools->cubes_.clear();
     Vec3i lo, hi;  // the blocks that the box is in, which may lie beyond the lattice
     for (int a = 0; a < 3; ++a) {
-        const float origin = edges_[static_cast<size_t>(a)].front();
+        const float origin = field_.origin()[a];
         const auto block = [&](float x) {
             return static_cast<int32_t>(
                 std::clamp(std::floor((x - origin) / block_mm_), -1e6f, 1e6f));

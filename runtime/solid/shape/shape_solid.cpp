@@ -133,6 +133,10 @@ class ShapeSolid final : public Solid {
     Box3d exact_box(const Affine3d& local_to_other) const override {
         return shared_.field.exact_box(local_to_other);
     }
+    Box3d voxels_beyond(const Affine3d& local_to_build, const Vec3d& pitch_mm,
+                        const Box3d& known) const override {
+        return shared_.field.voxels_beyond(local_to_build, pitch_mm, known);
+    }
     Box3f bounds() const override { return shared_.field.bounds(); }
     bool dices() const override { return shared_.surface != nullptr; }
     bool bounds_dice() const override { return dices() && shared_.near == nullptr; }

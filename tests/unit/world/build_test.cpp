@@ -385,6 +385,72 @@ TEST_F(BuildTest, AProjectsWorldsReadAllOfIt) {
     EXPECT_TRUE(load_world(world));
 }
 
+// A shape's mesh is a box around it; here the shape is a ball of radius r in a box of 20 mm.
+TEST_F(BuildTest, ShapesStandByTheirOwnExtents) {
+    FileRules rules;
+    int asked = 0;
+    rules.extent_of = [&](const World& world, const Placement& placed) -> Result<Box3d> {
+        ++asked;
+        double r = 1;
+        for (const UniformBindings* from :
+             {&world.objects[static_cast<size_t>(placed.object)].uniforms, &placed.overrides}) {
+            if (const auto found = from->find("r"); found != from->end())
+                r = std::get<0>(found->second.value).at(0);
+        }
+        if (!(r > 0)) return user_error("nowhere");
+        EXPECT_EQ(placed.transform.t, (Vec3d{}));
+        const double x = r * placed.transform.m[0], y = r * placed.transform.m[4],
+                     z = r * placed.transform.m[8];
+        return Box3d{{-x, -y, -z}, {x, y, z}};
+    };
+    const auto heights = [&](const std::string& groups, const std::string& build) {
+        std::string text = world_text(groups, build);
+        const std::string sphere = R"({"sphere": 2})";
+        text.replace(text.find(sphere), sphere.size(),
+                     R"({"shape": "f", "box_mm": [[-10, -10, -10], [10, 10, 10]]})");
+        const Result<World> world = load_world(folder_.write("w.fab.json", text), rules);
+        std::vector<double> out;
+        if (!world) {
+            ADD_FAILURE() << world.error().text();
+            return out;
+        }
+        for (const Placement& placed : world->build)
+            out.push_back(placed.transform.t.z);
+        return out;
+    };
+    using Heights = std::vector<double>;
+    EXPECT_EQ(heights("", R"([{"object": "ball", "translate_mm": [0, 0]},
+                              {"object": "ball", "translate_mm": [0, 0], "scale": [1, 1, 3]},
+                              {"object": "ball", "translate_mm": [0, 0], "uniforms": {"r": 4}},
+                              {"object": "box", "translate_mm": [9, 0]}])"),
+              (Heights{1, 3, 4, 0}));
+    EXPECT_EQ(
+        heights(
+            "",
+            R"([{"object": "ball", "uniforms": {"r": 2}, "grid": {"count": [1, 1, 3], "spacing_mm": 0.5}}])"),
+        (Heights{0, 4.5, 9}));
+    // Overrides of groups count where the placements in them are put, the outermost most.
+    const std::string groups =
+        R"({"g": [{"object": "ball", "translate_mm": [0, 0]}], "h": [{"group": "g", "uniforms": {"ball.r": 5}}]})";
+    EXPECT_EQ(heights(groups,
+                      R"([{"group": "g"}, {"group": "h"}, {"group": "g", "uniforms": {"ball.r": 6}},
+                                  {"group": "h", "uniforms": {"ball.r": 7}}])"),
+              (Heights{1, 5, 6, 7}));
+    // What is nowhere solid is an error where it stands, not in a group that nothing uses so.
+    const std::string hollow =
+        R"({"g": [{"object": "ball", "translate_mm": [0, 0], "uniforms": {"r": 0}}], "h": [{"group": "g"}]})";
+    EXPECT_EQ(heights(hollow, R"([{"group": "h", "uniforms": {"ball.r": 2}}])"), (Heights{2}));
+    asked = 0;
+    heights(
+        "",
+        R"([{"object": "ball", "translate_mm": [0, 0], "grid": {"count": [30, 30], "spacing_mm": 2}}])");
+    EXPECT_EQ(asked, 1);
+    std::string text = world_text(hollow, R"([{"group": "h"}])");
+    text.replace(text.find(R"({"sphere": 2})"), 13,
+                 R"({"shape": "f", "box_mm": [[-10, -10, -10], [10, 10, 10]]})");
+    EXPECT_FALSE(load_world(folder_.write("w.fab.json", text), rules));
+}
+
 TEST_F(BuildTest, SurvivesDamage) {
     folder_.write("pins.txt", "1 2 3\n4 5 6\n");
     const std::string text = world_text(

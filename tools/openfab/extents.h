@@ -1,0 +1,20 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+// How far the shapes of a world reach, which takes its fablets: the print program of the world tells.
+
+#include <string>
+#include <vector>
+
+#include "base/result.h"
+#include "world/world.h"
+
+namespace openfab::tools {
+
+/// Sets the extents of the placements whose meshes are only boxes around them, and where they stand;
+/// their objects get boxes that hold these as meshes. Does nothing where there are none.
+Result<void> find_extents(const std::string& file, const std::vector<std::string>& allow,
+                          const std::string& memory, world::World* world);
+
+}  // namespace openfab::tools
