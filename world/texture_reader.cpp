@@ -116,6 +116,11 @@ void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, Worl
     if (const JsonMember* p = m.value.find("outside"))
         texture.outside = json->number(p->value, "`outside` of " + what, -1e30, 1e30);
     read_frames(m.value, what, json, &texture);
+    for (const char* key :
+         {"origin_mm", "spacing_mm", "field", "unit", "pitch_mm", "outside", "time"}) {
+        if (const JsonMember* p = m.value.find(key))
+            texture.of_volume.emplace_back(key, json->location(p->value));
+    }
     texture.location = json->location(m.value.find("file")->value);
     if (world->textures.size() == kMostTextures) {
         json->fail(m.value, fmt::format(messages::kTooManyTextures, kMostTextures));

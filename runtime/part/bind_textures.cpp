@@ -41,6 +41,11 @@ Result<std::shared_ptr<const texture::Pyramid>> TextureBinder::open_one(int32_t 
         error.location = texture.location;
         return error;
     }
+    if (!volume && !texture.of_volume.empty()) {
+        const auto& [key, location] = texture.of_volume.front();
+        return error_at(location, fmt::format(messages::kKeyOfVolume, key, texture.name),
+                        messages::kKeyOfVolumeHelp);
+    }
     const auto filter = static_cast<int32_t>(texture.filter);
     const texture::ReadLimits limits{memory_bytes_, world_.roots};
     Result<std::shared_ptr<const texture::Pyramid>> pyramid =

@@ -221,6 +221,18 @@ MadeReader open_slices(const std::vector<fs::path>& files, const texture::Volume
     return open_stack(files, options.image, limits);
 }
 
+/// Refuses keys that say nothing of an array or a table of numbers in their order.
+Result<void> check_plain(const texture::VolumeOptions& options) {
+    const auto without_effect = [](const char* what, const char* key) {
+        return user_error(fmt::format(messages::kKeyWithoutEffect, what, key),
+                          fmt::format(messages::kKeyWithoutEffectHelp, key));
+    };
+    if (!options.field.empty()) return without_effect(messages::kNamedFields, "field");
+    if (!options.unit.empty()) return without_effect(messages::kUnitOfLengths, "unit");
+    if (options.outside) return without_effect(messages::kPlacesWithoutValue, "outside");
+    return {};
+}
+
 /// By signature; only colour tables are recognized by their names.
 MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOptions& options,
                     const texture::ReadLimits& limits) {
@@ -232,9 +244,10 @@ MadeReader open_any(const std::vector<fs::path>& files, const texture::VolumeOpt
     if (!got) return got.error();
     const std::string_view begin(head.data(), *got);
     if (begin.starts_with("NRRD")) return open_nrrd(files[0], options, limits);
-    if (begin.starts_with("\x93NUMPY")) return open_npy(files[0]);
+    const Result<void> plain = check_plain(options);
+    if (begin.starts_with("\x93NUMPY")) return plain ? open_npy(files[0]) : plain.error();
     const std::string kind = lower_ascii(files[0].extension().string());
-    if (kind == ".cube") return open_cube(files[0], limits);
+    if (kind == ".cube") return plain ? open_cube(files[0], limits) : plain.error();
     if (is_nifti_file(files[0])) return open_nifti(files[0], options, limits);
     if (texture::is_meta_image(files[0])) return open_meta(files[0], options, limits);
     if (begin.starts_with(kLegacyVtk)) return open_vtk(files[0], options, limits);

@@ -211,6 +211,7 @@ void ResampledBox::place(VolumeReader* reader) const {
     reader->size = size;
     reader->origin = {origin.x, origin.y, origin.z};
     reader->spacing = {pitch_mm, pitch_mm, pitch_mm};
+    reader->resampled = true;
 }
 
 Result<ResampledBox> resampled_box(const Box3d& box, double pitch_mm) {

@@ -75,6 +75,8 @@ Result<void> convert(const fs::path& source, const fs::path& out,
     MadeReader reader = open();
     if (!reader) return bad(reader.error());
     VolumeReader& volume = **reader;
+    if (options.pitch_mm > 0 && !volume.resampled)
+        return bad(user_error(messages::kPitchWithoutEffect, messages::kPitchWithoutEffectHelp));
     const std::array<double, 3> one{1, 1, 1}, zero{};
     const std::array<double, 3> spacing = options.spacing_mm.value_or(volume.spacing.value_or(one));
     const std::array<double, 3> origin = options.origin_mm.value_or(volume.origin.value_or(zero));
