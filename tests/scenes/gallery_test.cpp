@@ -146,6 +146,20 @@ class Gallery : public ::testing::TestWithParam<Exhibit> {
         return contents;
     }
 
+    /// Prints with its own printer; returns the slices of the whole.
+    int slices_of(std::vector<std::string> more) {
+        const std::filesystem::path stats = *scratch_ / "draft.json";
+        std::vector<std::string> argv{binary_.string(), world().string(), "--stats",
+                                      stats.string(),   "--progress",     "none"};
+        argv.insert(argv.end(), more.begin(), more.end());
+        const Outcome printed = run(argv, environment());
+        EXPECT_EQ(printed.exit_code, 0) << fmt::format("{}: ", fmt::join(more, " ")) << printed.err;
+        if (printed.exit_code != 0) return 0;
+        rapidjson::Document document;
+        document.Parse(read_file(stats).c_str());
+        return document["size_voxels"][2].GetInt();
+    }
+
     std::filesystem::path world() const {
         return folder_ / fmt::format("{}.fab.json", GetParam().world);
     }
@@ -203,6 +217,23 @@ std::string expected_hash(const std::string& name) {
         if (key == name) return hash;
     }
     return "none";
+}
+
+// A box that a shape leaves, a part that no pitch shows: whatever stops a draft stops the print, too.
+TEST_P(Gallery, PrintsAtEveryDraft) {
+    const std::string output = (*scratch_ / "draft.ofr").string();
+    for (int draft = 16; draft >= 1; --draft) {
+        if (!long_run() && draft % 4 != 0 && draft > 2) continue;
+        const std::string number = std::to_string(draft);
+        if (long_run() || draft == 16) {
+            EXPECT_GT(slices_of({"--draft", number, "-o", output}), 0) << draft;
+        } else {
+            EXPECT_GT(slices_of({"--draft", number, "--dry-run"}), 0) << draft;
+        }
+    }
+    if (!long_run()) return;
+    const int slices = slices_of({"--dry-run"}), middle = slices / 2;
+    slices_of({"-o", output, "--slices", fmt::format("{}:{}", middle, middle + 1)});
 }
 
 TEST_P(Gallery, IsWhatItWas) {
