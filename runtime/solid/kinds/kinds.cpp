@@ -80,8 +80,9 @@ Result<std::shared_ptr<Solid>> make_solid(const part::Part& part,
 }
 
 Result<Box3d> extent_in_build(const part::Part& part, openfab_isa isa) {
-    if (&kind_of(part) == &kGrowKind) {
-        return error_at(part.shape->location, fmt::format(messages::kReachNotKnown, part.name),
+    const part::Part& source = part.stretched != nullptr ? part.stretched->source : part;
+    if (kGrowKind.source(source) != nullptr) {
+        return error_at(source.shape->location, fmt::format(messages::kReachNotKnown, part.name),
                         messages::kReachNotKnownHelp);
     }
     // Of what a shape asks for distances: they are within a fiftieth of this.
