@@ -209,7 +209,7 @@ TEST_F(ShapeExtent, WhatIsOneVoxelThickIsWhole) {
 TEST_F(ShapeExtent, WhatBoundsDoNotTellIsFoundByItsVoxels) {
     write_fablets(
         "float d = length(p) - 1; float at = -5.05; float end = r + 1;"
-        "while (at < end) { float3 q = abs(p - float3(at, 0.05, 0.05)) - 0.05; d = min(d, max(q.x, max(q.y, q.z))); "
+        "@bound(64) while (at < end) { float3 q = abs(p - float3(at, 0.05, 0.05)) - 0.05; d = min(d, max(q.x, max(q.y, q.z))); "
         "at += 3; } return d;");
     const Printed made = print(world(shape("[[-8, -8, -8], [8, 8, 8]]"), kBuild), "0.1mm");
     ASSERT_EQ(made.exit_code, 0) << made.err;
