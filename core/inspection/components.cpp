@@ -6,7 +6,7 @@
 
 namespace openfab::inspection {
 
-std::vector<Cluster> components(const Bits& bits, Touch touch, Box<int32_t>* labels) {
+std::vector<Cluster> components(const Bits& bits, Touch touch, Box<int32_t>* labels, uint8_t mask) {
     // Those before a voxel in the order of z, y, x.
     std::vector<Vec3i> before;
     for (int32_t z = -1; z <= 0; ++z) {
@@ -25,7 +25,7 @@ std::vector<Cluster> components(const Bits& bits, Touch touch, Box<int32_t>* lab
         for (int32_t y = 0; y < size.y; ++y) {
             for (int32_t x = 0; x < size.x; ++x) {
                 const size_t at = bits.at(x, y, z);
-                if (bits.values[at] == 0) continue;
+                if ((bits.values[at] & mask) == 0) continue;
                 int32_t label = -1;
                 for (const Vec3i& d : before) {
                     if (!bits.holds(x + d.x, y + d.y, z + d.z)) continue;

@@ -7,306 +7,422 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
+#include <utility>
 
-#include "base/principal_axes.h"
-#include "inspection/sets.h"
-#include "inspection/smooth.h"
+#include "inspection/components.h"
+#include "inspection/distances.h"
 
 namespace openfab::inspection {
 
 namespace {
 
-/// Half the side of the cube of gradients, in voxels.
-constexpr int32_t kAround = 3;
-/// Of a second or third axis to the first, from which on it counts: bodies whose faces meet at less than 53
-/// degrees count as thin at their tips.
-constexpr double kAcross = 0.25;
-/// The least cosine between a direction and the normals of the two faces that it leads to.
-constexpr double kFacing = 0.85;
-constexpr float kLong = 1e30f;
+constexpr uint16_t kFar = Squares::kFar;
 
-struct Axes {
-    std::array<double, 3> values;  ///< falling
-    std::array<Vec3d, 3> axes;
+// Of a voxel.
+constexpr uint8_t kSet = 1;        // it belongs to what is looked at
+constexpr uint8_t kRest = 2;       // the balls of a radius leave it
+constexpr uint8_t kThin = 4;       // and it is no edge
+constexpr uint8_t kUncovered = 8;  // the largest balls leave it
+
+/// The steps to the 26 neighbours, those of faces first.
+struct Neighbours {
+    std::array<Vec3i, 26> steps;
+    std::array<double, 26> mm{};
+    std::array<ptrdiff_t, 26> offsets{};
+
+    Neighbours(const Vec3i& size, const Vec3d& pitch_mm) {
+        size_t count = 0;
+        for (const int32_t squares : {1, 2, 3}) {
+            for (int32_t i = 0; i < 27; ++i) {
+                const Vec3i d{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+                if (dot(d, d) == squares) steps[count++] = d;
+            }
+        }
+        for (size_t i = 0; i < steps.size(); ++i) {
+            const Vec3i& d = steps[i];
+            mm[i] = length(Vec3d{d.x * pitch_mm.x, d.y * pitch_mm.y, d.z * pitch_mm.z});
+            offsets[i] =
+                (static_cast<ptrdiff_t>(d.z) * size.y + d.y) * static_cast<ptrdiff_t>(size.x) + d.x;
+        }
+    }
 };
 
-/// The axes of a symmetric matrix (xx, yy, zz, xy, xz, yz).
-Axes axes_of(const std::array<double, 6>& m) {
-    double a[3][3] = {{m[0], m[3], m[4]}, {m[3], m[1], m[5]}, {m[4], m[5], m[2]}};
-    double v[3][3];
-    constexpr int kSweeps = 12;
-    principal_axes(a, v, 0, kSweeps);
-    std::array<int, 3> order{0, 1, 2};
-    std::sort(order.begin(), order.end(), [&](int i, int j) { return a[i][i] > a[j][j]; });
-    Axes out{};
-    for (size_t i = 0; i < 3; ++i) {
-        const int k = order[i];
-        out.values[i] = a[k][k];
-        out.axes[i] = {v[k][0], v[k][1], v[k][2]};
-    }
-    return out;
-}
-
-class Measure {
+/// The box of voxels with a margin of one or more, so that all neighbours of what is set are in it.
+class Opening {
   public:
-    Measure(const Bits& bits, int outside, const Vec3d& pitch_mm)
-        : bits_(bits), outside_(outside), pitch_mm_(pitch_mm), smooth_(smooth(bits, outside)) {}
-
-    /// Whether a voxel is set and touches one that is not.
-    bool on_surface(int32_t x, int32_t y, int32_t z) const {
-        if (bits_.values[bits_.at(x, y, z)] == 0) return false;
-        constexpr int kSides[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
-                                      {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
-        return std::any_of(std::begin(kSides), std::end(kSides), [&](const int* d) {
-            const int32_t i = x + d[0], j = y + d[1], k = z + d[2];
-            return (bits_.holds(i, j, k) ? bits_.values[bits_.at(i, j, k)] : outside_) == 0;
-        });
+    Opening(Bits bits, int outside, const Vec3d& pitch_mm, double below_mm)
+        : pitch_(pitch_mm),
+          coarse_(std::max({pitch_mm.x, pitch_mm.y, pitch_mm.z})),
+          radius_(below_mm / 2),
+          margin_(thin_margin(outside, pitch_mm, below_mm)),
+          state_(bits.size + margin_ + margin_, outside != 0 ? kSet : uint8_t{0}),
+          around_(state_.size, pitch_mm),
+          depths_(pitch_mm, radius_ + coarse_) {
+        for (int32_t z = 0; z < bits.size.z; ++z) {
+            for (int32_t y = 0; y < bits.size.y; ++y) {
+                const uint8_t* from = &bits.values[bits.at(0, y, z)];
+                std::copy(from, from + bits.size.x,
+                          &state_.values[state_.at(margin_.x, y + margin_.y, z + margin_.z)]);
+            }
+        }
     }
 
-    /// Returns the thickness along one direction, and the least of two or three, kLong where they are
-    /// longer than `most_mm`.
-    std::array<float, 2> at(int32_t x, int32_t y, int32_t z, double most_mm) const {
-        const Axes found = axes_of(gradients(x, y, z));
-        if (!(found.values[0] > 0)) return {kLong, kLong};
-        size_t count = 1;
-        while (count < 3 && found.values[count] > kAcross * found.values[0])
-            ++count;
-        double least = kLong;
-        for (size_t i = 0; i < count; ++i) {
-            const double here = across({x + 0.5, y + 0.5, z + 0.5}, found.axes[i], most_mm);
-            if (here >= kLong) return {kLong, kLong};
-            least = std::min(least, here);
+    /// Marks what is thin. Returns whether there is any.
+    bool mark() {
+        depth_ = Box<uint16_t>(state_.size);
+        for (size_t i = 0; i < state_.values.size(); ++i)
+            depth_.values[i] = state_.values[i] != 0 ? kFar : uint16_t{0};
+        depths_.spread(&depth_);
+        near_ = Box<uint16_t>(state_.size);
+        mark_by(radius_);
+        constexpr double kLeast = 1.5, kFiner = 0.70710678118654752;
+        for (double radius = radius_ * kFiner; radius >= kLeast * coarse_; radius *= kFiner)
+            mark_by(radius);
+        mark_necks();
+        near_ = {};
+        return std::any_of(state_.values.begin(), state_.values.end(),
+                           [](uint8_t s) { return (s & kThin) != 0; });
+    }
+
+    /// Returns all that belongs to what is marked: the balls in it that touch its surface.
+    std::vector<Thin> collect() {
+        cover();
+        Box<int32_t> labels;
+        const std::vector<Cluster> clusters = components(state_, Touch::kCorners, &labels, kRest);
+        std::vector<Thin> out(clusters.size());
+        std::vector<std::vector<Vec3i>> ridges(clusters.size());
+        for (size_t i = 0; i < clusters.size(); ++i) {
+            out[i].where = clusters[i];
+            out[i].where.first = clusters[i].first - margin_;
+            out[i].where.box = {clusters[i].box.lo - margin_, clusters[i].box.hi - margin_};
         }
-        const auto value = static_cast<float>(least);
-        return count == 1 ? std::array{value, kLong} : std::array{kLong, value};
+        for_inner([&](const Vec3i& p, size_t at) {
+            if (labels.values[at] == 0) return;
+            const auto of = static_cast<size_t>(labels.values[at] - 1);
+            if (on_surface(at)) out[of].voxels.push_back(p - margin_);
+            if (on_ridge(at) || ridges[of].empty()) ridges[of].push_back(p);
+        });
+        tbb::parallel_for(size_t{0}, out.size(), [&](size_t i) {
+            constexpr size_t kMost = 48;
+            const size_t every = ridges[i].size() / kMost + 1;
+            for (size_t k = every / 2; k < ridges[i].size(); k += every)
+                out[i].middles.push_back(ridges[i][k] - margin_);
+            out[i].thickness_mm = thickness(out[i].middles);
+        });
+        return out;
     }
 
   private:
-    float voxel(int32_t x, int32_t y, int32_t z) const {
-        if (!smooth_.holds(x, y, z)) return outside_ != 0 ? 1.0f : 0.0f;
-        return static_cast<float>(smooth_.values[smooth_.at(x, y, z)]) * (1.0f / 255);
-    }
-
-    Vec3d gradient(int32_t i, int32_t j, int32_t k) const {
-        return {(voxel(i + 1, j, k) - voxel(i - 1, j, k)) / pitch_mm_.x,
-                (voxel(i, j + 1, k) - voxel(i, j - 1, k)) / pitch_mm_.y,
-                (voxel(i, j, k + 1) - voxel(i, j, k - 1)) / pitch_mm_.z};
-    }
-
-    /// Whether the surface near a place looks along a direction of length 1.
-    bool faces(const Vec3d& at_vox, const Vec3d& direction) const {
-        const auto i = static_cast<int32_t>(std::floor(at_vox.x));
-        const auto j = static_cast<int32_t>(std::floor(at_vox.y));
-        const auto k = static_cast<int32_t>(std::floor(at_vox.z));
-        Vec3d sum;
-        for (int32_t c = 0; c < 27; ++c)
-            sum = sum + gradient(i + c % 3 - 1, j + c / 3 % 3 - 1, k + c / 9 - 1);
-        const double length = std::sqrt(sum.x * sum.x + sum.y * sum.y + sum.z * sum.z);
-        // It falls outwards.
-        return -(sum.x * direction.x + sum.y * direction.y + sum.z * direction.z) >=
-               kFacing * length;
-    }
-
-    std::array<double, 6> gradients(int32_t x, int32_t y, int32_t z) const {
-        std::array<double, 6> sum{};
-        for (int32_t k = z - kAround; k <= z + kAround; ++k) {
-            for (int32_t j = y - kAround; j <= y + kAround; ++j) {
-                for (int32_t i = x - kAround; i <= x + kAround; ++i) {
-                    const Vec3d g = gradient(i, j, k);
-                    sum[0] += g.x * g.x, sum[1] += g.y * g.y, sum[2] += g.z * g.z;
-                    sum[3] += g.x * g.y, sum[4] += g.x * g.z, sum[5] += g.y * g.z;
-                }
-            }
-        }
-        return sum;
-    }
-
-    double between(const Vec3d& at_vox) const {
-        const double fx = at_vox.x - 0.5, fy = at_vox.y - 0.5, fz = at_vox.z - 0.5;
-        const auto i = static_cast<int32_t>(std::floor(fx));
-        const auto j = static_cast<int32_t>(std::floor(fy));
-        const auto k = static_cast<int32_t>(std::floor(fz));
-        const double u = fx - i, v = fy - j, w = fz - k;
-        double sum = 0;
-        for (int32_t c = 0; c < 8; ++c) {
-            const double weight = ((c & 1) != 0 ? u : 1 - u) * ((c & 2) != 0 ? v : 1 - v) *
-                                  ((c & 4) != 0 ? w : 1 - w);
-            sum += weight * voxel(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-        }
-        return sum;
-    }
-
-    /// Returns the length of what is set on the line through a place, in mm.
-    double across(const Vec3d& place_vox, const Vec3d& axis_mm, double most_mm) const {
-        const Vec3d vox{axis_mm.x / pitch_mm_.x, axis_mm.y / pitch_mm_.y, axis_mm.z / pitch_mm_.z};
-        constexpr double kStepVox = 0.5;
-        const double step_mm = kStepVox / std::sqrt(vox.x * vox.x + vox.y * vox.y + vox.z * vox.z);
-        const double middle = between(place_vox);
-        double sum = middle;
-        for (const double side : {1.0, -1.0}) {
-            double highest = middle, lowest = 2, face_mm = -1;
-            for (int step = 1;; ++step) {
-                const double t_mm = step * step_mm;
-                const double value = between(place_vox + vox * (side * t_mm));
-                constexpr double kNothing = 0.02, kRise = 0.03;
-                if (value < 0.5 * highest && face_mm < 0) face_mm = t_mm - 0.5 * step_mm;
-                if (value < kNothing) break;
-                if (lowest < 0.5 * highest && value > lowest + kRise) break;  // the next body
-                highest = std::max(highest, value);
-                lowest = value < highest ? std::min(lowest, value) : 2;
-                sum += value;
-                if (sum * step_mm > most_mm) return kLong;
-            }
-            if (!faces(place_vox + vox * (side * face_mm), axis_mm * side)) return kLong;
-        }
-        return sum * step_mm;
-    }
-
-    const Bits& bits_;
-    const int outside_;
-    const Vec3d pitch_mm_;
-    const Box<uint8_t> smooth_;
-};
-
-/// Places of the surface that are not thick, in order of z, y, x.
-class Places {
-  public:
-    struct Place {
-        Vec3i at;
-        std::array<float, 2> thickness;
-    };
-
-    Places(const Measure& measure, const Vec3i& size, double most_mm) : size_(size) {
-        std::vector<std::vector<Place>> by_slice(static_cast<size_t>(size.z));
-        tbb::parallel_for(0, size.z, [&](int32_t z) {
-            for (int32_t y = 0; y < size.y; ++y) {
-                for (int32_t x = 0; x < size.x; ++x) {
-                    if (!measure.on_surface(x, y, z)) continue;
-                    const auto here = measure.at(x, y, z, most_mm);
-                    if (here[0] < kLong || here[1] < kLong)
-                        by_slice[static_cast<size_t>(z)].push_back({{x, y, z}, here});
-                }
-            }
-        });
-        for (const std::vector<Place>& slice : by_slice)
-            all_.insert(all_.end(), slice.begin(), slice.end());
-        rows_.resize(static_cast<size_t>(size.y) * static_cast<size_t>(size.z) + 1);
-        for (const Place& place : all_)
-            ++rows_[row(place.at.y, place.at.z) + 1];
-        for (size_t i = 1; i < rows_.size(); ++i)
-            rows_[i] += rows_[i - 1];
-    }
-
-    size_t size() const { return all_.size(); }
-    const Place& operator[](size_t i) const { return all_[i]; }
-
-    /// Calls `with` for the number of each place in the cube around one, itself among them.
     template <typename With>
-    void for_near(const Vec3i& p, int32_t radius, const With& with) const {
-        for (int32_t z = std::max(p.z - radius, 0); z <= std::min(p.z + radius, size_.z - 1); ++z) {
-            for (int32_t y = std::max(p.y - radius, 0); y <= std::min(p.y + radius, size_.y - 1);
-                 ++y) {
-                const auto begin = all_.begin() + static_cast<ptrdiff_t>(rows_[row(y, z)]);
-                const auto end = all_.begin() + static_cast<ptrdiff_t>(rows_[row(y, z) + 1]);
-                auto one =
-                    std::lower_bound(begin, end, p.x - radius,
-                                     [](const Place& place, int32_t x) { return place.at.x < x; });
-                for (; one != end && one->at.x <= p.x + radius; ++one)
-                    with(static_cast<size_t>(one - all_.begin()));
+    void for_inner(const With& with) const {
+        for (int32_t z = 1; z + 1 < state_.size.z; ++z) {
+            for (int32_t y = 1; y + 1 < state_.size.y; ++y) {
+                size_t at = state_.at(1, y, z);
+                for (int32_t x = 1; x + 1 < state_.size.x; ++x, ++at)
+                    with(Vec3i{x, y, z}, at);
             }
         }
     }
-
-  private:
-    size_t row(int32_t y, int32_t z) const {
-        return static_cast<size_t>(z) * static_cast<size_t>(size_.y) + static_cast<size_t>(y);
+    size_t beside(size_t at, size_t neighbour) const {
+        return static_cast<size_t>(static_cast<ptrdiff_t>(at) + around_.offsets[neighbour]);
     }
-
-    Vec3i size_;
-    std::vector<Place> all_;
-    std::vector<size_t> rows_;  ///< where each begins
-};
-
-/// Finds what is thinner than `limit`, by the `kind`-th thickness. Single places are off by a few tenths of
-/// a voxel; the mean of their neighbourhood is not.
-std::vector<Thin> thin_of(const Places& places, size_t kind, double limit, const Vec3i& size,
-                          double shortest_mm) {
-    std::vector<float> means(places.size(), kLong);
-    tbb::parallel_for(size_t{0}, places.size(), [&](size_t i) {
-        if (places[i].thickness[kind] >= kLong) return;
-        double sum = 0;
-        int32_t count = 0;
-        places.for_near(places[i].at, kAround, [&](size_t other) {
-            if (places[other].thickness[kind] >= kLong) return;
-            sum += static_cast<double>(places[other].thickness[kind]);
-            ++count;
-        });
-        if (sum < limit * count) means[i] = static_cast<float>(sum / count);
-    });
-    Sets sets;
-    for (size_t i = 0; i < places.size(); ++i)
-        sets.add();
-    for (size_t i = 0; i < places.size(); ++i) {
-        if (means[i] >= kLong) continue;
-        places.for_near(places[i].at, 1, [&](size_t other) {
-            if (other < i && means[other] < kLong)
-                sets.unite(static_cast<int32_t>(other), static_cast<int32_t>(i));
-        });
-    }
-    // The two sides of a wall are one, as any of their places tell.
-    constexpr size_t kSome = 5;
-    for (size_t i = 0; i < places.size(); i += kSome) {
-        if (means[i] >= kLong) continue;
-        constexpr double kMostReach = 16;
-        const double across = std::ceil(static_cast<double>(means[i]) / shortest_mm) + 1;
-        places.for_near(places[i].at, static_cast<int32_t>(std::min(across, kMostReach)),
-                        [&](size_t other) {
-                            if (means[other] < kLong)
-                                sets.unite(static_cast<int32_t>(other), static_cast<int32_t>(i));
-                        });
-    }
-    std::vector<int32_t> number(places.size(), -1);
-    std::vector<Thin> found;
-    for (size_t i = 0; i < places.size(); ++i) {
-        if (means[i] >= kLong) continue;
-        int32_t& of = number[static_cast<size_t>(sets.find(static_cast<int32_t>(i)))];
-        if (of < 0) {
-            of = static_cast<int32_t>(found.size());
-            found.emplace_back();
-            found.back().in_all_ways = kind == 1;
+    bool is_set(size_t at) const { return (state_.values[at] & kSet) != 0; }
+    bool on_surface(size_t at) const {
+        for (size_t n = 0; n < 6; ++n) {
+            if (!is_set(beside(at, n))) return true;
         }
-        Thin& thin = found[static_cast<size_t>(of)];
-        thin.where.add(places[i].at, size);
-        thin.voxels.push_back(places[i].at);
-        thin.thickness_mm += static_cast<double>(means[i]);
+        return false;
     }
-    constexpr int64_t kFewest = 3;
-    std::erase_if(found, [](const Thin& thin) { return thin.where.voxels < kFewest; });
-    for (Thin& thin : found)
-        thin.thickness_mm /= static_cast<double>(thin.where.voxels);
-    return found;
-}
+    bool on_ridge(size_t at) const {
+        if ((state_.values[at] & kThin) == 0) return false;
+        for (size_t n = 0; n < around_.offsets.size(); ++n) {
+            if (depth_.values[beside(at, n)] > depth_.values[at]) return false;
+        }
+        return true;
+    }
+
+    /// How far the centre of a ball of a radius may be from an edge that is `depth_mm` deep.
+    double edge_reach(double radius, double depth_mm) const {
+        constexpr double kSlack = 1;  // voxels
+        return (radius - std::max(depth_mm - coarse_, 0.0)) / kEdgeSlope + kSlack * coarse_;
+    }
+
+    void mark_by(double radius) {
+        const Squares nears(pitch_, edge_reach(radius, 0));
+        const uint16_t fits = depths_.from(radius), covers = nears.from(radius);
+        for (size_t i = 0; i < near_.values.size(); ++i)
+            near_.values[i] = depth_.values[i] >= fits ? uint16_t{0} : kFar;
+        nears.spread(&near_);
+        const bool largest = radius == radius_;
+        if (largest) look_between(nears, fits, covers);
+        std::vector<size_t> rest = rest_of(covers);
+        if (largest) {
+            for (const size_t at : rest)
+                state_.values[at] |= kUncovered;
+        }
+        leave_edges(nears, radius, rest);
+    }
+
+    /// Marks what is left by balls, and returns it.
+    std::vector<size_t> rest_of(uint16_t covers) {
+        std::vector<std::vector<size_t>> by_slice(static_cast<size_t>(state_.size.z));
+        tbb::parallel_for(0, state_.size.z, [&](int32_t z) {
+            const size_t begin = state_.at(0, 0, z), end = state_.at(0, 0, z + 1);
+            for (size_t at = begin; at < end; ++at) {
+                state_.values[at] &= static_cast<uint8_t>(~kRest);
+                if (!is_set(at) || near_.values[at] < covers) continue;
+                state_.values[at] |= kRest;
+                by_slice[static_cast<size_t>(z)].push_back(at);
+            }
+        });
+        std::vector<size_t> out;
+        for (std::vector<size_t>& slice : by_slice) {
+            out.insert(out.end(), slice.begin(), slice.end());
+            slice = {};
+        }
+        return out;
+    }
+
+    /// Lets balls lie between voxel centres, too, where that can matter.
+    void look_between(const Squares& nears, uint16_t fits, uint16_t covers) {
+        const double half = 0.5 * length(pitch_);
+        const uint16_t almost = depths_.from(std::max(radius_ - half, 0.0));
+        Box3i where;
+        for_inner([&](const Vec3i& p, size_t at) {
+            if (is_set(at) && near_.values[at] >= covers && depth_.values[at] >= almost)
+                where.add(p);
+        });
+        if (where.empty()) return;
+        const double reach = edge_reach(radius_, 0) + radius_ + 2 * coarse_;
+        for (int axis = 0; axis < 3; ++axis) {
+            const auto steps = static_cast<int32_t>(std::min(reach / pitch_[axis], 1e6)) + 1;
+            where.lo[axis] = std::max(where.lo[axis] - steps, 0);
+            where.hi[axis] = std::min(where.hi[axis] + steps + 1, state_.size[axis]);
+        }
+        Box<uint16_t> part(where.size());
+        for (int32_t parity = 1; parity < 8; ++parity) {
+            const Vec3i half_steps{parity & 1, parity >> 1 & 1, parity >> 2};
+            for_rows(where, part, [&](size_t from, size_t to, size_t count) {
+                for (size_t i = 0; i < count; ++i)
+                    part.values[to + i] = is_set(from + i) ? kFar : uint16_t{0};
+            });
+            depths_.spread(&part, half_steps);
+            for (uint16_t& value : part.values)
+                value = value >= fits ? uint16_t{0} : kFar;
+            nears.spread(&part, half_steps * -1);
+            for_rows(where, part, [&](size_t from, size_t to, size_t count) {
+                for (size_t i = 0; i < count; ++i)
+                    near_.values[from + i] = std::min(near_.values[from + i], part.values[to + i]);
+            });
+        }
+    }
+    template <typename With>
+    void for_rows(const Box3i& box, const Box<uint16_t>& part, const With& with) const {
+        tbb::parallel_for(box.lo.z, box.hi.z, [&](int32_t z) {
+            for (int32_t y = box.lo.y; y < box.hi.y; ++y)
+                with(state_.at(box.lo.x, y, z), part.at(0, y - box.lo.y, z - box.lo.z),
+                     static_cast<size_t>(part.size.x));
+        });
+    }
+
+    /// Marks what is left as thin, but for edges: what has a ball near enough, by a way within the body. The lengths of ways
+    /// replace, in near_, the squares of distances through anything.
+    void leave_edges(const Squares& nears, double radius, const std::vector<size_t>& rest) {
+        const double unit = edge_reach(radius, 0) / 30000;
+        const auto in_units = [&](double mm) {
+            return static_cast<uint16_t>(std::min(mm / unit, double{kFar}));
+        };
+        for (const size_t at : rest)
+            near_.values[at] = kFar;
+        std::array<uint16_t, 26> steps{};
+        for (size_t n = 0; n < steps.size(); ++n)
+            steps[n] = in_units(around_.mm[n]);
+        std::vector<size_t> reached, next;
+        for (const size_t at : rest) {
+            double least = 1e300;
+            for (size_t n = 0; n < steps.size(); ++n) {
+                const size_t other = beside(at, n);
+                if ((state_.values[other] & (kSet | kRest)) == kSet)
+                    least = std::min(least, nears.length(near_.values[other]) + around_.mm[n]);
+            }
+            if (least >= 1e300) continue;
+            near_.values[at] = in_units(least);
+            reached.push_back(at);
+        }
+        while (!reached.empty()) {
+            next.clear();
+            for (const size_t at : reached) {
+                for (size_t n = 0; n < steps.size(); ++n) {
+                    const size_t other = beside(at, n);
+                    if ((state_.values[other] & kRest) == 0) continue;
+                    const auto way = static_cast<uint16_t>(near_.values[at] + steps[n]);
+                    if (way >= near_.values[other]) continue;
+                    near_.values[other] = way;
+                    next.push_back(other);
+                }
+            }
+            reached.swap(next);
+        }
+        for (const size_t at : rest) {
+            const double depth = depths_.length(depth_.values[at]);
+            if ((state_.values[at] & kUncovered) != 0 &&
+                near_.values[at] > in_units(edge_reach(radius, depth)))
+                state_.values[at] |= kThin;
+        }
+    }
+
+    /// Marks edges that join two places where the ball fits, which lie opposite each other.
+    void mark_necks() {
+        const uint16_t fits = depths_.from(radius_);
+        const auto stride = std::max(static_cast<int32_t>(radius_ / coarse_ / 8), 1);
+        tbb::parallel_for(1, state_.size.z - 1, [&](int32_t z) {
+            for (int32_t y = 1; y + 1 < state_.size.y; ++y) {
+                for (int32_t x = 1; x + 1 < state_.size.x; ++x) {
+                    const size_t at = state_.at(x, y, z);
+                    if ((state_.values[at] & (kUncovered | kThin)) != kUncovered) continue;
+                    if (joins(Vec3i{x, y, z}, fits, stride)) state_.values[at] |= kThin;
+                }
+            }
+        });
+    }
+    /// Whether the balls leave all that is set around a place, at right angles to a step.
+    bool is_cut_off(const Vec3i& p, const Vec3i& d) const {
+        for (const Vec3i& e : around_.steps) {
+            if (dot(d, e) != 0) continue;
+            for (Vec3i q = p + e; is_set(state_.at(q.x, q.y, q.z)); q = q + e) {
+                if ((state_.values[state_.at(q.x, q.y, q.z)] & kUncovered) == 0) return false;
+            }
+        }
+        return true;
+    }
+    bool joins(const Vec3i& p, uint16_t fits, int32_t stride) const {
+        const size_t at = state_.at(p.x, p.y, p.z);
+        const double reach = edge_reach(radius_, depths_.length(depth_.values[at]));
+        for (size_t n = 0; n < around_.steps.size(); ++n) {
+            const Vec3i& d = around_.steps[n];
+            if (d.z < 0 || (d.z == 0 && (d.y < 0 || (d.y == 0 && d.x < 0)))) continue;
+            const auto most = static_cast<int32_t>(reach / around_.mm[n]);
+            for (int32_t k = stride; k <= most; k += stride) {
+                const Vec3i a = p + d * k, b = p - d * k;
+                if (!state_.holds(a.x, a.y, a.z) || !state_.holds(b.x, b.y, b.z)) break;
+                const size_t i = state_.at(a.x, a.y, a.z), j = state_.at(b.x, b.y, b.z);
+                if (!is_set(i) || !is_set(j)) break;
+                if (depth_.values[i] < fits || depth_.values[j] < fits) continue;
+                if (all_set(p, d, k) && is_cut_off(p, d)) return true;
+                break;
+            }
+        }
+        return false;
+    }
+    bool all_set(const Vec3i& p, const Vec3i& d, int32_t most) const {
+        for (int32_t k = -most; k <= most; ++k) {
+            const Vec3i q = p + d * k;
+            if (!is_set(state_.at(q.x, q.y, q.z))) return false;
+        }
+        return true;
+    }
+
+    /// Marks, by kRest, what the balls around thin places cover, as large as these are deep.
+    void cover() {
+        const uint16_t most = depths_.from(radius_);
+        Box<uint16_t> left(state_.size);
+        for (size_t i = 0; i < left.values.size(); ++i) {
+            const bool thin = (state_.values[i] & kThin) != 0;
+            left.values[i] =
+                thin ? static_cast<uint16_t>(most - std::min(depth_.values[i], most)) : kFar;
+        }
+        depths_.spread(&left);
+        for (size_t i = 0; i < left.values.size(); ++i) {
+            uint8_t& state = state_.values[i];
+            const bool found =
+                (state & kThin) != 0 || ((state & kUncovered) != 0 && left.values[i] < most);
+            state = static_cast<uint8_t>((state & ~kRest) | (found ? kRest : 0));
+        }
+    }
+
+    /// Returns the mean of the largest balls around places.
+    double thickness(const std::vector<Vec3i>& places) const {
+        double sum = 0, weights = 0;
+        for (const Vec3i& p : places) {
+            // As much as it covers: what is deepest also leads into edges.
+            const double here = largest_near(p + margin_), weight = here * here * here;
+            sum += weight * here, weights += weight;
+        }
+        return weights > 0 ? sum / weights : 0;
+    }
+
+    /// Returns the diameter of the largest ball around a place or half a voxel from it.
+    double largest_near(const Vec3i& p) const {
+        const double depth = depths_.length(depth_.values[state_.at(p.x, p.y, p.z)]);
+        constexpr double kSmall = 12;  // voxels; half a voxel of what is larger does not matter
+        if (depth > kSmall * coarse_) return 2 * depth - 0.5 * coarse_;
+        const double reach = depth + length(pitch_);
+        Vec3i steps;
+        for (int axis = 0; axis < 3; ++axis)
+            steps[axis] = static_cast<int32_t>(reach / pitch_[axis]) + 1;
+        std::array<double, 27> least{};
+        std::array<Vec3d, 27> to;
+        least.fill(1e300);
+        for (int32_t z = -steps.z; z <= steps.z; ++z) {
+            for (int32_t y = -steps.y; y <= steps.y; ++y) {
+                for (int32_t x = -steps.x; x <= steps.x; ++x) {
+                    const Vec3i q{p.x + x, p.y + y, p.z + z};
+                    if (!state_.holds(q.x, q.y, q.z) || is_set(state_.at(q.x, q.y, q.z))) continue;
+                    for (int32_t c = 0; c < 27; ++c) {
+                        const Vec3d d{(x - 0.5 * (c % 3 - 1)) * pitch_.x,
+                                      (y - 0.5 * (c / 3 % 3 - 1)) * pitch_.y,
+                                      (z - 0.5 * (c / 9 - 1)) * pitch_.z};
+                        const double square = dot(d, d);
+                        const auto i = static_cast<size_t>(c);
+                        if (square < least[i]) least[i] = square, to[i] = d;
+                    }
+                }
+            }
+        }
+        double largest = 0;
+        for (size_t c = 0; c < least.size(); ++c)
+            largest = std::max(largest, across(std::sqrt(least[c]), to[c]));
+        return largest;
+    }
+
+    /// Returns the thickness of a plate between voxel centres that are nearest to its middle: less by a
+    /// layer of voxels along an axis, and by about half of one where layers are nearer to each other.
+    double across(double depth, const Vec3d& to) const {
+        constexpr double kAside = 0.75;
+        int axes = 0, along = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            if (std::fabs(to[axis]) >= kAside * pitch_[axis]) along = axis, ++axes;
+        }
+        if (axes == 1) return 2 * std::fabs(to[along]) - pitch_[along];
+        return 2 * depth - 0.5 * coarse_;
+    }
+
+    const Vec3d pitch_;
+    const double coarse_;
+    const double radius_;
+    const Vec3i margin_;
+    Box<uint8_t> state_;
+    const Neighbours around_;
+    const Squares depths_;
+    Box<uint16_t> depth_;  ///< squares of distances to what is not set
+    Box<uint16_t> near_;   ///< of distances to centres of balls
+};
 
 }  // namespace
 
-std::vector<Thin> find_thin(const Bits& bits, int outside, const Vec3d& pitch_mm,
-                            const ThinLimits& limits) {
-    const double longest = std::max({pitch_mm.x, pitch_mm.y, pitch_mm.z});
-    const std::array<double, 2> limit{limits.plate_mm - limits.slack_mm,
-                                      limits.wire_mm - limits.slack_mm};
-    std::vector<Thin> out;
-    const double most_mm = std::max(limits.plate_mm, limits.wire_mm) + 2 * longest;
-    if (!(std::max(limit[0], limit[1]) > 0)) return out;
-    const Measure measure(bits, outside, pitch_mm);
-    const Places places(measure, bits.size, most_mm);
-    for (size_t kind = 0; kind < 2; ++kind) {
-        if (!(limit[kind] > 0)) continue;
-        std::vector<Thin> found = thin_of(places, kind, limit[kind], bits.size,
-                                          std::min({pitch_mm.x, pitch_mm.y, pitch_mm.z}));
-        std::move(found.begin(), found.end(), std::back_inserter(out));
-    }
-    return out;
+Vec3i thin_margin(int outside, const Vec3d& pitch_mm, double below_mm) {
+    // Of what is set beyond the box, as far as the ball fits there for sure.
+    Vec3i margin{1, 1, 1};
+    for (int axis = 0; outside != 0 && axis < 3; ++axis)
+        margin[axis] = static_cast<int32_t>(below_mm / 2 / pitch_mm[axis]) + 2;
+    return margin;
+}
+
+std::vector<Thin> find_thin(Bits bits, int outside, const Vec3d& pitch_mm, double below_mm) {
+    // A ball that fits around each voxel leaves nothing.
+    if (!(below_mm / 2 > std::min({pitch_mm.x, pitch_mm.y, pitch_mm.z}))) return {};
+    Opening opening(std::move(bits), outside, pitch_mm, below_mm);
+    return opening.mark() ? opening.collect() : std::vector<Thin>();
 }
 
 }  // namespace openfab::inspection

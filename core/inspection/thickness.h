@@ -2,12 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// How thick walls, gaps, wires and holes are, from voxels. Along the normal of a plate the smoothed voxels
-// sum up to its thickness, whatever its angle, since smoothing moves nothing: that is exact to a
-// fraction of a voxel where distances of voxel centres are not. The normal is the main axis of the
-// gradients around a place on the surface. An edge of a thick body has two main axes of which one leads
-// into its depth, so that edges and corners are not taken for something thin; a wire has two that are
-// both short.
+// Walls, wires, gaps and holes that are thinner than a limit, from voxels: what an opening by a ball of that
+// diameter removes, without the edges and corners of what is thick.
 
 #include <cstdint>
 #include <vector>
@@ -19,21 +15,26 @@ namespace openfab::inspection {
 /// Something that is thinner than was asked for.
 struct Thin {
     Cluster where;
-    std::vector<Vec3i> voxels;  ///< of its surface
-    double thickness_mm = 0;    ///< the mean over its surface
-    bool in_all_ways = false;   ///< across two directions or three: a wire or a hole
+    std::vector<Vec3i> voxels;   ///< of its surface
+    std::vector<Vec3i> middles;  ///< some of those that are deepest in it
+    double thickness_mm = 0;     ///< the mean of the largest balls there
 };
 
-struct ThinLimits {
-    double plate_mm = 0;  ///< of what is thin along one direction; 0: do not look
-    double wire_mm = 0;   ///< along two
-    double slack_mm = 0;  ///< what is thinner by less is none: what voxels cannot tell
-};
+/// The sine of half the angle of a wedge, 47 degrees, from which on its edge is an edge, and no thin wall.
+constexpr double kEdgeSlope = 0.4;
 
-/// Finds what is thinner than the limits. Voxels at three times the pitch that a limit is a whole number of
-/// tell k of these from k + 1 at any angle, with a slack of 0.4: at 45 degrees layers are 0.24 apart. `outside`: whether what is
-/// beyond the box counts as set.
-std::vector<Thin> find_thin(const Bits& bits, int outside, const Vec3d& pitch_mm,
-                            const ThinLimits& limits);
+/// Finds what is thinner than a limit. A ball of diameter `below_mm` fits where no voxel centre of the other kind is
+/// nearer to its centre than its radius; its centre lies on a centre, corner, edge or face of a voxel. So
+/// `below_mm` is more than the thickness of what is just found: one voxel more for plates along an axis, up to one for
+/// others.
+///
+/// What no ball reaches counts, but for edges. An edge is within (r - d) / kEdgeSlope of the centre of a ball of
+/// radius r, on a way within the body, if it is itself d deep; it is that for the limit's r, and for all smaller ones.
+/// A place halfway between two balls is none. `outside`: whether what is beyond the box counts as set.
+std::vector<Thin> find_thin(Bits bits, int outside, const Vec3d& pitch_mm, double below_mm);
+
+/// Bytes of each voxel that find_thin takes, `bits` left out, and by how many voxels it enlarges the box at each side.
+constexpr int64_t kThinBytesPerVoxel = 7;
+Vec3i thin_margin(int outside, const Vec3d& pitch_mm, double below_mm);
 
 }  // namespace openfab::inspection

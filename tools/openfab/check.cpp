@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "backends/common/output_file.h"
-#include "backends/ofr/ofr_reader.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "base/talking_program.h"
@@ -21,9 +20,9 @@
 #include "base/units.h"
 #include "program/output_check.h"
 #include "tools/openfab/check_findings.h"
+#include "tools/openfab/check_voxels.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
-#include "tools/viewer/child.h"
 #include "world/printer.h"
 #include "world/world.h"
 
@@ -35,39 +34,6 @@ namespace fs = std::filesystem;
 
 constexpr int32_t kMostParts = 3;
 
-/// Reads all voxels, with a margin of one voxel of void. Fails with `too_large` where they need more than
-/// the memory.
-Result<CheckedPrint> read_print(const std::string& file, int64_t memory, int32_t parts,
-                                bool* too_large) {
-    auto reader = ofr::OfrReader::open(file, memory);
-    if (!reader) return reader.error();
-    CheckedPrint print;
-    print.info = (*reader)->info();
-    print.parts = parts;
-    const Vec3i& size = print.info.size;
-    const int32_t slices = print.info.slice_end - print.info.slice_begin;
-    const int64_t voxels = (int64_t{size.x} + 2) * (int64_t{size.y} + 2) * (int64_t{slices} + 2);
-    if (voxels > memory / kCheckBytesPerVoxel) {
-        *too_large = true;
-        return user_error(fmt::format(messages::kCheckTakes, size.x, size.y, slices,
-                                      format_bytes(voxels * kCheckBytesPerVoxel)),
-                          messages::kCheckTakesHelp);
-    }
-    print.codes = inspection::Box<uint8_t>({size.x + 2, size.y + 2, slices + 2});
-    for (int32_t z = 0;; ++z) {
-        const Result<bool> more = (*reader)->next();
-        if (!more) return more.error();
-        if (!*more) break;
-        const pipeline::SliceView& slice = (*reader)->slice();
-        for (int32_t y = 0; y < size.y; ++y) {
-            for (int32_t x = 0; x < size.x; ++x)
-                print.codes.values[print.codes.at(x + 1, y + 1, z + 1)] =
-                    slice.code(x, y, print.info.bits);
-        }
-    }
-    return print;
-}
-
 class Checker {
   public:
     explicit Checker(const CheckArguments& arguments) : arguments_(arguments) {}
@@ -78,9 +44,8 @@ class Checker {
         memory_ = *memory;
         if (const Result<void> read = read_printer(); !read) return read;
         if (const Result<void> apart = check_own_outputs(); !apart) return apart;
-        Result<CheckedPrint> print = voxels();
+        Result<CheckedPrint> print = is_print() ? of_print() : of_world();
         if (!print) return print.error();
-        if (const Result<void> read = read_limits(*print); !read) return read;
         // Prints do not keep the channels that profiles name materials by.
         for (pipeline::SliceMaterial& material : print->info.materials) {
             if (material.channel.empty()) material.channel = channels_[material.name];
@@ -161,8 +126,8 @@ class Checker {
         return program::check_outputs(outputs, inputs_);
     }
 
-    /// Sets limits that are given by options, and usual ones where there are none.
-    Result<void> read_limits(const CheckedPrint& print) {
+    /// Sets limits that are given by options, and usual ones where there are none, for the voxels of a machine.
+    Result<void> read_limits(const Vec3d& pitch) {
         bool given = limits_.has_value();
         world::Checks limits = limits_.value_or(world::Checks());
         const auto length = [&](const char* option, const std::string& text,
@@ -204,8 +169,7 @@ class Checker {
             given = true;
         }
         if (!given) {
-            const Vec3d& pitch = print.info.pitch_mm;
-            const double two = 2 * print.parts * std::max({pitch.x, pitch.y, pitch.z});
+            const double two = 2 * std::max({pitch.x, pitch.y, pitch.z});
             limits.wall_mm.others = limits.gap_mm.others = limits.hole_mm.others = two;
             limits.island_mm3.others = 1;
             limits.trapped_mm3 = 0;
@@ -215,39 +179,85 @@ class Checker {
         return {};
     }
 
-    /// Prints the world at a part of the pitch, so that walls of k voxels are told from those of k + 1.
-    Result<CheckedPrint> voxels() {
-        bool too_large = false;
-        if (is_print()) return read_print(arguments_.file, memory_, 1, &too_large);
-        auto folder = TemporaryFolder::create();
-        if (!folder) return folder.error();
-        const fs::path file = (*folder)->path() / "check.ofr";
-        for (int32_t parts = arguments_.parts > 0 ? arguments_.parts : kMostParts;; --parts) {
-            if (const Result<void> printed = print_to(file, parts); !printed)
-                return printed.error();
-            too_large = false;
-            Result<CheckedPrint> print = read_print(file.string(), memory_, parts, &too_large);
-            if (print || !too_large || parts == 1 || arguments_.parts > 0) {
-                if (print && parts < kMostParts && arguments_.parts == 0) {
-                    note(fmt::format(messages::kPartsOfVoxel, parts, kMostParts));
-                }
-                return print;
-            }
-        }
+    bool takes_too_much(const Grid& grid) const {
+        return check_bytes(grid.size, grid.pitch_mm, grid.parts, *limits_) > memory_;
+    }
+    Error takes_error(const Grid& grid, const std::string& help) const {
+        const int64_t bytes = check_bytes(grid.size, grid.pitch_mm, grid.parts, *limits_);
+        return user_error(fmt::format(messages::kCheckTakes, grid.size.x, grid.size.y, grid.size.z,
+                                      format_bytes(bytes)),
+                          help);
     }
 
-    Result<void> print_to(const fs::path& file, int32_t parts) const {
-        const Result<fs::path> programs = program_folder();
-        if (!programs) return programs.error();
-        Vec3d pitch = arguments_.before_print()
-                          ? arguments_.pitch_mm(printer_.pitch_mm)
-                          : printer_.pitch_mm * static_cast<double>(arguments_.draft);
+    Result<CheckedPrint> of_print() {
+        auto reader = ofr::OfrReader::open(arguments_.file, memory_);
+        if (!reader) return reader.error();
+        const Grid grid = grid_of((*reader)->info(), 1);
+        if (const Result<void> read = read_limits(grid.pitch_mm); !read) return read.error();
+        if (takes_too_much(grid)) return takes_error(grid, messages::kCheckTakesPrintHelp);
+        return read_print(reader->get(), 1);
+    }
+
+    /// Prints the world at a part of the pitch, so that walls of k voxels are told from those of k + 1.
+    Result<CheckedPrint> of_world() {
+        const Vec3d pitch = arguments_.before_print()
+                                ? arguments_.pitch_mm(printer_.pitch_mm)
+                                : printer_.pitch_mm * static_cast<double>(arguments_.draft);
         if (!(std::min({pitch.x, pitch.y, pitch.z}) > 0)) {
             return user_error(fmt::format(messages::kPitchNotKnown, printer_.name),
                               arguments_.before_print() ? messages::kPitchNotKnownWorldHelp
                                                         : messages::kPitchNotKnownPrintHelp);
         }
-        pitch = pitch * (1.0 / parts);
+        if (const Result<void> read = read_limits(pitch); !read) return read.error();
+        auto folder = TemporaryFolder::create();
+        if (!folder) return folder.error();
+        const fs::path file = (*folder)->path() / "check.ofr";
+        int32_t parts = arguments_.parts > 0 ? arguments_.parts : kMostParts;
+        while (true) {
+            const auto argv = print_words(file, pitch * (1.0 / parts));
+            if (!argv) return argv.error();
+            const auto stopped =
+                print_for_check(*argv, file, parts, memory_,
+                                [&](const Grid& grid) { return !takes_too_much(grid); });
+            if (!stopped) return stopped.error();
+            if (!*stopped) break;
+            int32_t fewer = parts - 1;
+            while (fewer > 0 && takes_too_much(in_parts(**stopped, fewer)))
+                --fewer;
+            if (fewer == 0 || arguments_.parts > 0)
+                return takes_error(**stopped, way_out(**stopped, fewer));
+            parts = fewer;
+        }
+        auto reader = ofr::OfrReader::open(file.string(), memory_);
+        if (!reader) return reader.error();
+        if (parts < kMostParts && arguments_.parts == 0)
+            note(fmt::format(messages::kPartsOfVoxel, parts, kMostParts));
+        return read_print(reader->get(), parts);
+    }
+    static Grid in_parts(const Grid& grid, int32_t parts) {
+        Grid out = coarser(grid, static_cast<double>(grid.parts) / parts);
+        out.parts = parts;
+        return out;
+    }
+
+    /// Says what would take no more than the memory: fewer parts, or a coarser draft.
+    std::string way_out(const Grid& grid, int32_t fewer_parts) const {
+        if (fewer_parts > 0) return fmt::format(messages::kCheckTakesPartsHelp, fewer_parts);
+        if (arguments_.before_print()) return messages::kCheckTakesPrintHelp;
+        constexpr int32_t kCoarsest = 64;  // as the option's
+        for (int32_t draft = arguments_.draft + 1; draft <= kCoarsest; ++draft) {
+            const int32_t parts = arguments_.parts > 0 ? grid.parts : 1;
+            const Grid drafted =
+                coarser(in_parts(grid, parts), static_cast<double>(draft) / arguments_.draft);
+            if (!takes_too_much(drafted)) return fmt::format(messages::kCheckTakesHelp, draft);
+        }
+        return messages::kCheckTakesPrintHelp;
+    }
+
+    /// Returns the command that prints the world.
+    Result<std::vector<std::string>> print_words(const fs::path& file, const Vec3d& pitch) const {
+        const Result<fs::path> programs = program_folder();
+        if (!programs) return programs.error();
         std::vector<std::string> argv{(*programs / "openfab").string(),
                                       "print",
                                       arguments_.file,
@@ -256,7 +266,7 @@ class Checker {
                                       "--pitch",
                                       fmt::format("{},{},{}", pitch.x, pitch.y, pitch.z),
                                       "--progress",
-                                      "plain",
+                                      "json",
                                       "--bleed",
                                       "off"};
         const auto option = [&](const char* name, const std::string& value) {
@@ -270,20 +280,7 @@ class Checker {
         for (const std::string& allow : arguments_.allow)
             argv.push_back(allow_argument(allow));
         argv.insert(argv.end(), arguments_.print_words.begin(), arguments_.print_words.end());
-        const fs::path out = fs::path(file).replace_extension(".out");
-        const fs::path err = fs::path(file).replace_extension(".err");
-        auto child = viewer::Child::start(argv, out, err);
-        if (!child) return child.error();
-        const int code = (*child)->wait();
-        if (code == 0) return {};
-        constexpr int64_t kMost = 4000;
-        const std::string text = viewer::end_of_file(err, kMost);
-        const size_t at = text.rfind("error: ");
-        std::string message = at == std::string::npos ? text : text.substr(at + 7);
-        while (!message.empty() && message.back() == '\n')
-            message.pop_back();
-        return Error{code == 3 ? ErrorCode::kOutside : ErrorCode::kUserInput,
-                     message.empty() ? fmt::format(messages::kPrintEndedWith, code) : message};
+        return argv;
     }
 
     Vec3d place_of(const CheckedPrint& print, const Vec3d& voxel) const {

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <map>
 #include <utility>
 
 #include "inspection/components.h"
+#include "inspection/section.h"
 #include "inspection/thickness.h"
 #include "tools/openfab/messages.h"
 
@@ -21,15 +23,20 @@ using inspection::Bits;
 using inspection::Box;
 using inspection::Cluster;
 
+/// Returns the diameter of the balls that tell what is thinner than a limit. Between voxel centres, walls of k machine
+/// voxels are up to k and a part thick, and walls of the limit, at any angle, at least that less a
+/// half of a part, wires 0.7. Of whole voxels no diameter is above the one and below the other.
+double ball_of(double limit_mm, const Vec3d& pitch_mm, int32_t parts) {
+    const double of_part = parts >= 3 ? -0.75 : parts == 2 ? -0.5 : 0.5;
+    return limit_mm + of_part * std::max({pitch_mm.x, pitch_mm.y, pitch_mm.z});
+}
+
 class Finder {
   public:
     Finder(const CheckedPrint& print, const world::Checks& limits, std::vector<std::string>* notes)
         : print_(print), limits_(limits), notes_(notes) {
         const Vec3d& pitch = print.info.pitch_mm;
         voxel_mm3_ = pitch.x * pitch.y * pitch.z;
-        // What the voxels of a machine cannot tell: 0.4 of one, if they are in three parts.
-        slack_mm_ =
-            std::max({pitch.x, pitch.y, pitch.z}) * (print.parts > 1 ? 0.4 * print.parts : 0.25);
     }
 
     std::vector<Finding> run() {
@@ -91,12 +98,15 @@ class Finder {
         found_.push_back({fault, material, measure, limit, where, std::move(voxels)});
     }
 
+    std::vector<inspection::Thin> thin(Bits bits, int outside, double limit) const {
+        return find_thin(std::move(bits), outside, print_.info.pitch_mm,
+                         ball_of(limit, print_.info.pitch_mm, print_.parts));
+    }
+
     void walls() {
-        for_limits(limits_.wall_mm, [&](const std::string& name, const Bits& bits, double limit) {
-            for (inspection::Thin& thin :
-                 find_thin(bits, 0, print_.info.pitch_mm, {limit, limit, slack_mm_}))
-                add(Fault::kWall, name, thin.thickness_mm, limit, thin.where,
-                    std::move(thin.voxels));
+        for_limits(limits_.wall_mm, [&](const std::string& name, Bits bits, double limit) {
+            for (inspection::Thin& one : thin(std::move(bits), 0, limit))
+                add(Fault::kWall, name, one.thickness_mm, limit, one.where, std::move(one.voxels));
         });
     }
 
@@ -113,15 +123,57 @@ class Finder {
         for (const auto& [name, limit] : all) {
             const uint8_t code = name.empty() ? 0 : code_of(name);
             if (!name.empty() && code == 0) continue;
-            const Bits open = bits_of(
-                [&, code = code](uint8_t c) { return code == 0 ? !is_solid(c) : c != code; });
-            for (inspection::Thin& thin :
-                 find_thin(open, 1, print_.info.pitch_mm, {limit[0], limit[1], slack_mm_})) {
-                const size_t kind = thin.in_all_ways ? 1 : 0;
-                add(kind == 1 ? Fault::kHole : Fault::kGap, name, thin.thickness_mm, limit[kind],
-                    thin.where, std::move(thin.voxels));
+            gaps_of(name, code, limit[0], limit[1]);
+        }
+    }
+
+    /// What is narrower than the limit for holes is one, or a gap; what is narrower than that for gaps is one, whatever
+    /// its shape, unless it is a hole already.
+    void gaps_of(const std::string& name, uint8_t code, double gap, double hole) {
+        const auto is_open = [&](uint8_t c) { return code == 0 ? !is_solid(c) : c != code; };
+        const std::function<bool(const Vec3i&)> open_at = [&](const Vec3i& p) {
+            return !print_.codes.holds(p.x, p.y, p.z) ||
+                   is_open(print_.codes.values[print_.codes.at(p.x, p.y, p.z)]);
+        };
+        std::vector<Vec3i> in_holes;
+        std::vector<inspection::Thin> gaps;
+        if (hole > 0) {
+            for (inspection::Thin& one : thin(bits_of(is_open), 1, hole)) {
+                if (is_mostly_hole(one, open_at, hole)) {
+                    in_holes.insert(in_holes.end(), one.voxels.begin(), one.voxels.end());
+                    add(Fault::kHole, name, one.thickness_mm, hole, one.where,
+                        std::move(one.voxels));
+                } else if (gap == hole) {
+                    gaps.push_back(std::move(one));
+                }
             }
         }
+        if (gap > 0 && gap != hole) {
+            std::sort(in_holes.begin(), in_holes.end(), before);
+            gaps = thin(bits_of(is_open), 1, gap);
+            std::erase_if(gaps, [&](const inspection::Thin& one) {
+                const auto count =
+                    std::count_if(one.voxels.begin(), one.voxels.end(), [&](const Vec3i& p) {
+                        return std::binary_search(in_holes.begin(), in_holes.end(), p, before);
+                    });
+                return 2 * count > static_cast<ptrdiff_t>(one.voxels.size());
+            });
+        }
+        for (inspection::Thin& one : gaps)
+            add(Fault::kGap, name, one.thickness_mm, gap, one.where, std::move(one.voxels));
+    }
+    static bool before(const Vec3i& a, const Vec3i& b) {
+        return std::array{a.z, a.y, a.x} < std::array{b.z, b.y, b.x};
+    }
+    bool is_mostly_hole(const inspection::Thin& thin,
+                        const std::function<bool(const Vec3i&)>& open_at, double limit) const {
+        // The diagonal of a square hole is longer than its side.
+        constexpr double kLonger = 1.5;
+        const auto count =
+            std::count_if(thin.middles.begin(), thin.middles.end(), [&](const Vec3i& p) {
+                return inspection::is_hole(open_at, print_.info.pitch_mm, p, kLonger * limit);
+            });
+        return 2 * count >= static_cast<ptrdiff_t>(thin.middles.size());
     }
 
     std::vector<std::vector<Vec3i>> voxels_of(const Box<int32_t>& labels,
@@ -139,15 +191,35 @@ class Finder {
         return out;
     }
 
+    /// Whether a cluster is less than a voxel of the machine, and touches a larger one with an edge or a corner: that
+    /// is how parts of voxels show a sharp tip.
+    bool is_tip(const Box<int32_t>& labels, const std::vector<Cluster>& all, size_t cluster,
+                const std::vector<Vec3i>& voxels) const {
+        const int64_t whole = int64_t{print_.parts} * print_.parts * print_.parts;
+        if (all[cluster].voxels >= whole) return false;
+        return std::any_of(voxels.begin(), voxels.end(), [&](const Vec3i& p) {
+            for (int32_t i = 0; i < 27; ++i) {
+                const Vec3i q = p + Vec3i{i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+                if (!labels.holds(q.x, q.y, q.z)) continue;
+                const int32_t other = labels.values[labels.at(q.x, q.y, q.z)] - 1;
+                if (other >= 0 && all[static_cast<size_t>(other)].voxels > all[cluster].voxels)
+                    return true;
+            }
+            return false;
+        });
+    }
+
     void islands() {
         for_limits(limits_.island_mm3, [&](const std::string& name, const Bits& bits,
                                            double limit) {
             Box<int32_t> labels;
-            const std::vector<Cluster> all = components(bits, inspection::Touch::kCorners, &labels);
+            const std::vector<Cluster> all = components(bits, inspection::Touch::kFaces, &labels);
             std::vector<bool> small;
             for (const Cluster& one : all)
                 small.push_back(static_cast<double>(one.voxels) * voxel_mm3_ < limit);
             std::vector<std::vector<Vec3i>> voxels = voxels_of(labels, small);
+            for (size_t i = 0; i < all.size(); ++i)
+                small[i] = small[i] && !is_tip(labels, all, i, voxels[i]);
             for (size_t i = 0; i < all.size(); ++i) {
                 if (!small[i]) continue;
                 add(Fault::kIsland, name, static_cast<double>(all[i].voxels) * voxel_mm3_, limit,
@@ -213,7 +285,7 @@ class Finder {
     const CheckedPrint& print_;
     const world::Checks& limits_;
     std::vector<std::string>* notes_;
-    double voxel_mm3_, slack_mm_;
+    double voxel_mm3_;
     std::vector<Finding> found_;
 };
 
@@ -253,6 +325,24 @@ const char* unit_of(Fault fault) {
             return "voxels";
     }
     return "";
+}
+
+int64_t check_bytes(const Vec3i& size, const Vec3d& pitch_mm, int32_t parts,
+                    const world::Checks& limits) {
+    double largest = 0;
+    for (const world::ByMaterial* of : {&limits.gap_mm, &limits.hole_mm}) {
+        largest = std::max(largest, of->others.value_or(0));
+        for (const auto& [name, limit] : of->named)
+            largest = std::max(largest, limit);
+    }
+    int64_t larger = 1, voxels = 1;
+    const Vec3i margin =
+        inspection::thin_margin(1, pitch_mm, std::max(ball_of(largest, pitch_mm, parts), 0.0));
+    for (int axis = 0; axis < 3; ++axis) {
+        voxels *= int64_t{size[axis]} + 2;
+        larger *= int64_t{size[axis]} + 2 + (largest > 0 ? 2 * int64_t{margin[axis]} : 2);
+    }
+    return voxels + larger * (kCheckBytesPerVoxel - 1);
 }
 
 Result<std::vector<Finding>> find_faults(const CheckedPrint& print, const world::Checks& limits,

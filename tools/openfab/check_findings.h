@@ -38,6 +38,10 @@ const char* unit_of(Fault fault);
 
 /// Bytes a voxel that find_faults takes, the codes included.
 constexpr int64_t kCheckBytesPerVoxel = 8;
+/// Bytes that find_faults takes for a print of so many voxels, each `parts` ones of the machine's: gaps and holes are looked at
+/// in a box that is larger by their limits.
+int64_t check_bytes(const Vec3i& size, const Vec3d& pitch_mm, int32_t parts,
+                    const world::Checks& limits);
 
 /// Finds them, the worst of each kind first. Names that no material has go to `notes`.
 Result<std::vector<Finding>> find_faults(const CheckedPrint& print, const world::Checks& limits,

@@ -62,6 +62,10 @@ class MachineCommands : public ::testing::Test {
         return out;
     }
 
+    static bool says_like(const std::string& text, int draft) {
+        return is_like(text, pattern_of(tools::messages::kCheckTakesHelp, {std::to_string(draft)}));
+    }
+
     ScratchFolder scratch_;
 };
 
@@ -73,7 +77,7 @@ TEST_F(MachineCommands, APrintIsCheckedBeforeItIsMade) {
     const Outcome bad = openfab({"print", path("thin.fab.json"), "-o", path("a.ofr"), "--check",
                                  "--check-picture", path("a.png")});
     EXPECT_EQ(bad.exit_code, 1) << bad.err;
-    EXPECT_THAT(bad.err, testing::Says(tools::messages::kFindingLine, "wall*", "0.199", "mm",
+    EXPECT_THAT(bad.err, testing::Says(tools::messages::kFindingLine, "wall*", "0.2*", "mm",
                                        " (limit 0.35)"));
     EXPECT_THAT(bad.err, testing::Says(tools::messages::kPlacesNotAllowed, "1", " that"));
     EXPECT_THAT(bad.err, testing::Says(tools::messages::kNothingPrintedAfterCheck));
@@ -94,6 +98,78 @@ TEST_F(MachineCommands, APrintIsCheckedBeforeItIsMade) {
     EXPECT_EQ(itself.exit_code, 1);
     EXPECT_THAT(itself.err, HasSubstr("--check-picture"));
     EXPECT_THAT(read_file(path("thin.fab.json")), HasSubstr("\"openfab\": 1"));
+}
+
+TEST_F(MachineCommands, ChecksFindHolesPostsAndPartsThatTouchAlongAnEdge) {
+    write_world(
+        "small.fab.json",
+        R"("plate": {"extrusion": {"polygons": [[[-2, -2], [2, -2], [2, 2], [-2, 2]],
+            [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]], "height": 1}},
+           "post": {"box": [0.2, 0.2, 3]}, "cube": {"box": [2, 2, 2]}, "small": {"box": [1, 1, 1]})",
+        R"("plate": {"mesh": "plate", "fablet": "plain"}, "post": {"mesh": "post", "fablet": "plain"},
+           "cube": {"mesh": "cube", "fablet": "plain"}, "small": {"mesh": "small", "fablet": "plain"})",
+        R"({"object": "plate", "translate_mm": [3, 3, 1]}, {"object": "post", "translate_mm": [6.53, 3.27, 2]},
+           {"object": "cube", "translate_mm": [9, 3, 2]}, {"object": "small", "translate_mm": [10.5, 4.5, 2]})");
+    const auto check = [&](std::vector<std::string> limits) {
+        limits.insert(limits.begin(), {"check", path("small.fab.json")});
+        // Other limits than those given are as good as none.
+        for (const auto& [option, least] : {std::pair{"--wall", "0.01mm"},
+                                            {"--gap", "0.01mm"},
+                                            {"--hole", "0.01mm"},
+                                            {"--island", "0mm3"}}) {
+            if (std::find(limits.begin(), limits.end(), option) == limits.end()) {
+                limits.emplace_back(option);
+                limits.emplace_back(least);
+            }
+        }
+        return openfab(limits);
+    };
+    const auto finds = [&](const std::vector<std::string>& limits, const char* what,
+                           const char* how_much, const char* limit) {
+        const Outcome found = check(limits);
+        EXPECT_EQ(found.exit_code, 1) << found.out << found.err;
+        EXPECT_THAT(found.out,
+                    testing::Says(tools::messages::kFindingLine, fmt::format("{}*", what), how_much,
+                                  "*", fmt::format(" (limit {})", limit)));
+    };
+    const auto finds_nothing = [&](const std::vector<std::string>& limits) {
+        const Outcome found = check(limits);
+        EXPECT_EQ(found.exit_code, 0) << found.out << found.err;
+    };
+    finds({"--hole", "0.5mm"}, "hole", "0.4", "0.5");
+    finds({"--hole", "1.2mm"}, "hole", "0.4", "1.2");
+    finds({"--gap", "0.6mm"}, "gap", "0.4", "0.6");
+    finds({"--hole", "0.6mm", "--gap", "0.7mm"}, "hole", "0.4", "0.6");
+    finds_nothing({"--hole", "0.4mm", "--gap", "0.4mm"});
+    finds({"--wall", "0.3mm"}, "wall", "0.2*", "0.3");
+    finds({"--wall", "0.8mm"}, "wall", "0.2*", "0.8");
+    finds_nothing({"--wall", "0.2mm"});
+    finds({"--island", "1.5mm3"}, "island", "1", "1.5");
+}
+
+TEST_F(MachineCommands, AChecksAdviceFitsTheMemory) {
+    write_world("apart.fab.json", R"("post": {"box": [1, 1, 6]})",
+                R"("post": {"mesh": "post", "fablet": "plain"})",
+                R"({"object": "post"}, {"object": "post", "translate_mm": [17, 8, 0]})");
+    for (const int draft : {1, 2}) {
+        const std::string memory = draft == 1 ? "4MB" : "400kB";
+        const auto check = [&](int at) {
+            return openfab({"check", path("apart.fab.json"), "--wall", "0.1mm", "--memory", memory,
+                            "--draft", std::to_string(at)});
+        };
+        const Outcome refused = check(draft);
+        EXPECT_EQ(refused.exit_code, 1);
+        ASSERT_THAT(refused.err, testing::Says(tools::messages::kCheckTakes));
+        int advised = 0;
+        for (int at = draft + 1; at < 9; ++at) {
+            if (says_like(refused.err, at)) advised = at;
+        }
+        ASSERT_GT(advised, draft) << refused.err;
+        EXPECT_THAT(check(advised).err, Not(testing::Says(tools::messages::kCheckTakes)));
+    }
+    const Outcome fewer = openfab(
+        {"check", path("apart.fab.json"), "--wall", "0.1mm", "--memory", "20MB", "--parts", "3"});
+    EXPECT_THAT(fewer.err, testing::Says(tools::messages::kCheckTakesPartsHelp, "1"));
 }
 
 TEST_F(MachineCommands, ArrangeTakesAsManyTraysAsItNeeds) {
