@@ -38,6 +38,19 @@ struct Section {
     Vec3d point(int32_t x, int32_t y) const {
         return origin + u * ((x + 0.5) * pitch) + v * ((y + 0.5) * pitch);
     }
+    /// Returns the distance of the nearest cell that is not alike, at most `most_mm`.
+    double room(int32_t x, int32_t y, double most_mm) const {
+        const auto r = static_cast<int32_t>(std::ceil(most_mm / pitch));
+        double least = most_mm;
+        for (int32_t dy = -r; dy <= r; ++dy) {
+            for (int32_t dx = -r; dx <= r; ++dx) {
+                const bool within = x + dx >= 0 && y + dy >= 0 && x + dx < width && y + dy < height;
+                if (within && at(x + dx, y + dy) == at(x, y)) continue;
+                least = std::min(least, std::hypot(dx, dy) * pitch);
+            }
+        }
+        return least;
+    }
     /// Returns whether all cells within a radius are alike.
     bool clear(int32_t x, int32_t y, double radius_mm) const {
         const auto r = static_cast<int32_t>(std::ceil(radius_mm / pitch));
@@ -168,8 +181,86 @@ class Placer {
                 });
             }
         }
+        if (!any) any = place_tight(cut, section, cells, &used);
         if (options_.number_mm > 0) number(cut, section, cells, used);
         return any;
+    }
+
+    /// Puts a dowel where voxels do not tell whether there is room for it: tries where they see most, and moves it away
+    /// from the mesh.
+    bool place_tight(size_t cut, const Section& section, const Cells& cells,
+                     std::vector<Vec3d>* used) {
+        const double radius = options_.peg_mm / 2 + options_.clearance_mm + options_.skin_mm;
+        std::vector<std::pair<double, Vec3d>> places;
+        for (const auto& [x, y] : cells) {
+            // Cells at both ends of the room are up to a voxel off.
+            const double room = section.room(x, y, radius + section.pitch);
+            if (room + 2 * section.pitch > radius) places.emplace_back(room, section.point(x, y));
+        }
+        std::stable_sort(places.begin(), places.end(),
+                         [](const auto& a, const auto& b) { return a.first > b.first; });
+        constexpr int kStarts = 4;
+        for (int start = 0; start < kStarts && !places.empty(); ++start) {
+            const Vec3d from = places[0].second;
+            const Vec3d at = roomiest(cut, section, from);
+            if (add_dowel(cut, at)) {
+                used->push_back(at);
+                return true;
+            }
+            std::erase_if(places, [&](const auto& place) {
+                return length(place.second - from) < options_.peg_mm;
+            });
+        }
+        return false;
+    }
+
+    /// Moves a dowel in its cut to where it is farthest from what it must keep away from, near a place.
+    Vec3d roomiest(size_t cut, const Section& section, const Vec3d& from) const {
+        Vec3d best = from;
+        double most = spare(cut, from);
+        constexpr int kHalvings = 4;
+        double step = section.pitch;
+        for (int halving = 0; halving < kHalvings;) {
+            const Vec3d before = best;
+            for (const Vec3d& way : {section.u, section.v, section.u * -1.0, section.v * -1.0}) {
+                const Vec3d at = before + way * step;
+                const double here = spare(cut, at);
+                if (here > most) most = here, best = at;
+            }
+            if (best == before || length(best - from) > 3 * section.pitch) step /= 2, ++halving;
+        }
+        return best;
+    }
+
+    /// Returns by how much a dowel keeps farther away from the surface and from other cuts than it must.
+    double spare(size_t cut, const Vec3d& at) const {
+        double least = 1e300;
+        for (const Region& plain : regions(alone_with(cut, dowel_at(at)))) {
+            const Region region = mapped(plain, kSame, {});
+            for (const Fit& fit : region.fits) {
+                const Shape shape = fit.shape.upper();
+                for (size_t s = 0; s < region.sides.size(); ++s) {
+                    const Side& side = region.sides[s];
+                    if (region.cuts[s] == fit.cut) continue;
+                    const Vec3d outwards = side.front ? side.normal * -1.0 : side.normal;
+                    least = std::min(least, side.depth(shape.farthest(outwards)));
+                }
+                // What is farther away matters to no dowel.
+                const double reach = fit.skin_mm + options_.peg_mm;
+                const Vec3d grow{reach, reach, reach};
+                const Box3d box = shape.box(), around{box.lo - grow, box.hi + grow};
+                least = std::min(least, reach - fit.skin_mm);
+                for (size_t t = 0; t < body_.triangles.size(); ++t) {
+                    const std::array<Vec3d, 3> triangle = body_.triangle(t);
+                    Box3d of;
+                    for (const Vec3d& p : triangle)
+                        of.add(p);
+                    if (!of.overlaps(around)) continue;
+                    least = std::min(least, distance(shape, triangle) - fit.skin_mm);
+                }
+            }
+        }
+        return least;
     }
 
     static Vec3d middle(const Section& section, const Cells& cells) {
@@ -179,7 +270,7 @@ class Placer {
         return sum * (1 / static_cast<double>(cells.size()));
     }
 
-    bool add_dowel(size_t cut, const Vec3d& at) {
+    Connector dowel_at(const Vec3d& at) const {
         Connector dowel;
         dowel.kind = Connector::Kind::kDowel;
         dowel.at_mm = at;
@@ -187,13 +278,23 @@ class Placer {
         dowel.length_mm = kDowelLength * options_.peg_mm;
         dowel.clearance_mm = options_.clearance_mm;
         dowel.skin_mm = options_.skin_mm;
-        // Judged by the mesh itself, alone in a tree without the others.
+        return dowel;
+    }
+
+    /// Returns the tree with a connector, and without the others.
+    Tree alone_with(size_t cut, const Connector& connector) const {
         Tree alone = tree_;
         for (Cut& c : alone.cuts)
             c.connectors.clear(), c.numbers.clear();
-        alone.cuts[cut].connectors.push_back(dowel);
+        alone.cuts[cut].connectors.push_back(connector);
+        return alone;
+    }
+
+    bool add_dowel(size_t cut, const Vec3d& at) {
+        const Connector dowel = dowel_at(at);
+        // Judged by the mesh itself.
         SourceLocation unused;
-        for (const Region& region : regions(alone)) {
+        for (const Region& region : regions(alone_with(cut, dowel))) {
             if (!region.fits.empty() &&
                 !misfit(body_, mapped(region, kSame, {}), 0, &unused).empty())
                 return false;

@@ -12,6 +12,7 @@
 #include "pieces/box_plan.h"
 #include "pieces/coarse_solid.h"
 #include "pieces/place_connectors.h"
+#include "pieces/slivers.h"
 
 namespace openfab::pieces {
 
@@ -114,8 +115,10 @@ class Search {
         found.seam_mm2 =
             best.cost * static_cast<double>(all_skin_) * found.voxel_mm * found.voxel_mm;
         found.looked_at = looked_at_;
-        if (!found.tree.cuts.empty())
-            found.without_peg = place_connectors(body, solid_, options_, &found.tree);
+        if (found.tree.cuts.empty()) return found;
+        avoid_slivers(body, options_.tray_mm, &found.tree);
+        found.slivers = find_slivers(body, found.tree);
+        found.without_peg = place_connectors(body, solid_, options_, &found.tree);
         return found;
     }
 

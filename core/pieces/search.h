@@ -13,6 +13,7 @@
 
 #include "base/vec.h"
 #include "pieces/extent.h"
+#include "pieces/slivers.h"
 #include "pieces/tree.h"
 
 namespace openfab::pieces {
@@ -38,7 +39,8 @@ struct Found {
     int32_t looked_at = 0;  ///< planes
     double voxel_mm = 0;
     double seam_mm2 = 0;  ///< of the surface that lies along cuts, in voxels' faces, as disliked
-    int32_t without_peg = 0;  ///< cuts whose section holds no peg
+    int32_t without_peg = 0;      ///< cuts whose section holds no peg
+    std::vector<Sliver> slivers;  ///< that are left
 };
 
 /// Returns whether a box fits the tray in a right-angled pose.

@@ -186,6 +186,11 @@ class Splitter {
             note(fmt::format(messages::kFacesTooSmallForDowel, found->without_peg, object.name,
                              search.peg_mm));
         }
+        for (const pieces::Sliver& sliver : found->slivers) {
+            const Vec3d at = to_build.apply(sliver.at);
+            note(fmt::format(messages::kCutLeavesSliver, sliver.cut + 1, sliver.thickness_mm,
+                             object.name, at.x, at.y, at.z));
+        }
         to_mesh_space(polar->s, &found->tree);
         auto made = std::make_shared<world::ObjectPieces>();
         made->tree = std::move(found->tree);

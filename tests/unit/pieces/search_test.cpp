@@ -10,9 +10,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "mesh/model/primitives.h"
 
@@ -172,6 +174,68 @@ TEST(PiecesSearch, SeamsLieInCreases) {
     ASSERT_EQ(found->pieces, 2);
     EXPECT_NEAR(found->tree.cuts[0].offset_mm, 8, 3 * found->voxel_mm);
     EXPECT_LT(found->tree.cuts[0].offset_mm, 8);
+}
+
+TEST(PiecesSearch, SectionsHoldADowelUpToTheirLastTenth) {
+    // A dowel of 3 mm with 0.1 mm of clearance and 1.5 mm of skin takes 6.2 mm, in voxels of more than 1 mm.
+    for (const double width : {6.1, 6.3, 6.7, 8.0}) {
+        mesh::Mesh bar = mesh::make_box({180, width, 24});
+        for (Vec3d& p : bar.positions)
+            p = p + Vec3d{0.3, 0.77, 0.1};
+        SearchOptions options;
+        options.tray_mm = {100, 40, 60};
+        options.voxels = 20'000;
+        options.peg_mm = 3;
+        options.number_mm = 0;
+        const Result<Found> found = find_cuts(body_of(bar), options);
+        ASSERT_TRUE(found);
+        ASSERT_EQ(found->pieces, 2);
+        EXPECT_GT(found->voxel_mm, 0.9);
+        EXPECT_EQ(found->without_peg, width < 6.2 ? 1 : 0) << width;
+        EXPECT_EQ(found->tree.cuts[0].connectors.empty(), width < 6.2) << width;
+        expect_all_fit(body_of(bar), *found, options.tray_mm);
+    }
+}
+
+/// A bar of 150 mm, and a block on it from its left end to `right`.
+mesh::Mesh bar_with_block(double right) {
+    mesh::Mesh bar = mesh::make_box({150, 20, 20});
+    const mesh::Mesh block = mesh::make_box({right + 75, 10, 30});
+    const auto first = static_cast<int32_t>(bar.positions.size());
+    for (const Vec3d& p : block.positions)
+        bar.positions.push_back(p + Vec3d{(right - 75) / 2, 0, 10});
+    for (const auto& [a, b, c] : block.triangles)
+        bar.triangles.push_back({first + a, first + b, first + c});
+    return bar;
+}
+
+TEST(PiecesSlivers, AreFoundOnBothSidesAndAvoided) {
+    for (const bool front : {true, false}) {
+        Tree tree;
+        tree.pieces = {"1", "2"};
+        tree.cuts.resize(1);
+        tree.cuts[0].normal = {front ? 1.0 : -1.0, 0, 0};
+        tree.cuts[0].offset_mm = front ? -25 : 25;
+        tree.cuts[0].back = ~0, tree.cuts[0].front = ~1;
+        for (const double beyond : {0.4, 0.003}) {
+            const mesh::Mesh bar = bar_with_block(-25 + beyond);
+            const std::vector<Sliver> found = find_slivers(body_of(bar), tree);
+            ASSERT_EQ(found.size(), 1u);
+            EXPECT_NEAR(found[0].thickness_mm, beyond, 1e-9);
+            EXPECT_EQ(found[0].front, front);
+            Tree moved = tree;
+            avoid_slivers(body_of(bar), {101, 60, 60}, &moved);
+            EXPECT_TRUE(find_slivers(body_of(bar), moved).empty());
+            EXPECT_NEAR(std::fabs(moved.cuts[0].offset_mm), 25 - beyond, 1e-9);
+            // Where the pieces would not fit then it stays, and is told.
+            moved = tree;
+            avoid_slivers(body_of(bar), {90, 90, 90}, &moved);
+            EXPECT_EQ(find_slivers(body_of(bar), moved).size(), 1u);
+        }
+        EXPECT_TRUE(find_slivers(body_of(bar_with_block(-25)), tree).empty());
+        EXPECT_TRUE(find_slivers(body_of(bar_with_block(-20)), tree).empty());
+        EXPECT_TRUE(find_slivers(body_of(bar_with_block(-25.4)), tree).empty());
+    }
 }
 
 TEST(PiecesExtent, TheDistanceOfACylinderIsThatOfItsSamples) {
