@@ -153,6 +153,7 @@ Result<Estimate> make_estimate(std::unique_ptr<pipeline::PrintJob> print,
     out.set_up = print->estimate();
     out.memory_bytes = out.set_up.memory_bytes + preview_bytes(options);
     out.slices = info.slice_end - info.slice_begin;
+    out.printer_pitch_mm = printer.pitch_mm;
     out.print_seconds = print_seconds(printer, info, out.slices);
     out.warnings = input.warnings;
     out.warnings.insert(out.warnings.end(), print->warnings().begin(), print->warnings().end());
@@ -201,7 +202,8 @@ void show_estimate(const Estimate& e, const pipeline::PrintInfo& info) {
 std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
     rapidjson::StringBuffer buffer;
     rapidjson::PrettyWriter<rapidjson::StringBuffer> w(buffer);
-    w.SetMaxDecimalPlaces(6);
+    constexpr int kDecimals = 6;
+    w.SetMaxDecimalPlaces(kDecimals);
     w.SetIndent(' ', 2);
     w.StartObject();
     const auto text = [&](const char* key, const std::string& value) {
@@ -217,6 +219,13 @@ std::string estimate_json(const Estimate& e, const pipeline::PrintInfo& info) {
     w.Key("estimate");
     w.Bool(true);
     write_grid(e.set_up.size, info, &w);
+    w.Key("printer_pitch_mm");
+    w.SetMaxDecimalPlaces(rapidjson::Writer<rapidjson::StringBuffer>::kDefaultMaxDecimalPlaces);
+    w.StartArray();
+    for (int a = 0; a < 3; ++a)
+        w.Double(e.printer_pitch_mm[a]);
+    w.EndArray();
+    w.SetMaxDecimalPlaces(kDecimals);
     w.Key("voxels_total");
     w.Int64(e.set_up.voxels_total);
     w.Key("slices");

@@ -24,6 +24,7 @@ struct Estimate {
     pipeline::PrintEstimate set_up;
     int64_t memory_bytes = 0;  ///< with previews
     int32_t slices = 0;
+    Vec3d printer_pitch_mm;    ///< 0: not known
     double print_seconds = 0;  ///< on the printer; 0 where its layer time is not known
     std::optional<pipeline::PrintCost> cost;  ///< where the printer's profile has prices
     /// Statistics of a coarse print; each material is within a few per cent where its parts are

@@ -13,6 +13,7 @@
 #include "base/near_miss.h"
 #include "base/text.h"
 #include "mesh/load/load_mesh.h"
+#include "program/altered_world.h"
 #include "program/build_volume.h"
 #include "program/messages.h"
 #include "program/outputs.h"
@@ -207,6 +208,8 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     Result<world::Printer> printer = printer_of(options, *world, &job.notes);
     if (!printer) return printer.error();
     job.printer = std::move(*printer);
+    if (Result<void> altered = alter_world(options, fablets, &*world, &job.input); !altered)
+        return altered.error();
     if (Result<void> read = load_process_options(options, &job.printer); !read) return read.error();
     scale_build(job.printer.process, &*world, &job.input);
     if (Result<void> moved = displace_build(job.printer.process, options, &*world, &job.input);
@@ -226,6 +229,7 @@ Result<Job> load_job(const Options& options, const openfab_fablet_list& fablets)
     if (!parts) return parts.error();
     job.input.parts = std::move(*parts);
     note_bounds_without_effect(job.input.parts, &job.notes);
+    print_only(options, *world, &job.input);
     for (const world::Material& material : world->materials) {
         job.input.materials.push_back({material.name, material.key, material.preview,
                                        material.density_g_cm3, material.channel});

@@ -125,6 +125,9 @@ Result<void> validate_options(const Options& options) {
     constexpr std::array<std::string_view, 4> kBleed{"undo", "show", "both", "off"};
     if (std::find(kBleed.begin(), kBleed.end(), options.bleed) == kBleed.end())
         return bad_value("--bleed", options.bleed, messages::kNoBleed, "show");
+    if (const int32_t around = options.altered.around; around < 0 || around > kMostAround)
+        return bad_value("--around", fmt::format("{}", around),
+                         fmt::format(messages::kNotACount, kMostAround), "1");
     return validate_output(options);
 }
 

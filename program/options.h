@@ -6,10 +6,12 @@
 // of words, the Python package of arguments; either has them checked by validate_options.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "base/vec.h"
 #include "program/grid_options.h"
 #include "program/output_options.h"
 #include "program/run_options.h"
@@ -18,16 +20,33 @@ namespace openfab::program {
 
 /// The largest --fractions-supersample: 32768 times as many voxels are enough.
 constexpr int32_t kMostSupersampling = 32;
+/// The largest --around.
+constexpr int32_t kMostAround = 64;
+
+/// For programs that ask about a world what is not in its file.
+struct AlteredWorld {
+    bool solid = false;  ///< all voxels are of the first material
+    int32_t around = 0;  ///< so many voxels more lie around the grid
+    /// Of the only object: its fablet fills a box of this size in place of the build, moved there.
+    std::optional<Vec3d> cell_mm, cell_at_mm;
+    std::string field;  ///< `NAME=FILE`: the texture is that volume, clamped and trilinear
+    std::optional<Vec3d> field_origin_mm, field_spacing_mm;
+};
 
 struct Options : GridOptions, OutputOptions, RunOptions {
     std::string input;  ///< a world (.fab.json) or a mesh
     /// Folders that the world may read besides its own, and kProgramsWord where its programs may run.
     std::vector<std::string> allow;
+    std::string only_object;            ///< the one whose voxels are printed; empty: all
     std::vector<std::string> settings;  ///< `OBJECT.UNIFORM=VALUE`, read by part::bind
     std::string printer;
     std::string process_file;    ///< items of the machine's process that replace the profile's
     std::string bleed = "undo";  ///< or show, both, off
-    std::string nozzles_file;    ///< dead nozzles; read again where it changes during a print
+    /// What the machine will make of the print, not what is sent to it: without the process' scale and
+    /// field, and with its bleed, if it has one, as `bleed` says.
+    bool as_built = false;
+    AlteredWorld altered;
+    std::string nozzles_file;  ///< dead nozzles; read again where it changes during a print
     std::string support;  ///< on, off or a material of the world; empty: as world and printer say
     std::string dither;   ///< empty: majority for meshes, else the pipeline's own
     uint64_t seed = 0;

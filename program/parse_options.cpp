@@ -43,7 +43,8 @@ constexpr const char* kUnits =
 struct Raw {
     std::string seed, voxel, mesh_pitch, dpi, layer, z, slices, memory, progress = "auto",
                                                                         png = "rgba", isa;
-    std::string pitch, probe, slabs_in_flight;
+    std::string pitch, probe, slabs_in_flight, bleed, around, cell, cell_at, field_origin,
+        field_spacing;
     std::vector<std::string> previews;
     std::string crop = "parts", sampling;
     bool no_cull = false;
@@ -83,10 +84,14 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
            "the machine's effects on a print, as JSON: items replace those of the printer's "
            "profile (docs/process.md)")
         ->type_name("FILE");
-    app.add_option("--bleed", o.bleed,
+    app.add_option("--bleed", raw.bleed,
                    "of the process: undo it (the default), show the result without that, both (the "
                    "result with it), or off")
         ->type_name("CHOICE");
+    app.add_flag(
+        "--as-built", o.as_built,
+        "the part as it will come out of the machine: without the process' scale and field, "
+        "and with --bleed both, if it has a bleed");
     app.add_option("--nozzles", o.nozzles_file,
                    "dead nozzles, as JSON; a change of the file counts from the next slices on")
         ->type_name("FILE");
@@ -106,6 +111,11 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
         ->type_name("A:B");
     app.add_option("--slices", raw.slices, "print only the slices A:B, B excluded")
         ->type_name("A:B");
+    app.add_option(
+           "--only-object", o.only_object,
+           "print the voxels of this object alone, in the grid of the whole build; of one that "
+           "the build does not have, where its mesh lies")
+        ->type_name("NAME");
     app.add_option("--set", o.settings,
                    "OBJECT.UNIFORM=VALUE overrides the world's value (repeatable)")
         ->allow_extra_args(false)
@@ -171,6 +181,14 @@ void declare(CLI::App& app, Options& o, Raw& raw) {
     app.add_option("--pitch", raw.pitch, "")->group("");
     app.add_option("--isa", raw.isa, "")->group("");
     app.add_option("--extents", o.extents_file, "")->group("");
+    app.add_flag("--solid", o.altered.solid, "")->group("");
+    app.add_option("--field", o.altered.field, "")->group("");
+    for (const auto& [name, text] : {std::pair("--around", &raw.around),
+                                     {"--cell", &raw.cell},
+                                     {"--cell-at", &raw.cell_at},
+                                     {"--field-origin", &raw.field_origin},
+                                     {"--field-spacing", &raw.field_spacing}})
+        app.add_option(name, *text, "")->group("");
 }
 
 /// Returns the help; to a host that takes the slices itself, without what asks for outputs.
@@ -212,6 +230,11 @@ Result<void> read_grid(const Raw& raw, Options* o) {
              read(raw.mesh_pitch, length("--mesh-pitch"), &o->mesh_pitch_mm),
              read(raw.pitch, vector("--pitch", "0.1,0.1,0.1"), &o->pitch_mm),
              read(raw.probe, vector("--probe", "1.5,2,0.25"), &o->probe_mm),
+             read(raw.cell, vector("--cell", "8,8,8"), &o->altered.cell_mm),
+             read(raw.cell_at, vector("--cell-at", "0.5,0.5,0"), &o->altered.cell_at_mm),
+             read(raw.field_origin, vector("--field-origin", "0,0,0"), &o->altered.field_origin_mm),
+             read(raw.field_spacing, vector("--field-spacing", "1,1,1"),
+                  &o->altered.field_spacing_mm),
              read(raw.z, parse_heights, &o->z_range_mm),
              read(raw.slices, parse_slices, &o->slices),
          }) {
@@ -233,6 +256,13 @@ Result<void> read_texts(const Raw& raw, Options* o) {
         if (!spec) return spec.error();
         o->previews.push_back(std::move(*spec));
     }
+    if (!raw.bleed.empty())
+        o->bleed = raw.bleed;
+    else if (o->as_built)
+        o->bleed = "both";
+    if (!raw.around.empty() && !parse_whole(raw.around, &o->altered.around))
+        return bad_value("--around", raw.around, fmt::format(messages::kNotACount, kMostAround),
+                         "1");
     o->progress = raw.progress == "plain"  ? program::ProgressMode::kPlain
                   : raw.progress == "json" ? program::ProgressMode::kJson
                   : raw.progress == "none" ? program::ProgressMode::kNone

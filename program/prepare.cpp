@@ -101,8 +101,10 @@ Result<PreparedPrint> prepare_print(const Options& options, const openfab_fablet
     Result<std::unique_ptr<pipeline::PrintJob>> print =
         pipeline::PrintJob::create(job->input, ready.options);
     if (!print) return print.error();
-    if (Result<void> fits =
-            check_build_volume((*print)->info(), job->printer, job->input.parts, job->tray);
+    const bool around = job->input.around_vox > 0;  // the grid is larger than what is built
+    if (Result<void> fits = around ? Result<void>()
+                                   : check_build_volume((*print)->info(), job->printer,
+                                                        job->input.parts, job->tray);
         !fits)
         return fits.error();
     ready.job = std::move(*job);

@@ -162,10 +162,17 @@ class NozzleFile : public process::NozzleSource {
 }  // namespace
 
 Result<void> load_process_options(const Options& options, world::Printer* printer) {
-    if (options.process_file.empty()) return {};
-    Result<world::Process> process = world::load_process(options.process_file, printer->process);
-    if (!process) return process.error();
-    printer->process = std::move(*process);
+    if (!options.process_file.empty()) {
+        Result<world::Process> process =
+            world::load_process(options.process_file, printer->process);
+        if (!process) return process.error();
+        printer->process = std::move(*process);
+    }
+    if (options.as_built) {
+        // The machine undoes both.
+        printer->process.scale = {1, 1, 1};
+        printer->process.field.clear();
+    }
     return {};
 }
 

@@ -20,7 +20,7 @@
 
 namespace openfab::program {
 
-/// Replaces items of the printer's process by those of `--process`.
+/// Replaces items of the printer's process by those of `--process`, and leaves out what `--as-built` does.
 Result<void> load_process_options(const Options& options, world::Printer* printer);
 
 /// Scales what is built; the provenance goes to `input`.

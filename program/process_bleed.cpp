@@ -97,7 +97,10 @@ Result<std::shared_ptr<const process::Bleed>> open_bleed(const Options& options,
                                                          pipeline::PrintInput* input) {
     const std::optional<world::Bleed>& bleed = printer.process.bleed;
     const std::shared_ptr<const process::Bleed> none;
+    // A solid has no mixtures.
+    if (options.altered.solid) return none;
     if (!bleed) {
+        if (options.as_built) return none;
         if (options.bleed == "show" || options.bleed == "both") {
             return user_error(fmt::format(messages::kBleedNotKnown, options.bleed));
         }

@@ -17,6 +17,7 @@
 #include "mechanics/messages.h"
 #include "mechanics/model/print_world.h"
 #include "mechanics/part/doubts.h"
+#include "mechanics/part/load_case.h"
 
 namespace openfab::mechanics {
 
@@ -49,36 +50,23 @@ Result<std::optional<Sweep>> parse_sweep(const std::string& text) {
     return std::optional<Sweep>(std::move(out));
 }
 
-Result<std::array<double, 3>> parse_cell(const std::string& text) {
-    std::array<double, 3> out{};
-    size_t at = 0, count = 0;
-    while (count < 3) {
-        const size_t x = text.find('x', at);
-        const Result<double> mm = parse_length_mm(text.substr(at, x - at));
-        if (!mm) return usage_error(fmt::format(messages::kCellWrong, mm.error().text()));
-        if (!(*mm > 0)) return usage_error(messages::kCellTooSmall);
-        out[count++] = *mm;
-        if (x == std::string::npos) break;
-        at = x + 1;
-    }
-    if (count == 1)
-        out = {out[0], out[0], out[0]};
-    else if (count == 2)
-        return usage_error(messages::kCellForm);
-    return out;
-}
-
 class CellRun {
   public:
-    CellRun(const CellOptions& options, Properties properties, std::array<double, 3> cell)
-        : o_(options), properties_(std::move(properties)), cell_(cell) {}
+    CellRun(const CellOptions& options, Properties properties, const Vec3& cell,
+            const Vec3& printer_pitch_mm)
+        : o_(options),
+          properties_(std::move(properties)),
+          cell_(cell),
+          printer_pitch_mm_(printer_pitch_mm) {}
 
-    Result<CellResult> run(const CellWorld& world, const fs::path& folder, double voxel_mm,
+    /// The cell in whole elements: of codes it is cut to as many, else it has to be.
+    Result<void> fit(const Vec3& voxel_mm);
+    Result<CellResult> run(const CellWorld& world, const fs::path& folder,
                            const std::optional<std::pair<std::string, double>>& setting,
                            bool half = false) const;
 
   private:
-    Result<void> check(const VoxelFile& file, bool half) const;
+    std::string fitting_pitch(const Vec3& voxel_mm) const;
     Result<void> check_fits(std::array<int32_t, 3> size, bool half) const;
     Result<Homogenised<3>> conduct(const Grid& grid, std::vector<float> conductivity) const;
     Result<Homogenised<3>> current(const VoxelFile& file, const Mixture& mixture, const Grid& grid,
@@ -86,20 +74,40 @@ class CellRun {
 
     const CellOptions& o_;
     Properties properties_;
-    std::array<double, 3> cell_;
     mutable bool told_ = false;  ///< what is doubted of the materials
+    Vec3 cell_, voxel_mm_{}, printer_pitch_mm_;
+    std::array<int32_t, 3> size_{};
 };
 
-Result<void> CellRun::check(const VoxelFile& file, bool half) const {
+Result<void> CellRun::fit(const Vec3& voxel_mm) {
+    voxel_mm_ = voxel_mm;
+    bool whole = true;
+    Vec3 cut{};
     for (size_t a = 0; a < 3; ++a) {
-        const double mm = file.size[a] * file.pitch_mm[a];
-        if (std::abs(mm - cell_[a]) > 1e-3 * file.pitch_mm[a])
-            return user_error(
-                fmt::format(messages::kCellNotWhole, cell_[a], file.pitch_mm[a], "xyz"[a]),
-                fmt::format(messages::kCellNotWholeHelp,
-                            cell_[a] / std::max(1.0, std::round(cell_[a] / file.pitch_mm[a]))));
+        constexpr double kMost = 5e4, kSlack = 1e-3;
+        const double n = std::clamp(std::round(cell_[a] / voxel_mm[a]), 1.0, kMost);
+        size_[a] = static_cast<int32_t>(n);
+        cut[a] = n * voxel_mm[a];
+        if (std::abs(cut[a] - cell_[a]) <= kSlack * voxel_mm[a]) continue;
+        if (!o_.common.codes)
+            return user_error(fmt::format(messages::kCellNotWhole, cell_[a], voxel_mm[a], "xyz"[a]),
+                              fmt::format(messages::kCellNotWholeHelp, fitting_pitch(voxel_mm)));
+        whole = false;
     }
-    return check_fits(file.size, half);
+    // No period of a dither, anyway.
+    cell_ = cut;
+    if (!whole && !o_.common.quiet)
+        note(fmt::format(messages::kCellOfWholeVoxels, size_[0], size_[1], size_[2],
+                         sides_text(voxel_mm), cut[0], cut[1], cut[2]));
+    return {};
+}
+
+/// The pitch near the wanted one that divides the cell.
+std::string CellRun::fitting_pitch(const Vec3& voxel_mm) const {
+    Vec3 out{};
+    for (size_t a = 0; a < 3; ++a)
+        out[a] = cell_[a] / std::max(1.0, std::round(cell_[a] / voxel_mm[a]));
+    return sides_text(out);
 }
 
 Result<void> CellRun::check_fits(std::array<int32_t, 3> size, bool half) const {
@@ -111,45 +119,52 @@ Result<void> CellRun::check_fits(std::array<int32_t, 3> size, bool half) const {
                         o_.common.memory_bytes, size);
 }
 
-Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder, double voxel_mm,
+Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder,
                                 const std::optional<std::pair<std::string, double>>& setting,
                                 bool half) const {
     // What is dithered is another print at another pitch: there elements are halved, else voxels are.
     const bool split = half && o_.common.codes;
-    if (half && !split) voxel_mm /= 2;
-    // Before a print that may be as large.
-    std::array<int32_t, 3> size;
-    for (size_t a = 0; a < 3; ++a) {
-        constexpr double kMost = 5e4;
-        size[a] = static_cast<int32_t>(std::clamp(std::round(cell_[a] / voxel_mm), 1.0, kMost));
+    Vec3 pitch = voxel_mm_;
+    std::array<int32_t, 3> size = size_;
+    for (size_t a = 0; a < 3 && half && !split; ++a) {
+        pitch[a] /= 2;
+        size[a] *= 2;
     }
+    // Before a print that may be as large.
     if (Result<void> fits = check_fits(size, split); !fits) return fits.error();
-    const fs::path file = folder / "cell.fab.json";
-    if (Result<void> done = backends::write_whole_file(file, world.text); !done)
-        return done.error();
-    PrintRequest request{file,
+    PrintRequest request{world.world,
                          o_.common.programs,
-                         voxel_mm,
-                         o_.common.supersample,
+                         pitch,
+                         parts_of_elements(o_.common, pitch, printer_pitch_mm_),
                          o_.common.codes,
                          o_.common.dither,
                          o_.common.settings,
                          o_.common.allow,
+                         {},
                          o_.common.threads,
                          o_.common.memory_bytes};
-    for (const fs::path& one : world.folders)
+    for (const fs::path& one : world.allow)
         request.allow.push_back(one.string());
     for (std::string& one : request.settings)
         if (one.find('.') > one.find('=')) one = world.object + "." + one;
     if (setting)
         request.settings.push_back(
             fmt::format("{}.{}={}", world.object, setting->first, setting->second));
-    const Result<fs::path> printed = print_voxels(request, folder, "cell");
+    CellBox box{world.object, cell_, {}};
+    // A box stands in the middle of x and y, where an odd number of voxels has no face.
+    for (size_t a = 0; a < 2; ++a)
+        box.at_mm[a] = size[a] % 2 == 1 ? pitch[a] / 2 : 0;
+    const Result<fs::path> printed = print_cell(request, box, folder);
     if (!printed) return printed.error();
     const Result<VoxelFile> opened = open_voxels(*printed);
     if (!opened) return opened.error();
-    if (Result<void> fits = check(*opened, split); !fits) return fits.error();
-    Result<std::vector<Material>> materials = properties_.of(opened->materials);
+    if (opened->size != size)
+        return user_error(fmt::format(messages::kCellMoves, opened->size[0], opened->size[1],
+                                      opened->size[2], size[0], size[1], size[2]),
+                          messages::kCellMovesHelp);
+    const Result<std::vector<uint8_t>> used = used_materials(*opened);
+    if (!used) return used.error();
+    Result<std::vector<Material>> materials = properties_.of(opened->materials, *used);
     if (!materials) return materials.error();
     if (!told_)
         for (const std::string& one : unit_doubts(*materials))
@@ -180,9 +195,9 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder, 
         const auto all_have = [&](auto property) {
             return std::ranges::all_of(mixture.materials(), property);
         };
-        const bool heat = all_have([](const Material& m) { return m.conductivity.has_value(); });
+        const bool heat = all_have([](const Material& m) { return m.conductivity || !m.used; });
         const bool current =
-            all_have([](const Material& m) { return m.conductivity_S_m.has_value(); });
+            all_have([](const Material& m) { return m.conductivity_S_m || !m.used; });
         if (!heat && !current)
             return user_error(fmt::format(messages::kConductivityMixed, properties_.file),
                               messages::kConductivityMixedHelp);
@@ -235,8 +250,8 @@ Result<Homogenised<3>> CellRun::current(const VoxelFile& file, const Mixture& mi
 }  // namespace
 
 Result<void> run_cell(const CellOptions& o) {
-    const Result<std::array<double, 3>> cell = parse_cell(o.cell);
-    if (!cell) return cell.error();
+    const Result<Vec3> cell = parse_sizes(o.cell);
+    if (!cell) return usage_error(fmt::format(messages::kCellWrong, cell.error().text()));
     const Result<std::optional<Sweep>> sweep = parse_sweep(o.sweep);
     if (!sweep) return sweep.error();
     if (*sweep && o.converge) return usage_error(messages::kConvergeWithSweep);
@@ -251,11 +266,27 @@ Result<void> run_cell(const CellOptions& o) {
     if (!folder) return folder.error();
     const fs::path scratch = (*folder)->path();
     const Result<CellWorld> world =
-        cell_world(o.common.input, o.object, *cell, o.common.programs, scratch);
+        cell_world(o.common.input, o.object, o.common.programs, scratch);
     if (!world) return world.error();
-    double voxel = o.common.voxel_mm;
-    if (!(voxel > 0)) voxel = std::min({(*cell)[0], (*cell)[1], (*cell)[2]}) / 64;
-    const CellRun run(o, *properties, *cell);
+    Vec3 printer{};
+    if (world->own_printer) {
+        PrintRequest request;
+        request.world = world->world;
+        request.programs = o.common.programs;
+        request.allow = o.common.allow;
+        const Result<BuildSize> size = build_size(request, scratch);
+        if (!size) return size.error();
+        printer = size->printer_pitch_mm;
+    }
+    CellRun run(o, *properties, *cell, printer);
+    note_other_codes(o.common, printer);
+    Vec3 voxel = o.common.voxel_mm;
+    if (!(voxel[0] > 0)) {
+        const bool dithered = o.common.codes && printer[0] > 0 && printer[1] > 0 && printer[2] > 0;
+        const double side = *std::ranges::min_element(*cell) / 64;
+        voxel = dithered ? printer : Vec3{side, side, side};
+    }
+    if (Result<void> done = run.fit(voxel); !done) return done;
     const std::string law =
         o.common.codes
             ? std::string(messages::kAsDithered)
@@ -264,7 +295,7 @@ Result<void> run_cell(const CellOptions& o) {
     json.begin_object().member(
         "law", o.common.codes ? "codes" : kLawNames[static_cast<size_t>(properties->law)]);
     if (!*sweep) {
-        Result<CellResult> r = run.run(*world, scratch, voxel, std::nullopt);
+        Result<CellResult> r = run.run(*world, scratch, std::nullopt);
         if (!r) return r.error();
         show(describe(*r, law));
         write_result(*r, &json);
@@ -277,7 +308,7 @@ Result<void> run_cell(const CellOptions& o) {
                 return done;
         }
         if (o.converge) {
-            const Result<CellResult> fine = run.run(*world, scratch, voxel, std::nullopt, true);
+            const Result<CellResult> fine = run.run(*world, scratch, std::nullopt, true);
             if (!fine) return with_context(fine.error(), messages::kConvergeBefore);
             show(describe_convergence(*fine, *r));
         }
@@ -291,7 +322,7 @@ Result<void> run_cell(const CellOptions& o) {
                          "solid", "E_x MPa", "E_y MPa", "E_z MPa", "Zener", "residual",
                          "elements"));
         for (const double value : s.values) {
-            Result<CellResult> r = run.run(*world, scratch, voxel, std::pair(s.uniform, value));
+            Result<CellResult> r = run.run(*world, scratch, std::pair(s.uniform, value));
             if (!r) return r.error();
             double solid = 0;
             for (const double share : r->voxels.share)
@@ -308,7 +339,7 @@ Result<void> run_cell(const CellOptions& o) {
             json.end_object();
         }
         json.end_array().end_object();
-        show(fmt::format("pitch {:.4g} mm, {}\n", voxel, law));
+        show(fmt::format("pitch {}, {}\n", sides_text(voxel), law));
     }
     if (!o.output.empty())
         return backends::write_whole_file(fs::path(o.output), json.take() + "\n");

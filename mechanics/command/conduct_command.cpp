@@ -278,7 +278,7 @@ Result<void> write_outputs(const ConductOptions& o, const Conducted& r, const Lo
 }
 
 Result<Conducted> run_at(const ConductOptions& o, const PartSource& source, const LoadCase& c,
-                         double voxel_mm, bool half) {
+                         const Vec3& voxel_mm, bool half) {
     Result<PartInput> input = half ? source.read_halved(voxel_mm, c, conduct_bytes)
                                    : source.read(voxel_mm, c, conduct_bytes);
     if (!input) return input.error();
@@ -311,7 +311,7 @@ Result<void> run_conduct(const ConductOptions& o) {
     Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
     if (!source) return source.error();
     source->conduct(load_case->kind);
-    const Result<double> voxel = source->pitch_mm();
+    const Result<Vec3> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
     Result<Conducted> run = run_at(o, *source, *load_case, *voxel, false);
     if (!run) return run.error();

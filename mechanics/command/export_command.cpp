@@ -44,7 +44,7 @@ Result<void> run_export(const ExportOptions& o) {
     Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
     if (!source) return source.error();
     source->keep_shares();
-    const Result<double> voxel = source->pitch_mm();
+    const Result<Vec3> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
     Result<PartInput> input = source->read(
         *voxel, load_case ? load_case->objects() : std::vector<std::string>(), export_bytes);

@@ -45,9 +45,8 @@ struct Texts {
 
 Result<void> complete(const Texts& texts, CommonOptions* o) {
     if (!texts.voxel.empty()) {
-        const Result<double> mm = parse_length_mm(texts.voxel);
+        const Result<std::array<double, 3>> mm = parse_sizes(texts.voxel);
         if (!mm) return usage_error(fmt::format(messages::kVoxelWrong, mm.error().text()));
-        if (!(*mm > 0)) return usage_error(messages::kVoxelTooSmall);
         o->voxel_mm = *mm;
     }
     const Result<int64_t> memory = parse_memory_option(texts.memory);
@@ -65,9 +64,11 @@ void add_common(CLI::App* app, CommonOptions* o, Texts* texts) {
                     "a file of E, nu, strength and density (default: NAME.mechanics.json or "
                     "mechanics.json beside FILE)")
         ->type_name("FILE");
-    app->add_option("--voxel", texts->voxel, "side of an element")->type_name("LENGTH");
+    app->add_option("--voxel", texts->voxel,
+                    "side of an element, as 1mm, or its three sides, as 42x85x27um")
+        ->type_name("LENGTH");
     app->add_option("--supersample", o->supersample,
-                    "an element is the mean of N x N x N parts (default: 2)")
+                    "an element is the mean of N x N x N parts (default: of the printer's voxels)")
         ->type_name("N")
         ->check(CLI::Range(1, 16));
     app->add_option("--law", o->law,
@@ -76,7 +77,8 @@ void add_common(CLI::App* app, CommonOptions* o, Texts* texts) {
         ->type_name("LAW")
         ->check(
             CLI::IsMember(std::vector<std::string>(std::begin(kLawNames), std::end(kLawNames))));
-    app->add_flag("--codes", o->codes, "elements are the voxels as dithered, one material each");
+    app->add_flag("--codes", o->codes,
+                  "elements are the printer's voxels as dithered, one material each");
     app->add_option("--dither", o->dither, "of --codes, as `openfab print` has it")
         ->type_name("RULE");
     app->add_option("--set", o->settings, "OBJECT.UNIFORM=VALUE (repeatable)")
@@ -110,6 +112,8 @@ using Action = std::function<Result<void>()>;
 template <typename Options>
 Result<void> run_with(Options* options, const Texts& texts, Result<void> (*run)(const Options&)) {
     if (Result<void> done = complete(texts, &options->common); !done) return done;
+    constexpr bool kFablets = std::is_same_v<Options, CellOptions>;
+    if (Result<void> fine = check_is_world(options->common.input, kFablets); !fine) return fine;
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<size_t>(options->common.threads));
     return run(*options);

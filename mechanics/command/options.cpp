@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "base/clock.h"
@@ -13,6 +14,80 @@
 #include "mechanics/messages.h"
 
 namespace openfab::mechanics {
+
+Result<std::array<double, 3>> parse_sizes(const std::string& text) {
+    std::vector<std::string> parts{""};
+    for (const char c : text)
+        if (c == 'x')
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    // The last one's unit is that of those without.
+    const std::string unit = parts.back().substr(parts.back().find_last_of("0123456789.") + 1);
+    std::array<double, 3> out{};
+    if (parts.size() != 1 && parts.size() != 3) return usage_error(messages::kSizesForm);
+    for (size_t i = 0; i < parts.size(); ++i) {
+        std::string& part = parts[i];
+        if (!part.empty() && (std::isdigit(static_cast<unsigned char>(part.back())) != 0))
+            part += unit;
+        const Result<double> mm = parse_length_mm(part);
+        if (!mm) return mm.error();
+        if (!(*mm > 0)) return usage_error(messages::kSizesTooSmall);
+        out[i] = *mm;
+    }
+    if (parts.size() == 1) out = {out[0], out[0], out[0]};
+    return out;
+}
+
+std::string sides_text(const std::array<double, 3>& mm) {
+    if (mm[0] == mm[1] && mm[0] == mm[2]) return fmt::format("{:.6g}mm", mm[0]);
+    return fmt::format("{:.6g}x{:.6g}x{:.6g}mm", mm[0], mm[1], mm[2]);
+}
+
+namespace {
+
+constexpr double kAlike = 1e-4;  // of a side
+
+/// Whether all sides are known.
+bool is_known(const std::array<double, 3>& pitch_mm) {
+    return pitch_mm[0] > 0 && pitch_mm[1] > 0 && pitch_mm[2] > 0;
+}
+
+}  // namespace
+
+int parts_of_elements(const CommonOptions& o, const std::array<double, 3>& pitch_mm,
+                      const std::array<double, 3>& printer_pitch_mm) {
+    constexpr int kFiner = 2;
+    if (o.supersample > 0) return o.supersample;
+    if (!is_known(printer_pitch_mm)) return kFiner;
+    for (size_t a = 0; a < 3; ++a)
+        if (pitch_mm[a] < (1 - kAlike) * printer_pitch_mm[a]) return kFiner;
+    return 0;
+}
+
+void note_other_codes(const CommonOptions& o, const std::array<double, 3>& printer_pitch_mm) {
+    if (!o.codes || o.quiet || !is_known(o.voxel_mm) || !is_known(printer_pitch_mm)) return;
+    bool alike = true;
+    for (size_t a = 0; a < 3; ++a)
+        alike = alike && std::abs(o.voxel_mm[a] / printer_pitch_mm[a] - 1) < kAlike;
+    if (!alike)
+        note(fmt::format(messages::kNotPrintersVoxels, sides_text(o.voxel_mm),
+                         sides_text(printer_pitch_mm)));
+}
+
+Result<void> check_is_world(const std::string& input, bool fablets) {
+    if (input.ends_with(".json") || (fablets && input.ends_with(".fl"))) return {};
+    const std::filesystem::path path(input);
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored)) return {};  // said when it is opened
+    const std::string type = path.extension().string();
+    constexpr const char* kPrints[] = {".ofr", ".npy", ".gcvf", ".vdb", ".3mf", ".stl"};
+    const bool print = std::filesystem::is_directory(path, ignored) ||
+                       std::ranges::find(kPrints, type) != std::end(kPrints);
+    return user_error(print ? fmt::format(messages::kInputIsPrint, input)
+                            : fmt::format(messages::kInputIsNoWorld, input),
+                      fablets ? messages::kGiveWorldOrFablet : messages::kGiveWorld);
+}
 
 SolveProgress::SolveProgress(bool quiet, int cases, double tolerance)
     : quiet_(quiet), cases_(cases), tolerance_(tolerance), start_(seconds_now()), said_(start_) {}

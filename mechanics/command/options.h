@@ -4,11 +4,14 @@
 
 // What the commands of `openfab mechanics` have in common.
 
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "mechanics/model/print_world.h"
 #include "mechanics/model/voxels.h"
 #include "mechanics/solver/conjugate_gradients.h"
 
@@ -16,10 +19,10 @@ namespace openfab::mechanics {
 
 struct CommonOptions {
     std::string input;
-    std::string materials;  ///< a file; empty: beside the input
-    std::string law;        ///< empty: the file's
-    double voxel_mm = 0;    ///< 0: chosen
-    int supersample = 2;
+    std::string materials;             ///< a file; empty: beside the input
+    std::string law;                   ///< empty: the file's
+    std::array<double, 3> voxel_mm{};  ///< 0: chosen
+    int supersample = 0;  ///< parts of an element along each axis; 0: the printer's voxels
     bool codes = false;
     std::string dither;
     std::vector<std::string> settings, allow;
@@ -30,6 +33,23 @@ struct CommonOptions {
     bool quiet = false;
     std::filesystem::path programs;  ///< folder of `openfab`
 };
+
+/// One length, or three, as 5mm, 5mmx5mmx3mm or 42x85x27um.
+Result<std::array<double, 3>> parse_sizes(const std::string& text);
+
+/// Of `--supersample` where it is not given: 0, the printer's own voxels, if these are known and not larger
+/// than elements, else 2.
+int parts_of_elements(const CommonOptions& common, const std::array<double, 3>& pitch_mm,
+                      const std::array<double, 3>& printer_pitch_mm);
+
+/// Notes that dithered elements of a pitch that was asked for are not the printer's voxels.
+void note_other_codes(const CommonOptions& common, const std::array<double, 3>& printer_pitch_mm);
+
+/// Refuses what is no world, nor, where those are taken, a fablet: a print says what it is.
+Result<void> check_is_world(const std::string& input, bool fablets);
+
+/// `1mm`, or `1 x 1 x 0.5 mm`.
+std::string sides_text(const std::array<double, 3>& mm);
 
 /// Says now and then how far a solution is; knows how long is left.
 class SolveProgress {

@@ -69,11 +69,12 @@ enum class Pitch { kOwn, kHalf, kDouble };
 
 /// At the pitch, at half of it, or at twice.
 Result<PartRun> run_at(const PartCommandOptions& o, const PartSource& source,
-                       const LoadCase& load_case, double voxel_mm, Pitch step) {
-    Result<PartInput> input =
-        step == Pitch::kHalf
-            ? source.read_halved(voxel_mm, load_case, part_bytes)
-            : source.read(step == Pitch::kDouble ? 2 * voxel_mm : voxel_mm, load_case, part_bytes);
+                       const LoadCase& load_case, const Vec3& voxel_mm, Pitch step) {
+    const double times = step == Pitch::kDouble ? 2 : 1;
+    const Vec3 pitch{times * voxel_mm[0], times * voxel_mm[1], times * voxel_mm[2]};
+    Result<PartInput> input = step == Pitch::kHalf
+                                  ? source.read_halved(voxel_mm, load_case, part_bytes)
+                                  : source.read(pitch, load_case, part_bytes);
     if (!input) return input.error();
     if (Result<void> done = source.check_gravity(*input, load_case); !done) return done.error();
     Result<PartProblem> problem =
@@ -175,7 +176,7 @@ Result<void> run_part(const PartCommandOptions& o) {
     if (!folder) return folder.error();
     Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
     if (!source) return source.error();
-    const Result<double> voxel = source->pitch_mm();
+    const Result<Vec3> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
     Result<PartRun> run = run_at(o, *source, *load_case, *voxel, Pitch::kOwn);
     if (!run) return run.error();

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "backends/common/output_file.h"
-#include "base/input_file.h"
 #include "mechanics/messages.h"
 #include "mechanics/part/doubts.h"
 
@@ -31,83 +29,84 @@ Result<PartSource> PartSource::open(const CommonOptions& o, const fs::path& fold
     return PartSource(o, folder, std::move(*properties));
 }
 
-PrintRequest PartSource::request(double pitch_mm) const {
-    return {o_.input,  o_.programs, pitch_mm, o_.supersample, o_.codes,
-            o_.dither, o_.settings, o_.allow, o_.threads,     o_.memory_bytes};
+Result<PrintRequest> PartSource::request(const Vec3& pitch_mm) const {
+    PrintRequest out{o_.input,    o_.programs, pitch_mm, 0,          o_.codes,       o_.dither,
+                     o_.settings, o_.allow,    field_,   o_.threads, o_.memory_bytes};
+    if (o_.codes || !(pitch_mm[0] > 0)) return out;
+    const Result<BuildSize> size = this->size();
+    if (!size) return size.error();
+    out.supersample = parts_of_elements(o_, pitch_mm, size->printer_pitch_mm);
+    return out;
 }
 
-Result<std::array<double, 3>> PartSource::size_mm() const {
-    if (!size_mm_) {
-        const Result<std::array<double, 3>> size = build_size(request(0), folder_);
+Result<BuildSize> PartSource::size() const {
+    if (!size_) {
+        const Result<PrintRequest> any = request({});
+        const Result<BuildSize> size = build_size(*any, folder_);
         if (!size) return size.error();
-        size_mm_ = *size;
+        size_ = *size;
     }
-    return *size_mm_;
+    return *size_;
 }
 
-Result<void> PartSource::check_size(double pitch_mm,
+Result<void> PartSource::check_size(const Vec3& pitch_mm,
                                     const std::function<int64_t(const Grid&)>& bytes) const {
-    const Result<std::array<double, 3>> size = size_mm();
+    const Result<BuildSize> size = this->size();
     if (!size) return size.error();
     std::array<int32_t, 3> elements;
     for (size_t a = 0; a < 3; ++a) {
         // A print may begin and end a voxel further in.
         constexpr double kMost = 1e5;
         elements[a] =
-            static_cast<int32_t>(std::clamp(std::floor((*size)[a] / pitch_mm), 1.0, kMost));
+            static_cast<int32_t>(std::clamp(std::floor(size->mm[a] / pitch_mm[a]), 1.0, kMost));
     }
-    const Grid grid = Grid::make(elements, {pitch_mm, pitch_mm, pitch_mm}, false);
+    const Grid grid = Grid::make(elements, pitch_mm, false);
     return check_memory(bytes(grid) + kProgram, o_.memory_bytes, elements);
 }
 
-Result<double> PartSource::pitch_mm() const {
-    if (o_.voxel_mm > 0) return o_.voxel_mm;
-    const Result<std::array<double, 3>> size = size_mm();
+Result<Vec3> PartSource::pitch_mm() const {
+    const bool given = o_.voxel_mm[0] > 0;
+    if (given && !o_.codes) return o_.voxel_mm;
+    const Result<BuildSize> size = this->size();
     if (!size) return size.error();
+    const Vec3& own = size->printer_pitch_mm;
+    note_other_codes(o_, own);
+    if (given) return o_.voxel_mm;
+    if (o_.codes) {
+        if (own[0] > 0 && own[1] > 0 && own[2] > 0) return own;
+        return user_error(messages::kPitchOfCodes, messages::kGivePitchOfCodes);
+    }
     constexpr double kElements = 96;
-    return *std::ranges::max_element(*size) / kElements;
+    const double side = *std::ranges::max_element(size->mm) / kElements;
+    return Vec3{side, side, side};
 }
 
-Result<ObjectVoxels> PartSource::object(const std::string& name, double pitch_mm) const {
-    const Result<std::string> text = object_world(o_.input, name, folder_);
-    if (!text) return text.error();
-    PrintRequest r = request(pitch_mm);
-    r.world = folder_ / "object.fab.json";
-    r.codes = false;
-    r.supersample = 1;
-    r.allow.push_back(reading_root(fs::absolute(o_.input).parent_path()).string());
-    // The object has another fablet.
-    std::erase_if(r.settings, [&](const std::string& one) { return one.starts_with(name + "."); });
-    if (Result<void> done = backends::write_whole_file(r.world, *text); !done) return done.error();
-    const Result<fs::path> printed = print_voxels(r, folder_, "object");
+Result<ObjectVoxels> PartSource::object(const std::string& name,
+                                        const PrintRequest& request) const {
+    // A face looks for the object up to a voxel before itself.
+    constexpr int kAround = 1;
+    const Result<fs::path> printed = print_object(request, name, kAround, folder_);
     if (!printed) return printed.error();
     const Result<VoxelFile> file = open_voxels(*printed);
     if (!file) return file.error();
-    Properties any;
-    std::vector<Material> materials;
-    for (const std::string& one : file->materials) {
-        Material m;
-        m.name = one;
-        m.young_MPa = 1;
-        materials.push_back(m);
-    }
-    const Result<Voxels> voxels = read_voxels(*file, Mixture(std::move(materials), any));
-    if (!voxels) return voxels.error();
-    ObjectVoxels out{name, voxels->size, voxels->origin_mm, {}};
-    for (const float share : voxels->solid)
-        out.inside.push_back(share > 0 ? 1 : 0);
+    ObjectVoxels out{name, file->size, file->origin_mm, {}};
+    Result<std::vector<uint8_t>> codes = read_codes(*file);
+    if (!codes) return codes.error();
+    out.inside = std::move(*codes);
     return out;
 }
 
-Result<std::vector<Material>> PartSource::materials_of(
-    const std::vector<std::string>& names) const {
-    if (conducts_ == CaseKind::kForces) return properties_.of(names);
-    Result<std::vector<Material>> out = properties_.of(names, false);
-    if (!out) return out.error();
-    for (Material& m : *out) {
+Result<std::vector<Material>> PartSource::materials_of(const VoxelFile& file) const {
+    const Result<std::vector<uint8_t>> used = used_materials(file);
+    if (!used) return used.error();
+    const bool stiff = conducts_ == CaseKind::kForces;
+    Result<std::vector<Material>> out = properties_.of(file.materials, *used, stiff);
+    if (!out || stiff) return out;
+    for (size_t k = 0; k < out->size(); ++k) {
+        Material& m = (*out)[k];
         const bool current = conducts_ == CaseKind::kCurrent;
         if (current) m.conductivity = m.conductivity_S_m;
-        if (!m.conductivity)
+        if (!m.conductivity && (*used)[k] != 0)
             return user_error(
                 fmt::format(messages::kMaterialLacks, properties_.file, m.name,
                             current ? "conductivity_S_m" : "conductivity_W_mK"),
@@ -119,16 +118,18 @@ Result<std::vector<Material>> PartSource::materials_of(
     return out;
 }
 
-Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::string>& objects,
+Result<PartInput> PartSource::read(const Vec3& pitch_mm, const std::vector<std::string>& objects,
                                    const std::function<int64_t(const Grid&)>& bytes) const {
     PartInput out;
+    const Result<PrintRequest> request = this->request(pitch_mm);
+    if (!request) return request.error();
     for (const std::string& name : objects) {
-        Result<ObjectVoxels> one = object(name, pitch_mm);
+        Result<ObjectVoxels> one = object(name, *request);
         if (!one) return one.error();
         out.objects.push_back(std::move(*one));
     }
     if (Result<void> fits = check_size(pitch_mm, bytes); !fits) return fits.error();
-    const Result<fs::path> printed = print_voxels(request(pitch_mm), folder_, "part");
+    const Result<fs::path> printed = print_voxels(*request, folder_, "part");
     if (!printed) return printed.error();
     const Result<VoxelFile> file = open_voxels(*printed);
     if (!file) return file.error();
@@ -136,11 +137,13 @@ Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::strin
     if (Result<void> fits = check_memory(bytes(grid) + kProgram, o_.memory_bytes, file->size);
         !fits)
         return fits.error();
-    Result<std::vector<Material>> materials = materials_of(file->materials);
+    Result<std::vector<Material>> materials = materials_of(*file);
     if (!materials) return materials.error();
-    for (const Material& m : *materials)
+    for (const Material& m : *materials) {
+        if (!m.used) continue;  // the file may not have it
         for (std::string& one : unit_doubts(std::span(properties_.find(m.name), 1)))
             out.doubts.push_back(std::move(one));
+    }
     const Mixture mixture(*materials, properties_);
     if (const std::string bad = mixture.complaint(); !bad.empty()) return user_error(bad);
     Result<Voxels> voxels = read_voxels(*file, mixture, keeps_shares_);
@@ -152,9 +155,10 @@ Result<PartInput> PartSource::read(double pitch_mm, const std::vector<std::strin
     return out;
 }
 
-Result<PartInput> PartSource::read_halved(double pitch_mm, const LoadCase& load_case,
+Result<PartInput> PartSource::read_halved(const Vec3& pitch_mm, const LoadCase& load_case,
                                           const std::function<int64_t(const Grid&)>& bytes) const {
-    if (!o_.codes) return read(pitch_mm / 2, load_case, bytes);
+    if (!o_.codes)
+        return read({pitch_mm[0] / 2, pitch_mm[1] / 2, pitch_mm[2] / 2}, load_case, bytes);
     Result<PartInput> out = read(pitch_mm, load_case, [&](const Grid& g) {
         Grid half = g;
         for (size_t a = 0; a < 3; ++a)
@@ -169,7 +173,7 @@ Result<PartInput> PartSource::read_halved(double pitch_mm, const LoadCase& load_
 Result<void> PartSource::check_gravity(const PartInput& input, const LoadCase& load_case) const {
     if (!load_case.gravity_m_s2) return {};
     for (const Material& m : input.materials)
-        if (!m.density_g_cm3)
+        if (!m.density_g_cm3 && m.used)
             return user_error(fmt::format(messages::kGravityWithoutDensity, properties_.file,
                                           m.name, load_case.name));
     return {};

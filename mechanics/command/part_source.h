@@ -27,18 +27,18 @@ class PartSource {
     /// `options` outlive it; `folder` is scratch.
     static Result<PartSource> open(const CommonOptions& options,
                                    const std::filesystem::path& folder);
-    /// `--voxel`, or a 96th of the longest side.
-    Result<double> pitch_mm() const;
+    /// `--voxel`; of codes the printer's voxels, else a 96th of the longest side.
+    Result<Vec3> pitch_mm() const;
     /// `bytes`: what is needed of a grid, checked before anything is read.
-    Result<PartInput> read(double pitch_mm, const std::vector<std::string>& objects,
+    Result<PartInput> read(const Vec3& pitch_mm, const std::vector<std::string>& objects,
                            const std::function<int64_t(const Grid&)>& bytes) const;
-    Result<PartInput> read(double pitch_mm, const LoadCase& load_case,
+    Result<PartInput> read(const Vec3& pitch_mm, const LoadCase& load_case,
                            const std::function<int64_t(const Grid&)>& bytes) const {
         return read(pitch_mm, load_case.objects(), bytes);
     }
     /// The same at half the pitch: printed at that; or, as dithered, each voxel in eight elements, for a
     /// finer print is another one.
-    Result<PartInput> read_halved(double pitch_mm, const LoadCase& load_case,
+    Result<PartInput> read_halved(const Vec3& pitch_mm, const LoadCase& load_case,
                                   const std::function<int64_t(const Grid&)>& bytes) const;
     /// Of a case with gravity: whether all densities are known.
     Result<void> check_gravity(const PartInput& input, const LoadCase& load_case) const;
@@ -46,6 +46,8 @@ class PartSource {
     void conduct(CaseKind kind) { conducts_ = kind; }
     /// Voxels come with the share of each material.
     void keep_shares() { keeps_shares_ = true; }
+    /// A texture of the world is another volume from now on.
+    void set_field(FieldTexture field) { field_ = std::move(field); }
     const Properties& properties() const { return properties_; }
     /// How elements are as stiff as they are, in words.
     std::string law() const;
@@ -53,20 +55,21 @@ class PartSource {
   private:
     PartSource(const CommonOptions& options, std::filesystem::path folder, Properties properties)
         : o_(options), folder_(std::move(folder)), properties_(std::move(properties)) {}
-    PrintRequest request(double pitch_mm) const;
+    Result<PrintRequest> request(const Vec3& pitch_mm) const;
     /// Whether what is built fits in memory at a pitch, before it is printed.
-    Result<void> check_size(double pitch_mm,
+    Result<void> check_size(const Vec3& pitch_mm,
                             const std::function<int64_t(const Grid&)>& bytes) const;
-    Result<std::array<double, 3>> size_mm() const;
-    Result<std::vector<Material>> materials_of(const std::vector<std::string>& names) const;
-    Result<ObjectVoxels> object(const std::string& name, double pitch_mm) const;
+    Result<BuildSize> size() const;
+    Result<std::vector<Material>> materials_of(const VoxelFile& file) const;
+    Result<ObjectVoxels> object(const std::string& name, const PrintRequest& request) const;
 
     const CommonOptions& o_;
     std::filesystem::path folder_;
     Properties properties_;
     bool keeps_shares_ = false;
     CaseKind conducts_ = CaseKind::kForces;
-    mutable std::optional<std::array<double, 3>> size_mm_;  ///< where it was asked for
+    std::optional<FieldTexture> field_;
+    mutable std::optional<BuildSize> size_;  ///< where it was asked for
 };
 
 }  // namespace openfab::mechanics

@@ -353,7 +353,7 @@ Result<void> run_stand(const StandOptions& o) {
     if (!folder) return folder.error();
     const Result<PartSource> source = PartSource::open(o.common, (*folder)->path());
     if (!source) return source.error();
-    const Result<double> voxel = source->pitch_mm();
+    const Result<Vec3> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
     const auto modes = static_cast<size_t>(o.modes);
     Result<PartInput> input = source->read(*voxel, std::vector<std::string>(), [&](const Grid& g) {
@@ -362,7 +362,7 @@ Result<void> run_stand(const StandOptions& o) {
     if (!input) return input.error();
     StandResult r;
     r.weighs = std::ranges::all_of(input->materials,
-                                   [](const Material& m) { return m.density_g_cm3.has_value(); });
+                                   [](const Material& m) { return m.density_g_cm3 || !m.used; });
     const LoadCase weight = weight_case(r.weighs);
     Result<PartProblem> problem =
         set_up_part(std::move(input->voxels), weight, {}, {o.loose, o.thin, o.common.codes});

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "backends/common/output_file.h"
-#include "base/input_file.h"
 #include "base/own_folder.h"
 #include "base/say.h"
 #include "mechanics/command/commands.h"
@@ -34,14 +33,14 @@ struct Round {
 };
 
 Result<Round> solve_round(const StrengthenOptions& o, const PartSource& source,
-                          const LoadCase& load_case, double voxel_mm, bool first) {
+                          const LoadCase& load_case, const Vec3& voxel_mm, bool first) {
     Result<PartInput> input = source.read(voxel_mm, load_case, [](const Grid& g) {
         constexpr int64_t kField = 12;
         return part_bytes(g) + kField * g.element_count();
     });
     if (!input) return input.error();
     for (const Material& m : input->materials)
-        if (!m.strength_MPa)
+        if (!m.strength_MPa && m.used)
             return user_error(
                 fmt::format(messages::kNoMaterialStrength, source.properties().file, m.name),
                 messages::kNoMaterialStrengthHelp);
@@ -80,7 +79,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         return usage_error(messages::kWouldOverwrite);
     const fs::path folder = output.parent_path().empty() ? fs::path(".") : output.parent_path();
     const fs::path field_file = output.parent_path() / (stem + "." + o.field + ".npy");
-    const Result<FieldWorld> world = FieldWorld::open(o.common.input, o.field);
+    const Result<FieldWorld> world = FieldWorld::open(o.common.input, o.field, folder);
     if (!world) return world.error();
     const Result<LoadCase> load_case = read_load_case(o.common.input, o.load_case);
     if (!load_case) return load_case.error();
@@ -90,24 +89,21 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
     const fs::path scratch = (*temporary)->path();
 
     CommonOptions common = o.common;
-    if (common.materials.empty()) common.materials = properties_beside(common.input).string();
-    common.allow.push_back(reading_root(fs::absolute(o.common.input).parent_path()).string());
     common.allow.push_back(scratch.string());
-    const Result<PartSource> first = PartSource::open(common, scratch);
-    if (!first) return first.error();
-    const Result<double> voxel = first->pitch_mm();
+    Result<PartSource> source = PartSource::open(common, scratch);
+    if (!source) return source.error();
+    const Result<Vec3> voxel = source->pitch_mm();
     if (!voxel) return voxel.error();
-    Result<Round> round = solve_round(o, *first, *load_case, *voxel, true);
+    Result<Round> round = solve_round(o, *source, *load_case, *voxel, true);
     if (!round) return round.error();
     NeedField field{round->problem.grid, round->problem.voxels.origin_mm, {}};
     field.value.resize(round->problem.voxels.solid.size());
     NeedRule rule;
     rule.safety = o.safety;
     rule.limit = o.limit;
-    rule.reach_mm = o.reach_mm > 0 ? o.reach_mm : 4 * *voxel;
+    rule.reach_mm = o.reach_mm > 0 ? o.reach_mm : 4 * *std::ranges::max_element(*voxel);
     const double begun = round->material_mm3;
     show("  round    safety  weak elements  material mm3\n");
-    common.input = (scratch / "strengthened.fab.json").string();
     std::string reason;
     int number = 0;
     for (;; ++number) {
@@ -130,13 +126,10 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         field = std::move(grown);
         const fs::path file = scratch / "field.npy";
         if (Result<void> done = write_field(file, field); !done) return done;
-        if (Result<void> done = backends::write_whole_file(
-                fs::path(common.input),
-                world->text(file, field.origin_mm, field.grid.pitch_mm, scratch));
-            !done)
-            return done;
-        const Result<PartSource> source = PartSource::open(common, scratch);
-        if (!source) return source.error();
+        FieldTexture texture{o.field, file, field.origin_mm, field.grid.pitch_mm};
+        for (size_t a = 0; a < 3; ++a)
+            texture.origin_mm[a] -= world->moved_mm()[a];
+        source->set_field(std::move(texture));
         round = solve_round(o, *source, *load_case, *voxel, false);
         if (!round) return round.error();
         if (round->problem.grid.elements != field.grid.elements)
@@ -152,7 +145,7 @@ Result<void> run_strengthen(const StrengthenOptions& o) {
         "pitch {:.4g} x {:.4g} x {:.4g} mm, {} solid elements of {} x {} x {}, {}, residual "
         "{:.1e} in {} iterations\n",
         g.pitch_mm[0], g.pitch_mm[1], g.pitch_mm[2], round->problem.elements.solid, g.elements[0],
-        g.elements[1], g.elements[2], first->law(), round->report.residual,
+        g.elements[1], g.elements[2], source->law(), round->report.residual,
         round->report.iterations));
     show(fmt::format("{}: {:+.2f} % material, the field in {}\n", output.string(),
                      100 * (round->material_mm3 / begun - 1), field_file.string()));

@@ -14,12 +14,13 @@ namespace {
 
 /// Replaces each value by f of those up to `reach` away, along one axis after the other.
 template <typename F>
-void along_axes(const Grid& g, int32_t reach, std::vector<float>* values, const F& f) {
+void along_axes(const Grid& g, const std::array<int32_t, 3>& reaches, std::vector<float>* values,
+                const F& f) {
     const size_t stride[3] = {
         1, static_cast<size_t>(g.elements[0]),
         static_cast<size_t>(g.elements[0]) * static_cast<size_t>(g.elements[1])};
     for (size_t axis = 0; axis < 3; ++axis) {
-        const int32_t n = g.elements[axis];
+        const int32_t n = g.elements[axis], reach = reaches[axis];
         const size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
         std::vector<float> line(static_cast<size_t>(n));
         for (int32_t j = 0; j < g.elements[b]; ++j)
@@ -58,11 +59,14 @@ NeedStep grow(const PartProblem& problem, const PartFields& fields, const NeedRu
             want[e] =
                 static_cast<float>(rule.limit * rule.step * std::clamp(lack - kFrom, kLeast, 1.0));
     }
-    const double pitch = *std::ranges::min_element(g.pitch_mm);
-    const auto reach = std::max(1, static_cast<int32_t>(std::lround(rule.reach_mm / pitch)));
+    std::array<int32_t, 3> reach{}, half{};
+    for (size_t a = 0; a < 3; ++a) {
+        reach[a] = std::max(1, static_cast<int32_t>(std::lround(rule.reach_mm / g.pitch_mm[a])));
+        half[a] = std::max(1, reach[a] / 2);
+    }
     along_axes(g, reach, &want,
                [](std::span<const float> v) { return *std::ranges::max_element(v); });
-    along_axes(g, std::max(1, reach / 2), &want, [](std::span<const float> v) {
+    along_axes(g, half, &want, [](std::span<const float> v) {
         float sum = 0;
         for (const float one : v)
             sum += one;

@@ -11,27 +11,40 @@
 #include <set>
 #include <tuple>
 
+#include "base/text.h"
+
 namespace openfab::mechanics {
 
 namespace {
+
+std::string upper(std::string text) {
+    for (char& c : text)
+        c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+/// Whether such a program could take a name for that of a set of ours.
+bool is_own_label(const std::string& name) {
+    const std::string label = upper(name);
+    return label == kAllNodes || label == kLoaded || label.starts_with(kHeldPrefix) ||
+           label.starts_with(kMostPrefix);
+}
 
 /// As programs of the nineties take names.
 std::string plain_name(const std::string& name, std::set<std::string>* used) {
     std::string out;
     for (const char c : name)
         out += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-    if (out.empty() || !std::isalpha(static_cast<unsigned char>(out[0]))) out = "m_" + out;
+    const bool letter = !out.empty() && std::isalpha(static_cast<unsigned char>(out[0])) != 0;
+    if (!letter || is_own_label(out)) out = "m_" + out;
     constexpr size_t kLongest = 60;
     out.resize(std::min(out.size(), kLongest));
     const std::string first = out;
-    const auto upper = [](std::string text) {
-        for (char& c : text)
-            c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-        return text;
-    };
     // Such programs do not tell lower from upper case.
-    for (int i = 2; !used->insert(upper(out)).second; ++i)
+    for (int i = 2; !used->insert(upper(out)).second; ++i) {
         out = fmt::format("{}_{}", first, i);
+        if (is_own_label(out)) out = "m_" + out;
+    }
     return out;
 }
 
@@ -136,6 +149,21 @@ Vec3 ElementMesh::place_mm(size_t node) const {
         origin_mm[2] + static_cast<double>(n / grid.nodes[0] / grid.nodes[1]) * grid.pitch_mm[2]};
 }
 
+std::vector<std::string> shown_names(const std::vector<std::string>& materials) {
+    std::vector<std::string> out;
+    std::set<std::string> used;
+    for (const std::string& material : materials) {
+        std::string name = printable(material);
+        std::erase(name, '"');
+        if (name.empty()) name = "material";
+        const std::string first = name;
+        for (int i = 2; !used.insert(name).second; ++i)
+            name = fmt::format("{} {}", first, i);
+        out.push_back(std::move(name));
+    }
+    return out;
+}
+
 std::vector<std::pair<std::string, std::vector<float>>> element_fields(const ElementMesh& mesh) {
     std::vector<std::pair<std::string, std::vector<float>>> out{
         {"young_MPa", {}}, {"poisson", {}}, {"density_g_cm3", {}}};
@@ -146,11 +174,12 @@ std::vector<std::pair<std::string, std::vector<float>>> element_fields(const Ele
         out[2].second.push_back(static_cast<float>(one.density_g_cm3));
     }
     const size_t m = mesh.materials.size();
+    const std::vector<std::string> names = shown_names(mesh.materials);
     for (size_t k = 0; k < m; ++k) {
         std::vector<float> share;
         for (size_t e = 0; e < mesh.elements.size(); ++e)
             share.push_back(mesh.shares[e * m + k]);
-        out.emplace_back("share_" + mesh.materials[k], std::move(share));
+        out.emplace_back("share_" + names[k], std::move(share));
     }
     return out;
 }

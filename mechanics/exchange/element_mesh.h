@@ -13,9 +13,19 @@
 
 namespace openfab::mechanics {
 
+/// Labels of our own sets in an input file, upper-case: the last two with a number. No section's name begins
+/// with one of these.
+inline constexpr const char* kAllNodes = "NALL";
+inline constexpr const char* kLoaded = "LOADED";
+inline constexpr const char* kHeldPrefix = "HELD_";
+inline constexpr const char* kMostPrefix = "MOST_";
+
+/// Names of materials as formats with quotes have them: in one line, without quotes, unique.
+std::vector<std::string> shown_names(const std::vector<std::string>& materials);
+
 /// Elements that are alike: one section of an input file.
 struct Section {
-    std::string name;  ///< of letters, digits and `_`, unique
+    std::string name;  ///< of letters, digits and `_`, unique in upper case, no label of ours
     double young_MPa = 0, poisson = 0, density_g_cm3 = 0;
 };
 

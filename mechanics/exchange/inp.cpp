@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "backends/common/part_file.h"
+#include "base/text.h"
 #include "mechanics/exchange/element_mesh.h"
 #include "mechanics/exchange/text_file.h"
 
@@ -18,6 +19,13 @@ void write_set(TextFile* out, const std::string& head, const std::vector<int64_t
             fmt::format("{}{}", numbers[i], i + 1 == numbers.size() || i % 12 == 11 ? "\n" : ", "));
 }
 
+/// A name in a comment, which ends with its line.
+std::string comment_of(const std::string& name) {
+    constexpr size_t kLongest = 60;
+    const std::string text = printable(name);
+    return text.size() > kLongest ? text.substr(0, kLongest) + " ..." : text;
+}
+
 void write_case(TextFile* out, const ElementMesh& mesh, const MeshCase& one) {
     const PartProblem& p = *one.problem;
     const Grid& g = mesh.grid;
@@ -29,12 +37,13 @@ void write_case(TextFile* out, const ElementMesh& mesh, const MeshCase& one) {
         if (holds[h].empty() || holds[h].back() != number) holds[h].push_back(number);
     }
     for (size_t h = 0; h < holds.size(); ++h)
-        if (!holds[h].empty()) write_set(out, fmt::format("*NSET, NSET=HELD_{}", h + 1), holds[h]);
+        if (!holds[h].empty())
+            write_set(out, fmt::format("*NSET, NSET={}{}", kHeldPrefix, h + 1), holds[h]);
     std::vector<int64_t> loaded;
     for (const int64_t node : p.load_nodes)
         loaded.push_back(mesh.index_of(node) + 1);
-    if (!loaded.empty()) write_set(out, "*NSET, NSET=LOADED", loaded);
-    out->put(fmt::format("*STEP\n** case {}\n*STATIC\n*BOUNDARY\n", one.name));
+    if (!loaded.empty()) write_set(out, fmt::format("*NSET, NSET={}", kLoaded), loaded);
+    out->put(fmt::format("*STEP\n** case {}\n*STATIC\n*BOUNDARY\n", comment_of(one.name)));
     for (const Held& h : p.held)
         out->put(fmt::format("{}, {}, {}, {:.12g}\n", mesh.index_of(h.dof / 3) + 1, h.dof % 3 + 1,
                              h.dof % 3 + 1, h.move_mm));
@@ -61,7 +70,8 @@ Result<void> write_inp(const std::filesystem::path& path, const ElementMesh& mes
     Result<std::unique_ptr<TextFile>> opened = TextFile::create(path);
     if (!opened) return opened.error();
     TextFile* out = opened->get();
-    out->put("*HEADING\nvoxels of OpenFab: mm, N, MPa, t/mm3\n*NODE, NSET=NALL\n");
+    out->put(
+        fmt::format("*HEADING\nvoxels of OpenFab: mm, N, MPa, t/mm3\n*NODE, NSET={}\n", kAllNodes));
     for (size_t n = 0; n < mesh.nodes.size(); ++n) {
         const Vec3 p = mesh.place_mm(n);
         out->put(fmt::format("{}, {:.9g}, {:.9g}, {:.9g}\n", n + 1, p[0], p[1], p[2]));
@@ -84,7 +94,8 @@ Result<void> write_inp(const std::filesystem::path& path, const ElementMesh& mes
     for (size_t k = 0; k < of_material.size(); ++k)
         if (!of_material[k].empty())
             write_set(out,
-                      fmt::format("** most of {}\n*ELSET, ELSET=MOST_{}", mesh.materials[k], k + 1),
+                      fmt::format("** most of {}\n*ELSET, ELSET={}{}",
+                                  comment_of(mesh.materials[k]), kMostPrefix, k + 1),
                       of_material[k]);
     for (const Section& s : mesh.sections) {
         out->put(fmt::format("*MATERIAL, NAME={}\n*ELASTIC\n{:.9g}, {:.9g}\n", s.name, s.young_MPa,

@@ -95,11 +95,9 @@ Result<void> write_msh(const std::filesystem::path& path, const ElementMesh& mes
     out->put_value(int32_t{1});
     out->put("\n$EndMeshFormat\n");
     out->put(fmt::format("$PhysicalNames\n{}\n", volumes));
-    for (size_t k = 0; k < of.size(); ++k) {
-        std::string name = mesh.materials[k];
-        std::erase(name, '"');
-        if (!of[k].empty()) out->put(fmt::format("3 {} \"{}\"\n", k + 1, name));
-    }
+    const std::vector<std::string> names = shown_names(mesh.materials);
+    for (size_t k = 0; k < of.size(); ++k)
+        if (!of[k].empty()) out->put(fmt::format("3 {} \"{}\"\n", k + 1, names[k]));
     out->put("$EndPhysicalNames\n$Entities\n");
     for (const uint64_t n : {uint64_t{0}, uint64_t{0}, uint64_t{0}, uint64_t{volumes}})
         out->put_value(n);
@@ -145,9 +143,7 @@ Result<void> write_msh(const std::filesystem::path& path, const ElementMesh& mes
     }
     out->put("\n$EndElements\n");
     for (const auto& [name, values] : element_fields(mesh)) {
-        std::string plain = name;
-        std::erase(plain, '"');
-        out->put(fmt::format("$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", plain, elements));
+        out->put(fmt::format("$ElementData\n1\n\"{}\"\n1\n0\n3\n0\n1\n{}\n", name, elements));
         for (size_t e = 0; e < values.size(); ++e) {
             out->put_value(static_cast<int32_t>(e + 1));
             out->put_value(static_cast<double>(values[e]));

@@ -4,10 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "base/check.h"
 #include "base/json.h"
+#include "base/json_text.h"
 #include "mechanics/messages.h"
-#include "mechanics/model/absolute_paths.h"
 
 namespace openfab::mechanics {
 
@@ -15,7 +17,45 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t kMostFieldWorldBytes = 16 << 20;
+constexpr size_t kMostFieldWorldBytes = 256'000'000;  // as a print takes them
+
+/// Writes a value with the paths in it, which count from `folder`, as absolute ones. What a uniform is bound
+/// to is a name.
+void write_absolute(const JsonValue& value, const fs::path& folder, JsonText* out) {
+    static constexpr const char* kPaths[] = {"file",  "source",   "transforms",
+                                             "beams", "polygons", "pieces"};
+    if (value.is(JsonValue::Kind::kArray)) {
+        out->begin_array();
+        for (const JsonValue& one : value.items)
+            write_absolute(one, folder, out);
+        out->end_array();
+        return;
+    }
+    if (!value.is(JsonValue::Kind::kObject)) {
+        out->value(value);
+        return;
+    }
+    out->begin_object();
+    for (const JsonMember& one : value.members) {
+        out->key(one.key);
+        const bool text = one.value.is(JsonValue::Kind::kString);
+        if (text && std::ranges::find(kPaths, one.key) != std::end(kPaths))
+            out->value((folder / one.value.text).string());
+        else if (one.key == "uniforms")
+            out->value(one.value);
+        else
+            write_absolute(one.value, folder, out);
+    }
+    out->end_object();
+}
+
+/// Whether a mesh is made by a program, which runs in the world's folder.
+bool has_programs(const JsonValue& world) {
+    const JsonMember* meshes = world.find("meshes");
+    return meshes && std::ranges::any_of(meshes->value.members, [](const JsonMember& one) {
+               return one.value.find("program") != nullptr;
+           });
+}
 
 /// Where the only placement puts the part, or why the field would not fit it.
 Result<std::array<double, 3>> placement_of(const JsonValue& world, const std::string& file) {
@@ -37,7 +77,8 @@ Result<std::array<double, 3>> placement_of(const JsonValue& world, const std::st
 
 }  // namespace
 
-Result<FieldWorld> FieldWorld::open(const fs::path& world, const std::string& texture) {
+Result<FieldWorld> FieldWorld::open(const fs::path& world, const std::string& texture,
+                                    const fs::path& folder) {
     FieldWorld out;
     out.world_ = world;
     out.texture_ = texture;
@@ -53,6 +94,11 @@ Result<FieldWorld> FieldWorld::open(const fs::path& world, const std::string& te
     const Result<std::array<double, 3>> moved = placement_of(*json, world.string());
     if (!moved) return moved.error();
     out.moved_mm_ = *moved;
+    std::error_code ignored;
+    const fs::path own = fs::absolute(world).parent_path();
+    if (has_programs(*json) && !fs::equivalent(folder, own, ignored))
+        return user_error(fmt::format(messages::kProgramElsewhere, world.string()),
+                          fmt::format(messages::kProgramElsewhereHelp, own.string()));
     return out;
 }
 
@@ -74,8 +120,11 @@ std::string FieldWorld::text(const fs::path& field, const std::array<double, 3>&
     for (const JsonMember& m : json->members) {
         out.key(m.key);
         if (m.key != "textures") {
-            // An object again, so that a path in it is seen with its key.
-            write(m.value);
+            // The printer's name, or its file.
+            if (m.key == "printer" && !same && m.value.text.ends_with(".json"))
+                out.value((own / m.value.text).string());
+            else
+                write(m.value);
             continue;
         }
         out.begin_object();

@@ -16,7 +16,9 @@ namespace openfab::mechanics {
 /// scaled.
 class FieldWorld {
   public:
-    static Result<FieldWorld> open(const std::filesystem::path& world, const std::string& texture);
+    /// `folder` is where the world with the field will be.
+    static Result<FieldWorld> open(const std::filesystem::path& world, const std::string& texture,
+                                   const std::filesystem::path& folder);
     /// The part's origin in the build.
     const std::array<double, 3>& moved_mm() const { return moved_mm_; }
     /// The world's text with the field as texture, its lowest corner in the build. Paths count from

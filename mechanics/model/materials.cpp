@@ -96,10 +96,18 @@ const Material* Properties::find(const std::string& name) const {
 }
 
 Result<std::vector<Material>> Properties::of(const std::vector<std::string>& names,
-                                             bool stiff) const {
+                                             std::span<const uint8_t> used, bool stiff) const {
     std::vector<Material> out;
-    for (const std::string& name : names) {
+    for (size_t k = 0; k < names.size(); ++k) {
+        const std::string& name = names[k];
         const Material* m = find(name);
+        if (used[k] == 0) {
+            out.push_back(m ? *m : Material{});
+            out.back().name = name;
+            out.back().used = false;
+            if (!(out.back().young_MPa > 0)) out.back().young_MPa = 1;
+            continue;
+        }
         if (!m) {
             std::vector<std::string> known;
             for (const Material& one : materials)

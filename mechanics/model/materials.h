@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct Material {
     std::optional<double> conductivity_S_m;  ///< of current
     std::string source;
     std::string called;  ///< by the table of mixtures; empty: as it is named
+    bool used = true;    ///< something is made of it; else what it is like may not be known
 
     double lambda() const { return young_MPa * poisson / ((1 + poisson) * (1 - 2 * poisson)); }
     double mu() const { return young_MPa / (2 * (1 + poisson)); }
@@ -67,10 +69,10 @@ struct Properties {
     std::optional<PropertyTable> table;
 
     const Material* find(const std::string& name) const;
-    /// Those of a print, in its order; an error names the first that is missing, and what the file has, or
-    /// that has no modulus where one is `stiff`.
+    /// Those of a print, in its order; an error names the first that is used and missing, and what the file
+    /// has, or that has no modulus where one is `stiff`.
     Result<std::vector<Material>> of(const std::vector<std::string>& names,
-                                     bool stiff = true) const;
+                                     std::span<const uint8_t> used, bool stiff = true) const;
 };
 
 Result<Properties> read_properties(const std::filesystem::path& file);

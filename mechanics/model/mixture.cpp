@@ -59,7 +59,7 @@ Mixture::Mixture(std::vector<Material> materials, const Properties& properties)
 std::string Mixture::complaint() const {
     if (law_ != Law::kTable) return {};
     for (size_t i = 0; i < materials_.size(); ++i)
-        if (column_[i] < 0)
+        if (column_[i] < 0 && materials_[i].used)
             return fmt::format(messages::kTableLacksMaterial, materials_[i].name,
                                table_->materials.front());
     return {};
@@ -69,7 +69,7 @@ double Mixture::table_modulus(std::span<const double> shares) const {
     // The nearest point of the rows' polyline: of two materials the very mixture.
     std::vector<double> p(table_->materials.size());
     for (size_t i = 0; i < shares.size(); ++i)
-        p[static_cast<size_t>(column_[i])] += shares[i];
+        if (column_[i] >= 0) p[static_cast<size_t>(column_[i])] += shares[i];
     double best = 1e30, value = 0;
     for (size_t r = 0; r + 1 < table_->rows.size(); ++r) {
         const PropertyTable::Row& a = table_->rows[r];

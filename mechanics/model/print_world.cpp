@@ -7,6 +7,7 @@
 #include <array>
 #include <memory>
 
+#include "backends/common/output_file.h"
 #include "base/check.h"
 #include "base/input_file.h"
 #include "base/json.h"
@@ -14,7 +15,6 @@
 #include "base/say.h"
 #include "base/talking_program.h"
 #include "mechanics/messages.h"
-#include "mechanics/model/absolute_paths.h"
 #include "tools/viewer/child.h"
 #include "tools/viewer/fablets.h"
 
@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostWorldBytes = 16 << 20;
+constexpr size_t kMostWorldBytes = 256'000'000;  // as a print takes them
 
 Result<void> run(const std::vector<std::string>& argv, const fs::path& folder) {
     const fs::path err = folder / "print.err";
@@ -42,12 +42,63 @@ Result<void> run(const std::vector<std::string>& argv, const fs::path& folder) {
     return Error{ErrorCode::kInternal, "", "", {}};
 }
 
-std::string box_text(const std::array<double, 3>& mm) {
-    return fmt::format("{{\"cell\": {{\"box\": [{}, {}, {}]}}}}", mm[0], mm[1], mm[2]);
+std::string numbers_text(const std::array<double, 3>& v) {
+    return fmt::format("{:.17g},{:.17g},{:.17g}", v[0], v[1], v[2]);
 }
 
-Result<CellWorld> of_fablet(const fs::path& input, const std::array<double, 3>& cell_mm,
-                            const fs::path& programs, const fs::path& scratch) {
+/// The command line of a print, but for its outputs.
+std::vector<std::string> print_words(const PrintRequest& request) {
+    std::vector<std::string> out{(request.programs / "openfab").string(),
+                                 "print",
+                                 as_argument(request.world),
+                                 "--support",
+                                 "off",
+                                 "--as-built"};
+    const auto& pitch = request.pitch_mm;
+    if (pitch[0] > 0) out.push_back("--pitch=" + numbers_text(pitch));
+    for (const std::string& one : request.allow)
+        out.push_back(allow_argument(one));
+    for (const std::string& one : request.settings)
+        out.insert(out.end(), {"--set", one});
+    if (request.field) {
+        const FieldTexture& f = *request.field;
+        out.push_back("--field=" + f.name + "=" + f.file.string());
+        out.push_back("--field-origin=" + numbers_text(f.origin_mm));
+        out.push_back("--field-spacing=" + numbers_text(f.spacing_mm));
+    }
+    return out;
+}
+
+/// Prints with these words besides; returns the array.
+Result<fs::path> print_array(const PrintRequest& request, const fs::path& folder,
+                             const std::string& name, const std::vector<std::string>& more) {
+    const fs::path file = folder / (name + ".npy");
+    std::vector<std::string> argv = print_words(request);
+    argv.insert(argv.end(), {"--memory", fmt::format("{}B", request.memory_bytes), "--threads",
+                             std::to_string(request.threads), "--progress", "none"});
+    argv.insert(argv.end(), more.begin(), more.end());
+    if (request.codes) {
+        argv.insert(argv.end(), {"-o", file.string()});
+        if (!request.dither.empty()) argv.insert(argv.end(), {"--dither", request.dither});
+    } else {
+        argv.insert(argv.end(), {"--fractions", file.string()});
+        if (request.supersample > 0)
+            argv.insert(argv.end(),
+                        {"--fractions-supersample", std::to_string(request.supersample)});
+    }
+    if (Result<void> done = run(argv, folder); !done) return done.error();
+    return file;
+}
+
+std::array<double, 3> three_of(const JsonValue& json, const char* key) {
+    const JsonMember* m = json.find(key);
+    OPENFAB_CHECK(m && m->value.items.size() == 3);  // the print wrote it
+    return {m->value.items[0].number, m->value.items[1].number, m->value.items[2].number};
+}
+
+/// A world of a fablet alone, which has a material for each that it takes.
+Result<CellWorld> of_fablet(const fs::path& input, const fs::path& programs,
+                            const fs::path& scratch) {
     const viewer::FabletCompiler compiler(programs, scratch);
     const Result<std::vector<viewer::Diagnostic>> checked = compiler.check(input);
     if (!checked) return checked.error();
@@ -79,124 +130,79 @@ Result<CellWorld> of_fablet(const fs::path& input, const std::array<double, 3>& 
                           messages::kNoMaterialUniformHelp);
     JsonText source;
     source.value(fs::absolute(input).string());
-    return CellWorld{
-        fmt::format(
-            "{{\"openfab\": 1, \"printer\": \"generic\", \"fablets\": {{\"cell\": {{\"source\": "
-            "{}, "
-            "\"fablet\": \"{}\"}}}}, \"materials\": {}, \"meshes\": {}, \"objects\": {{\"cell\": "
-            "{{\"mesh\": \"cell\", \"fablet\": \"cell\", \"uniforms\": {}}}}}, \"build\": "
-            "[{{\"object\": \"cell\"}}]}}",
-            source.take(), name, materials.take(), box_text(cell_mm), uniforms.take()),
-        "cell",
-        {fs::absolute(input).parent_path()}};
+    const fs::path file = scratch / "cell.fab.json";
+    const std::string text = fmt::format(
+        "{{\"openfab\": 1, \"printer\": \"generic\", \"fablets\": {{\"cell\": {{\"source\": {}, "
+        "\"fablet\": \"{}\"}}}}, \"materials\": {}, \"meshes\": {{\"cell\": {{\"box\": [1, 1, "
+        "1]}}}}, "
+        "\"objects\": {{\"cell\": {{\"mesh\": \"cell\", \"fablet\": \"cell\", \"uniforms\": "
+        "{}}}}}, "
+        "\"build\": [{{\"object\": \"cell\"}}]}}",
+        source.take(), name, materials.take(), uniforms.take());
+    if (Result<void> done = backends::write_whole_file(file, text); !done) return done.error();
+    return CellWorld{file, "cell", false, {fs::absolute(input).parent_path()}};
 }
 
 }  // namespace
 
 Result<fs::path> print_voxels(const PrintRequest& request, const fs::path& folder,
                               const std::string& name) {
-    const fs::path file = folder / (name + ".npy");
-    std::vector<std::string> argv{(request.programs / "openfab").string(),
-                                  "print",
-                                  as_argument(request.world),
-                                  "--memory",
-                                  fmt::format("{}B", request.memory_bytes),
-                                  "--threads",
-                                  std::to_string(request.threads),
-                                  "--support",
-                                  "off",
-                                  "--progress",
-                                  "none"};
-    if (request.voxel_mm > 0)
-        argv.insert(argv.end(), {"--voxel", fmt::format("{:.9g}mm", request.voxel_mm)});
-    if (request.codes) {
-        argv.insert(argv.end(), {"-o", file.string()});
-        if (!request.dither.empty()) argv.insert(argv.end(), {"--dither", request.dither});
-    } else {
-        argv.insert(argv.end(), {"--fractions", file.string(), "--fractions-supersample",
-                                 std::to_string(request.supersample)});
-    }
-    for (const std::string& one : request.allow)
-        argv.push_back(allow_argument(one));
-    for (const std::string& one : request.settings)
-        argv.insert(argv.end(), {"--set", one});
-    if (Result<void> done = run(argv, folder); !done) return done.error();
-    return file;
+    // Codes are what is sent to the machine: a voxel that others have run into is of no material alone.
+    return print_array(
+        request, folder, name,
+        request.codes ? std::vector<std::string>{"--bleed", "undo"} : std::vector<std::string>());
 }
 
-Result<std::array<double, 3>> build_size(const PrintRequest& request, const fs::path& folder) {
+Result<fs::path> print_object(const PrintRequest& request, const std::string& object, int around,
+                              const fs::path& folder) {
+    PrintRequest solid = request;
+    solid.codes = true;
+    solid.dither.clear();
+    return print_array(solid, folder, "object",
+                       {"--only-object=" + object, "--solid", "--around", std::to_string(around)});
+}
+
+Result<fs::path> print_cell(const PrintRequest& request, const CellBox& box,
+                            const fs::path& folder) {
+    // What lies around a cell is the same again, which no print of it knows.
+    return print_array(request, folder, "cell",
+                       {"--only-object=" + box.object, "--cell=" + numbers_text(box.size_mm),
+                        "--cell-at=" + numbers_text(box.at_mm), "--bleed", "off"});
+}
+
+Result<BuildSize> build_size(const PrintRequest& request, const fs::path& folder) {
     const fs::path file = folder / "estimate.json";
-    std::vector<std::string> argv{(request.programs / "openfab").string(),
-                                  "print",
-                                  as_argument(request.world),
-                                  "--estimate",
-                                  "--stats",
-                                  file.string(),
-                                  "--voxel",
-                                  "0.5mm"};
-    for (const std::string& one : request.allow)
-        argv.push_back(allow_argument(one));
-    for (const std::string& one : request.settings)
-        argv.insert(argv.end(), {"--set", one});
+    PrintRequest coarse = request;
+    coarse.pitch_mm = {0.5, 0.5, 0.5};
+    std::vector<std::string> argv = print_words(coarse);
+    argv.insert(argv.end(), {"--dry-run", "--stats", file.string()});
     if (Result<void> done = run(argv, folder); !done) return done.error();
     const Result<std::string> text = read_text_file(file, kMostWorldBytes);
     if (!text) return text.error();
     const Result<JsonValue> estimate = parse_json(*text, file.string());
     if (!estimate) return estimate.error();
-    const JsonMember* size = estimate->find("size_voxels");
-    const JsonMember* pitch = estimate->find("pitch_mm");
-    OPENFAB_CHECK(size && pitch && size->value.items.size() == 3 && pitch->value.items.size() == 3);
-    std::array<double, 3> out;
+    const auto size = three_of(*estimate, "size_voxels"), pitch = three_of(*estimate, "pitch_mm");
+    BuildSize out;
     for (size_t a = 0; a < 3; ++a)
-        out[a] = size->value.items[a].number * pitch->value.items[a].number;
+        out.mm[a] = size[a] * pitch[a];
+    out.printer_pitch_mm = three_of(*estimate, "printer_pitch_mm");
     return out;
 }
 
 Result<CellWorld> cell_world(const fs::path& input, const std::string& object,
-                             const std::array<double, 3>& cell_mm, const fs::path& programs,
-                             const fs::path& scratch) {
-    if (input.extension() == ".fl") return of_fablet(input, cell_mm, programs, scratch);
+                             const fs::path& programs, const fs::path& scratch) {
+    if (input.extension() == ".fl") return of_fablet(input, programs, scratch);
     const Result<std::string> text = read_text_file(input, kMostWorldBytes);
     if (!text) return text.error();
     const Result<JsonValue> world = parse_json(*text, input.string());
     if (!world) return world.error();
     const JsonMember* objects = world->find("objects");
-    const JsonMember* fablets = world->find("fablets");
-    if (!objects || objects->value.members.empty() || !fablets)
+    if (!objects || objects->value.members.empty())
         return user_error(fmt::format(messages::kNoObjectsIn, input.string()));
     const JsonMember* taken =
         object.empty() ? objects->value.members.data() : objects->value.find(object);
     if (!taken) return user_error(fmt::format(messages::kNoObjectIn, input.string(), object));
-    const fs::path folder = fs::absolute(input).parent_path();
-    JsonText out;
-    out.begin_object().member("openfab", 1);
-    for (const JsonMember& one : world->members) {
-        if (one.key == "openfab" || one.key == "meshes" || one.key == "objects" ||
-            one.key == "build" || one.key == "groups" || one.key == "arrange" ||
-            one.key == "tray" || one.key == "$schema" || one.key == "cases")
-            continue;
-        out.key(one.key);
-        write_absolute(one.value, folder, &out);
-    }
-    out.key("meshes").begin_object().key("cell").begin_object().key("box").begin_array();
-    for (const double mm : cell_mm)
-        out.value(mm);
-    out.end_array().end_object().end_object();
-    out.key("objects").begin_object().key(taken->key).begin_object().member("mesh", "cell");
-    for (const JsonMember& one : taken->value.members)
-        if (one.key == "fablet" || one.key == "uniforms" || one.key == "max_displacement_mm") {
-            out.key(one.key);
-            write_absolute(one.value, folder, &out);
-        }
-    out.end_object().end_object();
-    out.key("build")
-        .begin_array()
-        .begin_object()
-        .member("object", taken->key)
-        .end_object()
-        .end_array();
-    out.end_object();
-    return CellWorld{out.take(), taken->key, {reading_root(folder)}};
+    return CellWorld{input, taken->key, world->find("printer") != nullptr, {}};
 }
 
 }  // namespace openfab::mechanics

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <unordered_map>
 
 #include "backends/raster/npy.h"
+#include "base/check.h"
 #include "base/input_file.h"
 #include "base/json.h"
 #include "mechanics/messages.h"
@@ -105,9 +107,63 @@ Result<VoxelFile> open_voxels(const std::filesystem::path& file) {
     return out;
 }
 
-Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares) {
+namespace {
+
+/// Calls f with the bytes of each slice.
+template <typename F>
+Result<void> each_slice(const VoxelFile& file, const F& f) {
     const Result<InputFile> opened = InputFile::open(file.file);
     if (!opened) return opened.error();
+    const size_t plane = static_cast<size_t>(file.size[0]) * static_cast<size_t>(file.size[1]);
+    std::vector<uint8_t> bytes(plane * (file.codes ? 1 : file.materials.size() * sizeof(float)));
+    for (size_t z = 0; z < static_cast<size_t>(file.size[2]); ++z) {
+        const Result<size_t> got =
+            opened->read(static_cast<int64_t>(raster::kNpyHeaderBytes + z * bytes.size()),
+                         bytes.data(), bytes.size());
+        if (!got) return got.error();
+        if (*got != bytes.size())
+            return user_error(fmt::format(messages::kArrayEnds, file.file.string(), z));
+        if (Result<void> done = f(z, std::span<const uint8_t>(bytes)); !done) return done;
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<std::vector<uint8_t>> used_materials(const VoxelFile& file) {
+    const size_t m = file.materials.size();
+    std::vector<uint8_t> out(m);
+    const Result<void> done =
+        each_slice(file, [&](size_t, std::span<const uint8_t> bytes) -> Result<void> {
+            if (file.codes) {
+                for (const uint8_t code : bytes)
+                    if (code > 0 && code <= m) out[code - 1U] = 1;
+                return {};
+            }
+            for (size_t i = 0; i * sizeof(float) < bytes.size(); ++i) {
+                float share;
+                std::memcpy(&share, bytes.data() + i * sizeof(float), sizeof share);
+                if (share > 0) out[i % m] = 1;
+            }
+            return {};
+        });
+    if (!done) return done.error();
+    return out;
+}
+
+Result<std::vector<uint8_t>> read_codes(const VoxelFile& file) {
+    OPENFAB_CHECK(file.codes);
+    std::vector<uint8_t> out;
+    const Result<void> done =
+        each_slice(file, [&](size_t, std::span<const uint8_t> bytes) -> Result<void> {
+            out.insert(out.end(), bytes.begin(), bytes.end());
+            return {};
+        });
+    if (!done) return done.error();
+    return out;
+}
+
+Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares) {
     Voxels out;
     out.size = file.size;
     out.pitch_mm = file.pitch_mm;
@@ -122,16 +178,9 @@ Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool k
         all->resize(n);
     out.code.resize(n);
     const size_t voxel = file.codes ? 1 : m * sizeof(float);
-    std::vector<uint8_t> bytes(plane * voxel);
     std::vector<float> shares(m), last(m, -1.F);
     ElementProperties p;
-    for (size_t z = 0; z < static_cast<size_t>(file.size[2]); ++z) {
-        const Result<size_t> got =
-            opened->read(static_cast<int64_t>(raster::kNpyHeaderBytes + z * bytes.size()),
-                         bytes.data(), bytes.size());
-        if (!got) return got.error();
-        if (*got != bytes.size())
-            return user_error(fmt::format(messages::kArrayEnds, file.file.string(), z));
+    const auto take = [&](size_t z, std::span<const uint8_t> bytes) -> Result<void> {
         for (size_t i = 0; i < plane; ++i) {
             if (file.codes) {
                 std::fill(shares.begin(), shares.end(), 0.F);
@@ -168,7 +217,9 @@ Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool k
             }
             out.code[at] = p.mu > 0 ? static_cast<uint8_t>(largest + 1) : uint8_t{0};
         }
-    }
+        return {};
+    };
+    if (const Result<void> done = each_slice(file, take); !done) return done.error();
     for (double& s : out.share)
         s /= static_cast<double>(n);
     return out;

@@ -53,6 +53,12 @@ struct Voxels {
     }
 };
 
+/// Of each material, whether any voxel has some of it.
+Result<std::vector<uint8_t>> used_materials(const VoxelFile& file);
+
+/// The codes of a file of such, [z][y][x].
+Result<std::vector<uint8_t>> read_codes(const VoxelFile& file);
+
 Result<Voxels> read_voxels(const VoxelFile& file, const Mixture& mixture, bool keep_shares = false);
 
 /// The same in elements of half the pitch, without `shares`: eight of each.

@@ -156,7 +156,7 @@ def part(
     world: str | os.PathLike[str],
     case: str | None = None,
     *,
-    voxel_mm: float | None = None,
+    voxel_mm: float | Sequence[float] | None = None,
     arguments: Sequence[str] = (),
 ) -> PartResult:
     """Solves a load case of a world.
@@ -167,8 +167,8 @@ def part(
         A `.fab.json` with `cases`.
     case : str, optional
         Its name. Default: the only case of the world.
-    voxel_mm : float, optional
-        Side of an element in mm. Default: a 96th of the longest side.
+    voxel_mm : float or 3 floats, optional
+        Side of an element in mm, or its three sides. Default: a 96th of the longest side.
     arguments : sequence of str, optional
         Other options of `openfab mechanics part`, such as `["--thin"]`.
 
@@ -203,7 +203,7 @@ def conduct(
     world: str | os.PathLike[str],
     case: str | None = None,
     *,
-    voxel_mm: float | None = None,
+    voxel_mm: float | Sequence[float] | None = None,
     arguments: Sequence[str] = (),
 ) -> ConductResult:
     """Computes current or heat through a part, for a case with `volt` or `celsius`.
@@ -214,8 +214,8 @@ def conduct(
         A `.fab.json` with `cases`.
     case : str, optional
         Its name. Default: the only case of the world.
-    voxel_mm : float, optional
-        Side of an element in mm. Default: a 96th of the longest side.
+    voxel_mm : float or 3 floats, optional
+        Side of an element in mm, or its three sides. Default: a 96th of the longest side.
     arguments : sequence of str, optional
         Other options of `openfab mechanics conduct`, such as `["--codes"]`.
 
@@ -246,7 +246,7 @@ def cell(
     file: str | os.PathLike[str],
     size: str,
     *,
-    voxel_mm: float | None = None,
+    voxel_mm: float | Sequence[float] | None = None,
     sweep: str | None = None,
     arguments: Sequence[str] = (),
 ) -> CellResult:
@@ -258,8 +258,8 @@ def cell(
         A `.fl` or a `.fab.json`.
     size : str
         The size of the cell, such as `"8mm"` or `"5mmx5mmx3mm"`.
-    voxel_mm : float, optional
-        Side of an element in mm. Default: a 64th of the shortest side.
+    voxel_mm : float or 3 floats, optional
+        Side of an element in mm, or its three sides. Default: a 64th of the shortest side.
     sweep : str, optional
         A uniform and its values, such as `"wall=0.8:2:3"`, with a cell for each.
     arguments : sequence of str, optional
@@ -284,7 +284,7 @@ def cell(
 
 
 def stand(
-    world: str | os.PathLike[str], *, voxel_mm: float | None = None, arguments: Sequence[str] = ()
+    world: str | os.PathLike[str], *, voxel_mm: float | Sequence[float] | None = None, arguments: Sequence[str] = ()
 ) -> StandResult:
     """Checks a world without loads: whether it stands, its own weight, thinnest walls, softest modes and worst pushes.
 
@@ -292,8 +292,8 @@ def stand(
     ----------
     world : path
         A `.fab.json`.
-    voxel_mm : float, optional
-        Side of an element in mm. Default: a 96th of the longest side.
+    voxel_mm : float or 3 floats, optional
+        Side of an element in mm, or its three sides. Default: a 96th of the longest side.
     arguments : sequence of str, optional
         Other options of `openfab mechanics stand`, such as `["--while-printing", "8"]`.
 
@@ -320,7 +320,7 @@ def strengthen(
     *,
     safety: float = 1.5,
     case: str | None = None,
-    voxel_mm: float | None = None,
+    voxel_mm: float | Sequence[float] | None = None,
     arguments: Sequence[str] = (),
 ) -> StrengthenResult:
     """Raises a field that the fablet reads until the part is strong enough.
@@ -337,8 +337,8 @@ def strengthen(
         The safety factor to reach.
     case : str, optional
         Its name. Default: the only case of the world.
-    voxel_mm : float, optional
-        Side of an element in mm. Default: a 96th of the longest side.
+    voxel_mm : float or 3 floats, optional
+        Side of an element in mm, or its three sides. Default: a 96th of the longest side.
     arguments : sequence of str, optional
         Other options of `openfab mechanics strengthen`, such as `["--limit", "2", "--reach", "4mm"]`.
 
@@ -367,7 +367,7 @@ def strengthen(
 
 
 def _json(
-    command: str, file: str | os.PathLike[str], voxel_mm: float | None, arguments: list[str]
+    command: str, file: str | os.PathLike[str], voxel_mm: float | Sequence[float] | None, arguments: list[str]
 ) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="openfab-") as folder:
         numbers = Path(folder) / "numbers.json"
@@ -385,7 +385,7 @@ def _solved(
     command: str,
     world: str | os.PathLike[str],
     case: str | None,
-    voxel_mm: float | None,
+    voxel_mm: float | Sequence[float] | None,
     arguments: Sequence[str],
 ) -> tuple[dict[str, Any], NDArray[numpy.float32], dict[str, Any]]:
     """Returns the numbers of a case, its array of elements, and the JSON file next to the array."""
@@ -398,7 +398,7 @@ def _solved(
 
 
 def _run(
-    command: str, file: str | os.PathLike[str], voxel_mm: float | None, arguments: list[str]
+    command: str, file: str | os.PathLike[str], voxel_mm: float | Sequence[float] | None, arguments: list[str]
 ) -> None:
     program = os.environ.get("OPENFAB_PROGRAM") or shutil.which("openfab")
     if program is None:
@@ -406,7 +406,8 @@ def _run(
             "the program `openfab` is not on the PATH; it comes with the .deb or a build, not "
             "with the wheel"
         )
-    voxel = [] if voxel_mm is None else ["--voxel", f"{voxel_mm:.9g}mm"]
+    sides = [] if voxel_mm is None else list(voxel_mm) if isinstance(voxel_mm, Sequence) else [voxel_mm]
+    voxel = ["--voxel", "x".join(f"{side:.9g}" for side in sides) + "mm"] if sides else []
     done = subprocess.run(
         [program, "mechanics", command, os.fspath(file), *voxel, "--quiet", *arguments],
         stdout=subprocess.DEVNULL,

@@ -31,7 +31,7 @@ std::string size_of(const Box3d& box) {
 }
 
 /// The part that extends farthest, and its displacement's share of that.
-std::string largest_part(const std::vector<part::Part>& parts,
+std::string largest_part(std::span<const part::Part> parts,
                          const std::vector<std::shared_ptr<solid::Solid>>& solids) {
     Box3d all;
     std::vector<Box3d> boxes;
@@ -76,7 +76,7 @@ bool contains(const Box3d& outer, const Box3d& inner) {
 
 }  // namespace
 
-Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
+Result<part::Grid> make_grid(std::span<const part::Part> parts,
                              const std::vector<std::shared_ptr<solid::Solid>>& solids,
                              const Vec3d& pitch_mm, int32_t bits, const Vec3i& margin_vox,
                              const std::optional<Box3d>& crop_mm,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/result.h"
@@ -21,7 +22,7 @@ namespace openfab::pipeline {
 /// double. `margin_vox` lies around them, but not below. `crop_mm` is covered too; with `window_mm` that
 /// box alone is. Fails for grids that no
 /// print can hold.
-Result<part::Grid> make_grid(const std::vector<part::Part>& parts,
+Result<part::Grid> make_grid(std::span<const part::Part> parts,
                              const std::vector<std::shared_ptr<solid::Solid>>& solids,
                              const Vec3d& pitch_mm, int32_t bits, const Vec3i& margin_vox = {},
                              const std::optional<Box3d>& crop_mm = {},

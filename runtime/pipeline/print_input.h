@@ -28,6 +28,16 @@ struct PrintInput {
     /// In place of the parts' own box: the grid is this one, rounded out to whole voxels, and what
     /// reaches beyond is cut off.
     std::optional<Box3d> window_mm;
+    /// Of each part whether it is printed; empty: all are. The grid is that of all, and fablets may ask
+    /// those that are not.
+    std::vector<uint8_t> only;
+    /// So many parts, the last ones, do not count for the grid.
+    int32_t beside_grid = 0;
+    /// So many voxels more lie around the grid, on all sides.
+    int32_t around_vox = 0;
+    /// Above 0: all voxels in parts are of this material, whatever fablets make of them.
+    uint8_t solid_code = 0;
+    bool prints(size_t part) const { return only.empty() || only[part] != 0; }
     std::string printer;
     std::string title;
     std::vector<std::string> warnings;  ///< copied to the statistics

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "abi/grow_table.h"
 #include "abi/voxel_hash.h"
@@ -59,16 +60,23 @@ Result<void> set_up_solids(PrintSetup* p, const MemoryPlanner& planner,
 
 /// Finds the grid around all surfaces and the slices of it that are printed.
 Result<void> set_up_grid(PrintSetup* p) {
-    Result<part::Grid> grid =
-        make_grid(p->input.parts, p->solids, p->input.pitch_mm,
-                  abi::voxel_bits(static_cast<int32_t>(p->input.materials.size())),
-                  p->input.margin_vox, p->input.crop_mm, p->input.window_mm);
+    const std::span<const part::Part> parts(p->input.parts);
+    Result<part::Grid> grid = make_grid(
+        parts.first(parts.size() - static_cast<size_t>(p->input.beside_grid)), p->solids,
+        p->input.pitch_mm, abi::voxel_bits(static_cast<int32_t>(p->input.materials.size())),
+        p->input.margin_vox, p->input.crop_mm, p->input.window_mm);
     if (p->options.interrupted()) return interrupted_early();
     if (!grid) return grid.error();
     if (const Result<void> diced = p->solid_status(); !diced) return diced;
     p->grid = *grid;
     for (std::string& thin : thin_shape_warnings(p->input.parts, p->solids, p->input.pitch_mm))
         p->warnings.push_back(std::move(thin));
+    for (int axis = 0; axis < 3; ++axis) {
+        const double pitch = p->grid.pitch_mm[axis];
+        p->grid.origin_mm[axis] =
+            (std::round(p->grid.origin_mm[axis] / pitch) - p->input.around_vox) * pitch;
+        p->grid.size[axis] += 2 * p->input.around_vox;
+    }
     Result<Vec2<int32_t>> range = slice_range(p->grid, p->options);
     if (!range) return range.error();
     p->range = *range;
@@ -94,7 +102,7 @@ void set_up_parts(PrintSetup* p, size_t crossing_bytes) {
         p->parts.push_back(std::make_unique<volume::PlacedPart>(p->input.parts[i]));
         p->parts.back()->index = static_cast<int32_t>(i);
         p->parts.back()->solid = p->solids[i];
-        p->slabs.order.push_back(static_cast<int32_t>(i));
+        if (p->input.prints(i)) p->slabs.order.push_back(static_cast<int32_t>(i));
     }
     place_parts(p, crossing_bytes);
     volume::resolve_object_queries(p->parts, p->queries());
@@ -115,7 +123,9 @@ void set_up_slabs(PrintSetup* p) {
     p->slabs.dither = *dither::find_dither(p->options.dither);
     p->slabs.seed = p->options.seed;
     p->slabs.size = p->grid.size;
-    p->slabs.culling = p->options.culling;
+    p->slabs.solid_code = p->input.solid_code;
+    // Nothing is evaluated then that could be left out.
+    p->slabs.culling = p->options.culling && p->input.solid_code == 0;
     p->slabs.fractions = p->options.fractions;
     p->slabs.bleed = p->options.bleed;
     p->slabs.separate_mixtures =
@@ -186,7 +196,7 @@ Result<void> set_up_support(PrintSetup* p) {
     if (p->input.support_code == 0) return {};
     std::vector<support_material::SupportedPart> supported;
     for (const auto& part : p->parts) {
-        if (!part->part->support) continue;
+        if (!part->part->support || !p->input.prints(static_cast<size_t>(part->index))) continue;
         supported.push_back({part->placed.get(), part->box});
         if (part->cut == nullptr || part->box.lo.x >= part->box.hi.x) continue;
         supported.back().tops = solid::tops_of_piece(*part->placed, *part->cut, part->box);

@@ -201,6 +201,11 @@ abi::KernelStatus SlabParts::evaluate_part(const ActivePart& active, uint8_t sli
             scratch->claims.end_block(b, {8 * b, 8 * band.row, 8 * slab_}, &scratch->overlaps);
         if (any != 0 && !active.filled.empty()) any = fill_connectors(active, scratch, &block);
         if (any == 0) continue;
+        if (setup_.solid_code != 0) {
+            for (dither::RowBand* to : {&band, mixtures})
+                if (to != nullptr) to->fill(b, block.owned.data(), setup_.solid_code);
+            continue;
+        }
         if (constant_index >= 0) {
             const volume::PartCull::Constant& constant = active.cull.constant(constant_index);
             for (dither::RowBand* to : {&band, mixtures}) {

@@ -39,6 +39,7 @@ struct SlabSetup {
     uint64_t seed = 0;
     Vec3i size;  ///< grid size, voxels
     bool culling = true;
+    uint8_t solid_code = 0;      ///< see PrintInput
     int32_t rows_in_flight = 2;  ///< rows of blocks of one slab evaluated ahead
     int32_t bits = 4;            ///< per packed voxel
     dither::SupportFill support;

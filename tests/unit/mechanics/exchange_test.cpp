@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -123,6 +124,68 @@ size_t checked_header(const std::string& file, size_t at) {
     const auto* head = reinterpret_cast<const uint8_t*>(file.data()) + at;
     EXPECT_EQ(number_at(file, at + bytes, 4), lookup3({head, bytes}));
     return at + bytes;
+}
+
+// Programs that read input files make labels upper-case, and join sets of one label without a word.
+TEST(MechanicsExchange, NoLabelOfOursIsAMaterials) {
+    PartProblem p = block();
+    for (const std::vector<std::string>& materials : std::vector<std::vector<std::string>>{
+             {"b", "most_1"},
+             {"Most_2", "MOST_1"},
+             {"most", "Most"},
+             {"nall", "loaded"},
+             {"held_1", "held 2"},
+             {"m_most_1", "most_1"},
+             {"mix_most", "most_x"},
+             {"1", "m_1"},
+             {"__x", "x\n*STEP"},
+             {std::string(200, 'a') + "1", std::string(200, 'a') + "2"},
+             {"a\"b", "ab"}}) {
+        p.voxels.materials = materials;
+        const ElementMesh mesh = mesh_of(p.grid, p.voxels);
+        const testing::TempFolder folder;
+        const std::filesystem::path inp = folder.path() / "a.inp", msh = folder.path() / "a.msh";
+        ASSERT_TRUE(write_inp(inp, mesh, MeshCase{"one\n*BOUNDARY", &p}));
+        ASSERT_TRUE(write_msh(msh, mesh));
+        std::set<std::string> labels;
+        std::istringstream lines(text_of(inp));
+        size_t materials_there = 0, sets = 0, boundaries = 0, steps = 0;
+        for (std::string line; std::getline(lines, line);) {
+            for (char& c : line)
+                c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+            boundaries += line == "*BOUNDARY" ? 1 : 0;
+            steps += line == "*STEP" ? 1 : 0;
+            if (line.starts_with("*MATERIAL")) ++materials_there;
+            if (line.starts_with("*SOLID") || !line.starts_with("*")) continue;
+            const size_t at = line.find("SET=");
+            if (at == std::string::npos) continue;
+            const std::string label = line.substr(at + 4);
+            ++sets;
+            EXPECT_TRUE(labels.insert(label).second) << label << " of " << materials[1];
+            EXPECT_TRUE(std::isalpha(static_cast<unsigned char>(label[0]))) << label;
+            EXPECT_LE(label.size(), 80U);
+            EXPECT_EQ(label.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_"),
+                      std::string::npos)
+                << label;
+        }
+        // Nodes, two sections, two sets of what is mostly of one, two holds, loaded nodes.
+        EXPECT_EQ(sets, 8U);
+        EXPECT_EQ(materials_there, 2U);
+        EXPECT_EQ(boundaries, 1U);
+        EXPECT_EQ(steps, 1U);
+        // In gmsh's file names are between quotes, each in its line.
+        std::istringstream head(text_of(msh));
+        std::set<std::string> names;
+        for (std::string line; std::getline(head, line) && line != "$EndPhysicalNames";)
+            if (const size_t quote = line.find('"'); quote != std::string::npos) {
+                EXPECT_EQ(line.find('"', quote + 1), line.size() - 1) << line;
+                EXPECT_TRUE(names.insert(line.substr(quote)).second) << line;
+            }
+        EXPECT_EQ(names.size(), 2U);
+        std::set<std::string> fields;
+        for (const auto& [name, values] : element_fields(mesh))
+            EXPECT_TRUE(fields.insert(name).second) << name;
+    }
 }
 
 TEST(MechanicsExchange, ChecksumsAreJenkins) {

@@ -97,9 +97,15 @@ TEST(MechanicsMaterials, ErrorsSayWhatToDo) {
                 testing::Says(messages::kMaterialWithout, "E"));
     EXPECT_THAT(error_of(R"({"law": "voigt"})"), testing::Says(messages::kNoMaterials));
     const Properties p = properties(Law::kVoigt);
-    const Result<std::vector<Material>> found = p.of({"soft", "clear"});
+    const std::vector<uint8_t> all{1, 1}, first{1, 0};
+    const Result<std::vector<Material>> found = p.of({"soft", "clear"}, all);
     ASSERT_FALSE(found);
     EXPECT_THAT(found.error().text(), testing::Says(messages::kMaterialUnknownHelp, "clear"));
+    // Of one that nothing is made of, nothing needs to be known.
+    const Result<std::vector<Material>> known = p.of({"soft", "clear"}, first);
+    ASSERT_TRUE(known);
+    EXPECT_TRUE((*known)[0].used);
+    EXPECT_FALSE((*known)[1].used);
 }
 
 TEST(MechanicsMaterials, AnotherUnitIsDoubted) {
