@@ -312,6 +312,9 @@ Result<void> TiffImage::read_chunk(uint32_t chunk, int64_t bytes) {
     bytes_.resize(static_cast<size_t>(bytes));
     handle_->error.clear();
     handle_->warning.clear();
+    // A chunk without a place was never written; the library would read the file's header.
+    if (TIFFGetStrileOffset(tiff, chunk) == 0)
+        return user_error(fmt::format(messages::kChunkDamaged, tiled ? "tile" : "strip", chunk));
     const tmsize_t got = tiled ? TIFFReadEncodedTile(tiff, chunk, bytes_.data(), bytes)
                                : TIFFReadEncodedStrip(tiff, chunk, bytes_.data(), bytes);
     if (handle_->error.empty() && only_warns(about_.compression)) handle_->error = handle_->warning;

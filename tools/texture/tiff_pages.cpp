@@ -45,7 +45,8 @@ Kind kind_of(const InputFile& file) {
 
 }  // namespace
 
-std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most) {
+std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most, bool* cut) {
+    if (cut != nullptr) *cut = true;
     const Kind kind = kind_of(file);
     std::vector<uint64_t> pages;
     std::set<uint64_t> known;
@@ -55,12 +56,14 @@ std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most) {
         const uint64_t page = *next;
         const std::optional<uint64_t> entries =
             number_at(file, page, kind.count_bytes, kind.big_endian);
-        if (!entries || *entries > static_cast<uint64_t>(file.bytes()) / kind.entry_bytes) break;
+        if (!entries || *entries > static_cast<uint64_t>(file.bytes()) / kind.entry_bytes)
+            return pages;
         pages.push_back(page);
         next = number_at(
             file, page + static_cast<uint64_t>(kind.count_bytes) + *entries * kind.entry_bytes,
             kind.offset_bytes, kind.big_endian);
     }
+    if (cut != nullptr) *cut = !next;
     return pages;
 }
 

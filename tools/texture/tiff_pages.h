@@ -15,9 +15,9 @@
 
 namespace openfab::tools {
 
-/// Finds the offsets of the pages' directories in order, at most `most`. Ends at the end of the
-/// file, or at the first repeated one.
-std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most);
+/// Finds the offsets of the pages' directories in order, at most `most`. Ends at the first repeated one,
+/// or, and then it sets `cut`, at one that lies outside of the file.
+std::vector<uint64_t> tiff_pages(const InputFile& file, size_t most, bool* cut = nullptr);
 
 /// Returns whether the page at this directory is a smaller copy of another, or its mask (NewSubfileType).
 bool is_reduced_page(const InputFile& file, uint64_t directory);

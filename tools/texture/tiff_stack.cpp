@@ -96,9 +96,11 @@ class TiffPlanes {
 
     /// Lists the pages, without smaller copies of others.
     static Result<std::vector<uint64_t>> pages_of(const InputFile& file, bool tells) {
-        std::vector<uint64_t> all = tiff_pages(file, kMostPages + 1);
+        bool is_cut = false;
+        std::vector<uint64_t> all = tiff_pages(file, kMostPages + 1, &is_cut);
         if (all.size() > kMostPages)
             return user_error(fmt::format(messages::kTooManyPages, kMostPages));
+        if (is_cut) return user_error(fmt::format(messages::kTiffCut, all.size()));
         if (all.empty()) return user_error(messages::kPictureDamaged);
         std::vector<uint64_t> whole;
         std::copy_if(all.begin(), all.end(), std::back_inserter(whole),

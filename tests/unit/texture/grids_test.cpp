@@ -37,9 +37,10 @@ std::string packed(const std::string& plain) {
 }
 
 std::string nrrd(const std::vector<float>& values, const Vec3i& n, const std::string& more) {
-    return fmt::format("NRRD0005\ntype: float\ndimension: 3\nsizes: {} {} {}\nendian: little\n"
-                       "encoding: raw\n{}\n",
-                       n.x, n.y, n.z, more) +
+    return fmt::format(
+               "NRRD0005\ntype: float\ndimension: 3\nsizes: {} {} {}\nendian: little\n"
+               "encoding: raw\n{}\n",
+               n.x, n.y, n.z, more) +
            raw(values);
 }
 
@@ -109,20 +110,27 @@ TEST_F(GridsTest, FieldsOfNrrdAreReadAsTeemReadsThem) {
           "Type: Float\nDIMENSION: 3\nSizes: 2 1 1\nEndian: Big\nEncoding: RAW\n",
           "endian:=little\ntype: float\ndimension: 3\nsizes: 2 1 1\nendian: big\nencoding: raw\n"
           "note:=endian: little\n"}) {
-        const auto p = converted(folder_.write("a.nrrd", std::string("NRRD0004\n") + fields + "\n" + big));
+        const auto p =
+            converted(folder_.write("a.nrrd", std::string("NRRD0004\n") + fields + "\n" + big));
         ASSERT_NE(p, nullptr) << fields;
         EXPECT_EQ(level0(*p), (std::vector<float>{0.5F, 0.25F})) << fields;
     }
     EXPECT_THAT(trouble(folder_.write(
-                    "a.nrrd", "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n\n" + big)),
+                    "a.nrrd",
+                    "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: raw\n\n" + big)),
                 testing::Says(messages::kNoEndian, 4));
-    EXPECT_THAT(trouble(folder_.write("a.nrrd", "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\n"
-                                                "endian: middle\nencoding: raw\n\n" +
-                                                    big)),
+    EXPECT_THAT(trouble(folder_.write("a.nrrd",
+                                      "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\n"
+                                      "endian: middle\nencoding: raw\n\n" +
+                                          big)),
                 testing::Says(messages::kNoEndian, 4));
-    for (const auto& [unit, mm] : std::vector<std::pair<std::string, float>>{
-             {"micrometer", 1e-3F}, {"Microns", 1e-3F}, {"\u00b5m", 1e-3F}, {"cm", 10}, {"Metres", 1000}}) {
-        const std::string more = fmt::format("spacings: 2 2 2\nunits: \"{0}\" \"{0}\" \"{0}\"\n", unit);
+    for (const auto& [unit, mm] : std::vector<std::pair<std::string, float>>{{"micrometer", 1e-3F},
+                                                                             {"Microns", 1e-3F},
+                                                                             {"\u00b5m", 1e-3F},
+                                                                             {"cm", 10},
+                                                                             {"Metres", 1000}}) {
+        const std::string more =
+            fmt::format("spacings: 2 2 2\nunits: \"{0}\" \"{0}\" \"{0}\"\n", unit);
         const auto p = converted(folder_.write("a.nrrd", nrrd({1, 2}, {2, 1, 1}, more)));
         ASSERT_NE(p, nullptr) << unit;
         EXPECT_FLOAT_EQ(domain(*p)[3], 4 * mm) << unit;
@@ -132,7 +140,8 @@ TEST_F(GridsTest, FieldsOfNrrdAreReadAsTeemReadsThem) {
 TEST_F(GridsTest, GzipOfSeveralMembersIsRead) {
     const std::vector<float> values{1, 2, 3, 4, 5, 6, 7, 8};
     const std::string plain = raw(values);
-    const std::string head = "NRRD0005\ntype: float\ndimension: 3\nsizes: 2 2 2\nendian: little\nencoding: gzip\n\n";
+    const std::string head =
+        "NRRD0005\ntype: float\ndimension: 3\nsizes: 2 2 2\nendian: little\nencoding: gzip\n\n";
     for (const size_t cut : {size_t{1}, size_t{12}, plain.size()}) {
         // The last member may be empty, and zeros may follow.
         const std::string members =
@@ -161,8 +170,7 @@ TEST_F(GridsTest, NumbersMayLieInAFileASlice) {
         folder_.write(fmt::format("z{}.gz", k), packed(part(2 * k, 2)));
     }
     const std::string list = "s000.raw\r\ns001.raw\ns002.raw\ns003.raw\n";
-    const std::string nrrd =
-        "NRRD0005\ntype: float\ndimension: 3\nsizes: 2 1 4\nendian: little\n";
+    const std::string nrrd = "NRRD0005\ntype: float\ndimension: 3\nsizes: 2 1 4\nendian: little\n";
     const std::string meta = "NDims = 3\nDimSize = 2 1 4\nElementType = MET_FLOAT\n";
     for (const auto& [name, text] : std::vector<std::pair<std::string, std::string>>{
              {"a.nhdr", nrrd + "encoding: raw\ndata file: s%03d.raw 0 3 1\n"},
@@ -185,9 +193,10 @@ TEST_F(GridsTest, NumbersMayLieInAFileASlice) {
         return trouble(folder_.write("w.nhdr", nrrd + "encoding: raw\ndata file: " + files + "\n"));
     };
     EXPECT_THAT(wrong("s%03d.raw 0 4 1"), testing::Says(messages::kUnequalFiles, 5));
-    EXPECT_THAT(wrong("u%d.raw 0 3 1"), testing::Says(texture::messages::kDataFileUnreadable, "u0.raw"));
-    for (const char* bad : {"s%03d.raw", "s%03d.raw 0 3", "s%03d.raw 3 0 1", "s%03d.raw 0 3 0", "s%s.raw 0 3 1",
-                            "s%d%d.raw 0 3 1", "LIST", "s%d.raw 0 999999999 1"})
+    EXPECT_THAT(wrong("u%d.raw 0 3 1"),
+                testing::Says(texture::messages::kDataFileUnreadable, "u0.raw"));
+    for (const char* bad : {"s%03d.raw", "s%03d.raw 0 3", "s%03d.raw 3 0 1", "s%03d.raw 0 3 0",
+                            "s%s.raw 0 3 1", "s%d%d.raw 0 3 1", "LIST", "s%d.raw 0 999999999 1"})
         EXPECT_THAT(wrong(bad), testing::Says(texture::messages::kDataFilesMalformed, bad));
     folder_.write("s002.raw", part(4, 1));
     EXPECT_THAT(wrong("s%03d.raw 0 3 1"), testing::Says(messages::kCutShort));
@@ -198,7 +207,8 @@ TEST_F(GridsTest, NanIsOutsideWhereThatIsGiven) {
     const std::string vti =
         R"(<VTKFile type="ImageData"><ImageData WholeExtent="0 2 0 1 0 1"><Piece Extent="0 2 0 1 0 1"><CellData>
 <DataArray type="Float32" Name="a" format="ascii">nan 2</DataArray></CellData></Piece></ImageData></VTKFile>)";
-    const std::string turned = "space dimension: 3\nspace directions: (0.6,0.8,0) (-0.8,0.6,0) (0,0,1)\n";
+    const std::string turned =
+        "space dimension: 3\nspace directions: (0.6,0.8,0) (-0.8,0.6,0) (0,0,1)\n";
     for (const auto& file :
          {folder_.write("a.nrrd", nrrd({nan, 2}, {2, 1, 1}, "")), folder_.write("a.vti", vti),
           folder_.write("b.nrrd", nrrd({nan, 2}, {2, 1, 1}, turned))}) {
@@ -220,21 +230,27 @@ TEST_F(GridsTest, NanIsOutsideWhereThatIsGiven) {
 
 TEST_F(GridsTest, IntegersThatNoFloatHoldsAreTold) {
     const auto file = [&](int32_t value) {
-        return folder_.write("a.mha", "NDims = 3\nDimSize = 2 1 1\nElementType = MET_INT\nElementDataFile = LOCAL\n" +
-                                          raw(std::vector<int32_t>{7, value}));
+        return folder_.write(
+            "a.mha",
+            "NDims = 3\nDimSize = 2 1 1\nElementType = MET_INT\nElementDataFile = LOCAL\n" +
+                raw(std::vector<int32_t>{7, value}));
     };
     EXPECT_EQ(told([&] { converted(file(1 << 24)); }), "");
-    EXPECT_THAT(told([&] { converted(file((1 << 24) + 1)); }), testing::Says(messages::kIntegersRounded, "a.mha"));
+    EXPECT_THAT(told([&] { converted(file((1 << 24) + 1)); }),
+                testing::Says(messages::kIntegersRounded, "a.mha"));
 }
 
 TEST_F(GridsTest, AFourthAxisOfOneIsLeftOut) {
-    const std::string head = "NDims = 4\nElementType = MET_UCHAR\nElementSpacing = 2 3 4 9\nOffset = 5 6 7 8\n"
-                             "TransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
-    const auto p = converted(folder_.write("a.mha", head + "DimSize = 2 1 1 1\nElementDataFile = LOCAL\n\x01\x02"));
+    const std::string head =
+        "NDims = 4\nElementType = MET_UCHAR\nElementSpacing = 2 3 4 9\nOffset = 5 6 7 8\n"
+        "TransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
+    const auto p = converted(
+        folder_.write("a.mha", head + "DimSize = 2 1 1 1\nElementDataFile = LOCAL\n\x01\x02"));
     ASSERT_NE(p, nullptr);
     EXPECT_EQ(level0(*p), (std::vector<float>{1, 2}));
     EXPECT_EQ(domain(*p), (std::vector<float>{4, 4.5F, 5, 4, 3, 4}));
-    EXPECT_THAT(trouble(folder_.write("a.mha", head + "DimSize = 2 1 1 3\nElementDataFile = LOCAL\n123456")),
+    EXPECT_THAT(trouble(folder_.write("a.mha",
+                                      head + "DimSize = 2 1 1 3\nElementDataFile = LOCAL\n123456")),
                 testing::Says(messages::kVolumesInTime, 3));
 }
 
@@ -264,24 +280,29 @@ TEST_F(GridsTest, MapsOfMicroscopesAreRead) {
     VolumeOptions options;
     options.unit = "mm";
     const std::vector<float> wanted{1, 2, 3, 4, 5, 6};
-    for (const auto& text : {mrc(2, raw(wanted)), mrc(1, raw(std::vector<int16_t>{1, 2, 3, 4, 5, 6})),
-                             mrc(0, "\x01\x02\x03\x04\x05\x06"),
-                             mrc(1, std::string("\0\1\0\2\0\3\0\4\0\5\0\6", 12), true)}) {
+    for (const auto& text :
+         {mrc(2, raw(wanted)), mrc(1, raw(std::vector<int16_t>{1, 2, 3, 4, 5, 6})),
+          mrc(0, "\x01\x02\x03\x04\x05\x06"),
+          mrc(1, std::string("\0\1\0\2\0\3\0\4\0\5\0\6", 12), true)}) {
         const auto p = converted(folder_.write("a.mrc", text), options);
         ASSERT_NE(p, nullptr);
         EXPECT_EQ(level0(*p), wanted);
         EXPECT_EQ(domain(*p), (std::vector<float>{10, -2.5F, -2, 6, 10, 4}));
     }
     EXPECT_FLOAT_EQ(domain(*converted(folder_.write("a.mrc", mrc(2, raw(wanted)))))[3], 6e-7F);
-    EXPECT_THAT(trouble(folder_.write("a.mrc", mrc(4, raw(wanted)))), testing::Says(messages::kMrcMode, 4));
+    EXPECT_THAT(trouble(folder_.write("a.mrc", mrc(4, raw(wanted)))),
+                testing::Says(messages::kMrcMode, 4));
     EXPECT_EQ(trouble(folder_.write("a.mrc", mrc(2, "1234"))), messages::kCutShort);
 }
 
 TEST_F(GridsTest, OtherContainersAreNamed) {
     const std::string hdf("\x89HDF\r\n\x1a\n");
-    EXPECT_THAT(trouble(folder_.write("a.mat", "MATLAB 7.3" + std::string(502, ' ') + hdf)), testing::Says(messages::kIsHdf5));
-    EXPECT_THAT(trouble(folder_.write("a.mat", "MATLAB 5.0 MAT-file")), testing::Says(messages::kIsMatlab));
-    EXPECT_THAT(trouble(folder_.write("a.vtkhdf", hdf + std::string(100, '\0') + "VTKHDF")), testing::Says(messages::kIsVtkHdf));
+    EXPECT_THAT(trouble(folder_.write("a.mat", "MATLAB 7.3" + std::string(502, ' ') + hdf)),
+                testing::Says(messages::kIsHdf5));
+    EXPECT_THAT(trouble(folder_.write("a.mat", "MATLAB 5.0 MAT-file")),
+                testing::Says(messages::kIsMatlab));
+    EXPECT_THAT(trouble(folder_.write("a.vtkhdf", hdf + std::string(100, '\0') + "VTKHDF")),
+                testing::Says(messages::kIsVtkHdf));
 }
 
 }  // namespace

@@ -206,8 +206,11 @@ TEST_F(TiffTest, EachCellHasItsNumbers) {
                     cell.separate = (layout & 4) != 0 && cell.samples > 1;
                     cell.compression = compression;
                     cell.predictor = predictor;
-                    cell.mode = std::array{"wl", "wb", "wl8",
-                                           "wb8"}[static_cast<size_t>(++cells + layout) % 4];
+                    const auto turn = static_cast<size_t>(++cells + layout);
+                    // This library's writer leaves what predictor 3 makes in the wrong order where bytes are
+                    // swapped; scripts/test-import has such files of another.
+                    cell.mode = predictor == 3 ? std::array{"wl", "wl8"}[turn % 2]
+                                               : std::array{"wl", "wb", "wl8", "wb8"}[turn % 4];
                     SCOPED_TRACE(
                         fmt::format("{}, compression {}, predictor {}, tile {}, rows {}, {} "
                                     "samples, separate {}, {}",
@@ -255,8 +258,13 @@ TEST_F(TiffTest, DamagedOrMissingChunksAreErrors) {
             ASSERT_TRUE(in != nullptr && TIFFSetDirectory(in, 1));
             const auto at = static_cast<size_t>(TIFFGetStrileOffset(in, 2));
             const auto count = static_cast<size_t>(TIFFGetStrileByteCount(in, 2));
+            std::vector<uint16_t> places;
+            const uint32_t chunks = tile > 0 ? TIFFNumberOfTiles(in) : TIFFNumberOfStrips(in);
+            for (uint32_t chunk = 0; chunk < chunks; ++chunk)
+                places.push_back(static_cast<uint16_t>(TIFFGetStrileOffset(in, chunk)));
             TIFFClose(in);
             const std::string whole = bytes();
+            ASSERT_LT(whole.size(), 65000U);
             const std::string what = tile > 0 ? "tile" : "strip";
             SCOPED_TRACE(fmt::format("compression {}, {}", compression, what));
             if (compression != COMPRESSION_NONE && compression != COMPRESSION_PACKBITS) {
@@ -265,18 +273,18 @@ TEST_F(TiffTest, DamagedOrMissingChunksAreErrors) {
                 EXPECT_THAT(trouble(folder_.write("a.tif", damaged)),
                             testing::Says(messages::kChunkDamaged, what, 2));
             }
-            // Its place is rewritten wherever it stands: behind the end, and nowhere.
-            for (const uint32_t place : {static_cast<uint32_t>(whole.size() + 100), 0U}) {
+            // Its place, in a list of 16 bits each: behind the end, and nowhere.
+            const std::string list(reinterpret_cast<const char*>(places.data()), 2 * places.size());
+            const size_t listed = whole.rfind(list);
+            ASSERT_NE(listed, std::string::npos);
+            for (const auto place : {static_cast<uint16_t>(whole.size() + 100), uint16_t{0}}) {
                 std::string moved = whole;
-                const auto from = static_cast<uint32_t>(at);
-                const std::string old(reinterpret_cast<const char*>(&from), 4);
-                const size_t found = moved.rfind(old);
-                ASSERT_NE(found, std::string::npos);
-                moved.replace(found, 4, reinterpret_cast<const char*>(&place), 4);
+                moved.replace(listed + 4, 2, reinterpret_cast<const char*>(&place), 2);
                 EXPECT_THAT(trouble(folder_.write("a.tif", moved)),
                             testing::Says(messages::kChunkDamaged, what, 2));
             }
-            EXPECT_NE(trouble(folder_.write("a.tif", whole.substr(0, at + count / 2))), "no error");
+            EXPECT_EQ(trouble(folder_.write("a.tif", whole.substr(0, at + count / 2))),
+                      fmt::format(messages::kTiffCut, 1));
         }
     }
 }
