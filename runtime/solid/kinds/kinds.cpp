@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <iterator>
+
 #include "base/check.h"
 #include "runtime/part/shape_stage.h"
 #include "runtime/solid/beams/beam_solid.h"
@@ -20,6 +22,7 @@ namespace {
 
 // The first that has a source makes the part: shapes and beams have a mesh, too, their box.
 constexpr const Kind* kKinds[] = {&kGrowKind, &kShapeKind, &kBeamKind, &kMeshKind};
+static_assert(std::size(kKinds) == kKindCount);
 
 /// Parts that are stretched are alike where they share what they are stretched from.
 const Kind kStretchedKind{

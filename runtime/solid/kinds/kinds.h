@@ -4,9 +4,14 @@
 
 // The kinds of solids that a print may hold.
 
+#include <cstddef>
+
 #include "runtime/solid/kind.h"
 
 namespace openfab::solid {
+
+/// How many there are: tests/crossings has rows for each.
+inline constexpr size_t kKindCount = 4;
 
 /// Returns the kind of a part's geometry. Every part has one.
 const Kind& kind_of(const part::Part& part);

@@ -1,0 +1,86 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Columns of `openfab mechanics`.
+
+#include <fmt/format.h>
+
+#include <sstream>
+
+#include "tests/crossings/columns.h"
+#include "tests/crossings/numbers.h"
+
+namespace openfab::testing {
+
+namespace {
+
+constexpr const char* kPull =
+    R"(, "cases": {"one": {"held": [{"side": "-x"}], "loads": [{"side": "+x", "force_N": [1, 0.5, 0]}]}})";
+constexpr const char* kWarm =
+    R"(, "cases": {"one": {"held": [{"side": "-x", "celsius": 20}], "loads": [{"side": "+x", "watt": 0.1}]}})";
+// The faces of both bodies next to the solid are held.
+constexpr const char* kMarked =
+    R"(, "cases": {"one": {"held": [{"object": "solid"}], "loads": [{"side": "-y", "force_N": [0, 0, -1]}]}})";
+
+Made mechanics(const Bench& bench, const char* command, std::vector<std::string> more,
+               const std::vector<std::string>& wanted) {
+    std::vector<std::string> words{"mechanics", command, bench.world(), "--voxel", "0.25mm", "-q",
+                                   "-o", bench.path("r.json")};
+    words.insert(words.end(), more.begin(), more.end());
+    Made made;
+    made.outcome = bench.openfab(words);
+    for (const auto& [name, value] : numbers_of(bench.path("r.json"))) {
+        for (const std::string& key : wanted) {
+            if (name == key) made.numbers[name] = value;
+        }
+    }
+    return made;
+}
+
+Made part(const Bench& bench) {
+    return mechanics(bench, "part", {}, {"moved_mm", "work_Nmm", "solid_elements"});
+}
+
+Made stand(const Bench& bench) {
+    return mechanics(bench, "stand", {"--modes", "0"}, {"mass_g", "volume_mm3"});
+}
+
+Made conduct(const Bench& bench) {
+    return mechanics(bench, "conduct", {}, {"most", "least"});
+}
+
+Made cell(const Bench& bench) {
+    return mechanics(bench, "cell", {"--cell", "2mm", "--object", "solid"}, {});
+}
+
+Made inp(const Bench& bench) {
+    Made made;
+    made.outcome = bench.openfab({"mechanics", "export", bench.world(), "--voxel", "0.25mm", "-q",
+                                  "-o", bench.path("r.inp")});
+    std::istringstream text(read_file(bench.path("r.inp")));
+    std::string section;
+    for (std::string line; std::getline(text, line);) {
+        if (line.starts_with("*")) {
+            section = line.substr(0, line.find(','));
+        } else if (section == "*NODE" || section == "*ELEMENT") {
+            made.numbers[section] += 1;
+        }
+    }
+    return made;
+}
+
+}  // namespace
+
+std::vector<Column> mechanics_columns() {
+    return {
+        {"part", "`mechanics part`", {.world = kPull, .anchor = false}, part, {"mechanics", "mechanics part"}},
+        {"marker", "`mechanics part`, held where an object is",
+         {.world = kMarked, .items = R"(, {"object": "low", "translate_mm": [-0.5, -2, 1.3]})", .anchor = false}, part},
+        {"stand", "`mechanics stand`", {.anchor = false}, stand, {"mechanics stand"}},
+        {"conduct", "`mechanics conduct`", {.world = kWarm, .anchor = false}, conduct, {"mechanics conduct"}},
+        {"cell", "`mechanics cell`", {}, cell, {"mechanics cell"}},
+        {"inp", "`mechanics export` to INP", {.world = kPull, .anchor = false}, inp, {"mechanics export"}},
+    };
+}
+
+}  // namespace openfab::testing

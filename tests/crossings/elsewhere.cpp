@@ -1,0 +1,59 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Words of the product that no column shows, and why. A new command, option or kind of mesh is either here or in a column or
+// row: complete_test.cpp asks.
+
+#include "tests/crossings/columns.h"
+
+namespace openfab::testing {
+
+namespace {
+
+constexpr Elsewhere kElsewhere[] = {
+    // Commands.
+    {"new", "makes a folder, of no world"},
+    {"verify", "reads a print's file, whatever made it"},
+    {"printers", "lists printers"},
+    {"property", "makes a module of a table"},
+    {"compensate", "makes a field of measurements, which the columns of fields apply"},
+    {"view", "prints as `print` does; view_world_test shows worlds"},
+    {"receive", "takes slices, whatever made them"},
+    {"profile", "times a print, whose voxels it drops"},
+    {"tune", "times a print, whose voxels it drops"},
+    {"text", "makes a mesh of a file"},
+    {"color", "makes charts and tables"},
+    {"texture", "converts a picture"},
+    {"mechanics strengthen", "prints and computes as `part` does, again and again"},
+    // Options of a print.
+    {"--help", "shows a text"},
+    {"--token-file", "of a receiver"},
+    {"--tls-ca", "of a receiver"},
+    {"--z", "chooses slices, as `--slices` does"},
+    {"--allow", "names folders that may be read"},
+    {"--png", "how pictures are written"},
+    {"--grey-material", "which material pictures show"},
+    {"--flip-x", "mirrors slices, whatever made them"},
+    {"--fractions", "mixtures: print_fractions_test"},
+    {"--sampling", "mixtures: print_fractions_test"},
+    {"--fractions-supersample", "mixtures: print_fractions_test"},
+    {"--progress", "what is said"},
+    {"--dry-run", "a print without its slices"},
+    // Kinds of meshes.
+    {"box", "a primitive: made into a mesh when a world is read, as `capsule`"},
+    {"sphere", "likewise"},
+    {"cylinder", "likewise"},
+    {"plane", "likewise"},
+    {"cone", "likewise"},
+    {"torus", "likewise"},
+    {"extrusion", "likewise"},
+    {"revolution", "likewise"},
+};
+
+}  // namespace
+
+std::span<const Elsewhere> elsewhere() {
+    return kElsewhere;
+}
+
+}  // namespace openfab::testing

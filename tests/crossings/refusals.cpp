@@ -1,0 +1,36 @@
+// Copyright 2026 The OpenFab Authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the table's cells are refused by, and the remedy that is given.
+
+#include "program/messages.h"
+#include "runtime/part/messages.h"
+#include "tests/crossings/table.h"
+
+namespace openfab::testing {
+
+namespace {
+
+using namespace part::messages;
+using namespace program::messages;
+
+constexpr Refusal kRefusals[] = {
+    {{"beyond", "*", "*"}, kPartOutsideTray, ""},
+    {{"stretch|machine stretch|matrix", "*", "pieces of a file"},
+     kPieceUnevenScale,
+     kPieceUnevenScaleHelp},
+    {{"stretch|machine stretch|matrix", "beams", "*"}, kUnevenStretch, kBeamsUnevenScaleHelp},
+    {{"stretch|machine stretch|matrix", "grown*|program*", "*"}, kUnevenStretch, kGrownScaledHelp},
+    {{"matrix", "shape|undeclared|of *", "*"}, kShapeScaled, kShapeScaledHelp},
+    {{"field", "shape|undeclared|of *|grown*|program*", "*"},
+     kFieldCannotMove,
+     kFieldCannotMoveHelp},
+};
+
+}  // namespace
+
+std::span<const Refusal> refusals() {
+    return kRefusals;
+}
+
+}  // namespace openfab::testing
