@@ -103,7 +103,9 @@ TEST(CrossingsPage, IsCurrent) {
     const std::string page = read_file(page_file());
     EXPECT_EQ(page, page_of(read_page(page)));
     // Lines that no run of all cells has made yet.
-    if (long_run()) EXPECT_EQ(page_lines().size(), columns().size());
+    if (long_run()) {
+        EXPECT_EQ(page_lines().size(), columns().size());
+    }
 }
 
 TEST(CrossingsTwin, IsTheClosedForm) {

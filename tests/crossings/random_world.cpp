@@ -378,7 +378,8 @@ int code_in(const RandomPart& part, const Vec3d& p, double pitch_mm) {
         // Of a stretched solid other than a box the depth is not known.
         const double scale = part.stretch.x;
         const double over = -part.distance(p) * scale - part.skin;
-        const double chord = pitch_mm * pitch_mm / (8 * part.radius_mm * scale);
+        // The longest edge of a micropolygon is a diagonal of a cell.
+        const double chord = 3 * pitch_mm * pitch_mm / (8 * part.radius_mm * scale);
         const double margin = (0.015 + part.depth_voxels) * pitch_mm + chord + 2e-3;
         if (part.uneven || std::fabs(over) < margin) {
             return part.codes[0] == part.codes[1] && part.codes[1] == part.codes[2]
