@@ -107,7 +107,8 @@ Result<void> check_required(double required, const PartSummary& s) {
         return user_error(fmt::format(messages::kFactorTooSmall, s.least_safety, required));
     if (s.buckling && s.buckling->factor > 0 && s.buckling->factor < required)
         return user_error(fmt::format(messages::kBucklesBelow, s.buckling->factor, required));
-    if (verdict_of(s) == Verdict::kUnresolved)
+    if (verdict_of(s) == Verdict::kUnresolved ||
+        (s.least_safety_unresolved > 0 && s.least_safety_unresolved < required))
         return user_error(fmt::format(messages::kFactorUnresolved, s.least_safety_unresolved),
                           messages::kFactorUnresolvedHelp);
     return {};

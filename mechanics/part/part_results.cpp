@@ -101,8 +101,15 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
             if (out.least_safety == 0) out.least_safety = s;
             if (out.least_safety_away == 0 && !at_hold[at] && !at_load[at])
                 out.least_safety_away = s;
-            if (out.least_safety_unresolved == 0 && problem.across[at] < kUnresolved)
-                out.least_safety_unresolved = s;
+            // Elements are sorted by safety, but not by how far that may be off.
+            if (problem.across[at] >= kUnresolved) {
+                if (out.least_safety_resolved == 0) out.least_safety_resolved = s;
+            } else {
+                constexpr int kRough = 3 * kAcrossStep / 2;
+                const double low = s / (problem.across[at] >= kRough ? 2 : 4);
+                if (out.least_safety_unresolved == 0 || low < out.least_safety_unresolved)
+                    out.least_safety_unresolved = low;
+            }
         }
     }
     if (!stresses.empty()) {
@@ -138,15 +145,14 @@ PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
 }
 
 Verdict verdict_of(const PartSummary& s) {
-    // What a stress in a wall of one element is off by, at most.
-    constexpr double kOff = 10;
     if (!(s.most_von_mises_MPa > 0)) return Verdict::kNotStrained;
     if (!(s.least_safety > 0)) return Verdict::kUnknown;
-    if (s.least_safety_unresolved > 0 &&
-        (s.least_safety_unresolved < kOff || s.least_safety_unresolved <= s.least_safety))
-        return Verdict::kUnresolved;
     if (s.buckling && s.buckling->factor > 0 && s.buckling->factor < 1) return Verdict::kBuckles;
-    return s.least_safety >= 1 ? Verdict::kHolds : Verdict::kBreaks;
+    if (s.least_safety_resolved > 0 && s.least_safety_resolved < 1) return Verdict::kBreaks;
+    const bool weakest = s.least_safety_resolved == 0 || s.least_safety < s.least_safety_resolved;
+    if (s.least_safety_unresolved > 0 && (weakest || s.least_safety_unresolved < 1))
+        return Verdict::kUnresolved;
+    return Verdict::kHolds;
 }
 
 }  // namespace openfab::mechanics

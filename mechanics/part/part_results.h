@@ -25,14 +25,15 @@ struct PartSummary {
     double most_von_mises_MPa = 0;
     double least_safety = 0;       ///< 0: no strength is known
     double least_safety_away = 0;  ///< the same, more than two elements away from holds and loads
-    /// The same where less than two elements lie across; 0: they do everywhere.
+    double least_safety_resolved = 0;  ///< the same where two elements lie across, or more
+    /// Where less do, by what that may be off, twice or four times; 0: they do everywhere.
     double least_safety_unresolved = 0;
     double typical_MPa = 0;  ///< von Mises stress that one in a hundred elements exceeds
     std::vector<WeakPlace> weakest;
     std::optional<Buckling> buckling;  ///< where it was looked at
 };
 /// Where less than two elements lie across a wall, its stress may be off by several times: nothing holds whose
-/// factor there is not far above 1, or the least of all.
+/// factor there is the least of all, or may be below 1.
 enum class Verdict { kUnknown, kNotStrained, kUnresolved, kBreaks, kBuckles, kHolds };
 Verdict verdict_of(const PartSummary& summary);
 PartSummary summary_of(const PartProblem& problem, const PartFields& fields,
