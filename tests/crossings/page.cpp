@@ -63,13 +63,13 @@ in nightly runs.
 | {} | `r` | refused with a message that gives a way out |
 | {} | `d` | otherwise, as documents say |
 | {} | `!` | known to be wrong |
-| {} | | in all: {} features and tools, {} kinds, each in {} forms |
+| {} | | in all: {} of {} features and tools, {} kinds, each in {} forms |
 
 The facets of the twin, up to {} of a voxel inside the solid, are why most curved solids are `~`.
 
 )",
         counts['='], counts['~'], 100 * kShare, 100 * kNumbers, counts['r'], counts['d'], counts['!'], cells,
-        columns().size(), kinds().size(), kFormCount, 0.004);
+        lines.size(), columns().size(), kinds().size(), kFormCount, 0.004);
     out += "Kinds:\n\n| | |\n| --- | --- |\n";
     for (size_t k = 0; k < kinds().size(); ++k)
         out += fmt::format("| {} | {} |\n", letter_of(k), kinds()[k].what);

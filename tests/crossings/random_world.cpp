@@ -282,7 +282,9 @@ class Maker {
             code = static_cast<uint8_t>(1 + pick(4));
         part.priority = static_cast<int>(pick(3)) - 1;
         if (made == Made::kUndeclared) {
-            part.depth_voxels = s.solid == 0 || s.solid == 3 ? 0.6 : 0.03;
+            // Next to edges of a box cells are cut. Within a union the surface is farther than the deepest member's says,
+            // so nothing is known.
+            part.depth_voxels = s.solid == 3 ? 1e9 : s.solid == 0 ? 1 : 0.25;
             part.radius_mm = std::min(s.low, s.high);
         }
         values += fmt::format(R"(, "pattern": {}, "skin": {}, "along": {}, "width": {})",
