@@ -51,8 +51,7 @@ Result<void> write_extents(const Options& options, const openfab_fablet_list& fa
         const Vec3d at = world->build[i].transform.t;
         const std::array<double, 9> turn = part.local_to_build.m;
         const auto extent = [&](const std::array<double, 9>& m) -> Result<Box3d> {
-            const auto [found, fresh] =
-                known.try_emplace({part.shape.get(), part.piece.get(), m});
+            const auto [found, fresh] = known.try_emplace({part.shape.get(), part.piece.get(), m});
             if (!fresh) return found->second;
             part.local_to_build.m = m;
             part.local_to_build.t = Affine3d{m, {}}.apply(part.mesh->center_part_mm);

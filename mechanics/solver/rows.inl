@@ -227,10 +227,8 @@ void geometric_row(const ElementShape<double>& shape, int32_t n, const float* co
             const double x1 = d(kOne), y1 = s(kY), z1 = s(kZ);
             const double xy1 = d(kY), xz1 = d(kZ), yz1 = s(kYZ), xyz1 = d(kYZ);
             put(kOne, 0, xx * x1 + xy * y1 + xz * z1);
-            put(kY, xy * x1 + yy * y1 + yz * z1,
-                third * ((xx + yy) * xy1 + xz * yz1 + yz * xz1));
-            put(kZ, xz * x1 + yz * y1 + zz * z1,
-                third * ((xx + zz) * xz1 + xy * yz1 + yz * xy1));
+            put(kY, xy * x1 + yy * y1 + yz * z1, third * ((xx + yy) * xy1 + xz * yz1 + yz * xz1));
+            put(kZ, xz * x1 + yz * y1 + zz * z1, third * ((xx + zz) * xz1 + xy * yz1 + yz * xy1));
             put(kYZ, third * ((yy + zz) * yz1 + xy * xz1 + xz * xy1),
                 ninth * (xx + yy + zz) * xyz1);
         }
@@ -289,16 +287,17 @@ double dot(size_t n, const A* a, const B* b) {
             lane[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
     for (; i < n; ++i)
         lane[i % 8] += static_cast<double>(a[i]) * static_cast<double>(b[i]);
-    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]));
+    return ((lane[0] + lane[1]) + (lane[2] + lane[3])) +
+           ((lane[4] + lane[5]) + (lane[6] + lane[7]));
 }
 
 }  // namespace
 
 extern const RowKernels kRowKernels;
-const RowKernels kRowKernels{elastic_row<float>,   elastic_row<double>, scalar_row<float>,
-                             scalar_row<double>,   geometric_row,       stencil_row<3>,
-                             stencil_row<1>,
-                             dot<double, double>,  dot<float, double>,  dot<float, float>};
+const RowKernels kRowKernels{elastic_row<float>, elastic_row<double>, scalar_row<float>,
+                             scalar_row<double>, geometric_row,       stencil_row<3>,
+                             stencil_row<1>,     dot<double, double>, dot<float, double>,
+                             dot<float, float>};
 
 }  // namespace OPENFAB_SIMD_ISA
 }  // namespace openfab::mechanics

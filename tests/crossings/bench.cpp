@@ -110,9 +110,10 @@ Cell compare(const Made& made, const Made& expected) {
         worst = difference.text();
     }
     if (made.numbers.size() != expected.numbers.size()) {
-        return {Verdict::kWrong, fmt::format("{} numbers, the twin {}", made.numbers.size(),
-                                             expected.numbers.size()),
-                true};
+        return {
+            Verdict::kWrong,
+            fmt::format("{} numbers, the twin {}", made.numbers.size(), expected.numbers.size()),
+            true};
     }
     for (const auto& [name, value] : made.numbers) {
         const auto found = expected.numbers.find(name);
@@ -120,7 +121,8 @@ Cell compare(const Made& made, const Made& expected) {
             return {Verdict::kWrong, fmt::format("the twin has no {}", name)};
         const double off = std::fabs(value - found->second);
         if (!(off <= kNumbers * std::max(std::fabs(value), std::fabs(found->second)) + 1e-9))
-            return {Verdict::kWrong, fmt::format("{}: {}, the twin {}", name, value, found->second), true};
+            return {Verdict::kWrong, fmt::format("{}: {}, the twin {}", name, value, found->second),
+                    true};
         equal = equal && off <= 1e-9 * std::fabs(value);
     }
     return {equal ? Verdict::kEqual : Verdict::kBounded, worst};

@@ -30,7 +30,7 @@ struct Made {
     Outcome outcome{};  ///< of the last command
     Voxels voxels{};
     std::map<std::string, double> numbers{};
-    std::string wrong{};       ///< what the column found wrong by itself
+    std::string wrong{};  ///< what the column found wrong by itself
 };
 
 /// A folder with one world, in which commands run.
@@ -47,7 +47,9 @@ class Bench {
     /// Prints the world to a file, with the column's options.
     Outcome print(const std::string& output, const std::vector<std::string>& more = {}) const;
     const Change& change() const { return change_; }
-    void write(const std::string& name, const std::string& text) const { scratch_.write(name, text); }
+    void write(const std::string& name, const std::string& text) const {
+        scratch_.write(name, text);
+    }
 
   private:
     ScratchFolder scratch_;

@@ -24,8 +24,8 @@ constexpr const char* kMarked =
 
 Made mechanics(const Bench& bench, const char* command, std::vector<std::string> more,
                const std::vector<std::string>& wanted) {
-    std::vector<std::string> words{"mechanics", command, bench.world(), "--voxel", "0.25mm", "-q",
-                                   "-o", bench.path("r.json")};
+    std::vector<std::string> words{"mechanics", command, bench.world(), "--voxel",
+                                   "0.25mm",    "-q",    "-o",          bench.path("r.json")};
     words.insert(words.end(), more.begin(), more.end());
     Made made;
     made.outcome = bench.openfab(words);
@@ -73,13 +73,29 @@ Made inp(const Bench& bench) {
 
 std::vector<Column> mechanics_columns() {
     return {
-        {"part", "`mechanics part`", {.world = kPull, .anchor = false}, part, {"mechanics", "mechanics part"}},
-        {"marker", "`mechanics part`, held where an object is",
-         {.world = kMarked, .items = R"(, {"object": "low", "translate_mm": [-0.5, -2, 1.3]})", .anchor = false}, part},
+        {"part",
+         "`mechanics part`",
+         {.world = kPull, .anchor = false},
+         part,
+         {"mechanics", "mechanics part"}},
+        {"marker",
+         "`mechanics part`, held where an object is",
+         {.world = kMarked,
+          .items = R"(, {"object": "low", "translate_mm": [-0.5, -2, 1.3]})",
+          .anchor = false},
+         part},
         {"stand", "`mechanics stand`", {.anchor = false}, stand, {"mechanics stand"}},
-        {"conduct", "`mechanics conduct`", {.world = kWarm, .anchor = false}, conduct, {"mechanics conduct"}},
+        {"conduct",
+         "`mechanics conduct`",
+         {.world = kWarm, .anchor = false},
+         conduct,
+         {"mechanics conduct"}},
         {"cell", "`mechanics cell`", {}, cell, {"mechanics cell"}},
-        {"inp", "`mechanics export` to INP", {.world = kPull, .anchor = false}, inp, {"mechanics export"}},
+        {"inp",
+         "`mechanics export` to INP",
+         {.world = kPull, .anchor = false},
+         inp,
+         {"mechanics export"}},
     };
 }
 

@@ -96,9 +96,8 @@ Made memory(const Bench& bench) {
 Made format(const Bench& bench) {
     const std::string name = bench.change().options.back();
     const backends::Format* format = backends::find_format(name);
-    const std::string end = format->kind == backends::FormatKind::kFolder
-                                ? ""
-                                : std::string(format->extension);
+    const std::string end =
+        format->kind == backends::FormatKind::kFolder ? "" : std::string(format->extension);
     Made made;
     made.outcome = bench.print("direct" + end);
     if (made.outcome.exit_code != 0) return made;
@@ -113,7 +112,8 @@ Made format(const Bench& bench) {
             std::count_if(sizes.begin(), sizes.end(), [&](uintmax_t s) { return s > least; }));
         return made;
     }
-    Outcome second = bench.openfab({"print", bench.world(), "-o", "a.ofr", "--pitch", "0.25,0.25,0.25"});
+    Outcome second =
+        bench.openfab({"print", bench.world(), "-o", "a.ofr", "--pitch", "0.25,0.25,0.25"});
     if (second.exit_code == 0)
         second = bench.openfab({"export", "a.ofr", "-o", "again" + end, "--format", name}, false);
     if (second.exit_code != 0) {
@@ -148,7 +148,11 @@ std::vector<Column> output_columns() {
     };
     for (const backends::Format* format : backends::formats()) {
         const std::string name(format->name);
-        Column column{"as " + name, "as `" + name + "`", {}, openfab::testing::format, {name, "--mesh-pitch"}};
+        Column column{"as " + name,
+                      "as `" + name + "`",
+                      {},
+                      openfab::testing::format,
+                      {name, "--mesh-pitch"}};
         if (name == "stl" || name == "3mf" || name == "filament")
             column.change.options = {"--mesh-pitch", "0.25mm"};
         column.change.options.insert(column.change.options.end(), {"--format", name});

@@ -13,7 +13,8 @@ std::vector<Column> placement_columns() {
                          std::vector<std::string> shows = {}) {
         all.push_back({id, what, std::move(change), nullptr, std::move(shows)});
     };
-    add("plain", "printed as it is", {.options = {"--dither", "majority"}, .anchor = false}, {"print", "npy", "--output", "--format"});
+    add("plain", "printed as it is", {.options = {"--dither", "majority"}, .anchor = false},
+        {"print", "npy", "--output", "--format"});
     add("bed", "put on the bed", {.placement = R"("translate_mm": [3.1, 4.2])"});
     add("bed alone", "put on the bed, alone",
         {.placement = R"("translate_mm": [3.1, 4.2])",
@@ -25,7 +26,9 @@ std::vector<Column> placement_columns() {
         {.placement = R"("translate_mm": [0, 0], "grid": {"count": [2, 2], "spacing_mm": 0.7})"});
     add("rows", "`arrange` of a world",
         {.world = R"(, "arrange": {"columns": 2, "spacing_mm": 0.8})",
-         .build = R"({ALL}, {ALL, "rotate_deg": [0, 0, 40]}, {ALL, "scale": 0.8})", .options = {"--dither", "majority"}, .anchor = false});
+         .build = R"({ALL}, {ALL, "rotate_deg": [0, 0, 40]}, {ALL, "scale": 0.8})",
+         .options = {"--dither", "majority"},
+         .anchor = false});
     add("scale", "scaled", {.placement = R"("scale": 1.35)"});
     add("stretch", "stretched", {.placement = R"("scale": [1.4, 1, 0.8])"});
     add("mirror", "mirrored", {.placement = R"("scale": [-1, 1, 1])"});
@@ -33,11 +36,14 @@ std::vector<Column> placement_columns() {
     add("matrix", "placed by a matrix that shears",
         {.placement = R"("matrix": [1, 0.3, 0, 1, 0, 1, 0, 2, 0, 0, 1, 0])"});
     add("tray", "on a tray",
-        {.placement = R"("translate_mm": [8.3, 9.1])", .world = R"(, "tray": "corner")",
-         .options = {"--crop", "tray"}, .anchor = false},
+        {.placement = R"("translate_mm": [8.3, 9.1])",
+         .world = R"(, "tray": "corner")",
+         .options = {"--crop", "tray"},
+         .anchor = false},
         {"--crop"});
     add("beyond", "beyond a tray",
-        {.placement = R"("translate_mm": [1.3, 9.1])", .world = R"(, "tray": "corner")",
+        {.placement = R"("translate_mm": [1.3, 9.1])",
+         .world = R"(, "tray": "corner")",
          .anchor = false});
     add("over", "over a body of lower priority",
         {.items = R"(, {"object": "low", "translate_mm": [-1, -1, 1]})"});

@@ -63,13 +63,16 @@ std::vector<Column> process_columns() {
     printer.files["oblong.printer.json"] =
         R"({"name": "oblong", "pitch_mm": [0.3, 0.2, 0.15], "build_volume_mm": [40, 40, 40], "native_format": "ofr"})";
     add("voxel", "other voxels", "", {"--voxel"}).options = {"--voxel", "0.31mm"};
-    add("dpi", "voxels by dots per inch", "", {"--dpi", "--layer"}).options = {
-        "--dpi", "100x120", "--layer", "0.2mm"};
+    add("dpi", "voxels by dots per inch", "", {"--dpi", "--layer"}).options = {"--dpi", "100x120",
+                                                                               "--layer", "0.2mm"};
     add("dither", "another dither", "", {"--dither", "--seed"}).options = {
         "--dither", "floyd_steinberg", "--seed", "7"};
     for (const int draft : {2, 3, 4, 5, 6, 8, 12, 16}) {
         const std::string n = std::to_string(draft);
-        all.push_back({"draft " + n, "`--draft " + n + "`", {.options = {"--draft", n}}, nullptr,
+        all.push_back({"draft " + n,
+                       "`--draft " + n + "`",
+                       {.options = {"--draft", n}},
+                       nullptr,
                        {"--draft"}});
     }
     return all;

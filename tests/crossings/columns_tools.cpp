@@ -18,8 +18,8 @@ namespace {
 /// Prints a world that a tool wrote; codes as they are.
 Made printed(const Bench& bench, const std::string& world, const std::string& voxel = "0.25mm") {
     Made made;
-    made.outcome =
-        bench.openfab({"print", world, "-o", "made.npy", "--voxel", voxel, "--printer", "m.printer.json", "--dither", "majority"});
+    made.outcome = bench.openfab({"print", world, "-o", "made.npy", "--voxel", voxel, "--printer",
+                                  "m.printer.json", "--dither", "majority"});
     if (made.outcome.exit_code == 0) made.voxels = read_voxels(bench.path("made.npy"));
     return made;
 }
@@ -41,7 +41,8 @@ Made split(const Bench& bench) {
     Made out;
     const Made print = printed(bench, "exploded-pieces.fab.json");
     out.outcome = print.outcome;
-    if (print.outcome.exit_code == 0) out.numbers["solid"] = static_cast<double>(print.voxels.solid());
+    if (print.outcome.exit_code == 0)
+        out.numbers["solid"] = static_cast<double>(print.voxels.solid());
     return out;
 }
 
@@ -82,7 +83,8 @@ Made statistics(const Bench& bench) {
 
 Made functions(const Bench& bench) {
     Made made;
-    made.outcome = bench.openfab({"export", bench.world(), "-o", bench.path("f.3mf"), "--voxel", "0.1mm"});
+    made.outcome =
+        bench.openfab({"export", bench.world(), "-o", bench.path("f.3mf"), "--voxel", "0.1mm"});
     if (made.outcome.exit_code != 0) return made;
     made.outcome = bench.openfab({"import", "f.3mf", "-o", bench.path("again")}, false);
     if (made.outcome.exit_code != 0) return made;
@@ -127,7 +129,11 @@ std::vector<Column> tool_columns() {
     const auto checked = [](const char* id, const char* what, std::vector<std::string> options,
                             const char* items = "") {
         const std::string shown = options[0];
-        return Column{id, what, {.items = items, .options = std::move(options), .anchor = false}, check, {"check", shown}};
+        return Column{id,
+                      what,
+                      {.items = items, .options = std::move(options), .anchor = false},
+                      check,
+                      {"check", shown}};
     };
     const char* const beside = R"(, {"object": "block", "translate_mm": [0.2, 2.05, 1.2]})";
     return {
@@ -139,10 +145,22 @@ std::vector<Column> tool_columns() {
         checked("check island", "`check --island`", {"--island", "90mm3"}),
         checked("check trapped", "`check --trapped`", {"--trapped", "0.1mm3"}),
         checked("check apart", "`check --apart`", {"--apart", "left,right"}),
-        {"estimate", "estimate and cost", {.options = {"--process", "cost.json"}, .files = {{"cost.json", cost}}, .anchor = false}, estimate, {"--estimate"}},
-        {"statistics", "statistics and cost", {.options = {"--process", "cost.json"}, .files = {{"cost.json", cost}}, .anchor = false}, statistics, {"--stats"}},
+        {"estimate",
+         "estimate and cost",
+         {.options = {"--process", "cost.json"}, .files = {{"cost.json", cost}}, .anchor = false},
+         estimate,
+         {"--estimate"}},
+        {"statistics",
+         "statistics and cost",
+         {.options = {"--process", "cost.json"}, .files = {{"cost.json", cost}}, .anchor = false},
+         statistics,
+         {"--stats"}},
         {"probe", "`--probe`", {}, probe, {"--probe"}},
-        {"functions", "export as functions of 3MF, imported again", {.anchor = false}, functions, {"export", "import"}},
+        {"functions",
+         "export as functions of 3MF, imported again",
+         {.anchor = false},
+         functions,
+         {"export", "import"}},
         {"render", "`openfab render`", {.anchor = false}, render, {"render"}},
         {"info", "`openfab info`", {}, info, {"info"}},
     };

@@ -67,7 +67,8 @@ TEST(CrossingsComplete, EveryCommandFormatAndOptionHasAColumn) {
         words.push_back((*at)[2]);
     EXPECT_GT(words.size(), 60U);
     for (const std::string& word : words)
-        EXPECT_EQ(known.count(word), 1U) << word << " has no column, and elsewhere.cpp does not say why";
+        EXPECT_EQ(known.count(word), 1U)
+            << word << " has no column, and elsewhere.cpp does not say why";
 }
 
 TEST(CrossingsComplete, EveryKindOfMeshHasARow) {
@@ -79,9 +80,11 @@ TEST(CrossingsComplete, EveryKindOfMeshHasARow) {
     EXPECT_GT(choices.Size(), 10U);
     for (const auto& choice : choices.GetArray()) {
         const std::string word = choice["required"][0].GetString();
-        EXPECT_EQ(known.count(word), 1U) << word << " has no row, and elsewhere.cpp does not say why";
+        EXPECT_EQ(known.count(word), 1U)
+            << word << " has no row, and elsewhere.cpp does not say why";
     }
-    for (const SolidKind solid : {SolidKind::kGrow, SolidKind::kShape, SolidKind::kBeams, SolidKind::kMesh}) {
+    for (const SolidKind solid :
+         {SolidKind::kGrow, SolidKind::kShape, SolidKind::kBeams, SolidKind::kMesh}) {
         EXPECT_TRUE(std::any_of(kinds().begin(), kinds().end(),
                                 [&](const Kind& kind) { return kind.solid == solid; }));
     }

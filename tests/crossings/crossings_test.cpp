@@ -39,8 +39,7 @@ bool tries_all() {
 /// A twelfth of the cells, other ones in each column, unless this is a long run.
 bool is_tried(size_t column, size_t kind, Form form) {
     constexpr size_t kEach = 12;
-    return tries_all() ||
-           (5 * column + 7 * kind + static_cast<size_t>(form) * 3) % kEach == 0;
+    return tries_all() || (5 * column + 7 * kind + static_cast<size_t>(form) * 3) % kEach == 0;
 }
 
 /// Puts a line into the page; others stay.
@@ -84,7 +83,8 @@ TEST_P(Crossings, AsTheTwinOrRefusedByName) {
     // Runs of all cells notice what was mended.
     for (const auto& [row, cells] : wrong)
         EXPECT_TRUE(cells > 0 || !tries_all())
-            << "right by now: take it from known_wrong.cpp: " << row->cells.kind << ": " << row->why;
+            << "right by now: take it from known_wrong.cpp: " << row->cells.kind << ": "
+            << row->why;
     if (updates()) update_page(column.id, line);
 }
 
@@ -95,7 +95,8 @@ std::string test_name(const ::testing::TestParamInfo<size_t>& info) {
     return out;
 }
 
-INSTANTIATE_TEST_SUITE_P(Columns, Crossings, ::testing::Range(size_t{0}, columns().size()), test_name);
+INSTANTIATE_TEST_SUITE_P(Columns, Crossings, ::testing::Range(size_t{0}, columns().size()),
+                         test_name);
 
 // After all columns.
 TEST(CrossingsPage, IsCurrent) {

@@ -28,8 +28,8 @@ std::unique_ptr<lower::LoadedProgram> load(const std::string& source) {
     source::SourceManager sources;
     diag::Sink sink;
     std::string fault;
-    const std::optional<ir::Module> module = frontend::compile_to_ir(
-        sources, source_dir() / "tests/crossings" / source, sink, &fault);
+    const std::optional<ir::Module> module =
+        frontend::compile_to_ir(sources, source_dir() / "tests/crossings" / source, sink, &fault);
     if (!module) {
         ADD_FAILURE() << source << ": " << fault;
         return nullptr;
@@ -57,8 +57,8 @@ Result<void> print_here(const openfab_fablet_list& fablets, const std::vector<st
     std::vector<const char*> argv{"print"};
     for (const std::string& word : words)
         argv.push_back(word.c_str());
-    const Result<program::Options> options = program::parse_options(
-        static_cast<int>(argv.size()), argv.data(), "openfab print", false);
+    const Result<program::Options> options =
+        program::parse_options(static_cast<int>(argv.size()), argv.data(), "openfab print", false);
     if (!options) return options.error();
     static const std::atomic<bool> interrupt{false};
     Result<program::PreparedPrint> prepared =

@@ -10,7 +10,8 @@ namespace openfab::testing {
 
 namespace {
 
-void add(const rapidjson::Value& value, const std::string& name, std::map<std::string, double>* out) {
+void add(const rapidjson::Value& value, const std::string& name,
+         std::map<std::string, double>* out) {
     const std::string before = name.empty() ? "" : name + "/";
     if (value.IsNumber()) (*out)[name] = value.GetDouble();
     if (value.IsBool()) (*out)[name] = value.GetBool() ? 1 : 0;

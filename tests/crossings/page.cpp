@@ -68,8 +68,8 @@ in nightly runs.
 The facets of the twin, up to {} of a voxel inside the solid, are why most curved solids are `~`.
 
 )",
-        counts['='], counts['~'], 100 * kShare, 100 * kNumbers, counts['r'], counts['d'], counts['!'], cells,
-        lines.size(), columns().size(), kinds().size(), kFormCount, 0.004);
+        counts['='], counts['~'], 100 * kShare, 100 * kNumbers, counts['r'], counts['d'],
+        counts['!'], cells, lines.size(), columns().size(), kinds().size(), kFormCount, 0.004);
     out += "Kinds:\n\n| | |\n| --- | --- |\n";
     for (size_t k = 0; k < kinds().size(); ++k)
         out += fmt::format("| {} | {} |\n", letter_of(k), kinds()[k].what);
@@ -98,7 +98,8 @@ The facets of the twin, up to {} of a voxel inside the solid, are why most curve
         out += fmt::format("- {}: {}: {}\n", row.cells.column, row.cells.kind, row.why);
     out += "\nKnown to be wrong (`!`):\n\n";
     for (const Known& row : known_wrong())
-        out += fmt::format("- {}: {}: {}: {}\n", row.cells.column, row.cells.kind, row.cells.form, row.why);
+        out += fmt::format("- {}: {}: {}: {}\n", row.cells.column, row.cells.kind, row.cells.form,
+                           row.why);
     return out;
 }
 

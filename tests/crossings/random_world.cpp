@@ -52,10 +52,9 @@ class Maker {
         std::string build = items;
         if (grouped) {
             groups_ = fmt::format(R"(, "groups": {{"g": [{}]}})", items);
-            build = fmt::format(R"({{"group": "g"{}{}}})", placed,
-                                group_uniforms.empty()
-                                    ? ""
-                                    : ", \"uniforms\": {" + group_uniforms.substr(2) + "}");
+            build = fmt::format(
+                R"({{"group": "g"{}{}}})", placed,
+                group_uniforms.empty() ? "" : ", \"uniforms\": {" + group_uniforms.substr(2) + "}");
         }
         world_.text = fmt::format(
             R"({{"openfab": 1, "printer": "generic", "fablets": {{{}}},
@@ -197,17 +196,15 @@ class Maker {
     static std::string beam_lines(const Sizes& s, bool strut) {
         const Vec3d ball{s.from.x, s.to.y, s.from.z};
         if (!strut) {
-            std::string out =
-                fmt::format("beam {} {} {} {} {} {} {} {}\n", s.from.x, s.from.y, s.from.z, s.to.x,
-                            s.to.y, s.to.z, s.low, s.high);
+            std::string out = fmt::format("beam {} {} {} {} {} {} {} {}\n", s.from.x, s.from.y,
+                                          s.from.z, s.to.x, s.to.y, s.to.z, s.low, s.high);
             if (s.solid == 3)
                 out += fmt::format("beam {0} {1} {2} {0} {1} {2} {3} {3}\n", ball.x, ball.y, ball.z,
                                    s.high);
             return out;
         }
-        std::string out =
-            fmt::format("node {} {} {} {}\nnode {} {} {} {}\n", s.from.x, s.from.y, s.from.z, s.low,
-                        s.to.x, s.to.y, s.to.z, s.high);
+        std::string out = fmt::format("node {} {} {} {}\nnode {} {} {} {}\n", s.from.x, s.from.y,
+                                      s.from.z, s.low, s.to.x, s.to.y, s.to.z, s.high);
         if (s.solid == 3) out += fmt::format("node {} {} {} {}\n", ball.x, ball.y, ball.z, s.high);
         return out + "strut 0 1\n" + (s.solid == 3 ? "ball 2\n" : "");
     }
@@ -218,10 +215,10 @@ class Maker {
         const auto made = program ? Made::kProgram : static_cast<Made>(pick(7));
         const bool boxes = made == Made::kBox || made == Made::kFile || made == Made::kMoved;
         const bool shape = made == Made::kDeclared || made == Made::kUndeclared;
-        Sizes s = sizes(boxes                           ? 0
-                        : shape                         ? static_cast<int>(pick(4))
-                        : made == Made::kProgram        ? static_cast<int>(std::array{0, 1, 3}[pick(3)])
-                                                        : (chance(0.5) ? 1 : 3));
+        Sizes s = sizes(boxes                    ? 0
+                        : shape                  ? static_cast<int>(pick(4))
+                        : made == Made::kProgram ? static_cast<int>(std::array{0, 1, 3}[pick(3)])
+                                                 : (chance(0.5) ? 1 : 3));
         RandomPart part;
         std::string mesh, fablet = "Plain", values;
         switch (made) {
@@ -256,9 +253,10 @@ class Maker {
             case Made::kProgram: {
                 world_.programs = true;
                 const std::string file = fmt::format("answer{}.txt", k);
-                world_.files[file] = (s.solid == 0 ? "mesh 8 12\n" + box_lines(s, {1, 1, 1}, "", "", 0)
-                                                   : beam_lines(s, false)) +
-                                     "done\n";
+                world_.files[file] =
+                    (s.solid == 0 ? "mesh 8 12\n" + box_lines(s, {1, 1, 1}, "", "", 0)
+                                  : beam_lines(s, false)) +
+                    "done\n";
                 mesh = fmt::format(
                     R"({{"program": ["sh", "-c", "while read line; do cat {}; done"], {}}})", file,
                     box_around(s));
@@ -268,10 +266,11 @@ class Maker {
                 fablet = made == Made::kDeclared     ? "Declared"
                          : made == Made::kUndeclared ? "Undeclared"
                                                      : "Grown";
-                mesh = fmt::format(R"({{"{}": "f{}", {}}})", made == Made::kGrown ? "grow" : "shape",
-                                   k, box_around(s));
-                values = fmt::format(R"(, "solid": {}, "from": {}, "to": {}, "low": {}, "high": {})",
-                                     s.solid, list(s.from), list(s.to), s.low, s.high);
+                mesh = fmt::format(R"({{"{}": "f{}", {}}})",
+                                   made == Made::kGrown ? "grow" : "shape", k, box_around(s));
+                values =
+                    fmt::format(R"(, "solid": {}, "from": {}, "to": {}, "low": {}, "high": {})",
+                                s.solid, list(s.from), list(s.to), s.low, s.high);
         }
         part.distance = distance_of(s);
         part.pattern = static_cast<int>(pick(4));
@@ -289,7 +288,8 @@ class Maker {
         }
         values += fmt::format(R"(, "pattern": {}, "skin": {}, "along": {}, "width": {})",
                               part.pattern, part.skin, list(part.along), part.width);
-        const std::string item = item_of(k, part, s, made, values, fablet, own, group_uniforms, grouped);
+        const std::string item =
+            item_of(k, part, s, made, values, fablet, own, group_uniforms, grouped);
         const char* comma = k > 0 ? ", " : "";
         meshes_ += fmt::format(R"({}"s{}": {})", comma, k, mesh);
         return item;
@@ -301,16 +301,16 @@ class Maker {
                         std::string* group_uniforms, bool grouped) {
         const size_t route = pick(grouped ? 4 : 3);
         const char* comma = k > 0 ? ", " : "";
-        fablets_ += fmt::format(R"({}"f{}": {{"source": "random_worlds.fl", "fablet": "{}"{}}})",
-                                comma, k, fablet,
-                                route == 1 ? ", \"uniforms\": {" + values.substr(2) + "}" : "");
+        fablets_ +=
+            fmt::format(R"({}"f{}": {{"source": "random_worlds.fl", "fablet": "{}"{}}})", comma, k,
+                        fablet, route == 1 ? ", \"uniforms\": {" + values.substr(2) + "}" : "");
         std::string pieces;
         if (chance(0.3)) {
             part.normal = point(1);
             if (length(part.normal) < 0.3) part.normal = {0, 0, 1};
             const Vec3d unit = part.normal * (1 / length(part.normal));
             // Through the middle of the solid, or next to it.
-            const Vec3d inside = s.solid == 0 ? (s.from + s.to) * 0.5
+            const Vec3d inside = s.solid == 0   ? (s.from + s.to) * 0.5
                                  : s.solid == 2 ? s.from + Vec3d{s.low, 0, 0}
                                                 : s.from;
             part.at = std::round((dot(unit, inside) + number(-0.2, 0.2)) * 1000) / 1000;
@@ -384,9 +384,8 @@ int code_in(const RandomPart& part, const Vec3d& p, double pitch_mm) {
         const double chord = 3 * pitch_mm * pitch_mm / (8 * part.radius_mm * scale);
         const double margin = (0.015 + part.depth_voxels) * pitch_mm + chord + 2e-3;
         if (part.uneven || std::fabs(over) < margin) {
-            return part.codes[0] == part.codes[1] && part.codes[1] == part.codes[2]
-                       ? part.codes[0]
-                       : -1;
+            return part.codes[0] == part.codes[1] && part.codes[1] == part.codes[2] ? part.codes[0]
+                                                                                    : -1;
         }
         if (over < 0) return part.codes[0];
     }

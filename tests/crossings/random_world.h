@@ -26,10 +26,10 @@ struct PoseStep {
 struct RandomPart {
     std::function<double(const Vec3d&)> distance;  ///< signed, in mm of the mesh
     std::vector<PoseStep> pose;
-    Vec3d stretch{1, 1, 1};   ///< of part space, against the mesh
-    bool uneven = false;      ///< the stretch differs by axis
+    Vec3d stretch{1, 1, 1};  ///< of part space, against the mesh
+    bool uneven = false;     ///< the stretch differs by axis
     int priority = 0;
-    int pattern = 0;          ///< 1: a skin, 2: stripes
+    int pattern = 0;  ///< 1: a skin, 2: stripes
     double skin = 0, width = 1;
     Vec3d along;
     std::array<uint8_t, 3> codes{};  ///< of shell, left and right

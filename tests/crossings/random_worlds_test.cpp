@@ -76,18 +76,16 @@ class RandomWorlds : public ::testing::Test {
                     const int expected = expected_code(world.parts, centre, pitch);
                     const bool within = x >= 0 && y >= 0 && z >= 0 && x < info.size.x &&
                                         y < info.size.y && z < info.size.z;
-                    const int code =
-                        within ? codes[static_cast<size_t>((int64_t{z} * info.size.y + y) *
-                                                               info.size.x +
-                                                           x)]
-                               : 0;
+                    const int code = within ? codes[static_cast<size_t>(
+                                                  (int64_t{z} * info.size.y + y) * info.size.x + x)]
+                                            : 0;
                     ++tally->voxels;
                     tally->solid += code != 0 ? 1 : 0;
                     tally->not_sure += expected < 0 ? 1 : 0;
                     if (expected < 0 || expected == code) continue;
                     if (wrong++ == 0)
-                        first = fmt::format("{} {} {} at {:.4f} {:.4f} {:.4f} mm is {}, not {}{}", x,
-                                            y, z, centre.x, centre.y, centre.z, code, expected,
+                        first = fmt::format("{} {} {} at {:.4f} {:.4f} {:.4f} mm is {}, not {}{}",
+                                            x, y, z, centre.x, centre.y, centre.z, code, expected,
                                             within ? "" : ", outside the print's grid");
                 }
             }

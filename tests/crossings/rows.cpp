@@ -16,7 +16,8 @@ constexpr const char* kRadius = R"("radius": 1.15)";
 
 /// A program that answers once.
 std::string program_text(const std::string& answer) {
-    return "import sys\nfor line in sys.stdin:\n    print('''" + answer + "''')\n    print('done', flush=True)\n";
+    return "import sys\nfor line in sys.stdin:\n    print('''" + answer +
+           "''')\n    print('done', flush=True)\n";
 }
 
 std::string beam_line(const char* separator) {
@@ -33,8 +34,12 @@ std::string truss_text() {
 }
 
 Kind shape(const char* id, const char* what) {
-    Kind kind{id, what, SolidKind::kShape, "shape",
-              fmt::format(R"({{"shape": "declared", {}}})", kBox), "declared"};
+    Kind kind{id,
+              what,
+              SolidKind::kShape,
+              "shape",
+              fmt::format(R"({{"shape": "declared", {}}})", kBox),
+              "declared"};
     return kind;
 }
 
@@ -72,8 +77,12 @@ std::vector<Kind> make_kinds() {
     add(shape("of --set", "shape, value of `--set`")).options = {"--set", "solid.radius=1.15"};
     add({"beams", "beams", SolidKind::kBeams, "beams", R"({"beams": "truss.txt"})"})
         .files["truss.txt"] = truss_text();
-    Kind grown{"grown", "grown by a rule", SolidKind::kGrow, "grow",
-               fmt::format(R"({{"grow": "grown", {}}})", kBox), "grown"};
+    Kind grown{"grown",
+               "grown by a rule",
+               SolidKind::kGrow,
+               "grow",
+               fmt::format(R"({{"grow": "grown", {}}})", kBox),
+               "grown"};
     grown.object_uniforms = fmt::format(", {}", kRadius);
     add(grown);
     grown.id = "grown of group";
@@ -106,10 +115,14 @@ std::string cuts_file() {
 
 const char* name_of(Form form) {
     switch (form) {
-        case Form::kWhole: return "whole";
-        case Form::kPieces: return "pieces";
-        case Form::kPiecesOfFile: return "pieces of a file";
-        case Form::kTouching: return "several that touch";
+        case Form::kWhole:
+            return "whole";
+        case Form::kPieces:
+            return "pieces";
+        case Form::kPiecesOfFile:
+            return "pieces of a file";
+        case Form::kTouching:
+            return "several that touch";
     }
     return "";
 }
@@ -133,11 +146,11 @@ const Kind& twin_of(const Kind& kind) {
 }
 
 std::string world_text(const Kind& kind, Form form, const Change& change) {
-    const std::string item =
-        fmt::format(R"({{"object": "solid"{}{}{})", kind.item, braces(kind.item_uniforms, "uniforms"),
-                    form == Form::kPieces         ? R"(, "piece": "all", "explode_mm": 0.6)"
-                    : form == Form::kPiecesOfFile ? R"(, "piece": "all")"
-                                                  : "");
+    const std::string item = fmt::format(
+        R"({{"object": "solid"{}{}{})", kind.item, braces(kind.item_uniforms, "uniforms"),
+        form == Form::kPieces         ? R"(, "piece": "all", "explode_mm": 0.6)"
+        : form == Form::kPiecesOfFile ? R"(, "piece": "all")"
+                                      : "");
     std::string items = item + "}";
     if (form == Form::kTouching) {
         items += ", " + item + R"(, "translate_mm": [2.2, 1.3, 0.4]})";
@@ -151,10 +164,9 @@ std::string world_text(const Kind& kind, Form form, const Change& change) {
     for (size_t at = 0; (at = build.find("ALL", at)) != std::string::npos;)
         build.replace(at, 3, placement.substr(1, placement.size() - 2));
     if (change.anchor) build += R"(, {"object": "anchor", "translate_mm": [-9, -8, -5]})";
-    const std::string pieces = form == Form::kPieces ? ", \"pieces\": " + cuts(false)
-                               : form == Form::kPiecesOfFile
-                                   ? R"(, "pieces": "cuts.json")"
-                                   : "";
+    const std::string pieces = form == Form::kPieces         ? ", \"pieces\": " + cuts(false)
+                               : form == Form::kPiecesOfFile ? R"(, "pieces": "cuts.json")"
+                                                             : "";
     std::string fablets;
     for (const char* name : {"Skin", "Moved", "Declared", "Undeclared", "Grown"}) {
         std::string id = name;

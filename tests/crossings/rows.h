@@ -25,7 +25,8 @@ struct Kind {
     std::string source;  ///< the key of `meshes` that it shows
     std::string mesh;    ///< JSON
     std::string fablet = "skin";
-    std::string fablet_uniforms{}, object_uniforms{}, item_uniforms{}, group_uniforms{};  ///< members of JSON
+    std::string fablet_uniforms{}, object_uniforms{}, item_uniforms{},
+        group_uniforms{};                ///< members of JSON
     std::vector<std::string> options{};  ///< of every command that prints it
     std::map<std::string, std::string> files{};
     std::string item{};  ///< members of its placement, before those of the row's form

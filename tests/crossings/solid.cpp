@@ -85,8 +85,7 @@ std::string hull_obj(const Hull& hull, double by, const std::string& name) {
 
 std::string hull_answer(const Hull& hull) {
     const Facets facets = facets_of(hull);
-    std::string out =
-        fmt::format("mesh {} {}\n", facets.vertices.size(), facets.triangles.size());
+    std::string out = fmt::format("mesh {} {}\n", facets.vertices.size(), facets.triangles.size());
     for (const Vec3d& v : facets.vertices)
         out += fmt::format("{:.7f} {:.7f} {:.7f}\n", v.x, v.y, v.z);
     for (const std::array<int, 3>& t : facets.triangles)

@@ -62,11 +62,16 @@ Cell try_cell(const Column& column, const Kind& kind, Form form, Twins* twins) {
 
 char symbol_of(Verdict verdict) {
     switch (verdict) {
-        case Verdict::kEqual: return '=';
-        case Verdict::kBounded: return '~';
-        case Verdict::kRefused: return 'r';
-        case Verdict::kDocumented: return 'd';
-        case Verdict::kWrong: return '!';
+        case Verdict::kEqual:
+            return '=';
+        case Verdict::kBounded:
+            return '~';
+        case Verdict::kRefused:
+            return 'r';
+        case Verdict::kDocumented:
+            return 'd';
+        case Verdict::kWrong:
+            return '!';
     }
     return '!';
 }

@@ -32,11 +32,11 @@ Voxels read_voxels(const std::filesystem::path& npy);
 
 /// How two prints of one solid compare.
 struct Difference {
-    bool same_grid = false;   ///< up to a twentieth of a voxel
+    bool same_grid = false;         ///< up to a twentieth of a voxel
     std::array<double, 3> apart{};  ///< of the grids, in voxels
-    int64_t border = 0;       ///< voxels of the second next to other material
-    int64_t at_border = 0;    ///< that differ, where a neighbour of the second is as the first is
-    int64_t elsewhere = 0;    ///< that differ in another way
+    int64_t border = 0;             ///< voxels of the second next to other material
+    int64_t at_border = 0;  ///< that differ, where a neighbour of the second is as the first is
+    int64_t elsewhere = 0;  ///< that differ in another way
     std::string text() const;
     bool none() const { return same_grid && at_border + elsewhere == 0; }
     /// At most this share of the border differs, and of others, which dither, a tenth of that.

@@ -81,13 +81,15 @@ Result<void> write_segment_list(const std::filesystem::path& file, const std::fi
         text.begin_object().member("number", segment.number);
         text.member("label", std::string_view(segment.label));
         if (const auto& c = segment.color)
-            text.member("color", std::string_view(fmt::format("#{:02x}{:02x}{:02x}", (*c)[0], (*c)[1], (*c)[2])));
+            text.member("color", std::string_view(fmt::format("#{:02x}{:02x}{:02x}", (*c)[0],
+                                                              (*c)[1], (*c)[2])));
         text.end_object();
     }
     text.end_array().end_object();
     std::ofstream file_out(out, std::ios::binary);
     file_out << text.take();
-    if (!file_out.flush()) return outside_error(fmt::format(messages::kCannotWriteList, out.string()));
+    if (!file_out.flush())
+        return outside_error(fmt::format(messages::kCannotWriteList, out.string()));
     return {};
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kMostText = 4000;      // of errors
+constexpr int64_t kMostText = 4000;       // of errors
 constexpr size_t kMostExtents = 1 << 28;  // bytes
 
 /// Returns what the world's print program writes.
@@ -32,9 +32,15 @@ Result<JsonValue> ask(const std::string& file, const std::vector<std::string>& a
     if (!programs) return programs.error();
     const auto folder = TemporaryFolder::create();
     if (!folder) return folder.error();
-    const fs::path out = (*folder)->path() / "extents.json", err = (*folder)->path() / "extents.err";
-    std::vector<std::string> argv{(*programs / "openfab").string(), "print", file,
-                                  "--extents",   out.string(),   "--progress", "plain"};
+    const fs::path out = (*folder)->path() / "extents.json",
+                   err = (*folder)->path() / "extents.err";
+    std::vector<std::string> argv{(*programs / "openfab").string(),
+                                  "print",
+                                  file,
+                                  "--extents",
+                                  out.string(),
+                                  "--progress",
+                                  "plain"};
     if (!memory.empty()) argv.insert(argv.end(), {"--memory", memory});
     for (const std::string& one : allow)
         argv.push_back(allow_argument(one));
@@ -81,16 +87,16 @@ mesh::Mesh box_mesh(const Box3d& box) {
 
 Result<void> find_extents(const std::string& file, const std::vector<std::string>& allow,
                           const std::string& memory, world::World* world) {
-    const bool any = std::any_of(
-        world->build.begin(), world->build.end(), [&](const world::Placement& placed) {
+    const bool any =
+        std::any_of(world->build.begin(), world->build.end(), [&](const world::Placement& placed) {
             return world->shapes.contains(world->objects[static_cast<size_t>(placed.object)].mesh);
         });
     if (!any) return {};
     const Result<JsonValue> told = ask(file, allow, memory);
     if (!told) return told.error();
     if (told->items.size() != world->build.size())
-        return internal_error(fmt::format(messages::kExtentsOfOthers, told->items.size(),
-                                          world->build.size()));
+        return internal_error(
+            fmt::format(messages::kExtentsOfOthers, told->items.size(), world->build.size()));
     std::map<int32_t, Box3d> of_mesh;  // by object, in its own space
     for (size_t i = 0; i < world->build.size(); ++i) {
         const JsonValue& one = told->items[i];

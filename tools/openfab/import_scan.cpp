@@ -99,8 +99,8 @@ Result<Segmentation> read_list(const fs::path& file) {
         Segment segment;
         segment.number = static_cast<int32_t>(item.find("number")->value.number);
         segment.label = item.find("label")->value.text;
-        segment.name = names.unique(segment.label.empty() ? fmt::format("segment {}", segment.number)
-                                                          : segment.label);
+        segment.name = names.unique(
+            segment.label.empty() ? fmt::format("segment {}", segment.number) : segment.label);
         const JsonMember* const color = item.find("color");
         segment.color = free_color(color == nullptr ? std::string() : color->value.text, &taken);
         out.segments.push_back(std::move(segment));
@@ -117,7 +117,8 @@ std::string world_text(const Segmentation& scan, const std::string& file,
                                         number(y + 0.01), number(z + 0.01));
     int32_t priority = 0;
     for (const Segment& segment : scan.segments) {
-        const std::string name = json_text(segment.name), comma = priority == 0 ? "" : ",\n        ";
+        const std::string name = json_text(segment.name),
+                          comma = priority == 0 ? "" : ",\n        ";
         fablets += fmt::format(
             "{}{}: {{\"source\": \"stock_segment.fl\", \"fablet\": \"Segment\", \"uniforms\": "
             "{{\"field\": {}, \"material\": {}}}}}",
@@ -133,7 +134,8 @@ std::string world_text(const Segmentation& scan, const std::string& file,
         build += fmt::format("{}{{\"object\": {}}}", comma, name);
     }
     return fmt::format(
-        "{{\n    \"$schema\": \"fab_world.schema.json\",\n    \"openfab\": 1,\n    \"printer\": {},\n"
+        "{{\n    \"$schema\": \"fab_world.schema.json\",\n    \"openfab\": 1,\n    \"printer\": "
+        "{},\n"
         "    \"fablets\": {{\n        {}\n    }},\n    \"materials\": {{\n        {}\n    }},\n"
         "    \"textures\": {{\n        {}\n    }},\n    \"meshes\": {{\n        {}\n    }},\n"
         "    \"objects\": {{\n        {}\n    }},\n    \"build\": [\n        {}\n    ]\n}}\n",
@@ -171,8 +173,8 @@ Result<fs::path> import_scan(const ImportArguments& arguments) {
         status.clear();
         fs::copy_file(file, copy, fs::copy_options::overwrite_existing, status);
         if (status)
-            return outside_error(fmt::format(messages::kCannotCopy, file.string(), copy.string(),
-                                             status.message()));
+            return outside_error(
+                fmt::format(messages::kCannotCopy, file.string(), copy.string(), status.message()));
     }
     const std::pair<fs::path, std::string> texts[] = {
         {folder / "stock_segment.fl", std::string(stock_text("stock_segment.fl"))},

@@ -32,7 +32,7 @@ class VolumeReader {
     bool table = false;
     /// What a turned grid has beyond its texels, unless the options say.
     std::array<float, 4> beyond{};
-    bool rounded = false;  ///< an integer was read that a float does not hold
+    bool rounded = false;    ///< an integer was read that a float does not hold
     bool resampled = false;  ///< at a pitch, with a value where the file has none
 
     /// Fills a slice, size.x * size.y * channels floats: channels innermost, then x, then y

@@ -28,7 +28,7 @@ constexpr double kExtentSlack = 0x1p-21, kTurnedSlack = 0x1p-16;
 constexpr size_t kClimbers = 16;
 constexpr int32_t kHalvings = 30, kClimbSteps = 80;
 constexpr double kLeastStep = 0x1p-22;  // of the longest side
-constexpr size_t kExtentChunk = 2048;         // points or boxes that a thread takes at once
+constexpr size_t kExtentChunk = 2048;   // points or boxes that a thread takes at once
 
 class ExtentSearch {
   public:
@@ -109,44 +109,49 @@ class ExtentSearch {
 
     std::vector<float> values(const ShapePoints& points) const {
         std::vector<float> out(points.size());
-        tbb::parallel_for(size_t{0}, (points.size() + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
-            const size_t first = chunk * kExtentChunk, end = std::min(first + kExtentChunk, points.size());
-            ShapePoints some;
-            for (size_t i = first; i < end; ++i)
-                some.push_back(points.point(i));
-            std::vector<float> found;
-            ShapeCalls* calls = field_.take();
-            if (const abi::KernelStatus status = calls->values(some, &found); !status.ok()) {
-                field_.note(status);
-                found.assign(some.size(), 0);
-            }
-            field_.give(calls);
-            std::copy_n(found.begin(), end - first, out.begin() + static_cast<ptrdiff_t>(first));
-        });
+        tbb::parallel_for(
+            size_t{0}, (points.size() + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
+                const size_t first = chunk * kExtentChunk,
+                             end = std::min(first + kExtentChunk, points.size());
+                ShapePoints some;
+                for (size_t i = first; i < end; ++i)
+                    some.push_back(points.point(i));
+                std::vector<float> found;
+                ShapeCalls* calls = field_.take();
+                if (const abi::KernelStatus status = calls->values(some, &found); !status.ok()) {
+                    field_.note(status);
+                    found.assign(some.size(), 0);
+                }
+                field_.give(calls);
+                std::copy_n(found.begin(), end - first,
+                            out.begin() + static_cast<ptrdiff_t>(first));
+            });
         return out;
     }
     void bounds(const std::vector<Box3f>& boxes, std::vector<float>* out_lo,
                 std::vector<float>* out_hi) const {
         out_lo->resize(boxes.size());
         out_hi->resize(boxes.size());
-        tbb::parallel_for(size_t{0}, (boxes.size() + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
-            const size_t first = chunk * kExtentChunk, end = std::min(first + kExtentChunk, boxes.size());
-            ShapePoints lo, hi;
-            for (size_t i = first; i < end; ++i)
-                lo.push_back(boxes[i].lo), hi.push_back(boxes[i].hi);
-            std::vector<float> value_lo, value_hi;
-            ShapeCalls* calls = field_.take();
-            if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
-                !status.ok()) {
-                field_.note(status);
-                value_lo.assign(lo.size(), 0);
-                value_hi = value_lo;
-            }
-            field_.give(calls);
-            const auto to = static_cast<ptrdiff_t>(first);
-            std::copy_n(value_lo.begin(), end - first, out_lo->begin() + to);
-            std::copy_n(value_hi.begin(), end - first, out_hi->begin() + to);
-        });
+        tbb::parallel_for(
+            size_t{0}, (boxes.size() + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
+                const size_t first = chunk * kExtentChunk,
+                             end = std::min(first + kExtentChunk, boxes.size());
+                ShapePoints lo, hi;
+                for (size_t i = first; i < end; ++i)
+                    lo.push_back(boxes[i].lo), hi.push_back(boxes[i].hi);
+                std::vector<float> value_lo, value_hi;
+                ShapeCalls* calls = field_.take();
+                if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
+                    !status.ok()) {
+                    field_.note(status);
+                    value_lo.assign(lo.size(), 0);
+                    value_hi = value_lo;
+                }
+                field_.give(calls);
+                const auto to = static_cast<ptrdiff_t>(first);
+                std::copy_n(value_lo.begin(), end - first, out_lo->begin() + to);
+                std::copy_n(value_hi.begin(), end - first, out_hi->begin() + to);
+            });
     }
 
     void look_first() {
@@ -226,7 +231,9 @@ class ExtentSearch {
         std::partial_sort(inside.begin(), inside.begin() + static_cast<ptrdiff_t>(climbers),
                           inside.end(), [&](const Vec3f& a, const Vec3f& b) {
                               const double of_a = reach_of(along, a), of_b = reach_of(along, b);
-                              return of_a != of_b ? of_a > of_b : std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+                              return of_a != of_b
+                                         ? of_a > of_b
+                                         : std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
                           });
         inside.resize(climbers);
         double reached = 0;
@@ -240,7 +247,8 @@ class ExtentSearch {
             ShapePoints around;
             for (int32_t y = -1; y <= 1; ++y) {
                 for (int32_t x = -1; x <= 1; ++x) {
-                    if (x != 0 || y != 0) around.push_back(moved(at, u * (x * step) + v * (y * step)));
+                    if (x != 0 || y != 0)
+                        around.push_back(moved(at, u * (x * step) + v * (y * step)));
                 }
             }
             const std::vector<float> found = values(around);
@@ -267,10 +275,9 @@ class ExtentSearch {
         std::iota(order.begin(), order.end(), size_t{0});
         std::erase_if(order, [&](size_t i) { return std::isnan(found[i]); });
         const size_t some = std::min(order.size(), kClimbers);
-        std::partial_sort(order.begin(), order.begin() + static_cast<ptrdiff_t>(some), order.end(),
-                          [&](size_t a, size_t b) {
-                              return found[a] != found[b] ? found[a] < found[b] : a < b;
-                          });
+        std::partial_sort(
+            order.begin(), order.begin() + static_cast<ptrdiff_t>(some), order.end(),
+            [&](size_t a, size_t b) { return found[a] != found[b] ? found[a] < found[b] : a < b; });
         std::vector<Vec3f> at;
         std::vector<float> least;
         for (size_t i = 0; i < some; ++i)

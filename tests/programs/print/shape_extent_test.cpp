@@ -62,8 +62,8 @@ class ShapeExtent : public ::testing::Test {
             "objects": {"thing": {"mesh": "thing", "fablet": ")" +
                (shape ? "f" : "plain") + R"(", "uniforms": {"m": "a"}},
                         "cube": {"mesh": "cube", "fablet": "plain", "uniforms": {"m": "b"}}},
-            )" + rest +
-               "}";
+            )" +
+               rest + "}";
     }
 
     Printed print(const std::string& text, const char* voxel,
@@ -81,11 +81,10 @@ class ShapeExtent : public ::testing::Test {
                                       "-o",
                                       (scratch_ / "out.ofr").string()};
         argv.insert(argv.end(), more.begin(), more.end());
-        const Outcome outcome =
-            run(argv, {{{"OPENFAB_CACHE", (scratch_ / "cache").string()},
-                        {"OPENFAB_HELPER", program("openfab").string()}},
-                       {},
-                       {}});
+        const Outcome outcome = run(argv, {{{"OPENFAB_CACHE", (scratch_ / "cache").string()},
+                                            {"OPENFAB_HELPER", program("openfab").string()}},
+                                           {},
+                                           {}});
         Printed out;
         out.exit_code = outcome.exit_code;
         out.err = outcome.err;
@@ -142,9 +141,8 @@ TEST_F(ShapeExtent, OpennessIsThatOfTheBox) {
             const Printed closed =
                 print(world(box, kBuild), voxel, {"--set", fmt::format("thing.r={}", radius)});
             EXPECT_EQ(closed.exit_code, 0) << closed.err;
-            EXPECT_EQ(closed.voxels[0], count(pitch, 6, [&](const Vec3d& p) {
-                          return length(p) - radius;
-                      }));
+            EXPECT_EQ(closed.voxels[0],
+                      count(pitch, 6, [&](const Vec3d& p) { return length(p) - radius; }));
         }
     }
 }
@@ -166,9 +164,8 @@ TEST_F(ShapeExtent, NothingIsEvaluatedOutsideOfTheBox) {
                                              kBuild),
                                        voxel);
             EXPECT_EQ(made.exit_code, 0) << made.err;
-            EXPECT_EQ(made.voxels[0], count(std::stod(voxel), 4, [](const Vec3d& p) {
-                          return length(p) - 3;
-                      }));
+            EXPECT_EQ(made.voxels[0],
+                      count(std::stod(voxel), 4, [](const Vec3d& p) { return length(p) - 3; }));
         }
     }
 }
@@ -188,9 +185,9 @@ TEST_F(ShapeExtent, WhatIsOneVoxelThickIsWhole) {
         "max(c.x, max(c.y, c.z))));";
     for (const double half : {0.5, 0.3}) {
         const double expected = count(1, 7, [&](const Vec3d& p) {
-            return std::min({length(p - Vec3d{0, 1, 0}) - 2, box(p, {0.5, -2, 0.5}, {half, 4, half}),
-                             box(p, {-0.5, 1, -3.5}, {half, half, 2}),
-                             box(p, {4.5, 1, 0}, {half, 2, 2})});
+            return std::min(
+                {length(p - Vec3d{0, 1, 0}) - 2, box(p, {0.5, -2, 0.5}, {half, 4, half}),
+                 box(p, {-0.5, 1, -3.5}, {half, half, 2}), box(p, {4.5, 1, 0}, {half, 2, 2})});
         });
         for (const char* returned : {"return d;", "return d < 0 ? -0.5 : 0.5;"}) {
             std::string text = body;
@@ -209,7 +206,8 @@ TEST_F(ShapeExtent, WhatIsOneVoxelThickIsWhole) {
 TEST_F(ShapeExtent, WhatBoundsDoNotTellIsFoundByItsVoxels) {
     write_fablets(
         "float d = length(p) - 1; float at = -5.05; float end = r + 1;"
-        "@bound(64) while (at < end) { float3 q = abs(p - float3(at, 0.05, 0.05)) - 0.05; d = min(d, max(q.x, max(q.y, q.z))); "
+        "@bound(64) while (at < end) { float3 q = abs(p - float3(at, 0.05, 0.05)) - 0.05; d = "
+        "min(d, max(q.x, max(q.y, q.z))); "
         "at += 3; } return d;");
     const Printed made = print(world(shape("[[-8, -8, -8], [8, 8, 8]]"), kBuild), "0.1mm");
     ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -263,15 +261,19 @@ TEST_F(ShapeExtent, StandsByItsOwnUniforms) {
         EXPECT_EQ(made.exit_code, 0) << made.err;
         return made.size.z;
     };
-    EXPECT_EQ(height(R"("build": [{"object": "thing", "translate_mm": [0, 0], "uniforms": {"r": 5}}, )" +
-                     cube + "]"),
-              20);
+    EXPECT_EQ(
+        height(R"("build": [{"object": "thing", "translate_mm": [0, 0], "uniforms": {"r": 5}}, )" +
+               cube + "]"),
+        20);
     const std::string group =
         R"("groups": {"g": [{"object": "thing", "translate_mm": [0, 0]}], "h": [{"group": "g", "uniforms": {"thing.r": 4}}]}, )";
     EXPECT_EQ(height(group + R"("build": [{"group": "g"}, )" + cube + "]"), 12);
     EXPECT_EQ(height(group + R"("build": [{"group": "h"}, )" + cube + "]"), 16);
-    EXPECT_EQ(height(group + R"("build": [{"group": "h", "uniforms": {"thing.r": 2}}, )" + cube + "]"), 8);
-    EXPECT_EQ(height(group + R"("build": [{"group": "h"}, )" + cube + "]", {"--set", "thing.r=2.5"}), 10);
+    EXPECT_EQ(
+        height(group + R"("build": [{"group": "h", "uniforms": {"thing.r": 2}}, )" + cube + "]"),
+        8);
+    EXPECT_EQ(
+        height(group + R"("build": [{"group": "h"}, )" + cube + "]", {"--set", "thing.r=2.5"}), 10);
 }
 
 // Without the centre of a voxel in it, a part is told and left out; the rest prints.
@@ -342,8 +344,7 @@ TEST_F(ShapeExtent, KeysWithoutEffectAreTold) {
               0);
     EXPECT_EQ(attempt(R"({"file": "g.nrrd", "unit": "mm"})").exit_code, 0);
     EXPECT_EQ(attempt(R"({"file": "p.pgm", "wrap": "clamp"})", "P").exit_code, 0);
-    const Printed bounded =
-        attempt(R"({"file": "v.npy"})", "V", R"(, "max_displacement_mm": 0.5)");
+    const Printed bounded = attempt(R"({"file": "v.npy"})", "V", R"(, "max_displacement_mm": 0.5)");
     EXPECT_EQ(bounded.exit_code, 0);
     EXPECT_THAT(bounded.err, Says(openfab::program::messages::kBoundWithoutEffect, "o", "V"));
 }
