@@ -78,7 +78,7 @@ double inside_of(const std::vector<HullPoint>& hull, const Vec3& centre, HullPoi
 /// of a ball's section grows by twice its radius with each mm; a flat side's begins with a size of its own.
 double round_of(const Grid& g, const Voxels& v, const PartElements& elements, int32_t lowest,
                 const Vec3& centre) {
-    // A twelfth of the part, for what two layers say is as rough as voxels are.
+    // A twelfth of the part, and not a single layer, for what two layers say is as rough as voxels are.
     int32_t highest = lowest;
     for (int32_t z = lowest; z < g.elements[2]; ++z)
         for (int32_t i = 0; i < g.elements[0] * g.elements[1]; ++i)
@@ -86,7 +86,7 @@ double round_of(const Grid& g, const Voxels& v, const PartElements& elements, in
                 highest = z;
                 break;
             }
-    const int32_t far = std::max(1, (highest - lowest + 1) / 12);
+    const int32_t far = std::max(2, (highest - lowest + 1) / 12);
     if (lowest + 2 * far > highest) return 0;
     double square[3], ignored = 0;
     HullPoint towards;

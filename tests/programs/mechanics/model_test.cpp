@@ -110,7 +110,9 @@ class MechanicsModel : public ::testing::Test {
         more.insert(more.begin(), {"part", file, "--case", one_case, "--allow-programs"});
         const Outcome out = mechanics(more);
         EXPECT_EQ(out.exit_code, 0) << one_case << ": " << out.err;
-        return out.out.substr(std::min(out.out.find(':'), out.out.size()));
+        const std::string name = "case " + one_case;
+        const size_t at = out.out.find(name + ":");
+        return at == std::string::npos ? out.out : out.out.substr(at + name.size());
     }
     JsonValue numbers(std::vector<std::string> arguments) const {
         arguments.insert(arguments.end(), {"-o", path("numbers.json")});
