@@ -81,6 +81,20 @@ std::array<double, N> mean_stress(const Grid& g, const ElementValues& v, Field<d
     return out;
 }
 
+/// The norm of forces that are rounding alone: of equal elements next to each other, which push against each other
+/// with up to stiffness times area.
+double rounding_of(const Grid& grid, const ElementValues& values) {
+    double stiffest = 0;
+    for (size_t e = 0; e < values.first.size(); ++e)
+        stiffest = std::max(
+            stiffest,
+            static_cast<double>(values.first[e]) +
+                (values.second.empty() ? 0.0 : 2.0 * static_cast<double>(values.second[e])));
+    const auto& h = grid.pitch_mm;
+    const double area = std::max({h[0] * h[1], h[1] * h[2], h[2] * h[0]});
+    return 1e-13 * stiffest * area * std::sqrt(static_cast<double>(grid.node_count()));
+}
+
 template <int C, int N>
 Homogenised<N> homogenise(const Grid& grid, const ElementValues& values, SquareMatrix<N> mean,
                           const HomogeniseOptions& options) {
@@ -89,6 +103,7 @@ Homogenised<N> homogenise(const Grid& grid, const ElementValues& values, SquareM
     Multigrid<C> multigrid(a, options.solve.multigrid);
     Field<double, C> b(grid), x(grid);
     Homogenised<N> out;
+    const double rounding = rounding_of(grid, values);
     for (size_t j = 0; j < N; ++j) {
         double strain[N] = {};
         strain[j] = 1;
@@ -100,6 +115,10 @@ Homogenised<N> homogenise(const Grid& grid, const ElementValues& values, SquareM
             for (size_t k = 0; k < b.plane_size(); ++k)
                 p[k] = -p[k];
         });
+        // Layers take some strains as one: their forces are none, and have no solution where they are but rounding.
+        if (dot(b, b) <= rounding * rounding)
+            for_each_index(grid.nodes[2],
+                           [&](int32_t z) { std::fill_n(b.plane(z), b.plane_size(), 0.0); });
         SolveOptions solve_options = options.solve;
         if (options.progress)
             solve_options.progress = [&](int iteration, double residual) {
