@@ -39,6 +39,10 @@ constexpr Elsewhere kElsewhere[] = {
     {"--fractions-supersample", "mixtures: print_fractions_test"},
     {"--progress", "what is said"},
     {"--dry-run", "a print without its slices"},
+    {"--only-object",
+     "the voxels of an object: print_only_object_test, and the column `marker` through mechanics"},
+    {"--as-built",
+     "without what a process does: mechanics_model_test compares it with a world without one"},
     // Kinds of meshes.
     {"box", "a primitive: made into a mesh when a world is read, as `capsule`"},
     {"sphere", "likewise"},
