@@ -220,8 +220,8 @@ TEST_F(NrrdTest, SaysWhatIsWrong) {
               messages::kSpaceDirectionsMalformed);
     EXPECT_EQ(with("sizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) (1,1,0)\n"),
               messages::kAxesInAPlane);
-    EXPECT_THAT(with("sizes: 2 2 2\ndata file: LIST\n"),
-                testing::Says(texture::messages::kDataFilesMalformed, "LIST"));
+    EXPECT_THAT(with("sizes: 2 2 2\ndata file: a%d.raw 1 3\n"),
+                testing::Says(texture::messages::kDataFilesMalformed, "a%d.raw 1 3"));
 }
 
 }  // namespace

@@ -259,9 +259,11 @@ TEST_F(TiffTest, DamagedOrMissingChunksAreErrors) {
             const auto at = static_cast<size_t>(TIFFGetStrileOffset(in, 2));
             const auto count = static_cast<size_t>(TIFFGetStrileByteCount(in, 2));
             std::vector<uint16_t> places;
+            std::vector<uint32_t> wide;
             const uint32_t chunks = tile > 0 ? TIFFNumberOfTiles(in) : TIFFNumberOfStrips(in);
             for (uint32_t chunk = 0; chunk < chunks; ++chunk)
                 places.push_back(static_cast<uint16_t>(TIFFGetStrileOffset(in, chunk)));
+            wide.assign(places.begin(), places.end());
             TIFFClose(in);
             const std::string whole = bytes();
             ASSERT_LT(whole.size(), 65000U);
@@ -273,13 +275,21 @@ TEST_F(TiffTest, DamagedOrMissingChunksAreErrors) {
                 EXPECT_THAT(trouble(folder_.write("a.tif", damaged)),
                             testing::Says(messages::kChunkDamaged, what, 2));
             }
-            // Its place, in a list of 16 bits each: behind the end, and nowhere.
-            const std::string list(reinterpret_cast<const char*>(places.data()), 2 * places.size());
-            const size_t listed = whole.rfind(list);
+            // Its place, in a list of 16 or 32 bits each: behind the end, and nowhere.
+            const std::string narrow_list(reinterpret_cast<const char*>(places.data()),
+                                          2 * places.size());
+            const std::string wide_list(reinterpret_cast<const char*>(wide.data()),
+                                        4 * wide.size());
+            size_t width = 4, listed = whole.rfind(wide_list);
+            if (listed == std::string::npos) {
+                width = 2;
+                listed = whole.rfind(narrow_list);
+            }
             ASSERT_NE(listed, std::string::npos);
-            for (const auto place : {static_cast<uint16_t>(whole.size() + 100), uint16_t{0}}) {
+            for (const uint32_t place : {static_cast<uint32_t>(whole.size() + 100), 0U}) {
                 std::string moved = whole;
-                moved.replace(listed + 4, 2, reinterpret_cast<const char*>(&place), 2);
+                moved.replace(listed + 2 * width, width, reinterpret_cast<const char*>(&place),
+                              width);
                 EXPECT_THAT(trouble(folder_.write("a.tif", moved)),
                             testing::Says(messages::kChunkDamaged, what, 2));
             }
