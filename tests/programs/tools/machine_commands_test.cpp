@@ -77,7 +77,7 @@ TEST_F(MachineCommands, APrintIsCheckedBeforeItIsMade) {
     const Outcome bad = openfab({"print", path("thin.fab.json"), "-o", path("a.ofr"), "--check",
                                  "--check-picture", path("a.png")});
     EXPECT_EQ(bad.exit_code, 1) << bad.err;
-    EXPECT_THAT(bad.err, testing::Says(tools::messages::kFindingLine, "wall*", "0.*", "mm",
+    EXPECT_THAT(bad.err, testing::Says(tools::messages::kFindingLine, "wall*", "0.19*", "mm",
                                        " (limit 0.35)"));
     EXPECT_THAT(bad.err, testing::Says(tools::messages::kPlacesNotAllowed, "1", " that"));
     EXPECT_THAT(bad.err, testing::Says(tools::messages::kNothingPrintedAfterCheck));
