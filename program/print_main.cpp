@@ -100,8 +100,12 @@ Result<void> run(pipeline::PrintJob* print, const Options& options, const backen
     const auto update = [&](const pipeline::ProgressEvent& event) {
         deferred.count(event.slices_done, event.slices_total);
         if (!std::exchange(any, true)) {
-            const Error early{
-                ErrorCode::kInterrupted, pipeline::messages::kInterruptedAfter, "", {}};
+            const bool kept = format == nullptr || format->ended_early.empty();
+            const Error early{ErrorCode::kInterrupted,
+                              kept ? std::string(pipeline::messages::kInterruptedAfter)
+                                   : std::string(format->ended_early),
+                              "",
+                              {}};
             deferred.say(progress.error_text(add_resume_hint(early, options, format), {}));
         }
         progress.update(event);

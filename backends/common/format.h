@@ -49,6 +49,8 @@ struct Format {
     bool streams = false;  ///< can go to standard output and to a receiver
     /// Why an interrupted print in it cannot be continued, and the way out; empty: it can.
     std::string_view not_resumed = {};
+    /// What a print that ends early says where an output is whole or not there; empty: its slices are kept.
+    std::string_view ended_early = {};
     /// Memory for each voxel of a slice besides the packed rows, for so many materials; null: none.
     int64_t (*bytes_per_column)(size_t materials) = nullptr;
     /// The files of an output; null: the output's path alone.

@@ -12,6 +12,7 @@ const backends::Format kGcvfFormat{
     .extension = ".gcvf",
     .flips_x = true,
     .not_resumed = messages::kNotResumed,
+    .ended_early = messages::kEndedEarly,
     .bytes_per_column = [](size_t) { return kBytesPerColumn; },
     .files = backends::one_renamed_file,
     .open = [](const backends::OutputSettings& settings)
