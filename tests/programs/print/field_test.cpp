@@ -258,8 +258,9 @@ TEST_F(MachineTools, CheckFindsAThinSkinInAPrint) {
     EXPECT_EQ(fine.exit_code, 0) << fine.out << fine.err;
     EXPECT_THAT(fine.out, testing::Says(tools::messages::kNothingFound));
 
+    ASSERT_EQ(print({"-o", path("w.ofr")}).exit_code, 0);
     const Outcome apart =
-        tool({"check", path("w2.ofr"), "--apart", "white,black", "--apart", "white,gold"});
+        tool({"check", path("w.ofr"), "--apart", "white,black", "--apart", "white,gold"});
     EXPECT_EQ(apart.exit_code, 1);
     EXPECT_THAT(apart.out, HasSubstr("touch"));
     EXPECT_THAT(apart.err, testing::Says(tools::messages::kNoSuchMaterialToCheck, "gold"));
