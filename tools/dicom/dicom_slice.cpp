@@ -161,9 +161,8 @@ Result<std::vector<DicomSlice>> read_slices(Elements* elements,
     if (Result<void> kind = read_kind(elements->set(), image.get()); !kind) return kind.error();
     const TransferSyntax& syntax = image->syntax;
     if (syntax.packing == Packing::kUnread) {
-        return user_error(
-            fmt::format(messages::kCompressionNotRead, syntax.name, syntax.identifier),
-            messages::kWriteUncompressed);
+        return user_error(fmt::format(messages::kSyntaxNotRead, syntax.name, syntax.identifier),
+                          messages::kWriteUncompressed);
     }
     if (syntax.packing == Packing::kDeflatedFile) {
         const gdcm::DataSet& set = elements->set();

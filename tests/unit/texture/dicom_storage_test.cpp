@@ -133,7 +133,7 @@ TEST_F(DicomStorage, CompressionThatIsNotReadIsNamed) {
                                        std::pair{"1.2.840.10008.1.2.4.102", "MPEG-4"},
                                        std::pair{"1.2.3.4", "of an unknown kind"}}) {
         write("frames", slice.bytes(syntax));
-        EXPECT_EQ(trouble(), "frames: " + fmt::format(messages::kCompressionNotRead, name, syntax) +
+        EXPECT_EQ(trouble(), "frames: " + fmt::format(messages::kSyntaxNotRead, name, syntax) +
                                  "; " + messages::kWriteUncompressed);
     }
     write("frames", slice.bytes("1.2.840.10008.1.2.4.201"));
