@@ -369,9 +369,10 @@ class Opening {
                     const Vec3i q{p.x + x, p.y + y, p.z + z};
                     if (!state_.holds(q.x, q.y, q.z) || is_set(state_.at(q.x, q.y, q.z))) continue;
                     for (int32_t c = 0; c < 27; ++c) {
-                        const Vec3d d{(x - 0.5 * (c % 3 - 1)) * pitch_.x,
-                                      (y - 0.5 * (c / 3 % 3 - 1)) * pitch_.y,
-                                      (z - 0.5 * (c / 9 - 1)) * pitch_.z};
+                        const Vec3i corner{c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1};
+                        const Vec3d d{(x - 0.5 * corner.x) * pitch_.x,
+                                      (y - 0.5 * corner.y) * pitch_.y,
+                                      (z - 0.5 * corner.z) * pitch_.z};
                         const double square = dot(d, d);
                         const auto i = static_cast<size_t>(c);
                         if (square < least[i]) least[i] = square, to[i] = d;

@@ -146,7 +146,7 @@ Result<CellResult> CellRun::run(const CellWorld& world, const fs::path& folder,
     for (const fs::path& one : world.allow)
         request.allow.push_back(one.string());
     for (std::string& one : request.settings)
-        if (one.find('.') > one.find('=')) one = world.object + "." + one;
+        if (one.find('.') > one.find('=')) one.insert(0, world.object + ".");
     if (setting)
         request.settings.push_back(
             fmt::format("{}.{}={}", world.object, setting->first, setting->second));
