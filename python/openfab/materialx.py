@@ -20,21 +20,23 @@ from pathlib import Path
 from typing import Any
 
 if __package__:
-    from .materialx_nodes import FORMULAS, RESERVED, TYPES, LooksError, Writer, Written, bracket, name_of, number
+    from .materialx_document import Prepared, flatten
+    from .materialx_nodes import FORMULAS, RESERVED, TYPES, LooksError, Writer, Written, address_mode, bracket, literal, name_of, number
 else:
-    from materialx_nodes import FORMULAS, RESERVED, TYPES, LooksError, Writer, Written, bracket, name_of, number  # type: ignore[import-not-found, no-redef]
+    from materialx_document import Prepared, flatten  # type: ignore[import-not-found, no-redef]
+    from materialx_nodes import FORMULAS, RESERVED, TYPES, LooksError, Writer, Written, address_mode, bracket, literal, name_of, number  # type: ignore[import-not-found, no-redef]
 
-# Shading models: the inputs for colour, its weight and opacity.
+# Shading models: the inputs for colour, its weight, opacity and the share of light that goes through.
 MODELS = {
-    "standard_surface": ("base_color", "base", "opacity"),
-    "open_pbr_surface": ("base_color", "base_weight", "geometry_opacity"),
-    "UsdPreviewSurface": ("diffuseColor", None, "opacity"),
-    "gltf_pbr": ("base_color", None, "alpha"),
-    "disney_principled": ("baseColor", None, None),
-    "surface_unlit": ("emission_color", "emission", "opacity"),
+    "standard_surface": ("base_color", "base", "opacity", "transmission"),
+    "open_pbr_surface": ("base_color", "base_weight", "geometry_opacity", "transmission_weight"),
+    "UsdPreviewSurface": ("diffuseColor", None, "opacity", None),
+    "gltf_pbr": ("base_color", None, "alpha", "transmission"),
+    "disney_principled": ("baseColor", None, None, "specTrans"),
+    "surface_unlit": ("emission_color", "emission", "opacity", "transmission"),
 }
 
-LIGHT = re.compile(r"specular|rough|metal|sheen|coat|subsurface|transmission|thin|emission|fuzz|normal|tangent|ior|occlusion|clearcoat|iridescence")
+LIGHT = re.compile(r"specular|rough|metal|sheen|coat|subsurface|transmission|thin|emission|emissive|fuzz|normal|tangent|ior|occlusion|clearcoat|iridescence")
 
 
 class Looks:
@@ -44,26 +46,34 @@ class Looks:
         self.file = file
         self.notes: list[str] = []
         self.textures: list[dict[str, Any]] = []
+        self.fablets: set[str] = set()
 
     def note(self, node: Any, text: str) -> None:
         line = f"{node.getNamePath()}: {text}"
         if line not in self.notes:
             self.notes.append(line)
 
-    def texture(self, name: str, space: str, node: Any, kind: str) -> str:
+    def texture(self, name: str, node: Any) -> str:
+        """Returns the uniform of a picture as a node reads it: four numbers, which nodes behind it take for colours."""
         path = (self.file.parent / name).resolve()
         if not path.is_file():
             raise LooksError(f"{node.getNamePath()}: there is no picture `{name}` beside `{self.file.name}`")
-        wraps = {"periodic": "repeat", "clamp": "clamp", "mirror": "mirror", "constant": "black"}
-        data = kind in ("float", "float2") or not space.startswith("srgb")
-        modes = [node.getInput(which) for which in ("uaddressmode", "vaddressmode")]
-        wrap = [wraps.get(mode.getValueString() if mode is not None else "", "repeat") for mode in modes]
+        wraps = {"periodic": "repeat", "clamp": "clamp", "mirror": "mirror", "constant": "clamp"}
+        modes = [address_mode(node, which) for which in ("uaddressmode", "vaddressmode")]
+        for mode in modes:
+            if mode not in wraps:
+                raise LooksError(f"{node.getNamePath()}: the address mode `{mode}` is not known; {', '.join(wraps)} are")
+        port = node.getInput("filtertype")
+        look = {"path": path, "wrap": [wraps[mode] for mode in modes], "nearest": port is not None and port.getValueString() == "closest"}
         for texture in self.textures:
-            if (texture["path"], texture["data"], texture["wrap"]) == (path, data, wrap):
+            if all(texture[key] == value for key, value in look.items()):
                 return str(texture["uniform"])
-        taken = {texture["uniform"] for texture in self.textures} | RESERVED
-        uniform = name_of(path.stem, taken)
-        self.textures.append({"path": path, "uniform": uniform, "data": data, "wrap": wrap})
+        uniform = name_of(path.stem, {texture["uniform"] for texture in self.textures} | RESERVED)
+        copies = {texture["path"]: texture["copy"] for texture in self.textures}
+        copy, i = copies.get(path, path.name), 2
+        while path not in copies and copy.lower() in {one.lower() for one in copies.values()}:
+            copy, i = f"{path.stem}_{i}{path.suffix}", i + 1
+        self.textures.append({**look, "uniform": uniform, "copy": copy})
         return uniform
 
 
@@ -79,30 +89,39 @@ def shaders_of(document: Any) -> list[tuple[str, Any, Any]]:
     return found
 
 
-def fablet_name(text: str) -> str:
-    name = "".join(word[:1].upper() + word[1:] for word in re.split(r"[\W_]+", text) if word)
-    return name if name and not name[0].isdigit() else "Look" + name
+def fablet_name(text: str, taken: set[str]) -> str:
+    base = "".join(word[:1].upper() + word[1:] for word in re.split(r"[\W_]+", text) if word)
+    if not base or base[0].isdigit() or base in ("Material", "Object", "MaterialComposition"):
+        base = "Look" + base
+    name, i = base, 2
+    while name in taken:
+        name, i = f"{base}_{i}", i + 1
+    taken.add(name)
+    return name
 
 
 class Fablet:
     """One material as a fablet."""
 
     def __init__(self, looks: Looks, document: Any, name: str, shader: Any, displacement: Any) -> None:
-        self.name, self.looks = fablet_name(name), looks
+        self.name, self.looks = fablet_name(name, looks.fablets), looks
         first = len(looks.textures)
-        color, weight, opacity = MODELS.get(shader.getCategory(), (None, None, None))
+        color, weight, opacity, through = MODELS.get(shader.getCategory(), (None, None, None, None))
         if color is None:
             raise LooksError(f"{shader.getNamePath()}: the shading model `{shader.getCategory()}` is not known; {', '.join(MODELS)} are")
         self.functions: list[tuple[str, str, Written]] = []
         self.write(document, shader, color, "float3", "base_color")
-        if weight and shader.getInput(weight) is not None:
+        if weight and self.matters(shader, weight, 1):
             self.write(document, shader, weight, "float", "base_weight")
-        if opacity and shader.getInput(opacity) is not None:
-            self.write(document, shader, opacity, "float", "opacity")
+        if opacity and self.matters(shader, opacity, 1) and self.opens(shader):
+            self.write(document, shader, opacity, "float", "opacity", after=self.cut_out(shader))
+        if through and self.matters(shader, through, 0):
+            self.write(document, shader, through, "float", "transmission")
+            looks.note(shader, f"`{through}` is printed as `clear`, without a tint")
         if displacement is not None:
             self.displace(document, displacement)
         for port in shader.getInputs():
-            if port.getName() not in (color, weight, opacity):
+            if port.getName() not in (color, weight, opacity, through):
                 what = "is about light, not material" if LIGHT.search(port.getName()) else "has no place in a print"
                 looks.note(shader, f"`{port.getName()}` {what}; left out")
         self.textures = [one["uniform"] for one in looks.textures if one in looks.textures[first:] or self.uses(one["uniform"])]
@@ -110,7 +129,39 @@ class Fablet:
     def uses(self, uniform: str) -> bool:
         return any(re.search(rf"\b{uniform}\.Sample", " ".join(w.lines) + w.result) for _, _, w in self.functions)
 
-    def write(self, document: Any, shader: Any, port: str, kind: str, name: str, scale: str = "") -> None:
+    def matters(self, shader: Any, name: str, neutral: float) -> bool:
+        """Returns whether an input is written, or has another default than the neutral one, as in older versions of a model."""
+        if shader.getInput(name) is not None:
+            return True
+        definition = shader.getNodeDef()
+        port = definition.getActiveInput(name) if definition is not None else None
+        value = port.getValue() if port is not None else None
+        return value is not None and (value if isinstance(value, (int, float)) else value[0]) != neutral
+
+    def mode(self, shader: Any) -> int:
+        """Returns what glTF makes of alpha: 0 opaque, 1 a mask, 2 blended."""
+        if shader.getCategory() != "gltf_pbr":
+            return 2
+        port = shader.getInput("alpha_mode")
+        if port is not None and (port.getConnectedNode() is not None or port.getConnectedOutput() is not None):
+            raise LooksError(f"{shader.getNamePath()}: `alpha_mode` has a wire; write its number")
+        return int(port.getValue() or 0) if port is not None else 0
+
+    def opens(self, shader: Any) -> bool:
+        if self.mode(shader) == 0 and shader.getInput("alpha") is not None:
+            self.looks.note(shader, "`alpha` is not used: `alpha_mode` is 0, opaque")
+        return self.mode(shader) != 0
+
+    def cut_out(self, shader: Any) -> str:
+        if self.mode(shader) != 1:
+            return ""
+        port = shader.getInput("alpha_cutoff")
+        if port is not None and port.getValue() is None:
+            raise LooksError(f"{shader.getNamePath()}: `alpha_cutoff` has a wire; write its number")
+        return f"{{}} >= {literal(0.5 if port is None else port.getValue(), 'float')} ? 1.0 : 0.0"
+
+    def write(self, document: Any, shader: Any, port: str, kind: str, name: str, after: str = "") -> None:
+        """Writes a function of one input; `after` is a formula of its value."""
         writer = Writer(self.looks, document, self.name)
         found = shader.getInput(port)
         if found is None:
@@ -119,8 +170,8 @@ class Fablet:
         has = TYPES[found.getType()]
         result = writer.value(found, has)
         writer.out.result = f"dot({result}, float3(1) / 3)" if (has, kind) == ("float3", "float") else writer.convert(result, has, kind)
-        if scale:
-            writer.out.result = f"{bracket(writer.out.result)} * {scale}"
+        if after:
+            writer.out.result = after.format(bracket(writer.out.result))
         self.functions.append((kind, name, writer.out))
 
     def displace(self, document: Any, node: Any) -> None:
@@ -131,7 +182,19 @@ class Fablet:
         if scale is not None and scale.getConnectedNode() is not None:
             raise LooksError(f"{node.getNamePath()}: `scale` has a wire; multiply the displacement itself")
         factor = number(scale.getValue()) if scale is not None and scale.getValue() is not None else "1"
-        self.write(document, node, "displacement", kind, "displacement", "" if factor == "1" else factor)
+        after = "" if factor == "1" else f"{{}} * {factor}"
+        if kind == "float":
+            self.write(document, node, "displacement", kind, "displacement", after)
+            return
+        # A vector counts along dPdu, dPdv and the normal.
+        writer = Writer(self.looks, document, self.name)
+        result = writer.value(node.getInput("displacement"), kind)
+        held = next((line.split(" = ", 1)[1].rstrip(";") for line in writer.out.lines if line.startswith(f"{kind} {result} = ")), result)
+        parts = re.fullmatch(r"float3\(0(?:\.0)?, 0(?:\.0)?, (.*)\)|float3\((0)(?:\.0)?\)", held)
+        if parts is None:
+            raise LooksError(f"{node.getNamePath()}: displacement by vectors is in the directions of texture coordinates, which surfaces do not have here; let the third component, along the normal, be a displacement of type float")
+        writer.out.result = after.format(bracket(parts[1] or "0.0")) if after else parts[1] or "0.0"
+        self.functions.append(("float", "displacement", writer.out))
 
     def has(self, function: str) -> bool:
         return any(name == function for _, name, _ in self.functions)
@@ -144,7 +207,7 @@ class Fablet:
         return f"{name}({', '.join(values[one] for one in ('p', 'uv', 'n') if one in self.reads(name))})"
 
     def text(self, profile: bool) -> str:
-        reads = {one for name in ("base_color", "base_weight", "opacity") for one in self.reads(name)}
+        reads = {one for name in ("base_color", "base_weight", "opacity", "transmission") for one in self.reads(name)}
         moves = self.has("displacement")
         uv_below = "uv" in reads
         parameters = {"p": "float3 p", "uv": "float2 uv", "n": "float3 n"}
@@ -157,7 +220,7 @@ class Fablet:
             out.append(f"        ImageTexture2D {texture};")
         if profile:
             out.append('        ImageTexture3D profile [[ string help = "the amounts of inks for a colour, of `openfab color bake`" ]];')
-        out.append(f"        Material cyan, magenta, yellow, black, white{', clear' if self.has('opacity') else ''};")
+        out.append(f"        Material cyan, magenta, yellow, black, white{', clear' if self.has_clear() else ''};")
         out.append("    }\n")
         for kind, name, written in self.functions:
             out.append(f"    {kind} {name}({', '.join(parameters[one] for one in ('p', 'uv', 'n') if one in written.reads)})\n    {{")
@@ -171,7 +234,7 @@ class Fablet:
             push = "0"
             if moves:
                 call = self.call("displacement", "attr.p / unit", "attr.n")
-                push = f"{call} * unit" if self.kind_of("displacement") == "float3" else f"attr.n * ({call} * unit)"
+                push = f"attr.n * ({call} * unit)"
             out += [f"        return {push};", "    }\n"]
         out.append(f"    @Volume(@varying {{ VolumeAttributes attr{', @nearest float2 uv' if uv_below else ''} }})\n    {{")
         out.append("        float4 ink = 0;")
@@ -183,15 +246,17 @@ class Fablet:
         out.append(f"            ink = {'ink_amounts(profile, rgb)' if profile else 'ink_limit(rgb_to_cmyk(rgb, density, 0.8), 1)'};")
         out.append("        }")
         mixture = "inks(cyan, magenta, yellow, black, white, ink)"
-        if self.has("opacity"):
-            out.append(f"        float cover = saturate({self.call('opacity', point, normal)});")
+        if self.has_clear():
+            factors = [f"saturate({self.call('opacity', point, normal)})"] if self.has("opacity") else []
+            factors += [f"(1 - saturate({self.call('transmission', point, normal)}))"] if self.has("transmission") else []
+            out.append(f"        float cover = {' * '.join(factors)};")
             out.append(f"        MaterialComposition mc = {mixture} * cover;\n        mc.Add(clear, 1 - cover);\n        return mc;")
         else:
             out.append(f"        return {mixture};")
         return "\n".join(out + ["    }", "}"]) + "\n"
 
-    def kind_of(self, function: str) -> str:
-        return next(kind for kind, name, _ in self.functions if name == function)
+    def has_clear(self) -> bool:
+        return self.has("opacity") or self.has("transmission")
 
     def needs_uv(self) -> bool:
         return any("uv" in written.reads for _, _, written in self.functions)
@@ -266,23 +331,21 @@ def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | Non
     if folder.exists():
         raise LooksError(f"`{folder}` exists already; choose another name")
     document = read(file)
-    # Nodes that MaterialX defines as graphs are replaced by these graphs.
-    for graph in [*document.getNodeGraphs(), document]:
-        if not graph.hasSourceUri():
-            graph.flattenSubgraphs("genglsl", lambda node: node.getCategory() not in FORMULAS and not hasattr(Writer, "of_" + node.getCategory()) and node.getCategory() not in MODELS and node.getType() not in ("material", "displacementshader"))
     looks = Looks(file)
+    Prepared(document, unit_mm, looks.note)
+    flatten(document, lambda category: category in FORMULAS or hasattr(Writer, "of_" + category), MODELS)
     shaders = shaders_of(document)
     if not shaders:
         raise LooksError(f"`{file}` has no material with a surface")
     fablets = [Fablet(looks, document, *one) for one in shaders]
     name = re.sub(r"\W+", "_", file.stem)
-    if name == "materialx":
+    if name in ("materialx", "color"):
         name = "looks"
     needs_uv = any(one.needs_uv() for one in fablets)
     source = "// Made by `openfab import` of " + file.name + ".\nimport color;\nimport materialx;\n\n" + "\n".join(one.text(profile is not None) for one in fablets)
     objects, build = {}, []
     for i, one in enumerate(fablets):
-        uniforms: dict[str, Any] = {m: m for m in MATERIALS if m != "clear" or one.has("opacity")}
+        uniforms: dict[str, Any] = {m: m for m in MATERIALS if m != "clear" or one.has_clear()}
         uniforms.update({texture: texture for texture in one.textures})
         if profile is not None:
             uniforms["profile"] = "profile"
@@ -296,7 +359,7 @@ def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | Non
     }
     textures: dict[str, Any] = {}
     for texture in looks.textures:
-        textures[texture["uniform"]] = {"file": texture["path"].name, "wrap": texture["wrap"], **({"space": "data"} if texture["data"] else {})}
+        textures[texture["uniform"]] = {"file": texture["copy"], "wrap": texture["wrap"], "space": "data", **({"filter": "nearest"} if texture["nearest"] else {})}
     if profile is not None:
         textures["profile"] = {"file": Path(profile).name}
     if textures:
@@ -311,8 +374,10 @@ def import_looks(file: str | Path, folder: str | Path, *, mesh: str | Path | Non
     else:
         world["meshes"] = {"part": {"sphere": 12}}
     world |= {"objects": objects, "build": build}
-    for copied in [*(texture["path"] for texture in looks.textures), *([Path(profile)] if profile is not None else [])]:
-        shutil.copy(copied, folder)
+    for texture in looks.textures:
+        shutil.copy(texture["path"], folder / texture["copy"])
+    if profile is not None:
+        shutil.copy(profile, folder)
     shutil.copy(Path(__file__).with_name("materialx.fl"), folder)
     (folder / f"{name}.fl").write_text(source)
     (folder / f"{name}.fab.json").write_text(json.dumps(world, indent=4) + "\n")

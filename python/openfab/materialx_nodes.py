@@ -24,7 +24,7 @@ FORMULAS = {
     "fract": "frac({in})", "sign": "mx_sign({in})", "clamp": "clamp({in}, {low}, {high})", "min": "min({in1}, {in2})",
     "max": "max({in1}, {in2})", "normalize": "normalize({in})", "magnitude": "length({in})",
     "dotproduct": "dot({in1}, {in2})", "crossproduct": "cross({in1}, {in2})", "distance": "distance({in1}, {in2})",
-    "invert": "{amount} - {in}", "mix": "lerp({bg}, {fg}, {mix})", "smoothstep": "mx_smoothstep({in}, {low}, {high})",
+    "invert": "{amount} - {in}", "mix": "lerp({bg}, {fg}, {mix})", "smoothstep": "mx_smoothstep({in}, {type}({low}), {type}({high}))",
     "remap": "{outlow} + ({in} - {inlow}) * ({outhigh} - {outlow}) / ({inhigh} - {inlow})",
     "ifgreater": "{value1} > {value2} ? {in1} : {in2}", "ifgreatereq": "{value1} >= {value2} ? {in1} : {in2}",
     "ifequal": "{value1} == {value2} ? {in1} : {in2}", "and": "{in1} && {in2}", "or": "{in1} || {in2}", "not": "!{in}",
@@ -35,8 +35,9 @@ FORMULAS = {
     "inside": "{in} * {mask}", "outside": "{in} * (1 - {mask})", "dot": "{in}", "constant": "{value}",
     "rotate2d": "mx_rotate({in}, {amount})", "rotate3d": "mx_rotate({in}, {amount}, {axis})",
     "ramplr": "lerp({valuel}, {valuer}, saturate({texcoord}.x))", "ramptb": "lerp({valuet}, {valueb}, saturate(1 - {texcoord}.y))",
-    "splitlr": "{texcoord}.x < {center} ? {valuel} : {valuer}", "splittb": "1 - {texcoord}.y < {center} ? {valuet} : {valueb}",
-    "luminance": "{type}(dot({in}, {lumacoeffs}))", "rgbtohsv": "rgb_to_hsv({in})", "hsvtorgb": "hsv_to_rgb({in})",
+    "splitlr": "{texcoord}.x < {center} ? {valuel} : {valuer}", "splittb": "{texcoord}.y < {center} ? {valueb} : {valuet}",
+    "luminance": "mx_luminance({in}, {lumacoeffs})", "rgbtohsv": "mx_rgb_to_hsv({in})", "hsvtorgb": "mx_hsv_to_rgb({in})",
+    "srgb_texture_to_lin_rec709": "mx_from_srgb({in})",
     "cellnoise2d": "mx_cell({texcoord})", "cellnoise3d": "mx_cell({position})",
 }
 
@@ -52,7 +53,7 @@ class Pictures(Protocol):
 
     def note(self, node: Any, text: str) -> None: ...
 
-    def texture(self, name: str, space: str, node: Any, kind: str) -> str: ...
+    def texture(self, name: str, node: Any) -> str: ...
 
 
 @dataclass
@@ -67,7 +68,7 @@ class Written:
 def name_of(text: str, taken: set[str]) -> str:
     """Returns a valid and unused OpenFL name for a node's variable."""
     base = re.sub(r"\W+", "_", text).strip("_").lower() or "value"
-    if base[0].isdigit():
+    if base[0].isdigit() or base.startswith("mx_"):
         base = "v" + base
     name, i = base, 2
     while name in taken:
@@ -76,12 +77,15 @@ def name_of(text: str, taken: set[str]) -> str:
     return name
 
 
-# Names that OpenFL or the functions here use.
+# Names that OpenFL or the functions here use; those that begin as the module's functions do are reserved, too.
 RESERVED = set(
-    """p uv n attr float float2 float3 float4 int bool uint if else for while return true false lerp clamp saturate noise mix
-    min max abs floor ceil round trunc frac fmod sqrt sin cos tan asin acos atan atan2 exp log pow step smoothstep dot cross
-    length distance normalize select and or any all hash fbm cellular nearest color depth density opacity displacement in out
-    base_color fablet import const struct switch case default break continue do void unit mul sign inks material""".split()
+    """p uv n attr float float2 float3 float4 int int2 int3 int4 bool bool2 bool3 bool4 uint uint2 uint3 uint4 void
+    if else for while return true false fablet import const struct switch case default break continue do in out inout
+    lerp clamp saturate noise mix min max abs floor ceil round trunc frac fmod sqrt rsqrt sin cos tan asin acos atan atan2 exp exp2
+    log log2 pow step smoothstep dot cross length distance normalize reflect select and or any all hash fbm cellular nearest radians
+    degrees mul sign transpose determinant printf assert color depth density opacity displacement base_color base_weight
+    transmission unit ink rgb cover mc material materialcomposition inks ink_amounts ink_limit rgb_to_cmyk rgb_to_hsv hsv_to_rgb
+    srgb_to_linear linear_to_srgb luminance white black cyan magenta yellow clear profile uvout""".split()
 )
 
 
@@ -95,10 +99,19 @@ def literal(value: Any, kind: str) -> str:
     """Returns a MaterialX value as an OpenFL literal."""
     if kind == "bool":
         return "true" if value else "false"
-    if kind in ("float", "int"):
-        return number(value)
+    if kind == "int":
+        return str(int(value))
+    if kind == "float":
+        text = number(value)
+        return text if re.search(r"[.en]", text) else text + ".0"  # `1 / 4` of whole numbers would be 0
     parts = [number(one) for one in value]
     return f"{kind}({parts[0]})" if len(set(parts)) == 1 else f"{kind}({', '.join(parts)})"
+
+
+def address_mode(node: Any, name: str) -> str:
+    """Returns what is beyond a picture: periodic, clamp, mirror or constant."""
+    port = node.getInput(name)
+    return (port.getValueString() if port is not None else "") or "periodic"
 
 
 class Writer:
@@ -133,38 +146,32 @@ class Writer:
         if value is None:
             geometry = port.getAttribute("defaultgeomprop")
             if geometry:
-                return self.geometry(geometry)
+                return self.geometry(geometry, port)
             return literal([0] * SIZES[kind] if SIZES[kind] > 1 else 0, kind)
         if kind in ("float", "int", "bool"):
             return literal(value, kind)
         return literal(list(value) if not isinstance(value, (int, float)) else [value] * SIZES[kind], kind)
 
     def connected(self, port: Any) -> tuple[Any, str] | None:
+        """Returns the node that an input reads, and which of its outputs: an output of a graph has names of its own."""
+        graph_output = port.getConnectedOutput()
+        if graph_output is not None and port.getNodeGraphString():
+            port = graph_output
         node = port.getConnectedNode()
-        output = port.getOutputString()
-        if node is None:
-            graph_output = port.getConnectedOutput()
-            if graph_output is None:
-                return None
-            node, output = graph_output.getConnectedNode(), graph_output.getOutputString()
-            if node is None:
-                return None
-        return node, output
+        return None if node is None else (node, port.getOutputString())
 
-    def geometry(self, name: str) -> str:
-        name = name.lower()
-        if name.startswith("uv"):
-            self.out.reads.add("uv")
-            return "uv"
-        if name.startswith("n"):
-            self.out.reads.add("n")
-            return "n"
-        self.out.reads.add("p")
-        return "p"
+    def geometry(self, name: str, port: Any) -> str:
+        which = {"uv": "uv", "n": "n", "p": "p"}.get(re.sub(r"(object|world|\d+)$", "", name.lower()))
+        if which is None:
+            raise self.fail(port, f"reads `{name}`, which a print does not have; positions, normals and texture coordinates are there")
+        self.out.reads.add(which)
+        return which
 
     def convert(self, text: str, has: str, kind: str) -> str:
-        if has == kind or (SIZES[has] == 1 and kind not in ("bool", "int")):
-            return text if has == kind or SIZES[kind] == 1 else f"{kind}({text})"
+        if has == kind:
+            return text
+        if SIZES[has] == 1 and kind not in ("bool", "int"):
+            return f"{kind}({text})"
         if SIZES[kind] == 1:
             return f"{bracket(text)}.x" if SIZES[has] > 1 else f"{kind}({text})"
         if SIZES[has] < SIZES[kind]:
@@ -219,7 +226,9 @@ class Writer:
         if special is not None:
             return special(node, kind, output), kind
         if category in ("position", "texcoord", "normal"):
-            return self.convert(self.geometry({"position": "p", "texcoord": "uv", "normal": "n"}[category]), {"texcoord": "float2"}.get(category, "float3"), kind), kind
+            if category == "texcoord" and self.port(node, "index").getValue():
+                self.look.note(node, "texture coordinates are the first set here")
+            return self.convert(self.geometry({"position": "p", "texcoord": "uv", "normal": "n"}[category], node), {"texcoord": "float2"}.get(category, "float3"), kind), kind
         formula = FORMULAS.get(category)
         if formula is None:
             raise self.fail(node, f"nodes of the kind `{category}` are not known here; bake it to a picture in the program that made it")
@@ -240,10 +249,10 @@ class Writer:
         return self.noise(node, kind, "mx_noise", self.input(node, "position"), "", self.input(node, "pivot"))
 
     def of_fractal2d(self, node: Any, kind: str, _: str) -> str:
-        return self.noise(node, kind, "mx_fractal", self.input(node, "texcoord"), self.octaves(node), "0")
+        return self.noise(node, kind, "mx_fractal", self.input(node, "texcoord"), self.octaves(node), "0.0")
 
     def of_fractal3d(self, node: Any, kind: str, _: str) -> str:
-        return self.noise(node, kind, "mx_fractal", self.input(node, "position"), self.octaves(node), "0")
+        return self.noise(node, kind, "mx_fractal", self.input(node, "position"), self.octaves(node), "0.0")
 
     def octaves(self, node: Any) -> str:
         return "".join(f", {self.input(node, one)}" for one in ("octaves", "lacunarity", "diminish"))
@@ -257,9 +266,9 @@ class Writer:
             "float4": f"float4({function}3({at}{more}), {function}({bracket(at)} + {far}{more}))",
         }[kind]
         amplitude = self.input(node, "amplitude", kind if SIZES[kind] > 1 and SIZES[TYPES[self.port(node, "amplitude").getType()]] > 1 else "float")
-        if amplitude not in ("1", f"{kind}(1)"):
+        if amplitude not in ("1.0", f"{kind}(1)"):
             value = f"{value} * {bracket(amplitude)}"
-        return value if pivot == "0" else f"{value} + {bracket(pivot)}"
+        return value if pivot == "0.0" else f"{value} + {bracket(pivot)}"
 
     def of_worleynoise2d(self, node: Any, kind: str, _: str) -> str:
         return self.worley(node, kind, self.input(node, "texcoord"))
@@ -303,23 +312,45 @@ class Writer:
     def of_convert(self, node: Any, kind: str, _: str) -> str:
         return self.input(node, "in", kind)
 
-    def of_switch(self, node: Any, _kind: str, _: str) -> str:
+    def of_switch(self, node: Any, kind: str, _: str) -> str:
         which = bracket(self.input(node, "which"))
         cases = [self.input(node, f"in{i}") for i in range(1, 11) if self.has(node, f"in{i}")]
-        text = "0"
+        text = f"{kind}(0)"
         for i, case in reversed(list(enumerate(cases))):
             text = f"{which} < {i + 1} ? {bracket(case)} : {text}"
         return text
 
     def of_image(self, node: Any, kind: str, _: str) -> str:
-        port = self.port(node, "file")
-        file = port.getResolvedValueString()
+        file = self.port(node, "file").getResolvedValueString()
         if not file:
             return self.input(node, "default")
-        texture = self.look.texture(file, port.getActiveColorSpace(), node, kind)
-        size = SIZES[kind] if SIZES[kind] != 2 else 3
-        text = f"{texture}.Sample{size}({self.input(node, 'texcoord')}, 0)"
-        return text + ".xy" if kind == "float2" else text
+        texture = self.look.texture(file, node)
+        at = self.input(node, "texcoord")
+        text = f"{texture}.Sample{max(SIZES[kind], 3) if SIZES[kind] == 2 else SIZES[kind]}({at}, 0)" + (".xy" if kind == "float2" else "")
+        return text if node.getAttribute("beyond") else self.or_default(node, text)
+
+    def or_default(self, image: Any, text: str) -> str:
+        """Returns the default beyond a picture whose address mode is `constant`."""
+        at = bracket(self.input(image, "texcoord"))
+        inside = [f"{at}.{letter} >= 0 && {at}.{letter} <= 1" for letter, name in (("x", "uaddressmode"), ("y", "vaddressmode")) if address_mode(image, name) == "constant"]
+        return f"{' && '.join(inside)} ? {text} : {bracket(self.input(image, 'default'))}" if inside else text
+
+    def of_beyond_picture(self, node: Any, _kind: str, _: str) -> str:
+        """Writes what stands behind a picture's conversion."""
+        return self.or_default(node.getParent().getChild(node.getInput("of").getValueString()), self.input(node, "in"))
+
+    def of_transformmatrix(self, node: Any, kind: str, _: str) -> str:
+        port = self.port(node, "mat")
+        held = port.getConnectedNode()
+        value = (held.getInput("value") if held is not None and held.getCategory() == "constant" and held.getInput("value") is not None else port).getValue()
+        if value is None or kind != "float3" or value.numRows() != 3 or (held is not None and held.getCategory() != "constant"):
+            raise self.fail(node, "turns by a matrix that is not a constant of 3 x 3; bake it to a picture in the program that made it")
+        at = self.input(node, "in")
+        if not re.fullmatch(r"\w+", at):
+            name = name_of(node.getName() + "_in", self.taken)
+            self.out.lines.append(f"float3 {name} = {at};")
+            at = name
+        return f"float3({', '.join(f'dot({at}, {literal([value[row, column] for row in range(3)], kind)})' for column in range(3))})"
 
     def of_geomcolor(self, node: Any, kind: str, _: str) -> str:
         self.look.note(node, "colours of vertices are white here")

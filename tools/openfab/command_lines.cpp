@@ -73,8 +73,10 @@ void add_import(CLI::App& app, Action* action) {
         "--picture-size", a->picture_size,
         "of a mapped picture, which then repeats, such as 20mm; default: as large as the mesh");
     command->add_option("--size", a->size, "of its longest side, such as 60mm; default: as it is");
-    command->add_option("--unit", a->unit, "of the file's numbers: mm, cm, m, um or in")
-        ->check(CLI::IsMember({"mm", "cm", "m", "um", "in"}));
+    command->add_option("--unit", a->unit,
+                        "of the file's numbers: mm, cm, m, um or in; of looks of MaterialX a "
+                        "length, such as 20mm");
+    command->add_option("--mesh", a->mesh, "of looks of MaterialX: what they are put on");
     command->add_option("--up", a->up, "the axis of the file that points up: z, or y")
         ->check(CLI::IsMember({"z", "y"}));
     command->add_option("--repair", a->repair, "winding: close a mesh that is open or inconsistent")

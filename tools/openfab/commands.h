@@ -18,6 +18,7 @@ namespace openfab::tools {
 
 struct ImportArguments {
     std::string file, folder, unit, up, size, picture_size, repair, memory, tolerance;
+    std::string mesh;  ///< of looks of MaterialX
     bool recentre = false, list = false, json = false, quiet = false;
     ImportOptions import;
 };

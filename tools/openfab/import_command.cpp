@@ -289,8 +289,32 @@ Result<fs::path> import_mesh(ImportArguments arguments) {
 
 namespace {
 
+/// The first option that was given and means nothing for looks; empty: none.
+std::string_view meaningless_for_looks(const ImportArguments& a) {
+    const ImportOptions& import = a.import;
+    const std::pair<std::string_view, bool> given[] = {{"--list", a.list},
+                                                       {"--json", a.json},
+                                                       {"--fablet", !import.fablet.empty()},
+                                                       {"--one-material", import.one_material},
+                                                       {"--picture", !import.picture.empty()},
+                                                       {"--mapping", !import.mapping.empty()},
+                                                       {"--side", !import.side.empty()},
+                                                       {"--picture-size", !a.picture_size.empty()},
+                                                       {"--size", !a.size.empty()},
+                                                       {"--up", !a.up.empty()},
+                                                       {"--repair", !a.repair.empty()},
+                                                       {"--recentre", a.recentre},
+                                                       {"--tolerance", !a.tolerance.empty()},
+                                                       {"--memory", !a.memory.empty()}};
+    for (const auto& [name, is_given] : given)
+        if (is_given) return name;
+    return {};
+}
+
 /// Looks of MaterialX are read by its own package, in the Python that is on the PATH; replaces this process.
 Error import_materialx(const ImportArguments& arguments) {
+    if (const std::string_view name = meaningless_for_looks(arguments); !name.empty())
+        return usage_error(fmt::format(messages::kMeansNothingForLooks, name));
     constexpr const char* kRun =
         "import sys\n"
         "try:\n"
@@ -306,6 +330,7 @@ Error import_materialx(const ImportArguments& arguments) {
     const std::pair<const char*, const std::string*> more[] = {
         {"--output", &arguments.folder},
         {"--unit", &arguments.unit},
+        {"--mesh", &arguments.mesh},
         {"--profile", &arguments.import.profile}};
     for (const auto& [name, value] : more) {
         if (value->empty()) continue;
@@ -346,6 +371,11 @@ Result<void> import_step(ImportArguments arguments) {
 
 Result<void> run_import(ImportArguments arguments) {
     if (arguments.file.ends_with(".mtlx")) return import_materialx(arguments);
+    if (!arguments.mesh.empty()) return usage_error(messages::kMeshIsForLooks);
+    const std::string& unit = arguments.unit;
+    if (const auto units = {"", "mm", "cm", "m", "um", "in"};
+        std::find(units.begin(), units.end(), unit) == units.end())
+        return usage_error(fmt::format(messages::kUnitIsAWord, unit));
     if (is_step_file(arguments.file)) return import_step(std::move(arguments));
     if (!arguments.tolerance.empty()) return usage_error(messages::kToleranceIsForStep);
     if (arguments.list) {
