@@ -13,13 +13,12 @@ namespace openfab::pieces {
 namespace {
 
 /// Cuts a convex polygon by a side; corners that are inside keep their bits.
-void clip(const Side& side, double loose_mm, std::vector<Vec3d>* polygon,
-          std::vector<Vec3d>* scratch) {
+void clip(const Side& side, std::vector<Vec3d>* polygon, std::vector<Vec3d>* scratch) {
     scratch->clear();
     const size_t n = polygon->size();
     for (size_t i = 0; i < n; ++i) {
         const Vec3d &a = (*polygon)[i], &b = (*polygon)[(i + 1) % n];
-        const double da = side.depth(a) + loose_mm, db = side.depth(b) + loose_mm;
+        const double da = side.depth(a), db = side.depth(b);
         if (da >= 0) scratch->push_back(a);
         if ((da > 0 && db < 0) || (da < 0 && db > 0))
             scratch->push_back(a + (b - a) * (da / (da - db)));
@@ -55,13 +54,17 @@ void add_mapped(const Box3d& box, const Affine3d& map, Box3d* out) {
     }
 }
 
+bool holds(const Box3d& box, const Vec3d& p) {
+    for (int a = 0; a < 3; ++a) {
+        if (p[a] < box.lo[a] || p[a] > box.hi[a]) return false;
+    }
+    return true;
+}
+
 /// Adds the corners of the region that `inside` holds: no polygon of the surface reaches them.
 template <typename Inside>
-void add_corners(const Region& region, double loose_mm, const Affine3d& map, const Inside& inside,
-                 Box3d* out) {
-    std::vector<Side> sides = region.sides;
-    for (Side& side : sides)
-        side.offset += side.front ? 0 - loose_mm : loose_mm;
+void add_corners(const Region& region, const Affine3d& map, const Inside& inside, Box3d* out) {
+    const std::vector<Side>& sides = region.sides;
     const size_t n = sides.size();
     for (size_t i = 0; i < n; ++i) {
         for (size_t j = i + 1; j < n; ++j) {
@@ -137,32 +140,56 @@ bool Body::holds(const Vec3d& p) const {
     return winding > 0;
 }
 
-Box3d piece_box(const Body& body, const Region& region, const Affine3d& map, double loose_mm) {
+void add_triangle(const std::array<Vec3d, 3>& triangle, std::span<const Side> sides,
+                  const Affine3d& map, Box3d* out) {
+    if (sides.empty()) {
+        for (const Vec3d& p : triangle)
+            out->add(map.apply(p));
+        return;
+    }
+    thread_local std::vector<Vec3d> polygon, scratch;
+    polygon.assign(triangle.begin(), triangle.end());
+    for (const Side& side : sides) {
+        if (polygon.empty()) return;
+        clip(side, &polygon, &scratch);
+    }
+    for (const Vec3d& p : polygon)
+        out->add(map.apply(p));
+}
+
+bool may_hold(std::span<const Side> sides, const Box3f& box) {
+    return std::all_of(sides.begin(), sides.end(), [&](const Side& side) {
+        Vec3d deepest;
+        for (int a = 0; a < 3; ++a) {
+            const bool up = (side.normal[a] > 0) == side.front;
+            deepest[a] = static_cast<double>(up ? box.hi[a] : box.lo[a]);
+        }
+        return side.depth(deepest) >= 0;
+    });
+}
+
+Box3d corner_box(const Box3d& box, const Region& region, const Affine3d& map) {
+    Box3d out;
+    add_corners(
+        region, map, [&](const Vec3d& p) { return holds(box, p); }, &out);
+    return out;
+}
+
+Box3d added_box(const Box3d& box, const Region& region, const Affine3d& map) {
+    Box3d out;
+    add_shapes(region, box, map, &out);
+    return out;
+}
+
+Box3d piece_box(const Body& body, const Region& region, const Affine3d& map) {
     Box3d out, whole;
-    std::vector<Vec3d> polygon, scratch;
     for (const Vec3d& p : body.positions)
         whole.add(p);
-    for (size_t i = 0; i < body.triangles.size() && !region.shapes_only; ++i) {
-        const std::array<Vec3d, 3> t = body.triangle(i);
-        polygon.assign(t.begin(), t.end());
-        for (const Side& side : region.sides) {
-            if (polygon.empty()) break;
-            clip(side, loose_mm, &polygon, &scratch);
-        }
-        for (const Vec3d& p : polygon)
-            out.add(map.apply(p));
-    }
-    if (region.shapes_only || whole.empty()) {
-        add_shapes(region, whole, map, &out);
-        return out;
-    }
-    const auto inside = [&](const Vec3d& p) {
-        for (int a = 0; a < 3; ++a) {
-            if (p[a] < whole.lo[a] || p[a] > whole.hi[a]) return false;
-        }
-        return body.holds(p);
-    };
-    add_corners(region, loose_mm, map, inside, &out);
+    if (region.shapes_only || whole.empty()) return added_box(whole, region, map);
+    for (size_t i = 0; i < body.triangles.size(); ++i)
+        add_triangle(body.triangle(i), region.sides, map, &out);
+    add_corners(
+        region, map, [&](const Vec3d& p) { return holds(whole, p) && body.holds(p); }, &out);
     if (!out.empty()) add_shapes(region, whole, map, &out);
     return out;
 }

@@ -12,10 +12,12 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "abi/fablet_table.h"
 #include "base/result.h"
 #include "base/vec.h"
+#include "pieces/region.h"
 #include "runtime/nearest/engine.h"
 #include "runtime/nearest/targets.h"
 #include "runtime/part/part.h"
@@ -104,9 +106,15 @@ class Solid {
 
     /// Returns the box of all that is covered, under an affine map.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
-    /// Returns the box of voxels of a grid, at multiples of its pitch in build space, that are covered
-    /// though they lie beyond exact_box, and beyond `known`: it may rest on points that were looked at.
-    virtual Box3d voxels_beyond(const Affine3d& /*local_to_build*/, const Vec3d& /*pitch_mm*/,
+    /// Returns the box of what of it is on all these sides, at least one, part-local; that of all of it
+    /// where it is not known before a print.
+    virtual Box3d box_on_sides(const Affine3d& local_to_other,
+                               std::span<const pieces::Side> sides) const = 0;
+    /// Returns the box of voxels of a grid, at multiples of its pitch in build space, that are covered,
+    /// and on these sides, though they lie beyond those boxes, and beyond `known`: they may rest on
+    /// points that were looked at.
+    virtual Box3d voxels_beyond(const Affine3d& /*local_to_build*/,
+                                std::span<const pieces::Side> /*sides*/, const Vec3d& /*pitch_mm*/,
                                 const Box3d& /*known*/) const {
         return {};
     }

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/lru_cache.h"
+#include "pieces/extent.h"
 #include "runtime/surface/base_mesh.h"
 #include "runtime/surface/dice_groups.h"
 #include "runtime/surface/dicer.h"
@@ -87,14 +88,18 @@ class DicedSurface final : public Surface {
     void displacement_bounds(int32_t patch, std::vector<GrownPolygon>* out) const override {
         add_displacement_bounds(base_, table_, patch, out);
     }
-    Box3d exact_box(const Affine3d& local_to_other) const override;
+    Box3d exact_box(const Affine3d& local_to_other) const override {
+        return box_on_sides(local_to_other, {});
+    }
+    Box3d box_on_sides(const Affine3d& local_to_other,
+                       std::span<const pieces::Side> sides) const override;
     SurfaceCounts counts() const override;
     Result<void> status() const override;
     void log(segments::PrintfLog* log) const override;
 
   private:
     void log_triangle(int32_t triangle, MicroBatch* batch) const;
-    Box3d identity_box(const Affine3d& local_to_other) const;
+    Box3d identity_box(const Affine3d& local_to_other, std::span<const pieces::Side> sides) const;
     std::unique_ptr<Dicer> take_dicer() const;
     void give_back(std::unique_ptr<Dicer> dicer) const;
 
@@ -169,17 +174,20 @@ std::shared_ptr<const MicroMesh> DicedSurface::micro(int32_t patch) const {
 }
 
 /// Of identity triangles.
-Box3d DicedSurface::identity_box(const Affine3d& local_to_other) const {
+Box3d DicedSurface::identity_box(const Affine3d& local_to_other,
+                                 std::span<const pieces::Side> sides) const {
     return tbb::parallel_reduce(
         tbb::blocked_range<size_t>(0, table_.patches.size(), 16384), Box3d{},
         [&](const auto& range, Box3d box) {
             for (size_t p = range.begin(); p < range.end(); ++p) {
                 const Patch& patch = table_.patches[p];
                 if (patch.kind != PatchKind::kIdentity || (patch.use & kForCoverage) == 0) continue;
+                std::array<Vec3d, 3> corners;
                 for (int32_t c = 0; c < 3; ++c) {
-                    const Vec3f corner = round_position(base_.position(3 * patch.triangle + c));
-                    box.add(local_to_other.apply(vec_cast<double>(corner)));
+                    corners[static_cast<size_t>(c)] =
+                        vec_cast<double>(round_position(base_.position(3 * patch.triangle + c)));
                 }
+                pieces::add_triangle(corners, sides, local_to_other, &box);
             }
             return box;
         },
@@ -189,13 +197,15 @@ Box3d DicedSurface::identity_box(const Affine3d& local_to_other) const {
         });
 }
 
-Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
-    Box3d exact = identity_box(local_to_other);
+Box3d DicedSurface::box_on_sides(const Affine3d& local_to_other,
+                                 std::span<const pieces::Side> sides) const {
+    Box3d exact = identity_box(local_to_other, sides);
     std::vector<int32_t> open;  // patches whose vertices are not known yet
     if (!table_.identity) {
         for (size_t p = 0; p < table_.patches.size(); ++p) {
             const Patch& patch = table_.patches[p];
-            if ((patch.use & kForCoverage) != 0 && patch.kind != PatchKind::kIdentity)
+            if ((patch.use & kForCoverage) != 0 && patch.kind != PatchKind::kIdentity &&
+                pieces::may_hold(sides, patch.bounds))
                 open.push_back(static_cast<int32_t>(p));
         }
     }
@@ -223,9 +233,11 @@ Box3d DicedSurface::exact_box(const Affine3d& local_to_other) const {
             if (std::exchange(done[p], 1) != 0) continue;
             const std::shared_ptr<const MicroMesh> mesh = micro(p);
             for (const auto& triangle : mesh->triangles) {
-                for (const int32_t v : triangle) {
-                    exact.add(local_to_other.apply(vec_cast<double>(mesh->positions[v])));
-                }
+                const auto corner = [&](size_t c) {
+                    return vec_cast<double>(mesh->positions[triangle[c]]);
+                };
+                pieces::add_triangle({corner(0), corner(1), corner(2)}, sides, local_to_other,
+                                     &exact);
             }
         }
     }

@@ -53,11 +53,13 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "abi/fablet_table.h"
 #include "base/result.h"
 #include "base/vec.h"
+#include "pieces/region.h"
 #include "runtime/part/part.h"
 #include "runtime/segments/printf_log.h"
 
@@ -172,6 +174,12 @@ class Surface {
     /// Returns the exact box of all coverage micro-vertices under an affine map, by branch and
     /// bound over patches.
     virtual Box3d exact_box(const Affine3d& local_to_other) const = 0;
+    /// Returns the same of what of the micropolygons is on all these sides, part-local; a surface may
+    /// give that of all.
+    virtual Box3d box_on_sides(const Affine3d& local_to_other,
+                               std::span<const pieces::Side> /*sides*/) const {
+        return exact_box(local_to_other);
+    }
     virtual SurfaceCounts counts() const = 0;
     /// Appends what the surface stage prints, which is nothing if no printf or assert was compiled:
     /// at each vertex of the lattices of displaced triangles once, by triangle, then b, then a, as

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "base/result.h"
 #include "tests/crossings/fablets.h"
@@ -60,6 +61,8 @@ Made Bench::print_here() const {
     std::vector<std::string> words{world()};
     for (const auto* more : {&change_.options, &kind_.options})
         words.insert(words.end(), more->begin(), more->end());
+    for (const auto& [name, value] : options().environment)
+        ::setenv(name.c_str(), value.c_str(), 1);
     // Files that options name are beside the world.
     const std::filesystem::path before = std::filesystem::current_path();
     std::filesystem::current_path(scratch_.path());
@@ -96,6 +99,9 @@ Cell compare(const Made& made, const Made& expected) {
     if (!made.wrong.empty()) return {Verdict::kWrong, made.wrong};
     if (refused(made.outcome) && made.numbers.empty() && made.voxels.codes.empty())
         return {Verdict::kRefused, made.outcome.err};
+    // Tools that find something end with 1, and say in numbers what.
+    if (twin != 0 && expected.numbers.empty())
+        return {Verdict::kWrong, "the twin is not made: " + expected.outcome.err};
     if (code != twin) {
         return {Verdict::kWrong, fmt::format("ends with {}, the twin with {}: {}{}", code, twin,
                                              made.outcome.err, expected.outcome.err)};

@@ -42,7 +42,7 @@ std::vector<Column> placement_columns() {
          .anchor = false},
         {"--crop"});
     add("beyond", "beyond a tray",
-        {.placement = R"("translate_mm": [1.3, 9.1])",
+        {.placement = R"("translate_mm": [-3.3, 9.1])",
          .world = R"(, "tray": "corner")",
          .anchor = false});
     add("over", "over a body of lower priority",

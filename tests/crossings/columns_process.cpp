@@ -67,13 +67,14 @@ std::vector<Column> process_columns() {
                                                                                "--layer", "0.2mm"};
     add("dither", "another dither", "", {"--dither", "--seed"}).options = {
         "--dither", "floyd_steinberg", "--seed", "7"};
+    // Of a printer so fine that all drafts of it have the voxels of other columns.
     for (const int draft : {2, 3, 4, 5, 6, 8, 12, 16}) {
         const std::string n = std::to_string(draft);
-        all.push_back({"draft " + n,
-                       "`--draft " + n + "`",
-                       {.options = {"--draft", n}},
-                       nullptr,
-                       {"--draft"}});
+        add(("draft " + n).c_str(), ("`--draft " + n + "`").c_str(), "", {"--draft"});
+        all.back().change.options = {"--printer", "fine.printer.json", "--draft", n};
+        all.back().change.files["fine.printer.json"] = fmt::format(
+            R"({{"name": "fine", "pitch_mm": [{0}, {0}, {0}], "build_volume_mm": [40, 40, 40], "native_format": "ofr"}})",
+            0.25 / draft);
     }
     return all;
 }

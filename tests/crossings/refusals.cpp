@@ -5,6 +5,7 @@
 
 #include "program/messages.h"
 #include "runtime/part/messages.h"
+#include "runtime/solid/messages.h"
 #include "tests/crossings/table.h"
 
 namespace openfab::testing {
@@ -13,8 +14,12 @@ namespace {
 
 using namespace part::messages;
 using namespace program::messages;
+using namespace solid::messages;
 
 constexpr Refusal kRefusals[] = {
+    {{"bed|bed alone|gaps|rows|tray|beyond|arrange", "grown*|program*", "*"},
+     kReachNotKnown,
+     kReachNotKnownHelp},
     {{"beyond", "*", "*"}, kPartOutsideTray, ""},
     {{"stretch|machine stretch|matrix", "*", "pieces of a file"},
      kPieceUnevenScale,

@@ -8,6 +8,7 @@
 #include "base/infinity.h"
 #include "runtime/solid/beams/beam_coverage.h"
 #include "runtime/solid/beams/beam_engine.h"
+#include "runtime/solid/extent/extent_search.h"
 #include "runtime/solid/placed_box.h"
 
 namespace openfab::solid {
@@ -98,12 +99,45 @@ class PlacedBeams final : public Placed {
     const BeamCoverage coverage_;
 };
 
+/// Beams for the search of an extent: their distance never changes faster than the place.
+class BeamsValue final : public SolidValue {
+  public:
+    explicit BeamsValue(const BeamTree& tree) : tree_(tree) {}
+
+    Box3f box() const override { return tree_.bounds(); }
+    void values(std::span<const Vec3f> points, float* out) const override {
+        int32_t start = -1;
+        for (const Vec3f& p : points) {
+            const NearestBeam found = tree_.nearest(p, start);
+            start = found.beam;
+            *out++ = found.distance;
+        }
+    }
+    void lower_bounds(std::span<const Box3f> boxes, float* out) const override {
+        int32_t start = -1;
+        for (const Box3f& box : boxes) {
+            const Vec3f p = box.center();
+            const NearestBeam found = tree_.nearest(p, start);
+            start = found.beam;
+            *out++ = found.distance - length(box.hi - p) - tree_.slack(p);
+        }
+    }
+
+  private:
+    const BeamTree& tree_;
+};
+
 class BeamSolid final : public Solid {
   public:
     explicit BeamSolid(const part::Part& part) : shared_(part) {}
 
     Box3d exact_box(const Affine3d& local_to_other) const override {
         return mapped_box(*shared_.part.beams, local_to_other);
+    }
+    Box3d box_on_sides(const Affine3d& local_to_other,
+                       std::span<const pieces::Side> sides) const override {
+        const Box3d box = find_extent(BeamsValue(shared_.tree), local_to_other.m, sides).box;
+        return box.empty() ? box : Box3d{box.lo + local_to_other.t, box.hi + local_to_other.t};
     }
     Box3f bounds() const override { return shared_.tree.bounds(); }
     bool dices() const override { return false; }

@@ -64,6 +64,10 @@ Box3i voxels_of(const Box3d& box) {
     return out;
 }
 
+Box3d of_doubles(const Box3f& box) {
+    return {vec_cast<double>(box.lo), vec_cast<double>(box.hi)};
+}
+
 }  // namespace
 
 VoxelSide::VoxelSide(const pieces::Side& side, const part::Part& part, const part::Grid& grid)
@@ -228,40 +232,28 @@ Box3d box_in_build(const part::Part& part, const Solid& solid) {
     }
     const Box3f bounds = solid.bounds();
     if (bounds.empty()) return {};
-    const Box3d whole = solid.exact_box(part.local_to_build);
-    Box3d box;
-    if (mesh && std::isfinite(part.max_displacement_mm)) {
-        // What lies in the piece once it is displaced was within that of it before.
-        const double by = double{part.max_displacement_mm};
-        box = pieces::piece_box(pieces::Body{part.mesh->positions, part.mesh->triangles}, region,
-                                part.local_to_build, by);
-        if (box.empty()) return box;
-        const Vec3d grow{by, by, by};
-        box = {box.lo - grow, box.hi + grow};
-    } else {
-        box = pieces::piece_box(Box3d{vec_cast<double>(bounds.lo), vec_cast<double>(bounds.hi)},
-                                region, part.local_to_build);
-    }
+    if (region.shapes_only || region.sides.empty())
+        return pieces::piece_box(of_doubles(bounds), region, part.local_to_build);
+    Box3d box = solid.box_on_sides(part.local_to_build, region.sides);
+    // Where cuts meet within what is displaced, none of its micropolygons need be.
+    if (mesh) box.add(pieces::corner_box(of_doubles(bounds), region, part.local_to_build));
+    if (box.empty()) return box;
+    box.add(pieces::added_box(of_doubles(bounds), region, part.local_to_build));
+    // Pegs reach no farther than the part, and what is not known before a print is within this.
+    const Box3d whole = solid.exact_box(part.local_to_build),
+                most = pieces::piece_box(of_doubles(bounds), region, part.local_to_build);
     for (int axis = 0; axis < 3; ++axis) {
-        box.lo[axis] = std::max(box.lo[axis], whole.lo[axis]);
-        box.hi[axis] = std::min(box.hi[axis], whole.hi[axis]);
+        box.lo[axis] = std::max({box.lo[axis], whole.lo[axis], most.lo[axis]});
+        box.hi[axis] = std::min({box.hi[axis], whole.hi[axis], most.hi[axis]});
     }
     return box.empty() ? Box3d{} : box;
 }
 
 Box3d voxels_beyond(const part::Part& part, const Solid& solid, const Vec3d& pitch_mm,
                     const Box3d& known) {
-    Box3d box = solid.voxels_beyond(part.local_to_build, pitch_mm, known);
-    if (part.piece == nullptr || box.empty()) return box;
-    const Box3f bounds = solid.bounds();
-    const Box3d piece =
-        pieces::piece_box(Box3d{vec_cast<double>(bounds.lo), vec_cast<double>(bounds.hi)},
-                          part.piece->region, part.local_to_build);
-    for (int axis = 0; axis < 3; ++axis) {
-        box.lo[axis] = std::max(box.lo[axis], piece.lo[axis] - pitch_mm[axis]);
-        box.hi[axis] = std::min(box.hi[axis], piece.hi[axis] + pitch_mm[axis]);
-    }
-    return box.empty() ? Box3d{} : box;
+    std::span<const pieces::Side> sides;
+    if (part.piece != nullptr && !part.piece->region.shapes_only) sides = part.piece->region.sides;
+    return solid.voxels_beyond(part.local_to_build, sides, pitch_mm, known);
 }
 
 std::vector<int32_t> tops_of_piece(const Placed& placed, const Cut& cut, const Box3i& box) {

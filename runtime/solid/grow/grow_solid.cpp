@@ -178,6 +178,10 @@ class GrowSolid final : public Solid {
     Box3d exact_box(const Affine3d& local_to_other) const override {
         return surface::transform_box(local_to_other, bounds());
     }
+    Box3d box_on_sides(const Affine3d& local_to_other,
+                       std::span<const pieces::Side> /*sides*/) const override {
+        return exact_box(local_to_other);
+    }
     Box3f bounds() const override { return shared_.grown.bounds(); }
     /// A query may have to grow clumps.
     bool dices() const override { return true; }

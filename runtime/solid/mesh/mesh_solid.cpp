@@ -114,6 +114,10 @@ class MeshSolid final : public Solid {
     Box3d exact_box(const Affine3d& local_to_other) const override {
         return surface().exact_box(local_to_other);
     }
+    Box3d box_on_sides(const Affine3d& local_to_other,
+                       std::span<const pieces::Side> sides) const override {
+        return surface().box_on_sides(local_to_other, sides);
+    }
     Box3f bounds() const override {
         Box3f box;
         for (const surface::Patch& patch : surface().patches()) {

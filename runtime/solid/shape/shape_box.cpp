@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/solid/shape/shape_extent.h"
 #include "runtime/solid/shape/shape_field.h"
 #include "runtime/surface/transform_box.h"
 
@@ -60,28 +59,74 @@ void visit_voxels(const Box3d& box, const Vec3d& pitch_mm, const Visit& visit) {
     }
 }
 
+/// A shape for the search of its extent. A kernel that fails is noted; what it leaves is inside nowhere.
+class ShapeValue final : public SolidValue {
+  public:
+    explicit ShapeValue(const ShapeField& field) : field_(field) {}
+
+    Box3f box() const override { return field_.bounds(); }
+    void values(std::span<const Vec3f> points, float* out) const override {
+        ShapePoints some;
+        for (const Vec3f& p : points)
+            some.push_back(p);
+        std::vector<float> found;
+        ask([&](ShapeCalls* calls) { return calls->values(some, &found); }, points.size(), &found);
+        std::copy_n(found.begin(), points.size(), out);
+    }
+    void lower_bounds(std::span<const Box3f> boxes, float* out) const override {
+        ShapePoints lo, hi;
+        for (const Box3f& box : boxes)
+            lo.push_back(box.lo), hi.push_back(box.hi);
+        std::vector<float> value_lo, value_hi;
+        ask([&](ShapeCalls* calls) { return calls->bounds(lo, hi, &value_lo, &value_hi); },
+            boxes.size(), &value_lo);
+        std::copy_n(value_lo.begin(), boxes.size(), out);
+    }
+
+  private:
+    template <typename Call>
+    void ask(const Call& call, size_t count, std::vector<float>* out) const {
+        ShapeCalls* calls = field_.take();
+        if (const abi::KernelStatus status = call(calls); !status.ok()) {
+            field_.note(status);
+            out->assign(count, 0);
+        }
+        field_.give(calls);
+    }
+    const ShapeField& field_;
+};
+
 }  // namespace
 
-const ShapeExtent& ShapeField::extent(const std::array<double, 9>& turn) const {
+const Extent& ShapeField::extent(const std::array<double, 9>& turn,
+                                 std::span<const pieces::Side> sides) const {
+    std::pair<std::array<double, 9>, std::vector<double>> key{turn, {}};
+    for (const pieces::Side& side : sides) {
+        const double sign = side.front ? -1 : 1;
+        for (int a = 0; a < 3; ++a)
+            key.second.push_back(sign * side.normal[a]);
+        key.second.push_back(sign * side.offset);
+    }
     {
         const std::lock_guard lock(extents_mutex_);
-        if (const auto at = extents_.find(turn); at != extents_.end()) return at->second;
+        if (const auto at = extents_.find(key); at != extents_.end()) return at->second;
     }
     // Without the lock: a thread that waits for its tasks may take up one that needs it.
-    ShapeExtent found = find_extent(*this, turn);
+    Extent found = find_extent(ShapeValue(*this), turn, sides);
     const std::lock_guard lock(extents_mutex_);
-    return extents_.try_emplace(turn, std::move(found)).first->second;
+    return extents_.try_emplace(std::move(key), std::move(found)).first->second;
 }
 
-Box3d ShapeField::exact_box(const Affine3d& local_to_other) const {
-    Box3d out = extent(local_to_other.m).box;
+Box3d ShapeField::exact_box(const Affine3d& local_to_other,
+                            std::span<const pieces::Side> sides) const {
+    Box3d out = extent(local_to_other.m, sides).box;
     if (out.empty()) return out;
     return {out.lo + local_to_other.t, out.hi + local_to_other.t};
 }
 
-Box3d ShapeField::voxels_beyond(const Affine3d& local_to_other, const Vec3d& pitch_mm,
-                                const Box3d& known) const {
-    const std::vector<Box3f>& open = extent(local_to_other.m).open;
+Box3d ShapeField::voxels_beyond(const Affine3d& local_to_other, std::span<const pieces::Side> sides,
+                                const Vec3d& pitch_mm, const Box3d& known) const {
+    const std::vector<Box3f>& open = extent(local_to_other.m, sides).open;
     const Affine3d back = inverse_of_rotation(local_to_other);
     Box3d all = known, out;
     for (size_t first = 0; first < open.size(); first += kBoxesAtOnce) {
@@ -108,6 +153,9 @@ Box3d ShapeField::voxels_beyond(const Affine3d& local_to_other, const Vec3d& pit
                 const Vec3f p = vec_cast<float>(back.apply(voxel.center()));
                 for (int a = 0; a < 3; ++a) {
                     if (p[a] < box_.lo[a] || p[a] > box_.hi[a]) return;
+                }
+                for (const pieces::Side& side : sides) {
+                    if (side.depth(vec_cast<double>(p)) < 0) return;
                 }
                 points.push_back(p);
                 voxels.push_back(voxel);

@@ -42,7 +42,7 @@ Error ShapeField::error(const std::string& what, const std::string& help) const 
 
 Result<void> ShapeField::check() const {
     if (Result<void> closed = check_border(); !closed) return closed;
-    const ShapeExtent& found = extent({1, 0, 0, 0, 1, 0, 0, 0, 1});
+    const Extent& found = extent({1, 0, 0, 0, 1, 0, 0, 0, 1}, {});
     if (Result<void> fine = status(); !fine) return fine;
     if (!found.box.empty()) return {};
     if (found.open.empty())

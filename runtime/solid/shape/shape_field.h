@@ -18,11 +18,15 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/pool.h"
 #include "base/result.h"
 #include "base/vec.h"
+#include "pieces/region.h"
+#include "runtime/solid/extent/extent_search.h"
 #include "runtime/solid/shape/shape_bodies.h"
 #include "runtime/solid/shape/shape_calls.h"
 #include "runtime/surface/surface.h"
@@ -31,14 +35,6 @@ namespace openfab::solid {
 
 /// Cells along a side of a block, which is a patch of the surface.
 constexpr int32_t kPatchCells = 16;
-
-/// How far a shape reaches under a linear map.
-struct ShapeExtent {
-    Box3d box;  ///< empty: nowhere is a point of it
-    std::vector<Box3f>
-        open;  ///< boxes, part-local, beyond it, where bounds of the value do not tell that nothing is inside
-    double spacing_mm = 0;  ///< of an empty box with open ones: points so far apart were looked at
-};
 
 class ShapeField {
   public:
@@ -50,12 +46,13 @@ class ShapeField {
     /// Returns an error where the shape is negative at the border of its box, nowhere negative in it,
     /// or no number. The points that are looked at do not depend on the cell.
     Result<void> check() const;
-    /// Returns the box of what is negative under an affine map (find_extent).
-    Box3d exact_box(const Affine3d& local_to_other) const;
-    /// Returns the box of voxels beyond `known` whose centres are inside though no box of find_extent
-    /// holds them. `pitch_mm` is along the axes of the other space, whose voxels lie at its multiples.
-    Box3d voxels_beyond(const Affine3d& local_to_other, const Vec3d& pitch_mm,
-                        const Box3d& known) const;
+    /// Returns the box of what is negative on these sides, under an affine map (find_extent).
+    Box3d exact_box(const Affine3d& local_to_other, std::span<const pieces::Side> sides) const;
+    /// Returns the box of voxels beyond `known` whose centres are inside, and on these sides, though no
+    /// box of find_extent holds them. `pitch_mm` is along the axes of the other space, whose voxels lie
+    /// at its multiples.
+    Box3d voxels_beyond(const Affine3d& local_to_other, std::span<const pieces::Side> sides,
+                        const Vec3d& pitch_mm, const Box3d& known) const;
     /// Returns the shape's box, part-local.
     const Box3f& bounds() const { return box_; }
     /// Returns whether a box within the shape's touches its border, where everything is outside.
@@ -109,7 +106,8 @@ class ShapeField {
     /// Appends those of the node's eight parts that the bounds kernel does not decide within a box.
     void split(const Node& node, const Box3f& within, ShapeCalls* calls,
                std::vector<Node>* out) const;
-    const ShapeExtent& extent(const std::array<double, 9>& turn) const;
+    const Extent& extent(const std::array<double, 9>& turn,
+                         std::span<const pieces::Side> sides) const;
     bool fill_values(const Vec3i& lowest, ShapeCalls* calls, Diced* diced) const;
     bool crosses(const Node& block, ShapeCalls* calls) const;
     void find_zeros(ShapeCalls* calls, Diced* diced) const;
@@ -133,7 +131,8 @@ class ShapeField {
     std::vector<size_t> floats_, ints_;
     mutable Pool<ShapeCalls> calls_;
     mutable std::mutex mutex_;
-    mutable std::map<std::array<double, 9>, ShapeExtent> extents_;  ///< by map
+    /// By map, and by normals and offsets of sides, outwards.
+    mutable std::map<std::pair<std::array<double, 9>, std::vector<double>>, Extent> extents_;
     mutable std::mutex extents_mutex_;
     mutable std::optional<Vec3f> nan_;  ///< the first in z, y, x
     mutable std::optional<abi::KernelStatus> failed_;

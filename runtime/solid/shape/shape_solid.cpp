@@ -131,11 +131,15 @@ class ShapeSolid final : public Solid {
     Result<void> check() const { return shared_.field.check(); }
 
     Box3d exact_box(const Affine3d& local_to_other) const override {
-        return shared_.field.exact_box(local_to_other);
+        return shared_.field.exact_box(local_to_other, {});
     }
-    Box3d voxels_beyond(const Affine3d& local_to_build, const Vec3d& pitch_mm,
-                        const Box3d& known) const override {
-        return shared_.field.voxels_beyond(local_to_build, pitch_mm, known);
+    Box3d box_on_sides(const Affine3d& local_to_other,
+                       std::span<const pieces::Side> sides) const override {
+        return shared_.field.exact_box(local_to_other, sides);
+    }
+    Box3d voxels_beyond(const Affine3d& local_to_build, std::span<const pieces::Side> sides,
+                        const Vec3d& pitch_mm, const Box3d& known) const override {
+        return shared_.field.voxels_beyond(local_to_build, sides, pitch_mm, known);
     }
     Box3f bounds() const override { return shared_.field.bounds(); }
     bool dices() const override { return shared_.surface != nullptr; }

@@ -53,7 +53,7 @@ class ShapeSurface final : public surface::Surface {
     void displacement_bounds(int32_t /*patch*/,
                              std::vector<surface::GrownPolygon>* /*out*/) const override {}
     Box3d exact_box(const Affine3d& local_to_other) const override {
-        return field_.exact_box(local_to_other);
+        return field_.exact_box(local_to_other, {});
     }
     surface::SurfaceCounts counts() const override {
         surface::SurfaceCounts counts;

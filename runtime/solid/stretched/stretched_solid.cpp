@@ -131,6 +131,18 @@ class StretchedSolid final : public Solid {
     Box3d exact_box(const Affine3d& local_to_other) const override {
         return solid_->exact_box(product(local_to_other, stretch_.map()));
     }
+    Box3d box_on_sides(const Affine3d& local_to_other,
+                       std::span<const pieces::Side> sides) const override {
+        std::vector<pieces::Side> of_source(sides.begin(), sides.end());
+        const std::array<double, 9>& m = stretch_.map().m;
+        for (pieces::Side& side : of_source) {
+            const Vec3d n = side.normal;
+            side.normal = {n.x * m[0] + n.y * m[3] + n.z * m[6],
+                           n.x * m[1] + n.y * m[4] + n.z * m[7],
+                           n.x * m[2] + n.y * m[5] + n.z * m[8]};
+        }
+        return solid_->box_on_sides(product(local_to_other, stretch_.map()), of_source);
+    }
     Box3f bounds() const override {
         const Box3d box = surface::transform_box(stretch_.map(), solid_->bounds());
         Box3f out;

@@ -1,6 +1,6 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
-#include "runtime/solid/shape/shape_extent.h"
+#include "runtime/solid/extent/extent_search.h"
 
 #include <tbb/parallel_for.h>
 
@@ -14,6 +14,8 @@
 namespace openfab::solid {
 
 namespace {
+
+using Points = std::vector<Vec3f>;
 
 // Points along a side of the box that are looked at first.
 constexpr int32_t kFirstLook = 16;
@@ -32,8 +34,9 @@ constexpr size_t kExtentChunk = 2048;   // points or boxes that a thread takes a
 
 class ExtentSearch {
   public:
-    ExtentSearch(const ShapeField& field, const std::array<double, 9>& turn)
-        : field_(field), box_(field.bounds()) {
+    ExtentSearch(const SolidValue& solid, const std::array<double, 9>& turn,
+                 std::span<const pieces::Side> sides)
+        : solid_(solid), sides_(sides), box_(solid.box()) {
         for (size_t side = 0; side < 6; ++side) {
             const size_t row = 3 * (side / 2);
             const double sign = side % 2 == 0 ? -1 : 1;
@@ -42,10 +45,10 @@ class ExtentSearch {
         longest_ = static_cast<double>(box_.longest_side());
     }
 
-    ShapeExtent run() {
+    Extent run() {
         look_first();
         if (reach_[0] == -kInfinity) search(0, kMostWhereEmpty);
-        ShapeExtent out;
+        Extent out;
         if (reach_[0] == -kInfinity) {
             out.open = std::move(open_);
             out.spacing_mm = spacing_;
@@ -107,55 +110,55 @@ class ExtentSearch {
         return true;
     }
 
-    std::vector<float> values(const ShapePoints& points) const {
+    /// Returns how far beyond the side that it is farthest beyond, or 0.
+    double outside(const Vec3f& p) const {
+        double most = 0;
+        for (const pieces::Side& side : sides_)
+            most = std::max(most, 0 - side.depth(vec_cast<double>(p)));
+        return most;
+    }
+    /// Returns the least of that over a box.
+    double outside(const Box3f& box) const {
+        double most = 0;
+        for (const pieces::Side& side : sides_) {
+            const Vec3d inwards = side.front ? side.normal : side.normal * -1.0;
+            most = std::max(most,
+                            (side.front ? side.offset : 0 - side.offset) - reach_of(inwards, box));
+        }
+        return most;
+    }
+    std::vector<float> values(const Points& points) const {
         std::vector<float> out(points.size());
-        tbb::parallel_for(
-            size_t{0}, (points.size() + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
-                const size_t first = chunk * kExtentChunk,
-                             end = std::min(first + kExtentChunk, points.size());
-                ShapePoints some;
-                for (size_t i = first; i < end; ++i)
-                    some.push_back(points.point(i));
-                std::vector<float> found;
-                ShapeCalls* calls = field_.take();
-                if (const abi::KernelStatus status = calls->values(some, &found); !status.ok()) {
-                    field_.note(status);
-                    found.assign(some.size(), 0);
-                }
-                field_.give(calls);
-                std::copy_n(found.begin(), end - first,
-                            out.begin() + static_cast<ptrdiff_t>(first));
-            });
+        in_chunks(points.size(), [&](size_t first, size_t count) {
+            solid_.values({points.data() + first, count}, out.data() + first);
+            for (size_t i = first; i < first + count && !sides_.empty(); ++i) {
+                const double beyond = outside(points[i]);
+                if (beyond > 0) out[i] = static_cast<float>(beyond);
+            }
+        });
         return out;
     }
-    void bounds(const std::vector<Box3f>& boxes, std::vector<float>* out_lo,
-                std::vector<float>* out_hi) const {
-        out_lo->resize(boxes.size());
-        out_hi->resize(boxes.size());
-        tbb::parallel_for(
-            size_t{0}, (boxes.size() + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
-                const size_t first = chunk * kExtentChunk,
-                             end = std::min(first + kExtentChunk, boxes.size());
-                ShapePoints lo, hi;
-                for (size_t i = first; i < end; ++i)
-                    lo.push_back(boxes[i].lo), hi.push_back(boxes[i].hi);
-                std::vector<float> value_lo, value_hi;
-                ShapeCalls* calls = field_.take();
-                if (const abi::KernelStatus status = calls->bounds(lo, hi, &value_lo, &value_hi);
-                    !status.ok()) {
-                    field_.note(status);
-                    value_lo.assign(lo.size(), 0);
-                    value_hi = value_lo;
-                }
-                field_.give(calls);
-                const auto to = static_cast<ptrdiff_t>(first);
-                std::copy_n(value_lo.begin(), end - first, out_lo->begin() + to);
-                std::copy_n(value_hi.begin(), end - first, out_hi->begin() + to);
-            });
+    std::vector<float> lower_bounds(const std::vector<Box3f>& boxes) const {
+        std::vector<float> out(boxes.size());
+        in_chunks(boxes.size(), [&](size_t first, size_t count) {
+            solid_.lower_bounds({boxes.data() + first, count}, out.data() + first);
+            for (size_t i = first; i < first + count && !sides_.empty(); ++i) {
+                const double beyond = outside(boxes[i]);
+                if (beyond > 0) out[i] = static_cast<float>(beyond);
+            }
+        });
+        return out;
+    }
+    template <typename Run>
+    static void in_chunks(size_t count, const Run& run) {
+        tbb::parallel_for(size_t{0}, (count + kExtentChunk - 1) / kExtentChunk, [&](size_t chunk) {
+            const size_t first = chunk * kExtentChunk;
+            run(first, std::min(kExtentChunk, count - first));
+        });
     }
 
     void look_first() {
-        ShapePoints points;
+        Points points;
         for (int32_t z = 0; z < kFirstLook; ++z) {
             for (int32_t y = 0; y < kFirstLook; ++y) {
                 for (int32_t x = 0; x < kFirstLook; ++x) {
@@ -172,7 +175,7 @@ class ExtentSearch {
         const std::vector<float> found = values(points);
         std::vector<Vec3f> inside;
         for (size_t i = 0; i < found.size(); ++i) {
-            if (found[i] < 0) inside.push_back(points.point(i));
+            if (found[i] < 0) inside.push_back(points[i]);
         }
         if (inside.empty()) return;
         for (size_t side = 0; side < 6; ++side)
@@ -206,7 +209,7 @@ class ExtentSearch {
         for (const Vec3f& p : from)
             high.push_back(way_out(along, p));
         for (int32_t step = 0; step < kHalvings; ++step) {
-            ShapePoints points;
+            Points points;
             for (size_t i = 0; i < from.size(); ++i)
                 points.push_back(moved(from[i], along * ((low[i] + high[i]) / 2)));
             const std::vector<float> found = values(points);
@@ -244,7 +247,7 @@ class ExtentSearch {
         const Vec3d v = cross(along, u);
         double step = longest_ / kFirstLook;
         for (int32_t i = 0; i < kClimbSteps && step > kLeastStep * longest_; ++i) {
-            ShapePoints around;
+            Points around;
             for (int32_t y = -1; y <= 1; ++y) {
                 for (int32_t x = -1; x <= 1; ++x) {
                     if (x != 0 || y != 0)
@@ -254,7 +257,7 @@ class ExtentSearch {
             const std::vector<float> found = values(around);
             std::vector<Vec3f> higher;
             for (size_t k = 0; k < found.size(); ++k) {
-                if (found[k] < 0) higher.push_back(around.point(k));
+                if (found[k] < 0) higher.push_back(around[k]);
             }
             double now = -kInfinity;
             const Vec3f to = higher.empty() ? at : rise(side, higher, &now);
@@ -269,7 +272,7 @@ class ExtentSearch {
     }
 
     /// Searches for a point inside from those with the least values, downhill; none: nothing is found.
-    std::vector<Vec3f> descend(const ShapePoints& points, const std::vector<float>& found,
+    std::vector<Vec3f> descend(const Points& points, const std::vector<float>& found,
                                double step) const {
         std::vector<size_t> order(points.size());
         std::iota(order.begin(), order.end(), size_t{0});
@@ -281,9 +284,9 @@ class ExtentSearch {
         std::vector<Vec3f> at;
         std::vector<float> least;
         for (size_t i = 0; i < some; ++i)
-            at.push_back(points.point(order[i])), least.push_back(found[order[i]]);
+            at.push_back(points[order[i]]), least.push_back(found[order[i]]);
         for (int32_t i = 0; i < kHalvings; ++i, step /= 2) {
-            ShapePoints around;
+            Points around;
             for (const Vec3f& p : at) {
                 for (int32_t k = 0; k < 6; ++k) {
                     Vec3d by;
@@ -294,10 +297,10 @@ class ExtentSearch {
             const std::vector<float> values_around = values(around);
             std::vector<Vec3f> inside;
             for (size_t k = 0; k < around.size(); ++k) {
-                if (values_around[k] < 0) inside.push_back(around.point(k));
+                if (values_around[k] < 0) inside.push_back(around[k]);
                 if (!(values_around[k] < least[k / 6])) continue;
                 least[k / 6] = values_around[k];
-                at[k / 6] = around.point(k);
+                at[k / 6] = around[k];
             }
             if (!inside.empty()) return inside;
         }
@@ -326,7 +329,6 @@ class ExtentSearch {
     void search(size_t side, size_t most) {
         const Vec3d& along = along_[side];
         std::vector<Box3f> boxes{box_}, next;
-        std::vector<float> value_lo, value_hi;
         for (int32_t level = 0; level < kDeepest; ++level) {
             const bool any = reach_[side] != -kInfinity;
             next.clear();
@@ -335,9 +337,9 @@ class ExtentSearch {
             }
             boxes.swap(next);
             if (boxes.empty()) return;
-            bounds(boxes, &value_lo, &value_hi);
+            const std::vector<float> value_lo = lower_bounds(boxes);
             next.clear();
-            ShapePoints centres;
+            Points centres;
             for (size_t i = 0; i < boxes.size(); ++i) {
                 if (value_lo[i] >= 0) continue;
                 next.push_back(boxes[i]);
@@ -347,7 +349,7 @@ class ExtentSearch {
             const std::vector<float> found = values(centres);
             std::vector<Vec3f> inside;
             for (size_t i = 0; i < boxes.size(); ++i) {
-                if (found[i] < 0) inside.push_back(centres.point(i));
+                if (found[i] < 0) inside.push_back(centres[i]);
             }
             spacing_ = longest_ / std::exp2(level);
             if (!any && inside.empty() && !boxes.empty())
@@ -377,7 +379,8 @@ class ExtentSearch {
         open_.insert(open_.end(), boxes.begin(), boxes.end());
     }
 
-    const ShapeField& field_;
+    const SolidValue& solid_;
+    const std::span<const pieces::Side> sides_;
     const Box3f box_;
     std::array<Vec3d, 6> along_;
     double longest_ = 0;
@@ -389,8 +392,9 @@ class ExtentSearch {
 
 }  // namespace
 
-ShapeExtent find_extent(const ShapeField& field, const std::array<double, 9>& turn) {
-    return ExtentSearch(field, turn).run();
+Extent find_extent(const SolidValue& solid, const std::array<double, 9>& turn,
+                   std::span<const pieces::Side> sides) {
+    return ExtentSearch(solid, turn, sides).run();
 }
 
 }  // namespace openfab::solid
