@@ -86,7 +86,8 @@ void read_texture(const JsonMember& m, JsonReader* json, WorldFiles* files, Worl
     texture.name = m.key;
     if (const JsonMember* p = m.value.find("time"))
         texture.time = json->number(p->value, "`time` of " + what, -1e30, 1e30);
-    texture.file = files->images(m.value.find("file")->value, "the file of " + what, texture.time);
+    texture.file = files->images(m.value.find("file")->value, "the file of " + what, texture.time,
+                                 texture.field);
     const auto choice = [&](const char* key, const std::vector<std::string>& choices,
                             size_t otherwise) {
         const JsonMember* p = m.value.find(key);

@@ -196,11 +196,11 @@ namespace {
 /// Names the data files of a header of NRRD, NIfTI or MetaImage, or of an XDMF file; none of any other file,
 /// or of one that cannot be read.
 std::vector<std::string> data_files_of(const fs::path& file, std::optional<double> time,
-                                       const ReadLimits& limits) {
+                                       const std::string& field, const ReadLimits& limits) {
     const Result<InputFile> opened = InputFile::open(file);
     if (!opened) return {};
     if (is_xdmf(file)) {
-        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, time, limits);
+        const Result<XdmfGrid> grid = read_xdmf_grid(*opened, time, field, limits);
         return grid ? grid->data_files() : std::vector<std::string>();
     }
     std::string begin(NiftiHeader::kBytes, '\0');
@@ -231,9 +231,10 @@ std::vector<std::string> data_files_of(const fs::path& file, std::optional<doubl
 
 }  // namespace
 
-std::vector<fs::path> detached_data(const fs::path& file, std::optional<double> time) {
+std::vector<fs::path> detached_data(const fs::path& file, std::optional<double> time,
+                                    const std::string& field) {
     std::vector<fs::path> out;
-    for (const std::string& name : data_files_of(file, time, {}))
+    for (const std::string& name : data_files_of(file, time, field, {}))
         out.push_back(file.parent_path() / name);
     return out;
 }
@@ -253,7 +254,8 @@ Result<uint64_t> volume_key(const fs::path& source, const VolumeOptions& options
         text += fmt::format("|{:016x}", *key);
     }
     if (files->size() == 1) {
-        for (const std::string& name : data_files_of(files->front(), options.time, limits)) {
+        for (const std::string& name :
+             data_files_of(files->front(), options.time, options.field, limits)) {
             // Opened and checked to be allowed before a byte of it is read.
             const Result<InputFile> data = open_data_file(files->front(), name, limits);
             if (!data)

@@ -45,9 +45,10 @@ bool is_medium_list(const std::filesystem::path& file);
 Result<std::vector<std::filesystem::path>> volume_files(const std::filesystem::path& source);
 
 /// Lists the data files that `file` names if it is the header of a detached NRRD, NIfTI or MetaImage, or an
-/// XDMF file; of steps, those of the one that is read.
+/// XDMF file; of steps and series of them, those of the one that is read.
 std::vector<std::filesystem::path> detached_data(const std::filesystem::path& file,
-                                                 std::optional<double> time);
+                                                 std::optional<double> time,
+                                                 const std::string& field = {});
 
 /// Hashes all bytes of the files, of its data files, the options and the version of the file
 /// format.

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <string_view>
 
@@ -106,8 +107,9 @@ Complaint read_slab(std::string_view text, std::vector<int64_t> sizes, XdmfItem*
 /// Receives the elements.
 class Reading final : public XmlHandler {
   public:
-    /// Reads the step of this index.
-    Reading(XdmfGrid* grid, int step) : grid_(*grid), wanted_step_(step) {}
+    /// Reads this step.
+    Reading(XdmfGrid* grid, const XdmfStep& step)
+        : grid_(*grid), wanted_series_(step.series), wanted_step_(step.step) {}
 
     Complaint start(std::string_view name, const XmlAttributes& a) override {
         ++depth_;
@@ -201,6 +203,10 @@ class Reading final : public XmlHandler {
         const std::string type = xdmf_word(a, "GridType", "Type");
         if (type == "collection" && xdmf_word(a, "CollectionType") == "temporal") {
             if (!series_.empty()) return {messages::kSeriesNested};
+            if (series_count_++ != wanted_series_) {
+                skipped_ = depth_;
+                return {};
+            }
             series_.push_back(depth_);
             steps_ = 0;
             return {};
@@ -294,7 +300,8 @@ class Reading final : public XmlHandler {
     }
 
     XdmfGrid& grid_;
-    const int wanted_step_;
+    const int wanted_series_, wanted_step_;
+    int series_count_ = 0;        ///< so far
     bool in_first_step_ = false;  ///< while another one is wanted
     XdmfGrid first_;              ///< its cells and points
     int first_grids_ = 0;
@@ -313,6 +320,19 @@ class Reading final : public XmlHandler {
     std::vector<XdmfItem> field_items_;
     std::vector<XdmfItem>* items_ = nullptr;  ///< of the part at hand
 };
+
+/// Whether a second series may follow: then the file is read once more, before the rest.
+bool may_have_several_series(std::string_view text) {
+    constexpr std::string_view kTemporal = "temporal";
+    const auto find = [&](size_t from) {
+        const auto* const found = std::search(text.begin() + static_cast<std::ptrdiff_t>(from),
+                                              text.end(), kTemporal.begin(), kTemporal.end(),
+                                              [](char a, char b) { return (a | 0x20) == b; });
+        return static_cast<size_t>(found - text.begin());
+    };
+    const size_t first = find(0);
+    return first < text.size() && find(first + 1) < text.size();
+}
 
 /// Leaves the name of a data file without the blanks around it, and of a set.
 void trim(XdmfItem* item) {
@@ -362,7 +382,7 @@ std::vector<std::string> XdmfGrid::data_files() const {
 }
 
 Result<XdmfGrid> read_xdmf_grid(const InputFile& file, std::optional<double> time,
-                                const ReadLimits& limits) {
+                                const std::string& field, const ReadLimits& limits) {
     // With it lie the texts of the items, and what is made of them.
     const int64_t most = limits.memory_bytes / 4;
     if (file.bytes() > most) {
@@ -378,9 +398,9 @@ Result<XdmfGrid> read_xdmf_grid(const InputFile& file, std::optional<double> tim
         error.location = {};
         return error;
     };
-    int step = 0;
-    if (time) {
-        const Result<int> found = find_xdmf_step(*text, *time);
+    XdmfStep step;
+    if (time || may_have_several_series(*text)) {
+        const Result<XdmfStep> found = find_xdmf_step(*text, time, field);
         if (!found) return at_line(found.error());
         step = *found;
     }

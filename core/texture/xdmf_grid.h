@@ -64,10 +64,11 @@ struct XdmfGrid {
 /// Returns whether a file is XDMF by its name.
 bool is_xdmf(const std::filesystem::path& file);
 
-/// Reads the one grid of the file; of several steps that of `time` (xdmf_steps.h), else the first. It may
+/// Reads the one grid of the file; of several steps that of `time`, else the first, of several series of steps that
+/// which has the field (xdmf_steps.h). It may
 /// include cells and points of the first step, or of one other grid, which then has no fields. Fails
 /// where there are several otherwise. Errors do not name the file.
 Result<XdmfGrid> read_xdmf_grid(const InputFile& file, std::optional<double> time,
-                                const ReadLimits& limits);
+                                const std::string& field, const ReadLimits& limits);
 
 }  // namespace openfab::texture

@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The steps of an XDMF file's Temporal collection, and which of them has a time. Read before the grid
+// The steps of an XDMF file's Temporal collections, and which of them is read. Read before the grid
 // itself: a step may name its time behind its arrays, and of all steps but one those are passed over.
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -17,9 +18,16 @@ namespace openfab::texture {
 std::string xdmf_word(const XmlAttributes& attributes, std::string_view name,
                       std::string_view other = {});
 
-/// Returns the index of the step whose time differs from `time` by at most a millionth of the largest one.
-/// Times are the `Value` of a step's Time, else those that the collection lists, else numbers from 0.
-/// Fails where the text has no steps, several series of them, or none of that time.
-Result<int> find_xdmf_step(std::string_view text, double time);
+/// A step by its index, and the series that it is of: solvers write one for each function.
+struct XdmfStep {
+    int series = 0, step = 0;
+};
+
+/// Finds the series whose first step has the field, where there are several, and its step whose time differs from
+/// `time` by at most a millionth of the largest one; without a time its first one. Times are the `Value` of a step's
+/// Time, else those that the collection lists, else numbers from 0. Fails where there are several series and `field`
+/// names none of them, or where there is a time and no step of it.
+Result<XdmfStep> find_xdmf_step(std::string_view text, std::optional<double> time,
+                                const std::string& field);
 
 }  // namespace openfab::texture

@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 #include <vector>
 
+#include "tools/hdf5/hdf5_handle.h"
 #include "tools/hdf5/messages.h"
 #include "tools/texture/guarded.h"
 #include "tools/texture/messages.h"
@@ -17,37 +17,6 @@
 namespace openfab::tools {
 
 namespace {
-
-/// Something of the library's that is closed.
-class Handle {
-  public:
-    Handle() = default;
-    Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-    ~Handle() {
-        if (id_ >= 0) close_(id_);
-    }
-    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
-    Handle& operator=(Handle&& other) noexcept {
-        std::swap(id_, other.id_);
-        std::swap(close_, other.close_);
-        return *this;
-    }
-    Handle(const Handle&) = delete;
-    Handle& operator=(const Handle&) = delete;
-    bool ok() const { return id_ >= 0; }
-    operator hid_t() const {
-        return id_;
-    }  // NOLINT(google-explicit-constructor): as the library takes it
-
-  private:
-    hid_t id_ = -1;
-    herr_t (*close_)(hid_t) = nullptr;
-};
-
-/// Refuses every link to another file.
-herr_t refuse(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
-    return -1;
-}
 
 /// What writers call a filter, https://github.com/HDFGroup/hdf5_plugins, which a file may not name.
 std::string filter_name(H5Z_filter_t filter, const std::string& said) {
@@ -78,20 +47,17 @@ class SetNumbers final : public ArrayNumbers {
   public:
     Result<void> open(const InputFile& file, const std::string& set, int64_t count,
                       const std::optional<texture::XdmfSlab>& slab) {
-        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-        H5PLset_loading_state(0);  // else filters that a file names are loaded as code
-        file_ = {H5Fopen(file.name().c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
+        file_ = open_hdf5(file);
         if (!file_.ok()) return user_error(messages::kNotHdf5);
-        const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-        H5Pset_elink_cb(access, refuse, nullptr);
+        const Hdf5Handle access = within_file(H5P_DATASET_ACCESS);
         set_ = {H5Dopen2(file_, set.c_str(), access), H5Dclose};
         if (!set_.ok()) return user_error(fmt::format(messages::kNoDataSetOfName, set));
-        const Handle layout(H5Dget_create_plist(set_), H5Pclose);
+        const Hdf5Handle layout(H5Dget_create_plist(set_), H5Pclose);
         if (!layout.ok() || H5Pget_layout(layout) == H5D_VIRTUAL ||
             H5Pget_external_count(layout) != 0)
             return user_error(fmt::format(messages::kNumbersElsewhere, set),
                               messages::kNumbersElsewhereHelp);
-        const Handle type(H5Dget_type(set_), H5Tclose);
+        const Hdf5Handle type(H5Dget_type(set_), H5Tclose);
         const H5T_class_t kind = H5Tget_class(type);
         if (kind != H5T_INTEGER && kind != H5T_FLOAT)
             return user_error(fmt::format(messages::kDataSetWithoutNumbers, set));
@@ -223,7 +189,7 @@ class SetNumbers final : public ArrayNumbers {
         const hsize_t numbers = rows * row_;
         held_.resize(numbers);
         at_ = 0;
-        const Handle memory(H5Screate_simple(1, &numbers, nullptr), H5Sclose);
+        const Hdf5Handle memory(H5Screate_simple(1, &numbers, nullptr), H5Sclose);
         if (H5Sselect_hyperslab(space_, H5S_SELECT_SET, start.data(), stride_.data(), size.data(),
                                 nullptr) < 0 ||
             H5Dread(set_, H5T_NATIVE_DOUBLE, memory, space_, H5P_DEFAULT, held_.data()) < 0)
@@ -232,7 +198,7 @@ class SetNumbers final : public ArrayNumbers {
         return {};
     }
 
-    Handle file_, set_, space_;
+    Hdf5Handle file_, set_, space_;
     std::vector<hsize_t> sizes_;           ///< of what is read
     std::vector<hsize_t> start_, stride_;  ///< where that lies in the set
     size_t axis_ = 0;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The numbers of one data set of an HDF5 file. The only file that uses the library.
+// The numbers of one data set of an HDF5 file.
 
 #include <cstdint>
 #include <memory>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Volumes from XDMF files whose numbers are in HDF5 files.
+// Volumes from HDF5 files: by XDMF, whose numbers they hold, and VTKHDF.
 
 #include <filesystem>
 
@@ -11,7 +11,7 @@
 
 namespace openfab::tools {
 
-/// Same as make_volume_file (tools/texture/convert_volume.h), for an XDMF file (xdmf_reader.h).
+/// Same as make_volume_file (tools/texture/convert_volume.h), for an XDMF file (xdmf_reader.h) or VTKHDF.
 Result<void> make_hdf5_volume_file(const std::filesystem::path& source,
                                    const std::filesystem::path& out,
                                    const texture::VolumeOptions& options,

@@ -1,7 +1,7 @@
 // Copyright 2026 The OpenFab Authors
 // SPDX-License-Identifier: Apache-2.0
 
-// `openfab-texture-hdf5`: `openfab-texture` executes it for XDMF files whose numbers are in HDF5 files,
+// `openfab-texture-hdf5`: `openfab-texture` executes it for XDMF files whose numbers are in HDF5 files, and VTKHDF,
 // with its own arguments. It is separate because it links HDF5, which not every machine has.
 
 #include "base/run_main.h"

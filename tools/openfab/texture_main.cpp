@@ -24,7 +24,7 @@ int texture_main(int argc, char** argv) {
     TextureJob job;
     if (const std::optional<int> code = parse_texture_job(argc, argv, &job)) return *code;
     const OptionalConverter* other =
-        job.is_volume ? optional_converter(job.input, job.options.time) : nullptr;
+        job.is_volume ? optional_converter(job.input, job.options) : nullptr;
     if (other != nullptr) return openfab::say_error(execute(*other, argv));
     return do_quietly([&] {
         if (job.check) return check_picture_file(job.input, job.options.image, job.limits);

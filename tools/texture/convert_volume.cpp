@@ -16,6 +16,7 @@
 #include "texture/xdmf_grid.h"
 #include "tools/texture/decoder.h"
 #include "tools/texture/guarded.h"
+#include "tools/texture/hdf5_kind.h"
 #include "tools/texture/messages.h"
 #include "tools/texture/scans.h"
 #include "tools/texture/still_image.h"
@@ -114,25 +115,6 @@ class StackReader final : public VolumeReader {
     std::optional<Decoder> decoder_;
 };
 
-/// Whether a file is HDF5: its signature stands at its beginning or behind 512, 1024, ... bytes of another
-/// program.
-bool is_hdf5(const InputFile& file) {
-    constexpr std::string_view kSignature("\x89HDF\r\n\x1a\n");
-    for (int64_t at = 0; at < file.bytes(); at = at == 0 ? 512 : 2 * at) {
-        std::array<char, kSignature.size()> bytes{};
-        const Result<size_t> got = file.read(at, bytes.data(), bytes.size());
-        if (got && std::string_view(bytes.data(), *got) == kSignature) return true;
-    }
-    return false;
-}
-
-/// Whether it holds a grid of VTK: its group is named in the first of its tables of names.
-bool is_vtk_hdf(const InputFile& file) {
-    std::string begin(1 << 16, '\0');
-    const Result<size_t> got = file.read(0, begin.data(), begin.size());
-    return got && begin.substr(0, *got).find("VTKHDF") != std::string::npos;
-}
-
 /// Refuses by name what is a volume and is not read: a picture's error would say nothing of it.
 Result<void> refuse_others(const fs::path& file, const InputFile& opened, const std::string& kind,
                            std::string_view begin) {
@@ -146,8 +128,6 @@ Result<void> refuse_others(const fs::path& file, const InputFile& opened, const 
         return user_error(messages::kOnlyNumbers, messages::kOnlyNumbersRawHelp);
     if (kind == ".npz")
         return user_error(messages::kArchiveOfArrays, messages::kArchiveOfArraysHelp);
-    if (is_hdf5(opened) && is_vtk_hdf(opened))
-        return user_error(messages::kIsVtkHdf, messages::kIsVtkHdfHelp);
     if (begin.starts_with("MATLAB 5.0") || (kind == ".mat" && !is_hdf5(opened)))
         return user_error(messages::kIsMatlab, messages::kIsMatlabHelp);
     if (is_hdf5(opened) || kind == ".h5" || kind == ".hdf5" || kind == ".hdf" || kind == ".nc" ||

@@ -16,6 +16,7 @@
 #include "base/text.h"
 #include "texture/volume.h"
 #include "texture/xdmf_grid.h"
+#include "tools/texture/hdf5_kind.h"
 #include "tools/texture/messages.h"
 
 namespace openfab::tools {
@@ -29,10 +30,11 @@ constexpr OptionalConverter kOpenVdb{"openfab-texture-vdb", "OpenVDB", messages:
 
 constexpr OptionalConverter kHdf5{"openfab-texture-hdf5", "HDF5", messages::kSetupHdf5};
 
-bool has_hdf(const fs::path& path, std::optional<double> time) {
+bool has_hdf(const fs::path& path, const texture::VolumeOptions& options) {
     const Result<InputFile> file = InputFile::open(path);
     if (!file) return false;
-    const Result<texture::XdmfGrid> grid = texture::read_xdmf_grid(*file, time, {});
+    const Result<texture::XdmfGrid> grid =
+        texture::read_xdmf_grid(*file, options.time, options.field, {});
     return grid && grid->has_hdf();
 }
 
@@ -50,14 +52,18 @@ const OptionalConverter* by_content(const fs::path& path) {
 
 }  // namespace
 
-const OptionalConverter* optional_converter(const fs::path& volume, std::optional<double> time) {
+const OptionalConverter* optional_converter(const fs::path& volume,
+                                            const texture::VolumeOptions& options) {
     const Result<std::vector<fs::path>> files = texture::volume_files(volume);
     if (!files) return nullptr;
     // Any of them: a scan's folder may begin with dozens of notes and pictures.
     for (const fs::path& file : *files) {
         if (const OptionalConverter* found = by_content(file)) return found;
     }
-    if (texture::is_xdmf(files->front()) && has_hdf(files->front(), time)) return &kHdf5;
+    if (texture::is_xdmf(files->front()))
+        return has_hdf(files->front(), options) ? &kHdf5 : nullptr;
+    if (const Result<InputFile> file = InputFile::open(files->front()); file && is_vtk_hdf(*file))
+        return &kHdf5;
     const std::string kind = lower_ascii(files->front().extension().string());
     if (kind == ".vdb") return &kOpenVdb;
     return kind == ".dcm" ? &kDicom : nullptr;

@@ -5,9 +5,9 @@
 // Volumes whose libraries are optional: which program converts them, and how it is started.
 
 #include <filesystem>
-#include <optional>
 
 #include "base/result.h"
+#include "texture/volume.h"
 
 namespace openfab::tools {
 
@@ -18,10 +18,10 @@ struct OptionalConverter {
 };
 
 /// Returns the converter that a volume needs, by its first bytes, else by its name; nullptr where this
-/// program reads it. XDMF needs one where any of the numbers of its step at `time` are in an HDF5 file. A
-/// folder is DICOM where one of its files is.
+/// program reads it. XDMF needs one where any of the numbers of the step that the options name are in an HDF5
+/// file, and so does VTKHDF. A folder is DICOM where one of its files is.
 const OptionalConverter* optional_converter(const std::filesystem::path& volume,
-                                            std::optional<double> time);
+                                            const texture::VolumeOptions& options);
 
 /// Replaces the process by the converter, with the same arguments. Returns only where that fails: a
 /// converter that was not built is an error that names what to install.

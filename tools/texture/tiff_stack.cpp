@@ -327,7 +327,10 @@ MadeReader open_tiff_stack(const std::vector<fs::path>& files,
     const bool indices = first.is_palette() && options.image.space != "srgb";
     if (!first.is_plain() && !indices) return std::unique_ptr<VolumeReader>();
     constexpr int kWhiteIsLeast = 0;
-    if (indices) tell(fmt::format(messages::kPaletteAsNumbers, files.front().filename().string()));
+    if (indices) {
+        tell(fmt::format(messages::kPaletteAsNumbers, files.front().filename().string(),
+                         (uint32_t{1} << first.bits) - 1));
+    }
     if (first.photometric == kWhiteIsLeast)
         tell(fmt::format(messages::kWhiteIsLeast, files.front().filename().string()));
     auto reader = std::make_unique<TiffStack>(files, options, limits.memory_bytes);

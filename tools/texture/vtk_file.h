@@ -19,13 +19,14 @@
 #include "base/result.h"
 #include "texture/cache.h"
 #include "tools/texture/array_numbers.h"
+#include "tools/texture/vtk_image.h"
 
 namespace openfab::tools {
 
 /// What an older file begins with.
 constexpr std::string_view kLegacyVtk = "# vtk DataFile";
 
-class VtkFile {
+class VtkFile : public VtkImage {
   public:
     enum class Where { kPoints, kCells, kPlaces, kTopology, kAxes };
     enum class Coding { kText, kBase64, kAppended, kFileText, kBytes };
@@ -63,11 +64,7 @@ class VtkFile {
     /// outlive the file.
     Result<std::unique_ptr<ArrayNumbers>> numbers(const Array& array, int64_t count) const;
 
-    // Of ImageData and other structured grids and their piece; of UnstructuredGrid the counts.
-    std::array<double, 6> extent{};  ///< of the piece: first and last point along each axis
-    std::array<double, 3> origin{}, spacing{1, 1, 1};
-    std::array<double, 9> direction{1, 0, 0, 0, 1, 0, 0, 0, 1};
-    int64_t points = 0, cells = 0;
+    int64_t points = 0, cells = 0;  ///< of an UnstructuredGrid
 
   private:
     class Reading;

@@ -42,29 +42,6 @@ class ImageReader final : public VolumeReader {
     }
 };
 
-/// The size and place of image data; of cells their middles.
-Result<Vec3i> image_size(const VtkFile& file, bool of_points, double unit, GridFrame* frame) {
-    Vec3i size;
-    const auto& d = file.direction;
-    Vec3d first{file.origin[0] * unit, file.origin[1] * unit, file.origin[2] * unit};
-    for (int a = 0; a < 3; ++a) {
-        const auto i = static_cast<size_t>(a);
-        const double low = file.extent[2 * i], high = file.extent[2 * i + 1];
-        // A layer of cells may be as thin as its points.
-        const bool between = !of_points && high > low;
-        const double count = high - low + (between ? 0 : 1);
-        if (!(count >= 1 && count <= 16384 && low == std::floor(low) && high == std::floor(high)))
-            return user_error(fmt::format(messages::kExtentNotPossible, low, high));
-        if (!(std::abs(file.spacing[i]) > 0)) return user_error(messages::kSpacingIsZero);
-        size[a] = static_cast<int32_t>(count);
-        const Vec3d step = Vec3d{d[i], d[3 + i], d[6 + i]} * (file.spacing[i] * unit);
-        frame->steps[i] = step;
-        first = first + step * (low + (between ? 0.5 : 0));
-    }
-    frame->first = first;
-    return size;
-}
-
 /// Reads points, in mm.
 Result<void> read_places(const VtkFile& file, int64_t points, double unit, CellMesh* mesh) {
     const Result<const VtkFile::Array*> places = file.part(Where::kPlaces, {});

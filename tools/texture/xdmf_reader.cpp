@@ -109,7 +109,8 @@ class Source {
     MadeReader open() {
         Result<InputFile> file = InputFile::open(path_);
         if (!file) return file.error();
-        Result<XdmfGrid> grid = texture::read_xdmf_grid(*file, options_.time, limits_);
+        Result<XdmfGrid> grid =
+            texture::read_xdmf_grid(*file, options_.time, options_.field, limits_);
         if (!grid) return grid.error();
         grid_ = std::move(*grid);
         std::vector<std::string> names;

@@ -42,6 +42,9 @@ TEST(OptionalConverter, IsKnownByContentThenByName) {
     EXPECT_EQ(program(folder.write("g.xdmf", xdmf("HDF"))), "openfab-texture-hdf5");
     EXPECT_EQ(program(folder.write("h.xmf", xdmf("Binary"))), "none");
     EXPECT_EQ(program(folder.write("i.xdmf", "<Xdmf>")), "none");
+    const std::string hdf("\x89HDF\r\n\x1a\n"), tables(100, '\0');
+    EXPECT_EQ(program(folder.write("j.vtkhdf", hdf + tables + "VTKHDF")), "openfab-texture-hdf5");
+    EXPECT_EQ(program(folder.write("k.h5", hdf + tables)), "none");
     fs::create_directory(folder.path() / "series");
     for (int i = 0; i < 20; ++i)
         folder.write("series/a" + std::to_string(i), "a note");

@@ -126,7 +126,7 @@ TEST_F(XdmfTest, TheStepOfATimeIsRead) {
     EXPECT_EQ(message(file(grid(shape + values(0))), options),
               std::string(texture::messages::kNoSteps) + "; " + texture::messages::kNoStepsHelp);
     EXPECT_THAT(message(file(series(grid(shape + values(0))) + series("")), options),
-                testing::Says(texture::messages::kSeveralSeries));
+                testing::Says(texture::messages::kSeveralSeries, "`E`"));
     EXPECT_THAT(message(file(grid(grid(at("late") + shape + values(0)), steps)), options),
                 testing::Says(texture::messages::kTimeNotNumber, "late"));
     options.time = 2;
@@ -137,6 +137,52 @@ TEST_F(XdmfTest, TheStepOfATimeIsRead) {
         << "of which of the two is not known";
     EXPECT_EQ(trouble(folder_.write("a.nrrd", "NRRD0004\n"), options),
               std::string(messages::kNoStepsOfTime) + "; " + messages::kNoStepsOfTimeHelp);
+}
+
+TEST_F(XdmfTest, SolversWriteASeriesOfStepsForEachFunction) {
+    const BlockMesh mesh = block(12);
+    const std::string steps = R"(GridType="Collection" CollectionType="Temporal")";
+    const std::string both =
+        "<xi:include xpointer=\"xpointer(/Xdmf/Domain/Grid[1]/*[self::Topology or "
+        "self::Geometry])\"/>";
+    // Function `name` has the value `first` at time 0, one more at time 0.5; each has a mesh of its own, or all
+    // include one. The numbers of each array are a file.
+    for (const bool shared : {false, true}) {
+        XdmfWriter writer(Form::kLittle, folder_);
+        const auto shape = [&] { return points_of(mesh, &writer) + cells_of(mesh, &writer); };
+        const auto step = [&](const std::string& name, double value, const std::string& time) {
+            return grid("<Time Value=\"" + time + "\"/>" + (shared ? both : shape()) +
+                        attribute(name, "Node",
+                                  writer.item(kFloat64, "64", std::vector<double>(64, value))));
+        };
+        const auto series = [&](const std::string& name, double first) {
+            return grid(step(name, first, "0") + step(name, first + 1, "0.5"), steps);
+        };
+        const std::string text = file((shared ? grid(shape()) : "") + series("u", 10) +
+                                      series("p", 20) + series("T", 30));
+        const auto path = folder_.write("m.xdmf", text);
+        VolumeOptions options;
+        const auto value = [&]() -> float {
+            const auto p = converted(path, options);
+            return p == nullptr ? -1 : p->texels()[0];
+        };
+        float wanted = 10;
+        for (const char* name : {"u", "p", "T"}) {
+            options.field = name;
+            options.time.reset();
+            EXPECT_EQ(value(), wanted) << name << shared;
+            options.time = 0.5;
+            EXPECT_EQ(value(), wanted + 1) << name << shared;
+            EXPECT_EQ(texture::detached_data(path, 0.5, name).size(), 3U);
+            wanted += 10;
+        }
+        options.field = "w";
+        EXPECT_EQ(trouble(path, options),
+                  fmt::format(texture::messages::kNoSeriesOfField, "w", "`u`, `p`, `T`"));
+        options.field.clear();
+        EXPECT_EQ(trouble(path, options),
+                  fmt::format(texture::messages::kSeveralSeries, "`u`, `p`, `T`"));
+    }
 }
 
 }  // namespace
