@@ -138,6 +138,14 @@ std::string typed_lines(const Block& block, bool whole) {
     return out;
 }
 
+/// Whether a block needs an optional part, `sh optional DICOM`; the build of these tries it.
+std::string part_of(const Block& block) {
+    for (const char* part : {"DICOM", "HDF5", "VDB", "STEP"}) {
+        if (block.how == std::string("optional ") + part) return part;
+    }
+    return {};
+}
+
 /// Appends what becomes of a block that is no file.
 void try_block(const Block& block, const WalkthroughOptions& options, Walkthrough& out) {
     const std::string by_hand = "by hand: ";
@@ -148,7 +156,11 @@ void try_block(const Block& block, const WalkthroughOptions& options, Walkthroug
     const bool plain = block.how.empty();
     if (block.language == "text" && plain) return;
     ++out.blocks;
-    if (block.language == "sh" && (plain || block.how == "long")) {
+    if (const std::string part = part_of(block); block.language == "sh" && !part.empty()) {
+        const bool is_built =
+            std::find(options.parts.begin(), options.parts.end(), part) != options.parts.end();
+        if (is_built) out.script += typed_lines(block, options.whole);
+    } else if (block.language == "sh" && (plain || block.how == "long")) {
         out.script += typed_lines(block, options.whole);
     } else if (block.language == "openfl" &&
                (plain || block.how == "statements" || block.how.starts_with("wrong "))) {

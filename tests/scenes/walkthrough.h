@@ -32,6 +32,8 @@ struct WalkthroughOptions {
     bool whole = true;  ///< with the blocks that are for long runs alone
     std::string
         python;  ///< the interpreter that has the package; empty: blocks of Python are left out
+    std::vector<std::string>
+        parts;  ///< optional ones that were built; blocks that need others are left out
 };
 
 /// A fenced block is a file if the line of text right before it names one in backticks; else its
