@@ -35,6 +35,7 @@ struct Listed {
     std::mutex mutex;
     std::vector<fs::path> paths;
     std::vector<pid_t> programs;
+    std::vector<pid_t> groups;  ///< by their leaders
     bool has_cleaner = false;
 };
 
@@ -70,10 +71,14 @@ void remove_now(const fs::path& path) {
 void remove_all_listed(const Listed& all) {
     for (const pid_t child : all.programs)
         ::kill(child, SIGTERM);
+    for (const pid_t leader : all.groups)
+        ::kill(-leader, SIGTERM);
     // Programs end first, since their output is removed next; one that ignores SIGTERM is killed.
     const auto ended = [&](int steps) {
         for (int step = 0; step < steps; ++step) {
-            if (std::all_of(all.programs.begin(), all.programs.end(), has_ended)) return true;
+            if (std::all_of(all.programs.begin(), all.programs.end(), has_ended) &&
+                std::all_of(all.groups.begin(), all.groups.end(), has_ended))
+                return true;
             std::this_thread::sleep_for(kStep);
         }
         return false;
@@ -81,8 +86,13 @@ void remove_all_listed(const Listed& all) {
     if (!ended(kStepsOfPrograms)) {
         for (const pid_t child : all.programs)
             if (!has_ended(child)) ::kill(child, SIGKILL);
+        for (const pid_t leader : all.groups)
+            ::kill(-leader, SIGKILL);
         ended(kStepsOfFiles);
     }
+    // What a leader that has ended has left.
+    for (const pid_t leader : all.groups)
+        ::kill(-leader, SIGKILL);
     for (const fs::path& path : all.paths)
         remove_now(path);
 }
@@ -180,6 +190,19 @@ RemovedAtEnd::~RemovedAtEnd() {
     const std::lock_guard<std::mutex> lock(all.mutex);
     const auto found = std::find(all.paths.begin(), all.paths.end(), path_);
     if (found != all.paths.end()) all.paths.erase(found);
+}
+
+RunningGroup::RunningGroup(pid_t leader) : leader_(leader) {
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    start_cleaner(&all);
+    all.groups.push_back(leader);
+}
+
+RunningGroup::~RunningGroup() {
+    Listed& all = listed();
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    std::erase(all.groups, leader_);
 }
 
 RunningProgram::RunningProgram(pid_t child) : child_(child) {

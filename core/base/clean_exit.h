@@ -42,6 +42,18 @@ class RemovedAtEnd {
     std::filesystem::path path_;
 };
 
+/// A group of processes, which is ended with this one. Its leader is waited for by others.
+class RunningGroup {
+  public:
+    explicit RunningGroup(pid_t leader);
+    ~RunningGroup();
+    RunningGroup(const RunningGroup&) = delete;
+    RunningGroup& operator=(const RunningGroup&) = delete;
+
+  private:
+    pid_t leader_;
+};
+
 /// A child process, which is terminated with this one until it has been waited for.
 class RunningProgram {
   public:

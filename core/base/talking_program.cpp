@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/talking_program.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -18,8 +16,6 @@
 
 #include "base/messages.h"
 #include "base/text.h"
-
-extern char** environ;
 
 namespace openfab {
 
@@ -68,23 +64,41 @@ TalkingProgram::~TalkingProgram() {
     end();
 }
 
-/// Its input ends, which ends most; then it is killed, with what it has started.
+bool TalkingProgram::has_ended(int32_t ms) const {
+    constexpr int32_t kStepMs = 5;
+    for (int32_t waited = 0;; waited += kStepMs) {
+        siginfo_t info{};
+        const int got =
+            ::waitid(P_PID, static_cast<id_t>(process_), &info, WEXITED | WNOHANG | WNOWAIT);
+        if ((got != 0 && errno != EINTR) || info.si_pid != 0) return true;
+        if (waited >= ms) return false;
+        ::poll(nullptr, 0, kStepMs);
+    }
+}
+
+int TalkingProgram::end_group() {
+    // Before its leader is waited for: until then its number is nobody else's.
+    ::kill(-process_, SIGKILL);
+    running_.reset();
+    int status = 0;
+    while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
+    process_ = 0;
+    watch_.reset();
+    return status;
+}
+
+/// Its input ends, which ends most; then it is asked to end, and killed, with what it has started.
 void TalkingProgram::end() {
     if (line_ >= 0) ::close(line_);
     line_ = -1;
     if (process_ <= 0) return;
-    for (int32_t waited = 0; waited < kLastMs; waited += 5) {
-        const pid_t gone = ::waitpid(process_, nullptr, WNOHANG);
-        if (gone == process_ || (gone < 0 && errno != EINTR)) {
-            process_ = 0;
-            return;
-        }
-        ::poll(nullptr, 0, 5);
+    constexpr int32_t kAskedMs = 200;
+    if (!has_ended(kLastMs)) {
+        ::kill(-process_, SIGTERM);
+        (void)has_ended(kAskedMs);
     }
-    ::kill(-process_, SIGKILL);
-    while (::waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-    }
-    process_ = 0;
+    end_group();
 }
 
 Result<void> TalkingProgram::start() {
@@ -97,25 +111,14 @@ Result<void> TalkingProgram::start() {
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return outside_error(fmt::format(messages::kNoLine, name_, strerror(errno)));
-    std::vector<std::string> words = command_;
-    std::vector<char*> argv;
-    for (std::string& word : words)
-        argv.push_back(word.data());
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addchdir_np(&actions, folder_.c_str());
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    // A group of its own: it ends as a whole, and Ctrl-C reaches us alone, who end it.
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    const int failed =
-        ::posix_spawnp(&process_, argv[0], &actions, &attributes, argv.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&actions);
+    ProgramStart start;
+    start.argv = command_;
+    start.search = true;
+    start.folder = folder_;
+    start.in = start.out = ends[1];
+    // It ends as a whole, and Ctrl-C reaches us alone, who end it.
+    start.own_group = true;
+    const int failed = start_program(start, &process_);
     ::close(ends[1]);
     line_ = ends[0];
     if (failed != 0) {
@@ -124,6 +127,8 @@ Result<void> TalkingProgram::start() {
         return user_error(fmt::format(messages::kDoesNotStart, name_, strerror(failed)),
                           messages::kDoesNotStartHelp);
     }
+    running_ = std::make_unique<RunningGroup>(process_);
+    watch_ = std::make_unique<GroupWatch>(process_);
     return {};
 }
 
@@ -133,18 +138,12 @@ Error TalkingProgram::ended(const std::string& asked) {
     std::string how = messages::kHasEnded;
     if (process_ > 0) {
         // One that closes its output and goes on is not waited for.
-        int status = 0;
-        pid_t gone = 0;
-        for (int32_t waited = 0; waited < kLastMs && gone == 0; waited += 5) {
-            gone = ::waitpid(process_, &status, WNOHANG);
-            if (gone == 0) ::poll(nullptr, 0, 5);
-        }
-        if (gone == process_) {
+        if (has_ended(kLastMs)) {
+            const int status = end_group();
             if (WIFSIGNALED(status))
                 how = fmt::format(messages::kEndedBySignal, WTERMSIG(status),
                                   strsignal(WTERMSIG(status)));
             if (WIFEXITED(status)) how = fmt::format(messages::kEndedWithCode, WEXITSTATUS(status));
-            process_ = 0;
         } else {
             how = messages::kClosedOutput;
         }

@@ -11,10 +11,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "base/clean_exit.h"
 #include "base/result.h"
+#include "base/start_program.h"
 
 namespace openfab {
 
@@ -56,12 +59,18 @@ class TalkingProgram {
     Result<std::string> receive(const std::string& asked, const std::atomic<bool>* stop);
     Error ended(const std::string& asked);
     void end();
+    /// Returns whether its process has ended within so long; it is still there.
+    bool has_ended(int32_t ms) const;
+    /// Kills what is left of its group, and forgets the process; returns its status, as waitpid does.
+    int end_group();
 
     const std::vector<std::string> command_;
     const std::filesystem::path folder_;
     const Limits limits_;
     std::string name_;
     pid_t process_ = 0;
+    std::unique_ptr<RunningGroup> running_;
+    std::unique_ptr<GroupWatch> watch_;
     int line_ = -1;
     bool failed_ = false;
     std::string received_;

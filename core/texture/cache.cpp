@@ -4,7 +4,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,13 +25,12 @@
 #include "base/messages.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/system_reason.h"
 #include "texture/helper.h"
 #include "texture/messages.h"
 #include "texture/pyramid_file.h"
 #include "texture/reading_progress.h"
-
-extern char** environ;
 
 namespace openfab::texture {
 namespace {
@@ -75,26 +73,17 @@ Result<HelperResult> run_helper(const std::vector<std::string>& arguments) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0)
         return outside_error(fmt::format(messages::kNoPipe, system_reason(errno)));
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&actions, 2, 1);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], 2);
-    std::vector<char*> argv;
-    for (const std::string& argument : arguments)
-        argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    std::vector<char*> variables;
-    for (char** variable = environ; *variable != nullptr; ++variable)
-        variables.push_back(*variable);
-    std::string tell = std::string(kTellProgress) + "=1";
+    const int null = open_null();
+    ProgramStart start;
+    start.argv = arguments;
+    if (null >= 0) start.in = null;
+    start.out = STDERR_FILENO;
+    start.err = ends[1];
     const bool passes_on = tells_progress();
-    if (passes_on) variables.push_back(tell.data());
-    variables.push_back(nullptr);
+    if (passes_on) start.environment = {std::string(kTellProgress) + "=1"};
     pid_t child = -1;
-    const int trouble =
-        ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), variables.data());
-    posix_spawn_file_actions_destroy(&actions);
+    const int trouble = start_program(start, &child);
+    if (null >= 0) ::close(null);
     ::close(ends[1]);
     std::optional<RunningProgram> running;
     if (trouble == 0) running.emplace(child);

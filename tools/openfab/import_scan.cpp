@@ -3,7 +3,6 @@
 #include "tools/openfab/import_scan.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,6 +19,7 @@
 #include "base/json.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/text.h"
 #include "tools/openfab/import_text.h"
 #include "tools/openfab/messages.h"
@@ -54,10 +54,10 @@ Result<void> list_segments(const fs::path& file, const fs::path& out) {
         return error;
     }
     const std::string from = as_argument(file);
-    const char* const argv[] = {helper.c_str(), "--segments", from.c_str(), out.c_str(), nullptr};
+    ProgramStart start;
+    start.argv = {helper.string(), "--segments", from, out.string()};
     pid_t process = 0;
-    const int failed =
-        posix_spawn(&process, argv[0], nullptr, nullptr, const_cast<char* const*>(argv), environ);
+    const int failed = start_program(start, &process);
     if (failed != 0)
         return outside_error(
             fmt::format(messages::kCannotStartProgram, helper.string(), std::strerror(failed)));

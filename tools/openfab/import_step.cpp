@@ -3,7 +3,6 @@
 #include "tools/openfab/import_step.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <string>
 
 #include "base/clean_exit.h"
+#include "base/start_program.h"
 #include "base/text.h"
 #include "tools/openfab/messages.h"
 #include "tools/openfab/programs.h"
@@ -35,11 +35,10 @@ Result<void> solids_of_step(const fs::path& file, const fs::path& output, double
     }
     const std::string to = "--output=" + output.string();
     const std::string tolerance = fmt::format("--tolerance={:.9g}mm", tolerance_mm);
-    const char* const argv[] = {helper.c_str(), to.c_str(),   tolerance.c_str(),
-                                "--",           file.c_str(), nullptr};
+    ProgramStart start;
+    start.argv = {helper.string(), to, tolerance, "--", file.string()};
     pid_t process = 0;
-    const int failed =
-        posix_spawn(&process, argv[0], nullptr, nullptr, const_cast<char* const*>(argv), environ);
+    const int failed = start_program(start, &process);
     if (failed != 0)
         return outside_error(
             fmt::format(messages::kCannotStartProgram, helper.string(), std::strerror(failed)));

@@ -3,7 +3,6 @@
 #include "tools/openfab/programs.h"
 
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,11 +23,10 @@
 #include "base/hash.h"
 #include "base/own_folder.h"
 #include "base/say.h"
+#include "base/start_program.h"
 #include "base/system_reason.h"
 #include "texture/cache.h"
 #include "tools/openfab/messages.h"
-
-extern char** environ;
 
 namespace openfab::tools {
 
@@ -161,16 +159,11 @@ constexpr int kNotLoaded = 127;
 /// Runs a program to its end with our stderr and stdout on stderr; returns its exit status, or an
 /// error if it cannot start.
 Result<int> run_program(const std::vector<std::string>& arguments) {
-    std::vector<char*> argv;
-    for (const std::string& argument : arguments)
-        argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO);
+    ProgramStart start;
+    start.argv = arguments;
+    start.out = STDERR_FILENO;
     pid_t child = 0;
-    const int failed = posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
+    const int failed = start_program(start, &child);
     if (failed != 0) {
         return outside_error(
             fmt::format(messages::kCannotStartProgram, arguments[0], system_reason(failed)));

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,9 +15,8 @@
 #include <optional>
 
 #include "base/json_text.h"
+#include "base/start_program.h"
 #include "tools/viewer/messages.h"
-
-extern char** environ;
 
 namespace openfab::viewer {
 
@@ -64,15 +62,10 @@ Result<void> GraphCompiler::start() {
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return outside_error(fmt::format(messages::kNoLineToCompiler, std::strerror(errno)));
     const std::string program = (programs_ / "openflc").string();
-    std::string word = "lsp";
-    char* argv[] = {const_cast<char*>(program.c_str()), word.data(), nullptr};
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-    const int failed = posix_spawn(&process_, argv[0], &actions, nullptr, argv, environ);
-    posix_spawn_file_actions_destroy(&actions);
+    ProgramStart start;
+    start.argv = {program, "lsp"};
+    start.in = start.out = ends[1];
+    const int failed = start_program(start, &process_);
     ::close(ends[1]);
     line_ = ends[0];
     if (failed != 0) {

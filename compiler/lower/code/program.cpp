@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compiler/lower/code/program.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -24,9 +24,8 @@
 
 #include "abi/kernel_call.h"
 #include "base/clean_exit.h"
+#include "base/start_program.h"
 #include "compiler/lower/code/abi_header.h"
-
-extern char** environ;
 
 namespace openfab::lower {
 
@@ -252,25 +251,14 @@ std::variant<ProgramObjects, Fault> compile_program(const std::vector<FabletUnit
 
 std::string run_tool(const std::vector<std::string>& command, const fs::path& folder) {
     std::array<int, 2> pipe_ends{};
-    if (pipe(pipe_ends.data()) != 0) return std::strerror(errno);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], STDERR_FILENO);
-    posix_spawn_file_actions_addclose(&actions, pipe_ends[0]);
-    std::vector<char*> argv;
-    for (const std::string& word : command)
-        argv.push_back(const_cast<char*>(word.c_str()));
-    argv.push_back(nullptr);
-    std::string temporary = "TMPDIR=" + folder.string();
-    std::vector<char*> environment;
-    for (char** entry = environ; *entry != nullptr; ++entry) {
-        if (!std::string_view(*entry).starts_with("TMPDIR=")) environment.push_back(*entry);
-    }
-    environment.insert(environment.end(), {temporary.data(), nullptr});
+    if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) return std::strerror(errno);
+    ProgramStart start;
+    start.argv = command;
+    start.search = true;
+    start.err = pipe_ends[1];
+    start.environment = {"TMPDIR=" + folder.string()};
     pid_t child = 0;
-    const int error =
-        posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environment.data());
-    posix_spawn_file_actions_destroy(&actions);
+    const int error = start_program(start, &child);
     close(pipe_ends[1]);
     std::optional<RunningProgram> running;
     if (error == 0) running.emplace(child);

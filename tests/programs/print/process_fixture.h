@@ -40,10 +40,11 @@ class ProcessOption : public ::testing::Test {
                                          keys, diameter_mm, placement));
     }
     std::string path(const std::string& name) const { return (scratch_ / name).string(); }
-    Outcome print(const std::vector<std::string>& more, const std::string& world = "w.fab.json") {
+    Outcome print(const std::vector<std::string>& more, const std::string& world = "w.fab.json",
+                  const RunOptions& options = {}) {
         std::vector<std::string> argv{test_program("openfab_test_print_4"), path(world)};
         argv.insert(argv.end(), more.begin(), more.end());
-        return run(argv);
+        return run(argv, options);
     }
 
     struct Voxels {
