@@ -7,7 +7,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <sstream>
+#include <string>
+#include <thread>
 
 #include "base/messages.h"
 #include "mesh/model/messages.h"
@@ -205,6 +210,59 @@ TEST_F(Generator, MeshesAndCopiesAreWhereTheyAreAsData) {
         EXPECT_EQ(outcome.exit_code, 1);
         EXPECT_THAT(outcome.err, HasSubstr("line 1: "));
         EXPECT_THAT(outcome.err, HasSubstr("length"));
+    }
+}
+
+/// Whether a process is there that is not only waited for.
+bool is_running(const std::string& process) {
+    const std::string file = "/proc/" + process + "/stat";
+    if (!std::filesystem::exists(file)) return false;
+    const std::string stat = read_file(file);
+    const size_t state = stat.rfind(')') + 2;
+    return state < stat.size() && stat[state] != 'Z' && stat[state] != 'X';
+}
+
+/// With what it has started, whatever ends the print; also one that minds no signal but the last.
+TEST_F(Generator, EndsWithThePrint) {
+    for (const std::string mind : {"", "trap '' TERM INT HUP; "}) {
+        for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
+            std::filesystem::remove(path("pids"));
+            program(
+                mind +
+                "sleep 300 & echo $$ $! > pids.part; mv pids.part pids; read word; sleep 300\n");
+            RunOptions ended;
+            ended.signal = signal;
+            ended.interrupt_when = [&](int, const Outcome&) {
+                return std::filesystem::exists(path("pids"));
+            };
+            const Outcome outcome =
+                print({"--allow-programs", "-o", path("cut.ofr")}, "g.fab.json", ended);
+            EXPECT_NE(outcome.exit_code, 0);
+            std::istringstream pids(read_file(path("pids")));
+            std::string shell, child;
+            pids >> shell >> child;
+            // After SIGKILL another process ends them, within a second or two.
+            for (int i = 0; i < 1000 && (is_running(shell) || is_running(child)); ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(10));
+            EXPECT_FALSE(is_running(shell)) << signal << mind;
+            EXPECT_FALSE(is_running(child)) << signal << mind;
+        }
+    }
+}
+
+/// What a program leaves in the background when it has answered, or is too slow.
+TEST_F(Generator, LeavesNothingBehind) {
+    for (const std::string end : {"", "sleep 300"}) {
+        program("sleep 300 & echo $! > pid; " + end +
+                    "\nwhile read word key box; do echo 'beam 0 0 1 0 0 9 1 1'; echo done; done\n",
+                R"(, "answer_s": 1)");
+        const Outcome outcome = print({"--allow-programs", "-o", path("a.ofr")}, "g.fab.json");
+        EXPECT_EQ(outcome.exit_code, end.empty() ? 0 : 1) << outcome.err;
+        std::string pid = read_file(path("pid"));
+        pid.pop_back();
+        for (int i = 0; i < 500 && is_running(pid); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        EXPECT_FALSE(is_running(pid)) << end;
     }
 }
 
