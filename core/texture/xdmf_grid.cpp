@@ -115,6 +115,8 @@ class Reading final : public XmlHandler {
         ++depth_;
         if (depth_ == 1 && name != "Xdmf") return {messages::kNotXdmf};
         if (skipped_ > 0) return {};
+        // The array at hand would end with a part of the inner grid.
+        if (name == "Grid" && item_depth_ > 0) return {messages::kGridInArray};
         if (name == "Grid") return grid(a);
         if (grid_depth_ == 0) return {};
         if (name == "include") return include(a);

@@ -363,6 +363,17 @@ TEST_F(XdmfTest, SaysWhatIsWrong) {
     EXPECT_EQ(message("<!DOCTYPE Xdmf SYSTEM \"/etc/passwd\">\n<Xdmf>&a;</Xdmf>"),
               fmt::format(texture::messages::kAtLine, 2,
                           fmt::format(openfab::messages::kUnknownEntity, "a")));
+    // A grid in an array, deep or not, at its begin or end.
+    for (const char* inner : {"<Grid><Topology/></Grid>1", "1<Grid><Attribute/></Grid>2",
+                              "<DataItem><Grid><a/></Grid>3</DataItem>4",
+                              "<Information><Grid GridType=\"Tree\"/></Information>5"}) {
+        const std::string array =
+            std::string("<DataItem Dimensions=\"64\">") + inner + "</DataItem>";
+        EXPECT_THAT(with(points + cells + attribute("a", "Node", array)),
+                    ::testing::HasSubstr(texture::messages::kGridInArray));
+        EXPECT_THAT(with("<Geometry>" + array + "</Geometry>" + cells + field),
+                    ::testing::HasSubstr(texture::messages::kGridInArray));
+    }
     EXPECT_THAT(
         trouble(folder_.write("m.xdmf", file(grid(points + cells + field))), {}, {4000, {}}),
         testing::Says(texture::messages::kXmlTooLarge, "*", "4 kB"));
